@@ -80,11 +80,11 @@ def recorded() -> tuple[Shape, ...]:
     KEPT.require()
     with TABLE.open(newline="", encoding="utf-8") as file:
         lines = list(csv.reader(file))[1:]
-    found = []
+    shapes = []
     for kind, *numbers in lines:
         stress, length, wide, half_length, half_width, *radii = map(float, numbers)
-        found.append(Shape(kind, stress, length, wide, half_length, half_width, tuple(radii)))
-    return tuple(found)
+        shapes.append(Shape(kind, stress, length, wide, half_length, half_width, tuple(radii)))
+    return tuple(shapes)
 
 
 def record() -> None:
@@ -94,9 +94,7 @@ def record() -> None:
         head = ["kind", "stress", "length", "wide", "half_length", "half_width", *map(str, range(ANGLES))]
         TABLE.write_text(",".join(head) + "\n", encoding="utf-8")
     done = {shape[:4] for shape in recorded()}
-    for case in WANTED:
-        if case in done:
-            continue
+    for case in (case for case in WANTED if case not in done):
         shape = at_rest(*case)
         with TABLE.open("a", newline="", encoding="utf-8") as file:
             csv.writer(file).writerow([*shape[:4], *(f"{value:.5g}" for value in (*shape[4:6], *shape.radii))])
@@ -158,42 +156,46 @@ def _shape(case: tuple[str, float, float, float], ring_mm: Floats, root_mm: floa
 
 def judged_range() -> tuple[float, float]:
     """Return the least and the largest stress of the judges of one length."""
-    known = [shape.stress for shape in recorded() if shape.kind == "judge" and shape.length == JUDGED_LENGTH]
-    return min(known), max(known)
+    stresses = [shape.stress for shape in _judges()]
+    return min(stresses), max(stresses)
+
+
+def _judges() -> list[Shape]:
+    """Return the judges of one length."""
+    return sorted(shape for shape in recorded() if shape.kind == "judge" and shape.length == JUDGED_LENGTH)
 
 
 def between(stress: float) -> Shape:
     """Return a bead of the judges' shape and length, of a stress between theirs."""
-    rows = sorted(shape for shape in recorded() if shape.kind == "judge" and shape.length == JUDGED_LENGTH)
-    known = np.log([shape.stress for shape in rows])
+    rows = _judges()
+    along = np.log([shape.stress for shape in rows])
     sizes = np.array([(shape.half_length, shape.half_width, *shape.radii) for shape in rows])
-    half_length, half_width, *radii = (float(np.interp(np.log(stress), known, column)) for column in sizes.T)
+    half_length, half_width, *radii = (float(np.interp(np.log(stress), along, column)) for column in sizes.T)
     return Shape("judge", stress, JUDGED_LENGTH, rows[0].wide, half_length, half_width, tuple(radii))
 
 
-def told(shape: Shape) -> tuple[float, float, float, float]:
+def by_closed_form(shape: Shape) -> tuple[float, float, float, float]:
     """Return the stress and the section that the closed form says, without and with its correction, over the truth."""
     footprint, one = footprint_of(shape.seen()), np.ones(1)
     per_mm = footprint.per_mm(shape.length * one, one, 0 * one, STRETCH)
     section = footprint.volume_mm3(per_mm, one, 0 * one, STRETCH)[1]
-    raw, held = float(per_mm[0]) / shape.stress, float(slumped_stress(per_mm, section)[0]) / shape.stress
-    return raw, held, float(section[0]), float(laid_section(per_mm, section)[0])
+    raw, corrected = float(per_mm[0]) / shape.stress, float(slumped_stress(per_mm, section)[0]) / shape.stress
+    return raw, corrected, float(section[0]), float(laid_section(per_mm, section)[0])
 
 
 def rows() -> list[Row]:
     """Return the figures by bead."""
-    found = []
+    table = []
     for shape in sorted(recorded()):
-        raw, held, section, laid = told(shape)
+        raw, corrected, section, laid = by_closed_form(shape)
         name = f"{shape.kind} {shape.stress:g}, length {shape.length:g}, bar {shape.wide:g}"
-        judged = shape.kind == "judge"
-        found.append(Row(f"{name}: stress", held, "", *((1 - OFF, 1 + OFF) if judged else (0.0, math.inf)), "1"))
-        found.append(Row(f"{name}: stress, closed form alone", raw, ""))
-        limits = (1 - SECTION_OFF, 1 + SECTION_OFF) if judged else (0.0, math.inf)
-        found.append(Row(f"{name}: section", laid, "", *limits, "1"))
-        found.append(Row(f"{name}: section, closed form alone", section, ""))
-    found.append(Row("beads that --record has yet to compute", len(WANTED) - len(recorded()), ""))
-    return found
+        off = (OFF, SECTION_OFF) if shape.kind == "judge" else (math.inf, math.inf)
+        for figure, value, alone, most in zip(
+            ("stress", "section"), (corrected, laid), (raw, section), off, strict=True
+        ):
+            table.append(Row(f"{name}: {figure}", value, "", max(0.0, 1 - most), 1 + most, "1"))
+            table.append(Row(f"{name}: {figure}, closed form alone", alone, ""))
+    return [*table, Row("beads that --record has yet to compute", len(WANTED) - len(recorded()), "")]
 
 
 def main(compute: Annotated[bool, Option("--record")] = False) -> list[Row]:

@@ -36,24 +36,27 @@ OTHER = (0.1, 0.2)  # Difference of reality's radius from the prediction's
 STATIONS_MM = np.arange(0.0, LENGTH_MM + 0.5)
 
 
-def path_of(seed: int, number: int) -> Path:
-    return FOLDER / f"{seed}" / f"{number:03d}.csv"
-
-
 def finished(seed: int) -> dict[int, dict[str, Floats]]:
     """Return what is known of each trial of a draw: columns along ``STATIONS_MM``.
 
     Leaves if another solver computed them, or none is there.
     """
     KEPT.require()
-    found = {}
-    for path in sorted((FOLDER / f"{seed}").glob("[0-9]*.csv")):
-        with path.open(newline="", encoding="utf-8") as file:
-            names, *rows = csv.reader(file)
-        found[int(path.stem)] = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
-    if not found:
+    if not (levels := _levels(seed)):
         raise SystemExit(f"{FOLDER.name}/{seed}: no trial is kept: '{KEPT.command}' computes them.")
-    return found
+    return levels
+
+
+def _levels(seed: int) -> dict[int, dict[str, Floats]]:
+    path = FOLDER / f"{seed}.csv"
+    if not path.is_file():
+        return {}
+    (_, *names), *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
+    trials, *columns = np.array(rows, dtype=float).T
+    return {
+        int(number): {name: column[trials == number] for name, column in zip(names, columns, strict=True)}
+        for number in np.unique(trials)
+    }
 
 
 def run_trial(seed: int, number: int, *, again: bool) -> bool:
@@ -82,9 +85,8 @@ def run_trial(seed: int, number: int, *, again: bool) -> bool:
     }
     if again:
         columns["again_mm"] = level_mm(base.sample, base.trial.fluid, real_solver, one, seed=real_seed)
-    rows = [[f"{value:.3f}" for value in row] for row in zip(*columns.values(), strict=True)]
-    path = path_of(seed, number)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = [[f"{number}", *(f"{value:.3f}" for value in row)] for row in zip(*columns.values(), strict=True)]
+    FOLDER.mkdir(exist_ok=True)
     facts = {
         "trial": number,
         "radius_mm": solver.size_mm,
@@ -93,13 +95,13 @@ def run_trial(seed: int, number: int, *, again: bool) -> bool:
         **one.facts,
         "processor_s": f"{time.process_time() - began:.0f}",
     }
-    with (path.parent / "trials.csv").open("a", newline="", encoding="utf-8") as file:
+    with (FOLDER / f"{seed}-trials.csv").open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, facts)
         if file.tell() == 0:
             writer.writeheader()
         writer.writerow(facts)
-    with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([columns, *rows])
+    with (FOLDER / f"{seed}.csv").open("a", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([*([] if file.tell() else [["trial", *columns]]), *rows])
     off_mm = columns["real_mm"] - columns["predicted_mm"]
     print(
         f"trial {number}: real less predicted {off_mm.mean():+.2f} mm in the mean, {np.sqrt(np.mean(off_mm**2)):.2f} "
@@ -127,9 +129,9 @@ def main(tune: Annotated[bool, Option(help="trials of the draw that the numerics
     if not COURSES.is_file():
         record()
     seed, wanted = (TUNING_SEED, TUNING) if tune else (JUDGED_SEED, TRIALS)
-    number = done = 0
+    number, done, levels = 0, 0, _levels(seed)
     while done < wanted:
-        done += path_of(seed, number).is_file() or run_trial(seed, number, again=tune)
+        done += number in levels or run_trial(seed, number, again=tune)
         number += 1
 
 

@@ -72,16 +72,16 @@ class Measured:
     @property
     def facts(self) -> dict[str, float | str]:
         """Truth and finding of each input, with its standard uncertainty."""
-        trial, found = self.base.trial, self.base.sample
+        trial, sample = self.base.trial, self.base.sample
         fluid, inputs = trial.fluid, self.base.inputs
         assert fluid is not None
         pairs = {
-            "width_mm": (self.real.outline.mean_width_mm, found.outline.mean_width_mm),
-            "depth_mm": (self.real.solid.depth_mm, found.solid.depth_mm),
-            "wall_angle_deg": (self.real.solid.wall_angles_deg[0], found.solid.wall_angles_deg[0]),
+            "width_mm": (self.real.outline.mean_width_mm, sample.outline.mean_width_mm),
+            "depth_mm": (self.real.solid.depth_mm, sample.solid.depth_mm),
+            "wall_angle_deg": (self.real.solid.wall_angles_deg[0], sample.solid.wall_angles_deg[0]),
             "yield_stress_pa": (self.truth.yield_stress_pa, fluid.yield_stress_pa),
             "viscosity_pa_s": (self.truth.viscosity_pa_s, fluid.viscosity_pa_s or 0.0),
-            "volume_ml": (self.real.trajectory.dispensed_mm3 / 1e3, found.trajectory.dispensed_mm3 / 1e3),
+            "volume_ml": (self.real.trajectory.dispensed_mm3 / 1e3, sample.trajectory.dispensed_mm3 / 1e3),
         }
         rows: dict[str, float | str] = {}
         for name, (true, value) in pairs.items():
@@ -109,8 +109,8 @@ def measured(seed: int, number: int, folder: Path) -> Measured:
     fill, _ = poured_into(random, outline, shape, "steps")
     gauged_mm = truth.depth_mm + float(random.normal(0, DEPTH_SD_MM))
     gauged = CrackShape.model_validate({"depth_mm": gauged_mm, "tilt": "flare", "fill": fill})
-    moved, found, by_weight = weigh(traced, gauged, fill, WIDTH_SD_MM, DEPTH_SD_MM)
-    solid = with_weighed(build_solid(moved, found), by_weight)
+    moved, tilt, by_weight = weigh(traced, gauged, fill, WIDTH_SD_MM, DEPTH_SD_MM)
+    solid = with_weighed(build_solid(moved, tilt), by_weight)
 
     spread = spread_out(truth.yield_stress_pa, number, random, replayed(), folder)
     thick_pa_s, thick_percent, by = viscosity_of(truth, number, spread, random, folder)
@@ -188,12 +188,12 @@ def viscosity_of(
     film = course(spread.found.value, spread.found.volume_mm3, DENSITY_KG_M3)
     sheared = flow_curve(truth.yield_stress_pa, truth.viscosity_pa_s, random, folder)
     try:
-        found, percent = viscosity(spread.heap, spread.found, early, film)
+        value_pa_s, percent = viscosity(spread.heap, spread.found, early, film)
     except InputError:
         percent = np.inf
     else:
         if percent <= DOUBTFUL_PERCENT:
-            return found, percent, "film of the spread"
+            return value_pa_s, percent, "film of the spread"
     assert sheared.viscosity_pa_s is not None
     assert sheared.viscosity_error_percent is not None
     return sheared.viscosity_pa_s, sheared.viscosity_error_percent, "rheometer"
@@ -207,10 +207,10 @@ def course(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> Slump:
     KEPT.require()
     length_mm = volume_mm3 ** (1 / 3)
     unit_pa = density_kg_m3 * GRAVITY_M_S2 * length_mm * 1e-3
-    known = np.loadtxt(COURSES, delimiter=",", skiprows=1)
-    stresses = np.unique(known[:, 0])
-    times = known[known[:, 0] == stresses[0], 1]
-    radii = [np.interp(times, *known[known[:, 0] == one, 1:].T) for one in stresses]
+    table = np.loadtxt(COURSES, delimiter=",", skiprows=1)
+    stresses = np.unique(table[:, 0])
+    times = table[table[:, 0] == stresses[0], 1]
+    radii = [np.interp(times, *table[table[:, 0] == one, 1:].T) for one in stresses]
     place = np.interp(np.log(stress_pa / unit_pa), np.log(stresses), np.arange(len(stresses)))
     low = min(int(place), len(stresses) - 2)
     radius = radii[low] + (place - low) * (radii[low + 1] - radii[low])
@@ -224,9 +224,9 @@ def record() -> None:
     with COURSES.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerow(["stress_over_weight", "time", "radius"])
         for power in POWERS:
-            found = slump(MINI_CONE, STEP**power * unit_pa, DENSITY_KG_M3, steady=True)
-            assert found.viscosity_pa_s is not None, "steady"
-            length_mm = found.volume_mm3 ** (1 / 3)
-            times = found.t_s * DENSITY_KG_M3 * GRAVITY_M_S2 * length_mm * 1e-3 / found.viscosity_pa_s
-            rows = zip(times, found.radius_mm / length_mm, strict=True)
+            curve = slump(MINI_CONE, STEP**power * unit_pa, DENSITY_KG_M3, steady=True)
+            assert curve.viscosity_pa_s is not None, "steady"
+            length_mm = curve.volume_mm3 ** (1 / 3)
+            times = curve.t_s * DENSITY_KG_M3 * GRAVITY_M_S2 * length_mm * 1e-3 / curve.viscosity_pa_s
+            rows = zip(times, curve.radius_mm / length_mm, strict=True)
             csv.writer(file).writerows([f"{STEP**power:.6g}", f"{t:.4g}", f"{radius:.5g}"] for t, radius in rows)

@@ -17,7 +17,7 @@ import numpy as np
 from typer import Option
 
 from benchmarks import slumps
-from benchmarks.blind_cases import FOLDER, JUDGED_SEED, STATIONS_MM, level_mm
+from benchmarks.blind_cases import JUDGED_SEED, STATIONS_MM, finished, level_mm
 from benchmarks.blind_measured import Measured, measured
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.progress import Progress
@@ -58,7 +58,7 @@ def main(
         list[int] | None, Option(help="number of a judged trial; may be given again; default: all")
     ] = None,
 ) -> list[Row]:
-    judged = sorted(int(path.stem) for path in (FOLDER / f"{JUDGED_SEED}").glob("[0-9]*.csv"))
+    judged = sorted(finished(JUDGED_SEED))
     # Trials are emulated by them: they come first.
     slumps.KEPT.require()
     rows = [row for number in trials or judged for row in bands(number)]

@@ -140,8 +140,8 @@ def main(
     judged = [judge(number, levels, numerics) for number, levels in trials.items()]
     for one in judged:
         off = f"mean {one.error_mm.mean():+.2f} mm, RMS {np.sqrt(np.mean(one.error_mm**2)):.2f} mm"
-        held = f"{100 * one.held():3.0f} % held"
-        print(f"trial {one.number:2d}: {held}, {off}, half of the band {np.median(one.band_mm):.2f} mm")
+        share = f"{100 * one.held():3.0f} % held"
+        print(f"trial {one.number:2d}: {share}, {off}, half of the band {np.median(one.band_mm):.2f} mm")
     if picture:
         draw(judged, picture)
     return rows(judged, numerics)

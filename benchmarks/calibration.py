@@ -171,27 +171,27 @@ def main(
         KEPT.begin()
     if not search_truths:
         return library_rows(Library())
-    library, known = Library(), truths()[:count]
-    found: list[tuple[Setting, ReadLevels, SearchResult]] = []
-    for number, truth in enumerate(known):
+    library, chosen = Library(), truths()[:count]
+    results: list[tuple[Setting, ReadLevels, SearchResult]] = []
+    for number, truth in enumerate(chosen):
         began, evidence = time.process_time(), readings(library, number, truth)
         library.mean_mm(truth)
         one = search(FREES, [Source("slot", evidence, library.run)], BUDGET, lambda _: None)
-        found.append((truth, evidence, one))
+        results.append((truth, evidence, one))
         print(f"truth {number + 1}: {_said(truth, one)}; {time.process_time() - began:.0f} s", flush=True)
     others: dict[str, list[list[Setting]]] = {}
     if baselines:
-        tried = [tpe(library, number, evidence) for number, (_, evidence, _) in enumerate(found)]
+        tried = [tpe(library, number, evidence) for number, (_, evidence, _) in enumerate(results)]
         others = {"grid": [grid()] * count, "Sobol": [sobol()] * count, "TPE": tried}
-    return [*rows(library, found, others), *library_rows(library)]
+    return [*rows(library, results, others), *library_rows(library)]
 
 
-def _said(truth: Setting, found: SearchResult) -> str:
-    if found.draws is None:
-        return f"nothing possible (implausibility {found.least_implausibility:.2f}, {found.reaches[0]})"
+def _said(truth: Setting, result: SearchResult) -> str:
+    if result.draws is None:
+        return f"nothing possible (implausibility {result.least_implausibility:.2f}, {result.reaches[0]})"
     return ", ".join(
         f"{one.free.name} {truth[one.free.name]:.3g} in {one.low:.3g} to {one.high:.3g}"
-        for one in marginals_of(FREES, found.draws, found.best)
+        for one in marginals_of(FREES, result.draws, result.best)
     )
 
 
@@ -204,7 +204,7 @@ def library_rows(library: Library) -> list[Row]:
     levels_mm = np.array(library.run([(setting, seed) for seed, setting in enumerate(sobol())]))
     wave_mm = WAVE_MM * np.sin(2 * np.pi * STATIONS_MM / WAVE_LENGTH_MM)
     wrongs = {"nothing": 0.0, "wave": wave_mm, "datum": DATUM_MM}
-    possible, held = dict.fromkeys(wrongs, 0), {name: [] for name in wrongs}
+    possible, holds = dict.fromkeys(wrongs, 0), {name: [] for name in wrongs}
     for number, truth in enumerate(truths()):
         true = readings(library, number, truth)
         for wrong, off_mm in wrongs.items():
@@ -215,14 +215,14 @@ def library_rows(library: Library) -> list[Row]:
             if wrong != "wave":
                 draws, _ = posterior.draws(500, 600)
                 marginals = marginals_of(FREES, draws, draws[posterior.log_density(draws).argmax()])
-                held[wrong].append([one.low <= truth[one.free.name] <= one.high for one in marginals])
+                holds[wrong].append([one.low <= truth[one.free.name] <= one.high for one in marginals])
     return [
         Row(f"without search: EMULATED readings found possible, of {TRUTHS}", possible["nothing"], "", TRUTHS - 1),
         Row(f"the same with a wave of {WAVE_MM:g} mm, found possible", possible["wave"], "", high=1),
         Row(f"the same with all of them {DATUM_MM:g} mm too high, found possible", possible["datum"], ""),
-        Row("volumes that 90 % intervals of these hold", sum(of_truth[-1] for of_truth in held["datum"]), ""),
-        Row("without search: truths that 90 % intervals hold", 100 * float(np.mean(held["nothing"])), "%", *BAR),
-        *bar_rows(np.size(held["nothing"])),
+        Row("volumes that 90 % intervals of these hold", sum(of_truth[-1] for of_truth in holds["datum"]), ""),
+        Row("without search: truths that 90 % intervals hold", 100 * float(np.mean(holds["nothing"])), "%", *BAR),
+        *bar_rows(np.size(holds["nothing"])),
     ]
 
 
@@ -241,33 +241,33 @@ def bar_rows(values: int) -> list[Row]:
 
 def rows(
     library: Library,
-    found: Sequence[tuple[Setting, ReadLevels, SearchResult]],
+    results: Sequence[tuple[Setting, ReadLevels, SearchResult]],
     others: Mapping[str, Sequence[Sequence[Setting]]],
 ) -> list[Row]:
     """Return the figures of the calibrations; ``others`` holds the settings that each baseline tries for each truth."""
     seeds = np.array(
-        [[library.levels_mm(truth, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)] for truth, *_ in found]
+        [[library.levels_mm(truth, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)] for truth, *_ in results]
     )
     for levels_mm in seeds:
         require_different(levels_mm, [f"with seed {AGAIN + seed}" for seed in range(SEEDS_OF_A_TRUTH)], f"{TABLE}")
     noise_mm2 = float(seeds.var(axis=1, ddof=1).mean())
     first, middle = 1 / SEEDS_OF_A_TRUTH + 1 / CONFIRM, 1 / SEEDS_OF_A_TRUTH + 1
     errors: dict[str, list[float]] = {"calibrated": [], **{name: [] for name in others}}
-    held, widths = [], []
-    for number, (truth, evidence, one) in enumerate(found):
+    holds, widths = [], []
+    for number, (truth, evidence, one) in enumerate(results):
         true_mm = library.mean_mm(truth)
         possible = one.draws is not None
         best_mm = one.confirmed_mm(0).mean(axis=0) if possible else np.full(len(STATIONS_MM), np.inf)
         errors["calibrated"].append(apart_mm(best_mm, true_mm, first * noise_mm2))
         if one.draws is not None:
             marginals = marginals_of(FREES, one.draws, one.best)
-            held += [one.low <= truth[one.free.name] <= one.high for one in marginals]
+            holds += [one.low <= truth[one.free.name] <= one.high for one in marginals]
             widths += [one.width_over_prior for one in marginals]
         for name, settings in others.items():
             runs_mm = np.array(library.run([(setting, seed) for seed, setting in enumerate(settings[number])]))
             nearest_mm = runs_mm[((runs_mm - evidence.level_mm) ** 2).sum(axis=1).argmin()]
             errors[name].append(apart_mm(nearest_mm, true_mm, middle * noise_mm2))
-    total = len(found)
+    total = len(results)
     succeeded = {name: sum(error <= CLOSE_MM for error in column) for name, column in errors.items()}
     needed = 12.0 if total == TRUTHS else 0.0  # Of fewer truths the number is reported
     per_setting = np.array(widths).reshape(-1, len(FREES)).mean(axis=0)
@@ -276,7 +276,7 @@ def rows(
         Row(f"calibrated within {CLOSE_MM:g} mm RMS in {BUDGET} runs", succeeded["calibrated"], "", needed),
         Row("median RMS of the calibrated profile", float(np.median(errors["calibrated"])), "mm"),
         Row("largest RMS of the calibrated profile", max(errors["calibrated"]), "mm"),
-        Row("truths that 90 % intervals hold", 100 * float(np.mean(held)), "%", *BAR),
+        Row("truths that 90 % intervals hold", 100 * float(np.mean(holds)), "%", *BAR),
         *(
             Row(f"90 % width over that beforehand, {free.name}", float(width), "")
             for free, width in zip(FREES, per_setting, strict=True)

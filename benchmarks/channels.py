@@ -23,7 +23,7 @@ from sealtwin.core.records import Floats
 from simulate.settings import Fluid
 from simulate.setup.rheology import added_viscosity
 from simulate.setup.signed_distance import CM
-from tests.fluids import FRAME_S
+from tests.fluids import FRAME_S, sealant
 
 DENSITY_KG_M3 = 1000.0
 """A viscosity in mm2/s is then one in mPa s, a stress over the density in mm2/s2 one in mPa."""
@@ -84,9 +84,7 @@ class Channel:
         if self.index != 1:
             flow = {"consistency_pa_s_n": thickness, "flow_index": self.index}
         stress_pa = 1e-6 * DENSITY_KG_M3 * stress_mm2_s2
-        return Fluid.model_validate(
-            {"density_kg_m3": DENSITY_KG_M3, "yield_stress_pa": stress_pa, "freeze_after_s": "never", **flow}
-        )
+        return sealant(density_kg_m3=DENSITY_KG_M3, yield_stress_pa=stress_pa, **flow)
 
     def flow(self, seconds: float, seed: int = 0, **solver: Any) -> tuple[float, float]:
         """Mean speed at last, and that of the closed form at the same places; it starts as the closed form has it.
@@ -162,15 +160,9 @@ def drift(viscosity_mm2_s: float, yield_mm2_s2: float, *, alone: bool = False, s
     random = np.random.default_rng(seed)
     # Particles overlap, so that densities differ.
     place = raised(cube + random.uniform(-0.15, 0.15, cube.shape), 30.0)
-    tank = Tank.of(
-        Pit(8.0, 8.0, 4.0),
-        place,
-        radius_mm=radius_mm,
-        step_s=step_s,
-        viscosity_mm2_s=viscosity_mm2_s,
-        yield_mm2_s2=yield_mm2_s2,
-        falls=True,
-    )
+    paste = {"viscosity_mm2_s": viscosity_mm2_s, "yield_mm2_s2": yield_mm2_s2}
+    how: dict[str, Any] = {"radius_mm": radius_mm, "step_s": step_s, "falls": True, **paste}
+    tank = Tank.of(Pit(8.0, 8.0, 4.0), place, **how)
     away = place - place.mean(axis=0)
     turn = TURN_PER_S * np.column_stack([-away[:, 1], away[:, 0], 0 * away[:, 0]])
     tank.set_velocity(turn + random.normal(0.0, CHAOS_MM_S, place.shape))

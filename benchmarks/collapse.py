@@ -11,6 +11,7 @@ from benchmarks.physics_tanks import Pit, Tank, settled_mm, step_of
 from benchmarks.table import Row
 from sealtwin.core.records import Floats
 from simulate.settings import Fluid, Solver
+from tests.fluids import sealant
 
 DEEP_MM, AFTER_S = 40.0, 0.5
 BURSTS = "local pressure holds the heap compressed by a tenth, which bursts out by 0.9 mm as the gate opens"
@@ -22,13 +23,13 @@ def fronts() -> Iterator[Row]:
     The fall of the centre is not judged: interFoam's own hangs on its mesh by a tenth, and ours on the volume kept,
     which is measured with particles that stick to the walls above the others.
     """
-    thin = Fluid(viscosity_pa_s=0.055, freeze_after_s="never")
+    thin = sealant(viscosity_pa_s=0.055)
     coarse, fine = (_collapse(thin, (0.0, AFTER_S), radius_mm=radius_mm) for radius_mm in (Solver().size_mm, 0.25))
     advance = _between(coarse)[0]
     yield Row("front, 0.055 Pa s: advance over R 0.25 mm's", advance / _between(fine)[0], "", 0.9, 1.1, "1")
     reached = [advance]
     for viscosity_pa_s, creep in CREEP.items():
-        fluid = Fluid(viscosity_pa_s=viscosity_pa_s, freeze_after_s="never")
+        fluid = sealant(viscosity_pa_s=viscosity_pa_s)
         times_s = sorted({0.0, AFTER_S, creep.end_s})
         for pressure in ("local", "two-level"):
             ours = _collapse(fluid, times_s, radius_mm=Solver().size_mm, pressure=pressure)

@@ -24,8 +24,8 @@ from benchmarks.interfoam.cases import DENSITY_KG_M3, HEAP_MM, SIZE_MM, TABLES, 
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, spacing_mm, step_of
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
-from simulate.settings import PAPERS_D_CM, Fluid
-from tests.fluids import FRAME_S
+from simulate.settings import PAPERS_D_CM
+from tests.fluids import FRAME_S, sealant
 
 PIT = Pit(60.0, WIDTH_MM, 26.0)
 WEIGHT_N_M3 = DENSITY_KG_M3 * GRAVITY_MM_S2 / 1e3
@@ -99,16 +99,9 @@ def collapse(yield_pa: float, radius_mm: float, *, sleep: bool = True, dragged: 
 
     Walls may drag it by the paper's D beside its yield stress, in place of its viscosity.
     """
-    fluid = Fluid.model_validate(
-        {
-            "density_kg_m3": DENSITY_KG_M3,
-            "yield_stress_pa": yield_pa,
-            "viscosity_pa_s": VISCOSITY_PA_S,
-            "freeze_after_s": "never",
-        }
-    )
+    paste = {"density_kg_m3": DENSITY_KG_M3, "yield_stress_pa": yield_pa, "viscosity_pa_s": VISCOSITY_PA_S}
     step_s = step_of(radius_mm)
-    given: dict[str, Any] = {"fluid": fluid}
+    given: dict[str, Any] = {"fluid": sealant(**paste)}
     if dragged:
         given = {
             "viscosity_mm2_s": VISCOSITY_PA_S / DENSITY_KG_M3 * 1e6,
@@ -122,8 +115,8 @@ def collapse(yield_pa: float, radius_mm: float, *, sleep: bool = True, dragged: 
         if t_s >= rows[-1][0] + EVERY_S:
             rows.append((t_s, *_figures(tank)))
     rows.append((REST_S, *_figures(tank)))
-    held_pa = holding_pa(*surface_mm(tank.place_mm, radius_mm), WIDTH_MM, WEIGHT_N_M3)
-    return Course(*np.array(rows).T), held_pa
+    holds_pa = holding_pa(*surface_mm(tank.place_mm, radius_mm), WIDTH_MM, WEIGHT_N_M3)
+    return Course(*np.array(rows).T), holds_pa
 
 
 def _figures(tank: Tank) -> tuple[float, float, float]:
@@ -151,26 +144,26 @@ def course_rows(yield_pa: float) -> Iterator[Row]:
         runs.append((0.4, False))
     for radius_mm, sleep in runs:
         name = f"{yield_pa:g} Pa, R {radius_mm:g} mm{'' if sleep else ', awake'}"
-        found = _mean_over_sizes(yield_pa, yield_pa, radius_mm, sleep=sleep)
-        rows = {figure: _row(name, figure, mean) for figure, mean in found.items()}
+        means = _mean_over_sizes(yield_pa, yield_pa, radius_mm, sleep=sleep)
+        rows = {figure: _row(name, figure, mean) for figure, mean in means.items()}
         if any(row.missed for row in rows.values()):
             weaker_pa = holding_pa(*last_mm(yield_pa), WIDTH_MM, WEIGHT_N_M3)
             paste = f"{weaker_pa:.3g} Pa"
             for figure, mean in _mean_over_sizes(yield_pa, weaker_pa, radius_mm, sleep=sleep).items():
                 if _row(name, figure, mean).met:
                     why = f"interFoam's heap lies where {paste} hold it, and particles of {paste} have {mean:.3g} here"
-                    rows[figure] = _row(name, figure, found[figure], why)
+                    rows[figure] = _row(name, figure, means[figure], why)
         yield from rows.values()
 
 
 def _mean_over_sizes(theirs_pa: float, ours_pa: float, radius_mm: float, *, sleep: bool) -> dict[str, float]:
     """Mean of each figure over ``AS_LARGE``."""
     theirs = references()[theirs_pa, SIZE_MM, LIMIT_M2_S]
-    found = []
+    ratios = []
     for share in AS_LARGE:
-        ours, held_pa = collapse(ours_pa, share * radius_mm, sleep=sleep)
-        found.append({**compared(ours, theirs), AT_REST: held_pa / ours_pa})
-    return {figure: float(np.mean([each[figure] for each in found])) for figure in found[0]}
+        ours, holds_pa = collapse(ours_pa, share * radius_mm, sleep=sleep)
+        ratios.append({**compared(ours, theirs), AT_REST: holds_pa / ours_pa})
+    return {figure: float(np.mean([each[figure] for each in ratios])) for figure in ratios[0]}
 
 
 def own_rows() -> Iterator[Row]:
@@ -181,9 +174,9 @@ def own_rows() -> Iterator[Row]:
             for figure, ratio in compared(course, references()[yield_pa, SIZE_MM, LIMIT_M2_S]).items():
                 yield _row(name, figure, ratio)
         else:
-            held_pa = holding_pa(*last_mm(yield_pa), WIDTH_MM, WEIGHT_N_M3)
+            holds_pa = holding_pa(*last_mm(yield_pa), WIDTH_MM, WEIGHT_N_M3)
             name = f"interFoam, {yield_pa:g} Pa after {SEEN_S:g} s"
-            yield _row(name, "stress that holds it", held_pa / yield_pa)
+            yield _row(name, "stress that holds it", holds_pa / yield_pa)
 
 
 def wall_row() -> Row:
@@ -198,19 +191,19 @@ def wall_row() -> Row:
 def limit_rows() -> Iterator[Row]:
     """Limit analysis against a textbook."""
     x_mm = np.arange(0.125, 5 * FACE_MM, 0.25)
-    held_pa = holding_pa(x_mm, np.where(x_mm < 3 * FACE_MM, FACE_MM, 0.0), np.inf, WEIGHT_N_M3, cell_mm=0.25)
-    face = WEIGHT_N_M3 * FACE_MM * 1e-3 / held_pa
+    holds_pa = holding_pa(x_mm, np.where(x_mm < 3 * FACE_MM, FACE_MM, 0.0), np.inf, WEIGHT_N_M3, cell_mm=0.25)
+    face = WEIGHT_N_M3 * FACE_MM * 1e-3 / holds_pa
     yield Row("limit analysis: vertical face over the slip circle's", face / FACE, "", 1 - FACE_OFF, 1 + FACE_OFF, "1")
 
 
 def main(
     only: Annotated[str | None, Option(help="yield stress of a heap in Pa, or limit, or interfoam")] = None,
 ) -> list[Row]:
-    found = sorted(stress for stress, *rest in references() if tuple(rest) == (SIZE_MM, LIMIT_M2_S))
+    stresses = sorted(stress for stress, *rest in references() if tuple(rest) == (SIZE_MM, LIMIT_M2_S))
     rows = list(limit_rows()) if only in (None, "limit") else []
     if only in (None, "interfoam"):
         rows += own_rows()
-    for stress in found:
+    for stress in stresses:
         if only in (None, f"{stress:g}"):
             rows += course_rows(stress)
     if only in (None, f"{AWAKE_PA:g}"):

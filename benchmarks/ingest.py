@@ -75,21 +75,21 @@ def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
     spoilt = make_lab_folder(scratch / "spoilt")
     for fault in FAULTS:
         fault.plant(spoilt)
-    told = "\n".join(ingest_answer(ingest(spoilt, scratch / "lab-of-spoilt", Progress())).lines)
-    found = [re.search(f"^failed: .*{fault.says}.*$", told, flags=re.MULTILINE) for fault in FAULTS]
+    lines = "\n".join(ingest_answer(ingest(spoilt, scratch / "lab-of-spoilt", Progress())).lines)
+    matches = [re.search(f"^failed: .*{fault.says}.*$", lines, flags=re.MULTILINE) for fault in FAULTS]
 
     print("Read as:")
     for outcome in first.outcomes:
         print(f"  {outcome.sample.name}  {outcome.dialect}")
     print("Planted, and what was said of it:")
-    for fault, said in zip(FAULTS, found, strict=True):
-        print(f"  {fault.what}\n    {'NOT NAMED' if said is None else said[0].removeprefix('failed: ')}")
+    for fault, match in zip(FAULTS, matches, strict=True):
+        print(f"  {fault.what}\n    {'NOT NAMED' if match is None else match[0].removeprefix('failed: ')}")
     dialects = len({outcome.dialect for outcome in first.outcomes})
     return [
         Row("trials taken in", _count(first, "new"), "of 10", len(HANDS), len(HANDS)),
         Row("dialects", dialects, "", FEWEST_DIALECTS, len(HANDS)),
         Row("planted faults", len(FAULTS), "", FEWEST_FAULTS, 1000),
-        Row("of these named", sum(said is not None for said in found), "", len(FAULTS), len(FAULTS)),
+        Row("of these named", sum(match is not None for match in matches), "", len(FAULTS), len(FAULTS)),
         Row("taken in again: new or revised", len(HANDS) - _count(again, "unchanged"), "", 0, 0),
         Row("time a sample", took_s / len(HANDS), "s", 0, SLOWEST_S),
         Row("time a sample that is known", again_s / len(HANDS), "s", 0, SLOWEST_S / 10),
@@ -136,8 +136,8 @@ class FilePlace:
 
 def answers_in(sentence: str) -> list[str]:
     """Return the answers that a doubt asks for."""
-    found = ANSWER.search(sentence)
-    return [] if found is None else found[1].replace('"', "").split(", ")
+    match = ANSWER.search(sentence)
+    return [] if match is None else match[1].replace('"', "").split(", ")
 
 
 def doubt_rows(folder: Path, seed: int, each: int) -> list[Row]:
@@ -180,7 +180,7 @@ def sound_rows(folder: Path, seed: int, count: int) -> list[Row]:
         path = sheet.write(folder, "sheet")
         at_ingest.read(path, sheet, "", run=False)
         at_run.read(path, sheet, "", run=True)
-    shares = (100 * (1 - said.counts["silent"] / count) for said in (at_ingest, at_run))
+    shares = (100 * (1 - tally.counts["silent"] / count) for tally in (at_ingest, at_run))
     return [
         Row("sound sheets", count, "", 200),
         *(
@@ -204,18 +204,18 @@ def asking_rows(scratch: Path, seed: int) -> list[Row]:
         note = f"crack.depth_mm = {sheet.depth_mm}\nphoto.ends_px = {ENDS}\n"
         (folder / f"{name}.toml").write_text(note, encoding="utf-8")
     first = ingest(folder, scratch / "lab", Progress())
-    held = 0
+    questioned = 0
     for outcome in first.outcomes:
         answers = [answer for fault in outcome.faults for answer in answers_in(fault)]
         if answers and all(map(answers_in, outcome.faults)):
-            held += 1
+            questioned += 1
             with (folder / f"{outcome.sample.name}.toml").open("a", encoding="utf-8") as note:
                 note.write(f"readings.as_written = {answers}\n")
     again = ingest(folder, scratch / "lab", Progress())
     return [
         Row("a lab's samples of reviewed manners", len(first.outcomes), "", len(REVIEWED) * EACH),
-        Row("of these held with a question", held, "", 1),
-        Row("taken in after one line each", _count(again, "new"), "", held, held),
+        Row("of these held with a question", questioned, "", 1),
+        Row("taken in after one line each", _count(again, "new"), "", questioned, questioned),
     ]
 
 
@@ -231,12 +231,12 @@ def ordinary_rows(scratch: Path) -> list[Row]:
         (folder / f"{name}.toml").write_text(f"crack.depth_mm = 8.0\nphoto.ends_px = {ENDS}\n", encoding="utf-8")
     before = {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "lab.toml"}
     first = ingest(folder, lab, Progress())
-    held = {outcome.sample.name: outcome.faults for outcome in first.outcomes if outcome.faults}
+    faults = {outcome.sample.name: outcome.faults for outcome in first.outcomes if outcome.faults}
     rows = list(csv.DictReader((lab / PAIRING).read_text(encoding="utf-8").splitlines()))
     answered = set[str]()
     for row in rows:
         sheet = SHEETS[names.index(row["sample"])]
-        if row["role"] == "readings" and row["sample"] in held:
+        if row["role"] == "readings" and row["sample"] in faults:
             row.update(sheet.answers)
             answered |= {row["sample"]} if row["question"] and sheet.answers else set()
     with (lab / PAIRING).open("w", encoding="utf-8", newline="") as pairing:
@@ -249,14 +249,14 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     unchanged = all((folder / name).read_bytes() == content for name, content in before.items())
     print("Ordinary sheets:")
     for name, sheet, outcome in zip(names, SHEETS, again.outcomes, strict=True):
-        fate = "taken unedited" if name not in held else "taken after an answer" if name in taken else "NOT TAKEN"
+        fate = "taken unedited" if name not in faults else "taken after an answer" if name in taken else "NOT TAKEN"
         print(f"  {sheet.manner}: {fate}{', READ WRONG' if name in wrong else ''}")
-        for fault in held.get(name, []) + ([] if name in taken else outcome.faults):
+        for fault in faults.get(name, []) + ([] if name in taken else outcome.faults):
             print(f"    {fault}")
     count = len(SHEETS)
     return [
         Row(f"of {count} sheets of ordinary labs: taken unedited", len(taken), "", count - UNREADABLE, count),
-        Row("of these without a question", len(set(names) - held.keys()), ""),
+        Row("of these without a question", len(set(names) - faults.keys()), ""),
         Row("of these after an answer in pairing.csv", len(taken & answered), ""),
         Row("ordinary sheets read wrong without a word", len(wrong), "", 0, 0),
         Row("files of the lab that were changed", int(not unchanged), "", 0, 0),
@@ -279,29 +279,29 @@ def arranged_rows(folder: Path, seed: int) -> list[Row]:
 
 def _fate(sheet: ArrangedSheet, path: Path) -> str:
     try:
-        found = read_readings(path, Declared())
+        readings = read_readings(path, Declared())
     except SheetFaults:
         return "asked"
     read = ~np.isnan(sheet.levels_mm).all(axis=1)
-    repeats_mm = found.level_mm[:, None] if found.repeats_mm is None else found.repeats_mm
+    repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
     expected_mm = sheet.levels_mm[read]
     same = repeats_mm.shape == expected_mm.shape and np.allclose(
         repeats_mm, expected_mm, atol=ROUNDING_MM, equal_nan=True
     )
-    if same and found.s_mm.tolist() == np.array(sheet.s_mm)[read].tolist():
+    if same and readings.s_mm.tolist() == np.array(sheet.s_mm)[read].tolist():
         return "right"
-    return "asked" if found.doubts else "wrong"
+    return "asked" if readings.doubts else "wrong"
 
 
 def _as_written(trial: Path, number: int) -> bool:
     """Return whether a trial's readings are those that were written; missing ones are left out."""
     settings = load_trial(trial / "trial.toml").readings
     assert settings is not None
-    found = read_readings(trial / settings.file, settings)
-    repeats_mm = found.level_mm[:, None] if found.repeats_mm is None else found.repeats_mm
+    readings = read_readings(trial / settings.file, settings)
+    repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
     expected_mm = levels_mm(number)
     return (
-        found.s_mm.tolist() == list(S_MM)
+        readings.s_mm.tolist() == list(S_MM)
         and repeats_mm.shape == expected_mm.shape
         and np.isnan(repeats_mm).sum() <= 1
         and bool(np.nanmax(np.abs(repeats_mm - expected_mm)) < ROUNDING_MM)

@@ -79,24 +79,24 @@ def shipped(runs: int, *, numerics: bool) -> Iterator[Row]:
     content = base.model_dump(mode="json", exclude_none=True)
     with tempfile.TemporaryDirectory() as place:
         trial = checked(Trial, SHIPPED, with_settings(content, {"solver.model": "slot"}))
-        found, _ = budget(trial, Path(place, "as it is"), runs)
-        yield from rows_of("nothing measured", found)
+        uncertainty, _ = budget(trial, Path(place, "as it is"), runs)
+        yield from rows_of("nothing measured", uncertainty)
         outline = record_files.read_outline(Path(place, "as it is"))
         content = filled(content, outline)
         for name, model in (("EMULATED fill", "slot"), ("EMULATED fill, sealant, spread", "slot")):
             if "sealant" in name:
                 content = weighed_and_spread(content, Path(place))
             trial = checked(Trial, SHIPPED, with_settings(content, {"solver.model": model}))
-            found, spent_s = budget(trial, Path(place, name), runs)
+            uncertainty, spent_s = budget(trial, Path(place, name), runs)
             high_mm = BAR_MM if "sealant" in name else np.inf
-            yield from rows_of(name, found, high_mm)
+            yield from rows_of(name, uncertainty, high_mm)
             if "sealant" in name:
                 each_s = spent_s / PROCESSES * RUNS / runs
                 yield Row(f"{RUNS:,} runs, processor time of each of {PROCESSES}", each_s, "s", 0, LONGEST_S, "60")
         if numerics:
             trial = checked(Trial, SHIPPED, with_settings(content, {"uncertainty.differences": "slot"}))
-            found, _ = budget(trial, Path(place, "particles"), runs)
-            yield from rows_of("EMULATED, level by particles", found)
+            uncertainty, _ = budget(trial, Path(place, "particles"), runs)
+            yield from rows_of("EMULATED, level by particles", uncertainty)
 
 
 def filled(content: dict[str, Any], outline: Outline) -> dict[str, Any]:
@@ -104,8 +104,8 @@ def filled(content: dict[str, Any], outline: Outline) -> dict[str, Any]:
     crack = content["crack"]
     fill, _ = poured_into(np.random.default_rng(0), outline, CrackShape.model_validate(crack), "steps")
     crack = {name: value for name, value in crack.items() if name != "wall_angle_deg"}
-    known = {name: value for name, value in content["uncertainty"].items() if name != "wall_angle_deg"}
-    return {**content, "crack": {**crack, "fill": fill.model_dump(mode="json")}, "uncertainty": known}
+    inputs = {name: value for name, value in content["uncertainty"].items() if name != "wall_angle_deg"}
+    return {**content, "crack": {**crack, "fill": fill.model_dump(mode="json")}, "uncertainty": inputs}
 
 
 def weighed_and_spread(content: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -113,10 +113,10 @@ def weighed_and_spread(content: dict[str, Any], folder: Path) -> dict[str, Any]:
     spread = spread_of(YIELD_STRESS_PA, 1, np.random.default_rng(0), replayed(), folder)
     print(f"Spread of {spread.true:g} Pa, EMULATED: {spread.found:.2f} Pa, 95 % {spread.low:.2f} to {spread.high:.2f}")
     path = {name: value for name, value in content["path"].items() if name != "volume_ml"} | {"weighed": SEALANT}
-    known = {name: value for name, value in content["uncertainty"].items() if name != "volume_ml"}
-    known["yield_stress_pa"] = (spread.high - spread.low) / 4
+    inputs = {name: value for name, value in content["uncertainty"].items() if name != "volume_ml"}
+    inputs["yield_stress_pa"] = (spread.high - spread.low) / 4
     fluid = content["fluid"] | {"yield_stress_pa": spread.found}
-    return {**content, "path": path, "fluid": fluid, "uncertainty": known}
+    return {**content, "path": path, "fluid": fluid, "uncertainty": inputs}
 
 
 def budget(trial: Trial, folder: Path, runs: int) -> tuple[ErrorUncertainty, float]:
@@ -135,21 +135,21 @@ def budget(trial: Trial, folder: Path, runs: int) -> tuple[ErrorUncertainty, flo
         outline, solid, readings = base.sample.outline, base.sample.solid, readings_of(job, base.profile)
         assert readings is not None
         assert job.trial.readings is not None
-        known = job.trial.known_inputs(outline, solid)
-        found = error_uncertainty(base.profile, readings, outline, solid, job.trial.readings, known, spread)
-    return found, spent_s
+        inputs = job.trial.known_inputs(outline, solid)
+        uncertainty = error_uncertainty(base.profile, readings, outline, solid, job.trial.readings, inputs, spread)
+    return uncertainty, spent_s
 
 
-def rows_of(name: str, found: ErrorUncertainty, high_mm: float = np.inf) -> Iterator[Row]:
+def rows_of(name: str, uncertainty: ErrorUncertainty, high_mm: float = np.inf) -> Iterator[Row]:
     """u_input with each of its components, u of the readings, and u_val where the numerics are known."""
-    mean = found.mean_level
+    mean = uncertainty.mean_level
     assert mean.inputs_mm is not None
     yield Row(f"{name}: u_input", mean.inputs_mm, "mm", 0, high_mm, "0.15" if high_mm < np.inf else "")
-    for one in found.inputs:
+    for one in uncertainty.inputs:
         words, unit = LABELS["inputs"][one.name]
         yield Row(f"  {words}, by {one.standard:.3g} {unit}", one.mean_level_mm, "mm")
-    if found.input_draws is not None:
-        yield Row("  share of its variance that no input makes alone", found.input_draws.together, "")
+    if uncertainty.input_draws is not None:
+        yield Row("  share of its variance that no input makes alone", uncertainty.input_draws.together, "")
     yield Row("  u of the readings", mean.data_mm, "mm")
     if mean.numerics_mm is not None:
         yield Row("  u_num", mean.numerics_mm, "mm")

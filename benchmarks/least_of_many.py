@@ -32,10 +32,10 @@ def main() -> list[Row]:
         true_mm = 1.2 + slope_mm
         true_mm[AT] = np.delete(true_mm, AT).min() + TRUE_MM
         for scatter_mm in SCATTERS_MM:
-            kept, plain = held(u, d_cm, true_mm, scatter_mm)
+            share, plain = held(u, d_cm, true_mm, scatter_mm)
             # Where nothing slopes, planes through neighbours still keep some of the scatter.
             least = 0.0 if name == "no slope" else 92.0
-            rows.append(Row(f"{name}, scatter {scatter_mm} mm", 100 * kept, "%", least, goal="95 %"))
+            rows.append(Row(f"{name}, scatter {scatter_mm} mm", 100 * share, "%", least, goal="95 %"))
             rows.append(Row("    by the plain bootstrap", 100 * plain, "%"))
     return rows
 
@@ -43,16 +43,16 @@ def main() -> list[Row]:
 def held(u: Floats, d_cm: Floats, true_mm: Floats, scatter_mm: float) -> tuple[float, float]:
     """Share of the studies whose range holds the truth, to the paper's two digits; and by the plain bootstrap."""
     random, smoothing = np.random.default_rng(1), planes(u, d_cm)
-    found: list[tuple[bool, bool]] = []
+    holds: list[tuple[bool, bool]] = []
     for _ in range(STUDIES):
         seen_mm = true_mm + random.normal(0.0, scatter_mm, len(true_mm))
         surface = Surface(u, d_cm, seen_mm, seen_mm, NO_RUN, smoothing @ seen_mm)
         draws = [surface.scattered(by, NO_RUN) for by in random.normal(0.0, scatter_mm, (DRAWS, len(true_mm)))]
         ours = [draw.given_away_mm for draw in draws]
         plain = [float(draw.error_mm[AT] - np.delete(draw.error_mm, AT).min()) for draw in draws]
-        found.append((_holds(ours), _holds(plain)))
-    kept, by_plain = np.mean(found, axis=0)
-    return float(kept), float(by_plain)
+        holds.append((_holds(ours), _holds(plain)))
+    share, by_plain = np.mean(holds, axis=0)
+    return float(share), float(by_plain)
 
 
 def _holds(values: list[float]) -> bool:

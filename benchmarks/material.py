@@ -35,9 +35,9 @@ TABLES: dict[str, dict[str, Any]] = {
 def main() -> list[Row]:
     rows = []
     for name, table in TABLES.items():
-        found, theory = wave_decay(Fluid.model_validate({**table, "freeze_after_s": "never"}), frames=FRAMES)
+        decay, theory = wave_decay(Fluid.model_validate({**table, "freeze_after_s": "never"}), frames=FRAMES)
         rows.append(
-            Row(f"shear wave, viscosity {name}: decay off", abs(100 * (found / theory - 1)), "%", 0, WITHIN, "0")
+            Row(f"shear wave, viscosity {name}: decay off", abs(100 * (decay / theory - 1)), "%", 0, WITHIN, "0")
         )
     return rows
 

@@ -46,8 +46,8 @@ def beads(count: int, seed: int) -> Iterator[tuple[Case, Case, Case] | None]:
             shape = between(low * (high / low) ** ((number + random.uniform()) / count))
             root_mm = random.uniform(*LENGTH_MM) / JUDGED_LENGTH
             shape = shape._replace(half_length=shape.half_length + random.uniform(-ENDS, ENDS) * shape.half_width)
-            said = random.uniform(1300, 2000)
-            density = said * (1 + random.normal(0, DENSITY_ERROR))
+            declared = random.uniform(1300, 2000)
+            density = declared * (1 + random.normal(0, DENSITY_ERROR))
             section, length_mm = root_mm**2, root_mm * JUDGED_LENGTH
             ring_mm = root_mm * shape.ring()
             edge = max(0.0, random.normal(EDGE_N_M, EDGE_ERROR_N_M))
@@ -74,33 +74,33 @@ def beads(count: int, seed: int) -> Iterator[tuple[Case, Case, Case] | None]:
                 seed=number,
             ).write(Path(folder, "bead.png"))
             laid = LaidBead(
-                density_kg_m3=said,
+                density_kg_m3=declared,
                 mass_g=1e-6 * section * length_mm * density + random.normal(0, MASS_ERROR_G),
                 asked_mm3_s=flow / random.uniform(0.7, 1.15),
                 speed_mm_s=speed * (1 + random.normal(0, SPEED_ERROR)),
                 start_mm=(float(start[0]), float(start[1])),
             )
-            seen = PhotoInput(file=photo, data="synthetic", markers=BEAD_BOARD, face_mm=BEAD_FACE_MM)
+            settings = PhotoInput(file=photo, data="synthetic", markers=BEAD_BOARD, face_mm=BEAD_FACE_MM)
             try:
-                found = identify(laid, measure_bead(seen, Path(folder)))
+                estimate = identify(laid, measure_bead(settings, Path(folder)))
             except InputError:
                 yield None
                 continue
-            assert found.delay_s is not None, "its mark was given"
+            assert estimate.delay_s is not None, "its mark was given"
             yield (
-                Case(stress_pa, found.stress_pa.value, *found.stress_pa.interval),
-                Case(flow, found.flow_mm3_s.value, *found.flow_mm3_s.interval),
-                Case(delay_s, found.delay_s.value, *found.delay_s.interval),
+                Case(stress_pa, estimate.stress_pa.value, *estimate.stress_pa.interval),
+                Case(flow, estimate.flow_mm3_s.value, *estimate.flow_mm3_s.interval),
+                Case(delay_s, estimate.delay_s.value, *estimate.delay_s.interval),
             )
 
 
 def main(count: Annotated[int, Option("--beads")] = 200, seed: int = 0) -> list[Row]:
     print("All readings are emulated; nothing was measured.")
-    found = list(beads(count, seed))
-    known = [bead for bead in found if bead is not None]
-    stress, flow, delay = (list(cases) for cases in zip(*known, strict=True))
+    laid = list(beads(count, seed))
+    measured = [bead for bead in laid if bead is not None]
+    stress, flow, delay = (list(cases) for cases in zip(*measured, strict=True))
     rows = [
-        Row("beads refused", 100 * (1 - len(known) / len(found)), "%", 0, REFUSED, "0"),
+        Row("beads refused", 100 * (1 - len(measured) / len(laid)), "%", 0, REFUSED, "0"),
         Row("least yield stress", min(case.true for case in stress), "Pa"),
         Row("largest yield stress", max(case.true for case in stress), "Pa"),
         *judged("bead's stress", stress),

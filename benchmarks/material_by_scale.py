@@ -74,16 +74,16 @@ def spreads(count: int, seed: int) -> Iterator[Case]:
     """Yield emulated spreads, their stresses even in the logarithm."""
     random = np.random.default_rng(seed)
     # Computed beforehand, as a replay would find them.
-    known = replayed()
+    curve = replayed()
     with tempfile.TemporaryDirectory() as folder:
         for number in range(count):
             stress_pa = LEAST_PA * (MOST_PA / LEAST_PA) ** ((number + random.uniform()) / count)
-            yield spread_of(stress_pa, number, random, known, Path(folder))
+            yield spread_of(stress_pa, number, random, curve, Path(folder))
 
 
-def spread_of(stress_pa: float, number: int, random: np.random.Generator, known: SlumpCurve, folder: Path) -> Case:
+def spread_of(stress_pa: float, number: int, random: np.random.Generator, curve: SlumpCurve, folder: Path) -> Case:
     """Emulate the photographed spread of a paste, and its yield stress as the command finds it."""
-    one = spread_out(stress_pa, number, random, known, folder)
+    one = spread_out(stress_pa, number, random, curve, folder)
     return Case(stress_pa, one.found.value, *one.found.interval)
 
 
@@ -97,7 +97,7 @@ class Spread(NamedTuple):
     found: PasteEstimate
 
 
-def spread_out(stress_pa: float, number: int, random: np.random.Generator, known: SlumpCurve, folder: Path) -> Spread:
+def spread_out(stress_pa: float, number: int, random: np.random.Generator, curve: SlumpCurve, folder: Path) -> Spread:
     """Let a paste spread and take its photo."""
     sizes = np.array([MINI_CONE.bottom_mm, MINI_CONE.top_mm, MINI_CONE.height_mm])
     volume = Cone(*(sizes + random.normal(0, CONE_ERROR_MM, 3)).tolist()).volume_mm3
@@ -108,12 +108,12 @@ def spread_out(stress_pa: float, number: int, random: np.random.Generator, known
     for _ in range(20):
         held_pa = stress_pa + edge * (1e-3 * radius) ** 2 / (1e-9 * volume)
         radius = radius_at_rest_mm(held_pa, volume, density)
-    seen = photo_of(radius, number, random, folder)
+    photo = photo_of(radius, number, random, folder)
     known_of: dict[str, float] = {"density_kg_m3": DENSITY_KG_M3}
     if number % 2:
         known_of["mass_g"] = 1e-6 * volume * density + random.normal(0, MASS_ERROR_G)
     heap = Heap.model_validate({**known_of, "cone_mm": tuple(sizes.tolist())})
-    return Spread(held_pa, volume, density, heap, estimate(heap, measure_spread(seen, folder), curve=known))
+    return Spread(held_pa, volume, density, heap, estimate(heap, measure_spread(photo, folder), curve=curve))
 
 
 def photo_of(radius_mm: float, number: int, random: np.random.Generator, folder: Path) -> PhotoInput:
@@ -164,8 +164,8 @@ def weighed(
             for _ in range(WEIGHINGS):
                 caught = 20 * pump.gives(asked) * density_kg_m3 * 1e-6 * (1 + random.normal(0, scatter))
                 writer.writerow([asked, f"{float(caught):.4f}", 20, f"{random.normal(0.3, 0.02):.3f}"])
-    said = Pump(file=path, density_kg_m3=DENSITY_KG_M3, density_error_kg_m3=density_error * DENSITY_KG_M3)
-    return read_pump(said, folder)
+    settings = Pump(file=path, density_kg_m3=DENSITY_KG_M3, density_error_kg_m3=density_error * DENSITY_KG_M3)
+    return read_pump(settings, folder)
 
 
 def pumps(seed: int) -> Iterator[Case]:
@@ -190,16 +190,16 @@ def curves(seed: int) -> Iterator[Case]:
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(CURVES):
             stress_pa, viscosity = LEAST_PA * (MOST_PA / LEAST_PA) ** random.uniform(), 10 ** random.uniform(-1, 0.3)
-            found = flow_curve(stress_pa, viscosity, random, Path(folder))
-            yield Case(stress_pa, found.yield_stress_pa, *found.yield_stress_95_pa)
+            paste = flow_curve(stress_pa, viscosity, random, Path(folder))
+            yield Case(stress_pa, paste.yield_stress_pa, *paste.yield_stress_95_pa)
 
 
 def flow_curve(stress_pa: float, viscosity_pa_s: float, random: np.random.Generator, folder: Path) -> Material:
     """Emulate a flow curve, and the paste as the command finds it."""
     rate = np.geomspace(0.5, random.uniform(50, 150), int(random.integers(8, 25)))
-    said = (stress_pa + viscosity_pa_s * rate) * (1 + random.normal(0, TORQUE))
-    said = said * (1 + random.normal(0, random.uniform(0.005, 0.04), len(rate)))
-    lines = [f"{x:.6g},{y:.6g}" for x, y in zip(rate, said, strict=True)]
+    stresses_pa = (stress_pa + viscosity_pa_s * rate) * (1 + random.normal(0, TORQUE))
+    stresses_pa = stresses_pa * (1 + random.normal(0, random.uniform(0.005, 0.04), len(rate)))
+    lines = [f"{x:.6g},{y:.6g}" for x, y in zip(rate, stresses_pa, strict=True)]
     path = folder / "curve.csv"
     path.write_text("\n".join(["shear_rate_per_s,stress_pa", *lines]) + "\n", encoding="utf-8")
     return material_of_table(path, PasteOnPlate(density_kg_m3=DENSITY_KG_M3), "synthetic", date(2026, 11, 21))

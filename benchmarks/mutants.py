@@ -2,8 +2,9 @@
 
     python -m benchmarks.mutants OLD FOLDER [--count 200] [--seed REVISION]
 
-Both suites run against the packages of HEAD, each in a worktree below FOLDER. A mutant meets the tests whose coverage
-contexts include its line, quickest first, until one fails. The same command goes on where it was stopped.
+Both suites run against the packages of HEAD, each in a worktree below FOLDER, which stays as it was made. A mutant is
+a place of an operator in a module, the same in both. It meets the tests whose coverage contexts include its line,
+quickest first, until one fails. The same command goes on where it was stopped.
 """
 
 import json
@@ -11,9 +12,9 @@ import os
 import random
 import subprocess
 import sys
-from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -34,6 +35,7 @@ OPERATORS = (
     *("NumberReplacer", "ReplaceUnaryOperator_USub_UAdd", "ZeroIterationForLoop"),
 )
 """Operators of cosmic-ray that leave a module importable."""
+RUN_BY_CI = "not slow and not gpu and not browser"
 MOST_S = 600.0  # Time of one mutant's tests; a mutant that loops for ever counts as killed
 LOST_AT_MOST = 0.01  # Share of the old suite's kills
 
@@ -43,13 +45,12 @@ class Mutant:
     """One change of one module: the ``occurrence``-th place of an operator."""
 
     module: str
-    line: int
     operator: str
     occurrence: int
 
     @property
     def key(self) -> str:
-        return f"{self.module}:{self.line} {self.operator} {self.occurrence}"
+        return f"{self.module} {self.operator} {self.occurrence}"
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class Suite:
 
     def pytest(self, *arguments: str, most_s: float | None = None) -> int:
         """Return pytest's exit code; 1 if it takes longer than ``most_s``."""
-        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-m", RUN_BY_CI, *arguments]
         environment = os.environ | {"PYTHONPATH": str(self.folder)}
         try:
             ended = subprocess.run(
@@ -103,9 +104,10 @@ class Suite:
         }
 
     def tests_of(self, mutant: Mutant) -> list[str]:
-        """Names of the tests that run the mutant's line, quickest first."""
+        """Names of the tests that run the mutant's line, quickest first; none if the module lacks the place."""
+        line = dict(mutants_of(self.folder, mutant.module)).get(mutant)
         lines = self.contexts.contexts_by_lineno(str(self.folder / mutant.module))
-        names = {context.split("|")[0] for context in lines.get(mutant.line, ())}
+        names = {context.split("|")[0] for context in lines.get(line, ())}
         return sorted(names & self.seconds.keys(), key=self.seconds.__getitem__)
 
     def kills(self, mutant: Mutant) -> bool:
@@ -131,15 +133,18 @@ def cosmic_ray(module: str) -> Any:
     return import_module(f"cosmic_ray.{module}")
 
 
-def mutants_of(module: str) -> Iterator[Mutant]:
-    """Yield every mutant of a module of this checkout."""
+@cache
+def mutants_of(root: Path, module: str) -> tuple[tuple[Mutant, int], ...]:
+    """Return every mutant of a module below ``root``, with its line."""
     trees = cosmic_ray("ast")
-    nodes = list(trees.ast_nodes(trees.get_ast((ROOT / module).read_text(encoding="utf-8"))))
+    nodes = list(trees.ast_nodes(trees.get_ast((root / module).read_text(encoding="utf-8"))))
+    mutants = []
     for operator in OPERATORS:
         find = cosmic_ray("plugins").get_operator(f"core/{operator}")().mutation_positions
         places = (position for node in nodes for position in find(node))
         for occurrence, ((line, _), *_) in enumerate(places):
-            yield Mutant(module, line, operator, occurrence)
+            mutants.append((Mutant(module, operator, occurrence), line))
+    return tuple(mutants)
 
 
 def mutated(source: str, mutant: Mutant) -> str:
@@ -156,7 +161,7 @@ def drawn(old: Suite, count: int, seed: str) -> list[Mutant]:
     chosen: list[Mutant] = []
     for stage in STAGES:
         modules = git("ls-files", f"{stage}/*.py").splitlines()
-        candidates = sorted(mutant for module in modules for mutant in mutants_of(module))
+        candidates = sorted(mutant for module in modules for mutant, _ in mutants_of(ROOT, module))
         chance.shuffle(candidates)
         touched = (mutant for mutant in candidates if old.tests_of(mutant))
         chosen += [mutant for mutant, _ in zip(touched, range(count // len(STAGES)), strict=False)]
@@ -174,12 +179,15 @@ def main(
     for suite in suites:
         suite.check_out()
         suite.measure()
-    results = folder / "mutants.json"
+    results, names = folder / "mutants.json", [suite.name for suite in suites]
     killed: dict[str, dict[str, bool]] = json.loads(results.read_text()) if results.exists() else {}
     mutants = drawn(suites[0], count, seed or git("rev-parse", "HEAD"))
     for number, mutant in enumerate(mutants, 1):
         if mutant.key not in killed:
-            killed[mutant.key] = {suite.name: suite.kills(mutant) for suite in suites}
+            with ThreadPoolExecutor() as pool:
+                killed[mutant.key] = dict(
+                    zip(names, pool.map(Suite.kills, suites, [mutant] * len(suites)), strict=True)
+                )
             results.write_text(json.dumps(killed, indent=1))
         print(f"{number} of {len(mutants)}: {mutant.key}: {killed[mutant.key]}", flush=True)
     outcomes = [killed[mutant.key] for mutant in mutants]

@@ -130,7 +130,7 @@ def _list(x, y, z, px, py, pz, start, number, corner, size, cells, reach, same, 
         a = min(max(int((x[i] - corner[0]) / size), 0), cells[0] - 1)
         b = min(max(int((y[i] - corner[1]) / size), 0), cells[1] - 1)
         c = min(max(int((z[i] - corner[2]) / size), 0), cells[2] - 1)
-        found = 0
+        neighbours = 0
         for cc in range(max(c - 1, 0), min(c + 2, cells[2])):
             for bb in range(max(b - 1, 0), min(b + 2, cells[1])):
                 line = cells[0] * (bb + cells[1] * cc)
@@ -138,10 +138,10 @@ def _list(x, y, z, px, py, pz, start, number, corner, size, cells, reach, same, 
                     j = number[k]
                     dx, dy, dz = px[j] - x[i], py[j] - y[i], pz[j] - z[i]
                     if dx * dx + dy * dy + dz * dz < reach * reach and not (same and j == i):
-                        if found < listed.shape[1]:
-                            listed[i, found] = j
-                        found += 1
-        count[i] = min(found, listed.shape[1])
+                        if neighbours < listed.shape[1]:
+                            listed[i, neighbours] = j
+                        neighbours += 1
+        count[i] = min(neighbours, listed.shape[1])
 
 
 @njit(parallel=True, cache=True, fastmath=True)

@@ -30,17 +30,16 @@ def main(
             print(f"{name:<16} {(case.__doc__ or '').splitlines()[0]}")
         return []
     print(f"{'figure':<56} {'reference':<14} {'measured':>9} {'unit':<6} {'tolerance':<16} {'':<6} source")
-    found: list[Finding] = []
+    findings: list[Finding] = []
     began = time.process_time()
     for name in only or CASES:
         before = time.process_time()
-        findings = CASES[name]()
-        for finding in findings:
+        for finding in CASES[name]():
             _print(finding)
+            findings.append(finding)
         print(f"    {name}: {time.process_time() - before:.0f} CPU s", flush=True)
-        found += findings
     print(f"{time.process_time() - began:.0f} CPU s")
-    return found
+    return findings
 
 
 def _print(finding: Finding) -> None:

@@ -1,6 +1,6 @@
 """What a physics benchmark finds: a figure beside its reference, where that comes from, and how far off it may be."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from benchmarks.table import Row
@@ -37,4 +37,4 @@ def within(
     return Finding(name, value, unit, reference - far, reference + far, f"{reference:.4g}", source, because=because)
 
 
-Case = Callable[[], Sequence[Finding]]
+Case = Callable[[], Iterator[Finding]]

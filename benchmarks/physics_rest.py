@@ -1,6 +1,6 @@
 """Fluid at rest: density and level of a column, the paper's f, what freezing keeps; and what must hold always."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from math import pi, sqrt
 from typing import Any
@@ -51,13 +51,12 @@ def pressure_at(compression: float, tank: Tank) -> float:
     return engine.scheme.iterations * compression * (1 + 1.5 * compression) / stiff / tank.step_s**2
 
 
-def hydrostatic() -> list[Finding]:
+def hydrostatic() -> Iterator[Finding]:
     """A column of 16 mm under its weight, its volume kept as in a run: where its level is, and how dense its floor.
 
     Of the weight, local pressure's law may miss 15 %: walls bear up to 6 % by the particles' friction (``shear_wave``),
     and sums over a packing are 9 % off the integrals. Two levels promise 2 % (``solver.pressure``).
     """
-    found = []
     for substeps, pressure in ((4, "local"), (8, "local"), (4, "two-level")):
         tank = _column(substeps, pressure)
         inside = tank.inside
@@ -67,25 +66,22 @@ def hydrostatic() -> list[Finding]:
         # Of all particles: what splashed out, or leaked, is missing from the level.
         stands_mm = tank.engine.state.count * particle_volume(RADIUS_MM) / COLUMN.length_mm / COLUMN.width_mm
         name = f"column, {substeps} substeps, {pressure}"
-        found.append(within(f"{name}: level", level_mm, "mm", stands_mm, RADIUS_MM, "volume put in, +- R", share=False))
+        yield within(f"{name}: level", level_mm, "mm", stands_mm, RADIUS_MM, "volume put in, +- R", share=False)
         if pressure == "local":
-            held = pressure_at(dense, tank) / (GRAVITY_MM_S2 * (stands_mm - 2))
-            found.append(within(f"{name}: floor's pressure over weight", held, "", 1.0, 0.15, "law of Eqs 1 to 3"))
-            found.append(reported(f"{name}: floor compressed by", 100 * dense, "%", "0", "solver.pressure"))
+            borne = pressure_at(dense, tank) / (GRAVITY_MM_S2 * (stands_mm - 2))
+            yield within(f"{name}: floor's pressure over weight", borne, "", 1.0, 0.15, "law of Eqs 1 to 3")
+            yield reported(f"{name}: floor compressed by", 100 * dense, "%", "0", "solver.pressure")
         else:
-            found.append(Finding(f"{name}: floor compressed by", 100 * dense, "%", -2, 2, "0", "solver.pressure"))
-    return found
+            yield Finding(f"{name}: floor compressed by", 100 * dense, "%", -2, 2, "0", "solver.pressure")
 
 
-def packing() -> list[Finding]:
+def packing() -> Iterator[Finding]:
     """The paper's f, of volume = N 4 sqrt(2) f^3 R^3, that preset paper takes: Eq. 6 has 0.97 wherever it is."""
-    found = []
     for name, pit in (("cuboid, 10 mm", Pit(10.0, 10.0, 14.0)), ("slot, 3.1 mm", COLUMN)):
         fluid = settled_mm(pit, RADIUS_MM, FRAME_S / 4, 9.0, preset="paper")
         volume_mm3 = pit.length_mm * pit.width_mm * _level_mm(fluid)
         f = float(np.cbrt(volume_mm3 / len(fluid) / (4 * sqrt(2) * RADIUS_MM**3)))
-        found.append(reported(f"f, {name}, preset paper", f, "", f"{PACKING:g}", "the paper; its walls push"))
-    return found
+        yield reported(f"f, {name}, preset paper", f, "", f"{PACKING:g}", "the paper; its walls push")
 
 
 def _level_mm(place_mm: Floats) -> float:
@@ -98,7 +94,7 @@ def _level_mm(place_mm: Floats) -> float:
     return float(np.median(top)) + side / 2
 
 
-def freezing() -> list[Finding]:
+def freezing() -> Iterator[Finding]:
     """A slow pour of 690 particles, 120 of them moving: a bed that freezes keeps its volume, as every run should."""
     crack = slot()
     fluid = Fluid(viscosity_pa_s=0.01, freeze_after_s=AGE_S)
@@ -107,25 +103,19 @@ def freezing() -> list[Finding]:
         with patch.dict(PRESETS, accurate=PRESETS["accurate"]._replace(frozen_answer=answer)):
             run = pour(crack, path(crack[1], 0.228, speed_mm_s=0.7), fluid, radius_mm=RADIUS_MM, settle_s=0.5)
         kept[answer] = volume_ratio(run, crack[0])
-    return [
-        Finding("frozen bed: volume kept", kept[1.0], "", 0.99, 1.01, "1", "decision 0113"),
-        reported("frozen bed, lambda as in the paper: kept", kept[0.0], "", "1", "decision 0113"),
-    ]
+    yield Finding("frozen bed: volume kept", kept[1.0], "", 0.99, 1.01, "1", "decision 0113")
+    yield reported("frozen bed, lambda as in the paper: kept", kept[0.0], "", "1", "decision 0113")
 
 
-def momentum() -> list[Finding]:
+def momentum() -> Iterator[Finding]:
     """A cube in chaos falls freely: nothing in it pushes it as a whole, and its mirror image does as it does."""
-    found = []
     for name, viscosity_mm2_s in (("pressure alone", 0.0), ("pressure and viscosity", 32.2)):
         moved, drift, apart = _chaos(viscosity_mm2_s)
-        found += [
-            reported(f"chaos, {name}: mean path", moved, "mm", "some R", "something did happen"),
-            # Positions of 20 mm are rounded to 1e-6 mm in some fifty moves.
-            Finding(f"momentum, {name}: drift", drift, "mm", 0, 1e-4, "0", "action is reaction"),
-            # Chaos doubles float32's 1e-6 in each substep or so.
-            Finding(f"mirror image, {name}", apart, "mm", 0, 1e-6 * 2**STEPS_OF_CHAOS, "0", "symmetry"),
-        ]
-    return found
+        yield reported(f"chaos, {name}: mean path", moved, "mm", "some R", "something did happen")
+        # Positions of 20 mm are rounded to 1e-6 mm in some fifty moves.
+        yield Finding(f"momentum, {name}: drift", drift, "mm", 0, 1e-4, "0", "action is reaction")
+        # Chaos doubles float32's 1e-6 in each substep or so.
+        yield Finding(f"mirror image, {name}", apart, "mm", 0, 1e-6 * 2**STEPS_OF_CHAOS, "0", "symmetry")
 
 
 def _chaos(viscosity_mm2_s: float) -> tuple[float, float, float]:
@@ -135,14 +125,8 @@ def _chaos(viscosity_mm2_s: float) -> tuple[float, float, float]:
     places = []
     for sign in (1.0, -1.0):
         flip = np.array([1.0, sign, 1.0])
-        tank = Tank.of(
-            Pit(6.0, 6.0, 4.0),
-            fluid * flip,
-            radius_mm=RADIUS_MM,
-            step_s=STEP_S,
-            viscosity_mm2_s=viscosity_mm2_s,
-            falls=True,
-        )
+        how: dict[str, Any] = {"radius_mm": RADIUS_MM, "step_s": STEP_S, "viscosity_mm2_s": viscosity_mm2_s}
+        tank = Tank.of(Pit(6.0, 6.0, 4.0), fluid * flip, falls=True, **how)
         tank.set_velocity(speed * flip)
         tank.wait(STEPS_OF_CHAOS * STEP_S)
         places.append(tank.place_mm * flip)
@@ -153,7 +137,7 @@ def _chaos(viscosity_mm2_s: float) -> tuple[float, float, float]:
     return float(path_mm), float(np.abs(drift).max()), float(np.abs(places[0] - places[1]).max())
 
 
-def mirror() -> list[Finding]:
+def mirror() -> Iterator[Finding]:
     """A column let go in the middle of a pit spreads alike to both sides, walls of particles and all."""
     length_mm, high_mm = 60.0, 16.0
     fluid = settled_mm(Pit(12.0, 3.1, 24.0), RADIUS_MM, FRAME_S / 4, high_mm)
@@ -163,21 +147,14 @@ def mirror() -> list[Finding]:
     x, level = tank.surface_mm(column_mm=2.0).T
     off = float(np.abs(level - np.interp(length_mm - x, x, level)).mean())
     # One layer of particles more or less is all that a count of particles in a column can say.
-    return [Finding("mirror: levels left and right, mean apart", off, "mm", 0, RADIUS_MM, "0", "half a diameter")]
+    yield Finding("mirror: levels left and right, mean apart", off, "mm", 0, RADIUS_MM, "0", "half a diameter")
 
 
-def passes() -> list[Finding]:
+def passes() -> Iterator[Finding]:
     """The rule behind q: the largest eigenvalue of A over its largest diagonal, by power iteration."""
-    fluid = settled_mm(COLUMN, RADIUS_MM, FRAME_S / 4, 10.0)
-    tank = Tank.of(
-        COLUMN,
-        fluid,
-        radius_mm=RADIUS_MM,
-        step_s=FRAME_S / 4,
-        viscosity_mm2_s=32.2,
-        drag_mm=3.0 / 4,
-        viscosity_solve="explicit",
-    )
+    fluid = settled_mm(COLUMN, RADIUS_MM, STEP_S, 10.0)
+    how: dict[str, Any] = {"viscosity_mm2_s": 32.2, "drag_mm": 3.0 / 4, "viscosity_solve": "explicit"}
+    tank = Tank.of(COLUMN, fluid, radius_mm=RADIUS_MM, step_s=STEP_S, **how)
     engine = tank.engine
     engine.find_neighbours()
     engine.pressure.measure_density(engine.rows)
@@ -197,24 +174,22 @@ def passes() -> list[Finding]:
     name = "explicit passes: largest eigenvalue over diagonal"
     # A pass takes STABLE of a velocity at most: up to its inverse no wave overshoots. Nor is it less than the diagonal,
     # but for what the iteration leaves.
-    return [Finding(name, largest / diagonal, "", 0.99, 1 / STABLE, "1", "no overshoot")]
+    yield Finding(name, largest / diagonal, "", 0.99, 1 / STABLE, "1", "no overshoot")
 
 
 CORNERS = tuple(product((1e-2, 1e4), (1e-4, 3.0)))
 
 
-def corners() -> list[Finding]:
+def corners() -> Iterator[Finding]:
     """Both presets at the corners of the paper's range of U and D: none in the walls, all numbers finite."""
     crack = slot(12.0)
-    found = []
     for preset in PRESETS:
         lost = 0
         for u, d in CORNERS:
             fluid = Fluid(U=u, D_cm=d, freeze_after_s=0.3)
             run = pour(crack, path(crack[1], 0.3, speed_mm_s=8.0), fluid, preset=preset, settle_s=0.2)
             lost += run.escaped_particles + int((~np.isfinite(run.position_mm).all(axis=1)).sum())
-        found.append(Finding(f"corners of (U, D), preset {preset}: lost particles", lost, "", 0, 0, "0", "no leak"))
-    return found
+        yield Finding(f"corners of (U, D), preset {preset}: lost particles", lost, "", 0, 0, "0", "no leak")
 
 
 CASES: Sequence[str] = ("hydrostatic", "packing", "freezing", "momentum", "mirror", "passes", "corners")

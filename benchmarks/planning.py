@@ -88,32 +88,32 @@ def figures_of(folder: Path, radius_mm: float) -> dict[str, float]:
     """Figures of one draw, by name."""
     own = trial(radius_mm)
     verifier = Verifier(folder / "verification", own, bench(own), "cpu", PlainProgress())
-    found = plan_on(verifier, Options(flow_max_mm3_s=FLOW_MAX_MM3_S), [])
-    return {**of_the_plan(found), **of_the_loop(folder, own, found, verifier)}
+    plan = plan_on(verifier, Options(flow_max_mm3_s=FLOW_MAX_MM3_S), [])
+    return {**of_the_plan(plan), **of_the_loop(folder, own, plan, verifier)}
 
 
-def of_the_plan(found: Planned) -> dict[str, float]:
-    constant, by_area = (one.misfit.total_mm3 for one in found.baselines)
-    kept = float(np.mean([one.total_mm3 for one in found.misfits]))
+def of_the_plan(plan: Planned) -> dict[str, float]:
+    constant, by_area = (one.misfit.total_mm3 for one in plan.baselines)
+    misfit_mm3 = float(np.mean([one.total_mm3 for one in plan.misfits]))
     return {
         "constant flow, error by particles": constant,
         "flow by local area": by_area,
-        **{f"plan after round {number}": one.misfit.total_mm3 for number, one in enumerate(found.rounds, 1)},
-        "plan kept, mean of 3 seeds": kept,
-        OVER_CONSTANT: kept / constant,
-        OVER_BETTER: kept / min(constant, by_area),
-        MODEL_OFF: found.rounds[-1].off_mm or 0.0,
-        "over the face, mean of 3 seeds": float(np.mean([one.over_mm3 for one in found.misfits])),
-        "volume of the plan": found.trajectory.dispensed_mm3,
+        **{f"plan after round {number}": one.misfit.total_mm3 for number, one in enumerate(plan.rounds, 1)},
+        "plan kept, mean of 3 seeds": misfit_mm3,
+        OVER_CONSTANT: misfit_mm3 / constant,
+        OVER_BETTER: misfit_mm3 / min(constant, by_area),
+        MODEL_OFF: plan.rounds[-1].off_mm or 0.0,
+        "over the face, mean of 3 seeds": float(np.mean([one.over_mm3 for one in plan.misfits])),
+        "volume of the plan": plan.trajectory.dispensed_mm3,
     }
 
 
-def of_the_loop(folder: Path, own: Trial, found: Planned, verifier: Verifier) -> dict[str, float]:
+def of_the_loop(folder: Path, own: Trial, plan: Planned, verifier: Verifier) -> dict[str, float]:
     its = verifier.sample
     assert own.fluid is not None
     assert own.crack is not None
     case = case_of(its, own, its.trajectory)
-    passes = two_passes(case, found.trajectory, BACK_MM_S)
+    passes = two_passes(case, plan.trajectory, BACK_MM_S)
     summaries = [json.loads(path.read_text()) for path in sorted((folder / "verification").glob("runs/*/summary.json"))]
     factor = float(np.mean([one["figures"]["health"]["volume_factor"] for one in summaries]))
     physics = own.fluid, own.solver.model_copy(update={"volume_factor": factor}), own.nozzle
@@ -129,14 +129,14 @@ def of_the_loop(folder: Path, own: Trial, found: Planned, verifier: Verifier) ->
         for sign, factor in (("-", 0.8), ("+", 1.2)):
             if (seed % 2 == 0) != (sign == "-"):
                 continue
-            kept = folder / f"loop-{seed}{sign}.json"
-            if not kept.is_file():
+            path = folder / f"loop-{seed}{sign}.json"
+            if not path.is_file():
                 faults = Faults(flow_factor=factor, **ALL)
                 it = emulate(model, passes, its.outline, own.crack, physics, faults, seed=seed, slope=own.sample)
-                said = {"total_mm3": it.misfit.total_mm3, "over_mm3": it.misfit.over_mm3, "given_mm3": it.given_mm3}
+                misfit = {"total_mm3": it.misfit.total_mm3, "over_mm3": it.misfit.over_mm3, "given_mm3": it.given_mm3}
                 after = {"first_total_mm3": it.after_first.total_mm3, "first_over_mm3": it.after_first.over_mm3}
-                files.write_json(kept, {**said, **after, "lines": list(it.lines)})
-            one = json.loads(kept.read_text())
+                files.write_json(path, {**misfit, **after, "lines": list(it.lines)})
+            one = json.loads(path.read_text())
             totals.append(one["total_mm3"])
             overs.append(one["over_mm3"])
             name = f"all faults, flow {sign}20 %, seed {seed}"
@@ -165,13 +165,13 @@ def rows_of(draws: Sequence[Mapping[str, float]]) -> list[Row]:
     """The mean of each figure, of times the longest, and below a judged one what each draw has."""
     rows = []
     for name in draws[0]:
-        found, unit = [draw[name] for draw in draws], UNITS.get(name, "mm3")
+        values, unit = [draw[name] for draw in draws], UNITS.get(name, "mm3")
         low, high, goal = BARS.get(name, (0, np.inf, ""))
-        judged = max(found) if name == UPDATE else float(np.mean(found))
+        judged = max(values) if name == UPDATE else float(np.mean(values))
         rows.append(Row(name, judged, unit, low, high, goal))
         if name in BARS:
             rows += [
-                Row(f"{name}, R = {radius_mm} mm", it, unit) for radius_mm, it in zip(RADII_MM, found, strict=True)
+                Row(f"{name}, R = {radius_mm} mm", it, unit) for radius_mm, it in zip(RADII_MM, values, strict=True)
             ]
     return rows
 

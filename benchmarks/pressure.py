@@ -142,31 +142,20 @@ def main(only: Annotated[str | None, one_of([*CRACKS, "runs"])] = None, radius_m
 
 def _at_rest(name: str) -> list[Row]:
     crack = CRACKS[name]()
-    usual, local, two = (
-        settle(crack),
-        settle(crack, iterations=TWO_LEVEL.iterations),
-        settle(crack, pressure="two-level"),
-    )
+    ways: tuple[dict[str, Any], ...] = ({}, {"iterations": TWO_LEVEL.iterations}, {"pressure": "two-level"})
+    usual, local, two = (settle(crack, **way) for way in ways)
     many = SUBSTEPS * TWO_LEVEL.iterations
     rows = []
-    for said, column in (("local, 16 iterations a frame", usual), (f"local, {many}", local)):
-        rows += [
-            Row(f"{name}, {said}: 99th percentile", column.p99_percent, "%"),
-            Row(f"{name}, {said}: median", column.median_percent, "%"),
-        ]
+    for way, column in (("local, 16 iterations a frame", usual), (f"local, {many}", local)):
+        rows.append(Row(f"{name}, {way}: 99th percentile", column.p99_percent, "%"))
+        rows.append(Row(f"{name}, {way}: median", column.median_percent, "%"))
     return [
         *rows,
         Row(f"{name}, two-level, {many}: 99th percentile", two.p99_percent, "%", 0, DENSE_PERCENT),
         Row(f"{name}, two-level, {many}: median", two.median_percent, "%", -0.3, 0.3),
         Row(f"{name}, two-level: speed left", two.speed_cm_s, "cm/s", 0, CALM_CM_S),
         Row(f"{name}, two-level: in the walls", two.leaked, "", 0, 0),
-        Row(
-            f"{name}, two-level: cost over local, {many}",
-            _cost(two, local),
-            "",
-            0,
-            EXTRA_COST,
-        ),
+        Row(f"{name}, two-level: cost over local, {many}", _cost(two, local), "", 0, EXTRA_COST),
     ]
 
 

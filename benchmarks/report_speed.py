@@ -133,10 +133,10 @@ def _make(folder: Path) -> dict[str, float]:
     child = subprocess.run(
         [sys.executable, "-c", CHILD, str(folder)], env=os.environ | ONE_CORE, stdout=subprocess.PIPE, check=True
     )
-    found = json.loads(child.stdout)
-    if found["redone"] != ["validate"]:
-        raise RuntimeError(f"{folder}: redone was {found['redone']}, where the report alone was to be made")
-    return found
+    answer = json.loads(child.stdout)
+    if answer["redone"] != ["validate"]:
+        raise RuntimeError(f"{folder}: redone was {answer['redone']}, where the report alone was to be made")
+    return answer
 
 
 if __name__ == "__main__":

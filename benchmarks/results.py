@@ -77,23 +77,23 @@ Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and 
 
 
 def main(only: Annotated[list[str] | None, one_of(COMMANDS)] = None) -> None:
-    asked = only or list(COMMANDS)
-    found = read(RESULTS)
-    code = {name: code_sha256(HERE, COMMANDS[name]) for name in {*asked, *found} & COMMANDS.keys()}
-    waiting = [name for name in asked if not (name in found and _stands(found[name], code[name]))]
+    names = only or list(COMMANDS)
+    results = read(RESULTS)
+    code = {name: code_sha256(HERE, COMMANDS[name]) for name in {*names, *results} & COMMANDS.keys()}
+    waiting = [name for name in names if not (name in results and _stands(results[name], code[name]))]
     for number, name in enumerate(waiting):
-        ran_before = all(other in found for other in waiting[number:])
-        left_s = sum(found[other]["wall_s"] for other in waiting[number:] if other in found)
-        left = f"about {in_words(left_s)}" if ran_before else "unknown, since not all ran before"
-        print(f"{number + 1} of {len(waiting)}: {name}; time left: {left}", file=sys.stderr, flush=True)
-        before = values_of(found.get(name, {}).get("rows", []))
+        ran_before = all(other in results for other in waiting[number:])
+        left_s = sum(results[other]["wall_s"] for other in waiting[number:] if other in results)
+        time_left = f"about {in_words(left_s)}" if ran_before else "unknown, since not all ran before"
+        print(f"{number + 1} of {len(waiting)}: {name}; time left: {time_left}", file=sys.stderr, flush=True)
+        before = values_of(results.get(name, {}).get("rows", []))
         facts = {"command": f"python {COMMANDS[name]}", "code": code[name], "before": before}
         facts["stage_numbers"] = stage_numbers(COMMANDS[name])
-        found[name] = facts | measure(COMMANDS[name].split())
-        write_json(RESULTS, {key: found[key] for key in COMMANDS if key in found})
-    write_text(PAGE, page(found, code))
-    rows = [row for name in asked for row in found[name]["rows"]]
-    failed = [name for name in asked if not _ended(found[name])]
+        results[name] = facts | measure(COMMANDS[name].split())
+        write_json(RESULTS, {key: results[key] for key in COMMANDS if key in results})
+    write_text(PAGE, page(results, code))
+    rows = [row for name in names for row in results[name]["rows"]]
+    failed = [name for name in names if not _ended(results[name])]
     judged, missed = sum(row["judged"] for row in rows), sum(row["missed"] for row in rows)
     print(f"{judged - missed} of {judged} targets met" + (f"; no result: {', '.join(failed)}" if failed else ""))
     sys.exit(1 if missed or failed else 0)
@@ -126,15 +126,15 @@ def measure(arguments: list[str]) -> dict[str, Any]:
     """Run a benchmark and return its rows; what it prints goes to the terminal."""
     began_s, now = time.monotonic(), datetime.now(UTC)
     with tempfile.TemporaryDirectory() as place:
-        rows = Path(place) / "rows.json"
+        path = Path(place) / "rows.json"
         ended = subprocess.run(
-            [sys.executable, *arguments], cwd=HERE, env=os.environ | {ROWS_TO: str(rows)}, check=False
+            [sys.executable, *arguments], cwd=HERE, env=os.environ | {ROWS_TO: str(path)}, check=False
         )
-        seen = json.loads(rows.read_text()) if rows.is_file() else []
+        rows = json.loads(path.read_text()) if path.is_file() else []
     # An exit code of 0 or 1 without a table is a fault of the benchmark.
-    exit_code = ended.returncode if seen or ended.returncode > 1 else 2
+    exit_code = ended.returncode if rows or ended.returncode > 1 else 2
     facts = {"exit_code": exit_code, "processor": processor(), "load": round(os.getloadavg()[0], 1)}
-    return facts | {"date": f"{now:%Y-%m-%d}", "wall_s": round(time.monotonic() - began_s), "rows": seen}
+    return facts | {"date": f"{now:%Y-%m-%d}", "wall_s": round(time.monotonic() - began_s), "rows": rows}
 
 
 def code_sha256(root: Path, command: str) -> str:
@@ -199,9 +199,9 @@ def read(path: Path) -> Content:
     return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
 
 
-def page(found: Content, code: Mapping[str, str]) -> str:
+def page(results: Content, code: Mapping[str, str]) -> str:
     """Return the page of the documentation: a table for each benchmark, in their order; ``code`` has hashes of now."""
-    judged = [row for one in found.values() for row in one["rows"] if row["judged"]]
+    judged = [row for one in results.values() for row in one["rows"] if row["judged"]]
     met = sum(not row["missed"] for row in judged)
     lines = [
         "# Results",
@@ -209,19 +209,19 @@ def page(found: Content, code: Mapping[str, str]) -> str:
         f"`make results` writes this page: **{met} of {len(judged)} targets met**. *Before* is the figure of the run "
         "before this one. A figure that is reported has no target.",
         "",
-        _of_one_solver(found),
+        _of_one_solver(results),
     ]
     for name in COMMANDS:
-        if name in found:
-            lines += ["", *_section(name, found[name], code[name])]
-    if absent := [f"`{name}`" for name in COMMANDS if name not in found]:
+        if name in results:
+            lines += ["", *_section(name, results[name], code[name])]
+    if absent := [f"`{name}`" for name in COMMANDS if name not in results]:
         lines += ["", f"Not run yet: {', '.join(absent)}."]
     return "\n".join(lines) + "\n"
 
 
-def _of_one_solver(found: Content) -> str:
+def _of_one_solver(results: Content) -> str:
     """Return the sentence on whether all sections were computed by the same stage numbers, and by this version's."""
-    by = {name: one.get("stage_numbers", _UNKNOWN) for name, one in found.items()}
+    by = {name: one.get("stage_numbers", _UNKNOWN) for name, one in results.items()}
     own = {name: {stage: NUMBERS[stage] for stage in numbers} for name, numbers in by.items()}
     if older := [f"`{name}`" for name, numbers in by.items() if other_numbers(numbers, own[name])]:
         return (
@@ -244,8 +244,8 @@ def _section(name: str, one: dict[str, Any], code: str) -> list[str]:
         was = f"{one['before'][key]:.4g}" if key in one["before"] else ""
         verdict = "**missed**" if row["missed"] else "met" if row["judged"] else ""
         why = f": {row['because']}" if row["missed"] and row["because"] else ""
-        seen = f"{row['value']:.4g} {row['unit']}".strip() if "value" in row else "no number"
-        cells = (row["name"], row["target"], seen, was, verdict + why)
+        value = f"{row['value']:.4g} {row['unit']}".strip() if "value" in row else "no number"
+        cells = (row["name"], row["target"], value, was, verdict + why)
         lines.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return lines
 

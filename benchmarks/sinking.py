@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised, settled_mm, step_of
 from benchmarks.table import Row
-from simulate.settings import Fluid
+from tests.fluids import sealant
 
 VISCOSITY_PA_S, DENSITY_KG_M3 = 5.0, 1000.0
 ABREAST, TALL_MM = (3.5, 4.0, 6.0), (12.0, 40.0)
@@ -41,7 +41,7 @@ def sunk(across: float, tall_mm: float) -> tuple[float, float]:
     """
     width_mm, step_s = 2 * across * RADIUS_MM, step_of(RADIUS_MM)
     how: dict[str, Any] = {"radius_mm": RADIUS_MM, "step_s": step_s}
-    fluid = Fluid(viscosity_pa_s=VISCOSITY_PA_S, density_kg_m3=DENSITY_KG_M3, freeze_after_s="never")
+    fluid = sealant(viscosity_pa_s=VISCOSITY_PA_S, density_kg_m3=DENSITY_KG_M3)
     closed_mm_s = GRAVITY_MM_S2 * width_mm**2 / (12 * 1e6 * VISCOSITY_PA_S / DENSITY_KG_M3)
     above_mm = 2 * SINKS * width_mm + CLEAR_MM
     resting_mm = settled_mm(Pit(LONG_MM, width_mm, tall_mm + ROOM_MM), height_mm=tall_mm, pressure="two-level", **how)

@@ -13,21 +13,18 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from benchmarks.stiffening import WAYS, Stiffening
+from benchmarks.stiffening import WAYS, Stiffening, advance, ready
 from benchmarks.table import Row, one_of, run_benchmark
 from benchmarks.volume import CRACKS
 from sealtwin.core.records import Floats
-from simulate.injection import prepare
 from simulate.profile import measure_profile
-from simulate.settings import Nozzle, Solver
-from simulate.setup.release_schedule import plan_releases
 
 RADIUS_MM, SETTLE_S = 0.6, 2.0
 SEEDS = 24
 APART_MM = 0.1
 BEDS = {
     "paper": ("deep", WAYS["yield"]),
-    "thick": ("deep", Stiffening("yield stress of 20 Pa", "", 20.0, "never")),
+    "thick": ("deep", Stiffening("yield stress of 20 Pa", 20.0, "never")),
     "wide": ("wide", WAYS["yield"]),
 }
 
@@ -59,16 +56,11 @@ def _rows(bed: str, seeds: int) -> list[Row]:
 
 def pour(bed: str, seeds: int, *, sleep: bool) -> Poured:
     crack, way = BEDS[bed]
-    solid, outline, trajectory = CRACKS[crack]()
-    nozzle = Nozzle()
-    fluid = way.fluid(plan_releases(trajectory, RADIUS_MM, nozzle.diameter_mm, 0).frame_s)
-    solver = Solver(radius_mm=RADIUS_MM, settle_s=SETTLE_S, sleep=sleep)
     began, levels = time.process_time(), []
     for seed in range(seeds):
-        injection = prepare(solid, outline, trajectory, [fluid], solver, nozzle, seed=seed, device="cpu")
-        while injection.done < injection.frames and not injection.at_rest:
-            injection.advance()
-        levels.append(measure_profile(injection.results()[0], outline, solid).level_mm)
+        injection = ready(CRACKS[crack](), way, RADIUS_MM, seed, settle_s=SETTLE_S, sleep=sleep)
+        advance(injection, injection.frames)
+        levels.append(measure_profile(injection.results()[0], injection.outline, injection.solid).level_mm)
     return Poured(np.array(levels), (time.process_time() - began) / seeds)
 
 

@@ -1,6 +1,6 @@
 """The fast model of the fill against particles, on three draws of forty slots, and its time and mass.
 
-    python -m benchmarks.slot [--picture FILE]
+    python -m benchmarks.slot
 
 The level by particles is the mean over the two seeds that ``benchmarks.slot_cases`` ran; a case without both of them is
 not judged, and the table says how many are. The fresh draw judges the model: mound, crown and domain were chosen on the
@@ -9,15 +9,13 @@ path's start and from its head. No constant of the model is fitted to these runs
 soil, and the friction that it shares with particles is that of shear waves.
 """
 
+import itertools
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-from typer import Option
 
 from benchmarks.slot_cases import FIRST, FRESH, LENGTH_MM, SECOND, SEEDS, STATIONS_MM, TRIM_MM, Case, drawn, levels_mm
 from benchmarks.table import Row, run_benchmark
@@ -30,7 +28,6 @@ MIDDLE = (STATIONS_MM >= TRIM_MM + AWAY_MM) & (STATIONS_MM <= LENGTH_MM - TRIM_M
 """Stations 8 mm and more from where the nozzle starts and from where it stops."""
 RUNS, PROCESSES = 1000, 2
 FINER = 4
-FARTHEST = 4  # Cases named in the picture
 NAMES = {FRESH: "fresh", SECOND: "second", FIRST: "first"}
 LEFT = "particles were not run for the others, or twice the same run; python -m benchmarks.slot_cases goes on with them"
 
@@ -68,13 +65,13 @@ def judge(draw: int, cases: Sequence[Case], **paste: float) -> list[Judged]:
 
     Two runs that are copies of one count as one seed.
     """
-    found = []
+    judged = []
     for number, case in enumerate(cases):
         runs = [level for seed in SEEDS if (level := levels_mm(draw, number, seed)) is not None]
         if len(runs) == len(SEEDS) and not np.array_equal(runs[0], runs[1]):
             off_mm = level_mm(case.filled(replace(case.paste, **paste))) - np.mean(runs, axis=0)
-            found.append(Judged(draw, number, not case.fitness.unfit, off_mm, rms(runs[0] - runs[1])))
-    return found
+            judged.append(Judged(draw, number, not case.fitness.unfit, off_mm, rms(runs[0] - runs[1])))
+    return judged
 
 
 def accuracy(draw: int, cases: Sequence[Case], judged: Sequence[Judged]) -> list[Row]:
@@ -152,40 +149,13 @@ def _share(process: int) -> float:
     return time.process_time() - began
 
 
-def draw(judged: Sequence[Judged], path: Path) -> None:
-    """Draw the differences along the slot, a line for each case; those farthest off are named."""
-    import matplotlib.pyplot as plt
-
-    kinds = sorted({one.fits for one in judged}, reverse=True)
-    size = 8.0, 1.0 + 3.0 * len(kinds)
-    figure, panels = plt.subplots(len(kinds), 1, figsize=size, sharex=True, squeeze=False, layout="constrained")
-    for panel, fits in zip(panels[:, 0], kinds, strict=True):
-        ordered = sorted((one for one in judged if one.fits is fits), key=lambda one: one.rms_mm, reverse=True)
-        for rank, one in enumerate(ordered):
-            how = {"color": "0.6"}
-            if rank < FARTHEST:
-                how = {"color": f"C{rank}", "label": f"{NAMES[one.draw]} {one.number}, RMS {one.rms_mm:.2f} mm"}
-            panel.plot(STATIONS_MM, one.off_mm, linewidth=0.9, zorder=FARTHEST - rank, **how)
-        panel.axhline(0.0, color="black", linewidth=0.6)
-        panel.axvspan(*STATIONS_MM[MIDDLE][[0, -1]], color="0.93", zorder=-len(ordered))
-        called = "fit" if fits else "called unfit"
-        panel.set(title=f"Level of the fast model less that of particles, cases {called}", ylabel="mm")
-        panel.legend(loc="lower left", ncols=2, fontsize=8)
-    panels[-1, 0].set(xlabel="s, mm; the nozzle starts at 8 and stops at 52")
-    figure.savefig(path)
-    plt.close(figure)
-
-
-def main(picture: Annotated[Path | None, Option(help="file for a picture of the differences")] = None) -> list[Row]:
+def main() -> list[Row]:
     draws = {draw: drawn(seed=draw) for draw in NAMES}
     judged = {draw: judge(draw, cases) for draw, cases in draws.items()}
-    everyone = [one for of_draw in judged.values() for one in of_draw]
-    for one in everyone:
-        told = f"RMS {one.rms_mm:.2f} mm, away from start and head {one.middle_mm:.2f} mm"
+    for one in itertools.chain(*judged.values()):
+        rms_mm = f"RMS {one.rms_mm:.2f} mm, away from start and head {one.middle_mm:.2f} mm"
         bias = f"bias {one.off_mm.mean():+.2f} mm, seeds {one.seeds_mm:.2f} mm"
-        print(f"{NAMES[one.draw]} case {one.number:2d} {'fit  ' if one.fits else 'unfit'} {told}, {bias}")
-    if picture:
-        draw(everyone, picture)
+        print(f"{NAMES[one.draw]} case {one.number:2d} {'fit  ' if one.fits else 'unfit'} {rms_mm}, {bias}")
     rows = [row for seed, cases in draws.items() for row in accuracy(seed, cases, judged[seed])]
     return [*rows, *numerics(draws[FIRST]), many()]
 

@@ -31,6 +31,7 @@ from simulate.spread_law import (
 
 MINI_CONE = Cone(38.0, 19.0, 57.0)
 DENSITY_KG_M3 = 1690.0
+UNIT_PA = DENSITY_KG_M3 * GRAVITY_M_S2 * MINI_CONE.volume_mm3 ** (1 / 3) * 1e-3
 TABLE = Path(__file__).with_name("slumps.csv")
 KEPT = KeptRuns(TABLE, "python -m benchmarks.slumps --record", ("simulate",))
 TRUE_PA = {4.0: 1.0, 7.0: 1.3, 20.0: 1.375, 60.0: 1.375}
@@ -53,19 +54,19 @@ class Known(NamedTuple):
 def recorded() -> dict[str, list[Known]]:
     """Return all slumps by what they are for. Leaves if another solver computed them."""
     KEPT.require()
-    found: dict[str, list[Known]] = {kind: [] for kind in KINDS}
+    slumps: dict[str, list[Known]] = {kind: [] for kind in KINDS}
     if TABLE.is_file():
         with TABLE.open(newline="", encoding="utf-8") as file:
             for row in csv.DictReader(file):
-                known = Known(float(row["stress_over_weight"]), float(row["radius_over_length"]))
-                found[row["kind"]].append(known)
-    return found
+                slump_of = Known(float(row["stress_over_weight"]), float(row["radius_over_length"]))
+                slumps[row["kind"]].append(slump_of)
+    return slumps
 
 
 def replayed() -> SlumpCurve:
     """Return the curve of the product's own slumps, known beforehand."""
-    known = {round(math.log(one.stress) / math.log(STEP)): one.radius for one in recorded()["replay"]}
-    return SlumpCurve(MINI_CONE, DENSITY_KG_M3, known)
+    radii = {round(math.log(one.stress) / math.log(STEP)): one.radius for one in recorded()["replay"]}
+    return SlumpCurve(MINI_CONE, DENSITY_KG_M3, radii)
 
 
 def truth(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> float:
@@ -81,15 +82,13 @@ def truth(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> float:
 
 def true_pa() -> list[float]:
     """Return the yield stresses of the mini-cone's slumps that are recorded."""
-    unit_pa = DENSITY_KG_M3 * GRAVITY_M_S2 * MINI_CONE.volume_mm3 ** (1 / 3) * 1e-3
-    return [round(one.stress * unit_pa, 6) for one in recorded()["truth"]]
+    return [round(one.stress * UNIT_PA, 6) for one in recorded()["truth"]]
 
 
 def record() -> None:
     """Compute what is not in the table yet, one slump after the other."""
     KEPT.begin()
-    unit_pa = DENSITY_KG_M3 * GRAVITY_M_S2 * MINI_CONE.volume_mm3 ** (1 / 3) * 1e-3
-    wanted = [("truth", stress / unit_pa, finer) for stress, finer in TRUE_PA.items()]
+    wanted = [("truth", stress / UNIT_PA, finer) for stress, finer in TRUE_PA.items()]
     wanted += [("replay", STEP**power, 1.0) for power in POWERS]
     # Stiff paste first, which takes least.
     wanted.sort(key=lambda one: -one[1])
@@ -99,35 +98,34 @@ def record() -> None:
     for kind, asked, finer in wanted:
         if (kind, round(math.log(asked), 6)) in done:
             continue
-        found = slump(MINI_CONE, asked * unit_pa, DENSITY_KG_M3, finer=finer)
+        rest = slump(MINI_CONE, asked * UNIT_PA, DENSITY_KG_M3, finer=finer)
         with TABLE.open("a", newline="", encoding="utf-8") as file:
-            length_mm = found.volume_mm3 ** (1 / 3)
+            length_mm = rest.volume_mm3 ** (1 / 3)
             # The volume that the particles keep is a little off the cone's.
-            csv.writer(file).writerow([kind, f"{asked:.9g}", f"{found.at_rest_mm / length_mm:.6g}"])
+            csv.writer(file).writerow([kind, f"{asked:.9g}", f"{rest.at_rest_mm / length_mm:.6g}"])
 
 
 def rows() -> list[Row]:
     """Return the figures by yield stress."""
-    found, volume, density = [], np.array([MINI_CONE.volume_mm3]), np.array([DENSITY_KG_M3])
+    table, volume, density = [], np.array([MINI_CONE.volume_mm3]), np.array([DENSITY_KG_M3])
     curve = replayed()
     for stress_pa in sorted(true_pa()):
         radius = np.array([truth(stress_pa, MINI_CONE.volume_mm3, DENSITY_KG_M3)])
         closed = stretched_stress_pa(volume, radius, density)
         high = float(heap_height_mm(closed, radius, density)[0] / radius[0])
         flat = float(flat_stress_pa(volume, radius, density)[0]) / stress_pa
-        how, said = (
-            ("closed form", closed) if high <= FLATTEST else ("replay", curve.stress_pa(volume, radius, density))
-        )
+        flat_enough = high <= FLATTEST
+        how, stress = ("closed form", closed) if flat_enough else ("replay", curve.stress_pa(volume, radius, density))
         name = f"{stress_pa:g} Pa, H/R {high:.3f}"
-        found.append(Row(f"{name}: {how} over the slump's", float(said[0]) / stress_pa, "", 1 - OFF, 1 + OFF, "1"))
-        found.append(Row(f"{name}: flat formula alone", flat, ""))
+        table.append(Row(f"{name}: {how} over the slump's", float(stress[0]) / stress_pa, "", 1 - OFF, 1 + OFF, "1"))
+        table.append(Row(f"{name}: flat formula alone", flat, ""))
         if how == "replay":
-            found.append(Row(f"{name}: closed form", float(closed[0]) / stress_pa, ""))
+            table.append(Row(f"{name}: closed form", float(closed[0]) / stress_pa, ""))
         law_mm = spread_radius_mm(stress_pa, MINI_CONE.volume_mm3, DENSITY_KG_M3)
-        found.append(Row(f"{name}: radius over the closed form's", float(radius[0]) / law_mm, ""))
+        table.append(Row(f"{name}: radius over the closed form's", float(radius[0]) / law_mm, ""))
     wanted = len(TRUE_PA) + len(POWERS)
-    found.append(Row("slumps that --record has yet to compute", wanted - sum(map(len, recorded().values())), ""))
-    return found
+    table.append(Row("slumps that --record has yet to compute", wanted - sum(map(len, recorded().values())), ""))
+    return table
 
 
 def main(compute: Annotated[bool, Option("--record")] = False) -> list[Row]:

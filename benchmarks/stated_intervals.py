@@ -168,29 +168,29 @@ def main(
     return rows
 
 
-def rows_of(case: Case, found: Coverage) -> list[Row]:
+def rows_of(case: Case, coverage: Coverage) -> list[Row]:
     low, high = (0.0, np.inf) if case.hidden else (93.0, 97.0) if case.only_noise else (92.0, np.inf)
-    held = (("bias", found.bias), ("mean error", found.mean_error), ("station", found.station))
-    rows = [Row(f"{case.name}: {what}", 100 * share, "%", low, high, "95") for what, share in held]
+    shares = (("bias", coverage.bias), ("mean error", coverage.mean_error), ("station", coverage.station))
+    rows = [Row(f"{case.name}: {what}", 100 * share, "%", low, high, "95") for what, share in shares]
     off = 0.0 if case.hidden else 90.0
-    rows.append(Row(f"{case.name}: whole profile", 100 * found.profile, "%", off, np.inf, "95"))
+    rows.append(Row(f"{case.name}: whole profile", 100 * coverage.profile, "%", off, np.inf, "95"))
     most_mm = np.inf if case.prototype_mm is None else WIDER * case.prototype_mm
-    rows.append(Row(f"{case.name}: width of the bias", found.width_mm, "mm"))
-    rows.append(Row(f"{case.name}: the same, straight beds", found.straight_mm, "mm", 0.0, most_mm))
+    rows.append(Row(f"{case.name}: width of the bias", coverage.width_mm, "mm"))
+    rows.append(Row(f"{case.name}: the same, straight beds", coverage.straight_mm, "mm", 0.0, most_mm))
     if case.uncertainty or case.readings:
-        rows.append(Row(f"{case.name}: true declarations refused", 100 * found.refused, "%", 0.0, REFUSED, "1"))
+        rows.append(Row(f"{case.name}: true declarations refused", 100 * coverage.refused, "%", 0.0, REFUSED, "1"))
     return rows
 
 
 def numerics_rows(sizes: Sizes, draws: int, seed: int = NUMERICS_SEED) -> list[Row]:
     random = np.random.default_rng([seed, NUMERICS.index(sizes)])
-    held = np.array([_numerics_held(sizes, random) for _ in range(draws)])
-    level, station, _ = 100 * held.mean(axis=0)
+    holds = np.array([_numerics_held(sizes, random) for _ in range(draws)])
+    level, station, _ = 100 * holds.mean(axis=0)
     low, most_mm = (0.0, np.inf) if sizes.hidden else (92.0, HALF_WIDTH_MM)
     return [
         Row(f"{sizes.name}: mean level", level, "%", low, np.inf, "95"),
         Row(f"{sizes.name}: station", station, "%", low, np.inf, "95"),
-        Row(f"{sizes.name}: median half-width", float(np.median(held[:, 2])), "mm", 0.0, most_mm),
+        Row(f"{sizes.name}: median half-width", float(np.median(holds[:, 2])), "mm", 0.0, most_mm),
     ]
 
 
@@ -210,8 +210,8 @@ def coverage_of(case: Case, draws: int, seed: int = 0) -> Coverage:
     random = np.random.default_rng(seed)
     s_mm = np.linspace(0, LENGTH_MM, case.stations)
     trials = [_held(case, s_mm, random) for _ in range(draws)]
-    held = np.array([trial for trial in trials if trial is not None])
-    return Coverage(*held.mean(axis=0).tolist(), refused=1 - len(held) / draws)
+    holds = np.array([trial for trial in trials if trial is not None])
+    return Coverage(*holds.mean(axis=0).tolist(), refused=1 - len(holds) / draws)
 
 
 def _held(case: Case, s_mm: Floats, random: np.random.Generator) -> tuple[float, ...] | None:
@@ -229,14 +229,14 @@ def _held(case: Case, s_mm: Floats, random: np.random.Generator) -> tuple[float,
         budget = budget_of(measured, settings, Uncertainty(**case.uncertainty), np.full(len(s_mm), WIDTH_MM))
     except InputError:
         return None
-    found = Difference(FINE_MM, simulated_mm, s_mm, measured.level_mm)
+    difference = Difference(FINE_MM, simulated_mm, s_mm, measured.level_mm)
     truth = Difference(FINE_MM, simulated_mm, bed_s_mm, bed_mm)
-    curve = Curve.of(found.x, found.value, s_mm)
+    curve = Curve.of(difference.x, difference.value, s_mm)
     half_mm = budget.mean_mm(curve.weights())
     low_mm, high_mm = budget.mean_error_interval(curve)
     off_mm = np.abs(measured.level_mm - np.interp(s_mm, bed_s_mm, bed_mm))
     return (
-        float(abs(found.mean() - truth.mean()) <= half_mm),
+        float(abs(difference.mean() - truth.mean()) <= half_mm),
         float(low_mm <= float(mean_absolute(truth.x, truth.value)) <= high_mm),
         float((off_mm <= budget.band_mm).mean()),
         float((off_mm <= budget.profile_band_mm).all()),

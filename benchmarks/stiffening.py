@@ -1,6 +1,6 @@
 """What holds the slope of the bed: fixing particles by age, a yield stress, or nothing; on the paper's trial.
 
-    python benchmarks/stiffening.py [--radius-mm 0.5] [--only NAME] [--figure FILE]
+    python benchmarks/stiffening.py [--radius-mm 0.5] [--only NAME]
 
 All three pour the same paste: 12 Pa come from the prototype, 2.58 s from the paper, and the viscosity is that of its
 U = 30. Each is held against the readings when the nozzle stops, 2 s later, when its last mound has settled, and 10 s
@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from typer import Option
 
 from benchmarks.table import one_of, run_benchmark
 from sealtwin.core import record_files
@@ -29,8 +27,8 @@ from sealtwin.trial.trial_file import load_trial
 from simulate.injection import Injection, prepare
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import Fluid, Nozzle, Solver
+from simulate.setup.release_schedule import plan_releases
 from validate.compare import compare
-from validate.figures.theme import INK, MEASURED, MUTED, SIMULATED, THIRD, draw_ground, label_axes, themed
 from validate.readings.read_readings import read_readings
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
@@ -45,7 +43,6 @@ WATCHED_S = (0.0, 2.0, 12.0)
 @dataclass(frozen=True)
 class Stiffening:
     name: str
-    colour: str
     yield_stress_pa: float
     freeze_after_s: float | str
 
@@ -61,10 +58,11 @@ class Stiffening:
         )
 
 
+Crack = tuple[Solid, Outline, Trajectory]
 WAYS = {
-    "freezing": Stiffening("fixed after 2.58 s, as in the paper", SIMULATED, 0.0, 2.58),
-    "yield": Stiffening("yield stress of 12 Pa, with sleep", THIRD, 12.0, "never"),
-    "neither": Stiffening("neither", MUTED, 0.0, "never"),
+    "freezing": Stiffening("fixed after 2.58 s, as in the paper", 0.0, 2.58),
+    "yield": Stiffening("yield stress of 12 Pa, with sleep", 12.0, "never"),
+    "neither": Stiffening("neither", 0.0, "never"),
 }
 
 
@@ -106,15 +104,10 @@ class Sample:
 def main(
     radius_mm: float = 0.5,
     only: Annotated[str | None, one_of(WAYS)] = None,
-    figure: Annotated[Path | None, Option(help="where to draw the levels side by side")] = None,
 ) -> None:
     sample = trace()
-    beds = []
     for name in [only] if only else WAYS:
-        beds.append(pour(sample, WAYS[name], radius_mm))
-        _print(beds[-1], radius_mm)
-    if figure:
-        draw(beds, sample, radius_mm).savefig(figure, dpi=120)
+        _print(pour(sample, WAYS[name], radius_mm), radius_mm)
 
 
 def trace(**walls: Any) -> Sample:
@@ -131,17 +124,28 @@ def trace(**walls: Any) -> Sample:
     return Sample(outline, solid, trajectory, readings)
 
 
-def pour(sample: Sample, way: Stiffening, radius_mm: float, **solving: Any) -> Bed:
-    solver = Solver.model_validate({"radius_mm": radius_mm, "settle_s": WATCHED_S[-1], **solving})
-    crack = sample.solid, sample.outline, sample.trajectory
+def ready(crack: Crack, way: Stiffening, radius_mm: float, seed: int = 0, **solving: Any) -> Injection:
+    """A pour before its first frame."""
+    solver = Solver.model_validate({"radius_mm": radius_mm, **solving})
     # The frame follows from the radius, and the drag from the frame.
-    frame_s = prepare(*crack, [way.fluid(1.0)], solver, Nozzle(), seed=0, device="cpu").schedule.frame_s
-    injection = prepare(*crack, [way.fluid(frame_s)], solver, Nozzle(), seed=0, device="cpu")
+    frame_s = plan_releases(crack[2], radius_mm, Nozzle().diameter_mm, seed).frame_s
+    return prepare(*crack, [way.fluid(frame_s)], solver, Nozzle(), seed=seed, device="cpu")
+
+
+def advance(injection: Injection, frame: int) -> None:
+    """Go on until that frame, or until nothing moves."""
+    while injection.done < frame and not injection.at_rest:
+        injection.advance()
+
+
+def pour(sample: Sample, way: Stiffening, radius_mm: float, **solving: Any) -> Bed:
+    crack = sample.solid, sample.outline, sample.trajectory
+    injection = ready(crack, way, radius_mm, settle_s=WATCHED_S[-1], **solving)
     began, cpu_s = time.process_time(), 0.0
     levels, moving = [], []
     stop = len(injection.schedule.released)
     for after_s in WATCHED_S:
-        _advance(injection, stop + round(after_s / frame_s))
+        advance(injection, stop + round(after_s / injection.schedule.frame_s))
         cpu_s = cpu_s or time.process_time() - began
         (run,) = injection.results()
         levels.append(measure_profile(run, sample.outline, sample.solid))
@@ -158,11 +162,6 @@ def pour(sample: Sample, way: Stiffening, radius_mm: float, **solving: Any) -> B
     )
 
 
-def _advance(injection: Injection, frame: int) -> None:
-    while injection.done < frame and not injection.at_rest:
-        injection.advance()
-
-
 def bins_mm(level: Profile) -> Floats:
     """Mean level in 10 mm each, of the crack's 80."""
     return np.array([level.level_mm[(level.s_mm >= a) & (level.s_mm < a + 10)].mean() for a in range(0, 80, 10)])
@@ -176,28 +175,6 @@ def _print(bed: Bed, radius_mm: float) -> None:
         f"moving {bed.moving}; {bed.cpu_s:.0f} CPU s"
     )
     print("    bins", " ".join(f"{level:.1f}" for level in bins_mm(bed.levels[0])), flush=True)
-
-
-def draw(beds: list[Bed], sample: Sample, radius_mm: float) -> Figure:
-    """One panel each: when the nozzle stops, and 12 s later, beside the readings."""
-    with themed():
-        figure = Figure(figsize=(9.0, 2.6 * len(beds) + 0.4), layout="constrained")
-        panels = figure.subplots(len(beds), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
-        for axes, bed in zip(panels, beds, strict=True):
-            s_mm = bed.levels[0].s_mm
-            floor_mm = -sample.solid.depth_at_mm(s_mm)
-            draw_ground(axes, s_mm, floor_mm, float(floor_mm.min()) - 1.5)
-            axes.axhline(0.0, color=INK, linewidth=0.8)
-            axes.plot(sample.readings.s_mm, sample.readings.level_mm, "o", color=MEASURED, ms=4, label="readings")
-            axes.plot(s_mm, bed.levels[0].level_mm, color=bed.way.colour, label="when the nozzle stops")
-            axes.plot(s_mm, bed.levels[2].level_mm, color=bed.way.colour, ls=(0, (2, 1.5)), lw=1.2, label="12 s later")
-            axes.set_xlim(0, np.ceil(s_mm[-1]))
-            first, _, last = bed.errors_mm
-            title = f"{bed.way.name}: off by {first:.2f} mm, 12 s later {last:.2f}; drift in 10 s {bed.drift_mm:.2f}"
-            label_axes(axes, "", "level (mm)", title)
-            axes.legend(loc="lower right", ncols=3, fontsize=8)
-        panels[-1].set_xlabel(f"s along the crack (mm); particles of {radius_mm:g} mm, readings reconstructed")
-    return figure
 
 
 if __name__ == "__main__":

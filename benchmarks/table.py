@@ -78,14 +78,14 @@ def run_benchmark(
 
 def one_of(names: Iterable[str]) -> Any:
     """Return an option that takes one of ``names``; of a list of names, it may be given again."""
-    known = list(names)
+    allowed = list(names)
 
     def chosen(name: str) -> str:
-        if name not in known:
-            raise typer.BadParameter(f"{name}: there is {', '.join(known)}")
+        if name not in allowed:
+            raise typer.BadParameter(f"{name}: there is {', '.join(allowed)}")
         return name
 
-    return typer.Option(parser=chosen, metavar="NAME", help=f"{'; '.join(known)}")
+    return typer.Option(parser=chosen, metavar="NAME", help=f"{'; '.join(allowed)}")
 
 
 def finish(rows: Sequence[Row], last_line: str = "") -> None:
@@ -109,10 +109,10 @@ def leave(rows: Sequence[Row], last_line: str = "") -> None:
         shown = {"judged", "missed", "target"}
         content = [asdict(row) | {name: getattr(row, name) for name in shown} for row in rows]
         # JSON has no infinity, and none of NaN.
-        known = [
+        records = [
             {key: value for key, value in row.items() if isinstance(value, str) or isfinite(value)} for row in content
         ]
-        Path(target).write_text(json.dumps(known), encoding="utf-8")
+        Path(target).write_text(json.dumps(records), encoding="utf-8")
     targets, missed = sum(row.judged for row in rows), sum(row.missed for row in rows)
     print(f"{targets - missed} of {targets} targets met")
     if last_line:

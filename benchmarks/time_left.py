@@ -59,9 +59,9 @@ def _told(trial: Trial, sample: Path, radius_mm: float, yield_stress_pa: float) 
     assert trial.fluid is not None, "the shipped trial has a fluid"
     fluid = trial.fluid.model_copy(update={"yield_stress_pa": yield_stress_pa})
     solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
-    told = Told()
-    fill(record_files.read_sample(sample), fluid, solver, trial.nozzle, seed=trial.seed, progress=told)
-    return told
+    progress = Told()
+    fill(record_files.read_sample(sample), fluid, solver, trial.nozzle, seed=trial.seed, progress=progress)
+    return progress
 
 
 if __name__ == "__main__":

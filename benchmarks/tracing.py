@@ -1,7 +1,6 @@
 """Cracks with an exact truth, traced between clicked ends: how far off, and what is refused.
 
     python benchmarks/tracing.py [--tier clean|hard|branched|wide|thin|refused] [--seeds N] [--wide N] [--first SEED]
-        [--json]
 
 Clean: at least 16 px wide, diffuse light, at most 0.15 mm/px, camera tilted to 10 degrees, every second one through a
 lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Branched: clean
@@ -10,13 +9,15 @@ another ground of 1 to 24 Mpx, ends clicked up to 5 px off, and a fifth as many 
 of 2 to 8 px, whose width is fitted. Refused: photos and hints of which nothing can be measured. The photos are
 procedural: they say what tracing can do, not what a camera will give it. Goals are the medians of our first study, less
 a third.
+
+Each kind of photo is a file: tracing_cases, tracing_wide, tracing_thin, tracing_refusals; photos of one's own are
+traced by tracing_photos.
 """
 
-import json
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -37,21 +38,6 @@ SHOWN = ("centreline_mm", "wall_mm", "width_percent", "length_percent", "end_mm"
 GOAL = 2 / 3
 WITHOUT = 5
 """Obvious cracks for each photo without one."""
-STUDY: dict[str, tuple[float, ...]] = {
-    "clean closed": (0.019, 0.052, 0.8, 0.11, 0.15, 0.008, 0.982),
-    "clean closed, bent": (0.019, 0.052, 0.8, 0.11, 0.15, 0.09, 0.982),
-    "clean open": (0.041, 0.092, 0.8, 0.67, 1.4, 0.008, 0.974),
-    "clean open, bent": (0.041, 0.092, 0.8, 0.67, 1.4, 0.09, 0.974),
-    "hard shadow": (0.042, 0.080, 1.9, 0.08, 0.17, 0.008, 0.973),
-    "hard wall lit a little": (0.079, 0.107, 3.0, 0.41, 0.25, 0.008, 0.950),
-    "hard wall lit, two photos": (0.019, 0.052, 0.8, 0.11, 0.15, 0.008, 0.98),
-    "hard wall lit, fraction 0.7": (0.14, 0.17, 2.4, 0.4, 0.38, 0.008, 0.91),
-    "hard pores at the wall": (0.019, 0.07, 0.8, 0.11, 0.15, 0.008, 0.982),
-    "hard blur 2 px": (0.026, 0.056, 0.8, 0.29, 0.20, 0.015, 0.98),
-    "hard JPEG 50": (0.028, 0.050, 0.8, 0.10, 0.16, 0.008, 0.98),
-    "hard 8 to 15 px": (0.03, 0.06, 2.9, 0.2, 0.2, 0.008, 0.947),
-}
-"""Medians of the study, in the order of SHOWN. It had no stains; two photos are to be as good as a clean one."""
 
 
 @dataclass(frozen=True)
@@ -65,26 +51,22 @@ def main(
     seeds: Annotated[int, Option(help="clean cracks; of each other kind an eighth of them")] = 32,
     wide: Annotated[int, Option(help="obvious cracks, and a fifth as many photos without one")] = 40,
     first: Annotated[int, Option(help="first seed: others than those that the tool was made with")] = 1,
-    as_json: Annotated[bool, Option("--json", help="every figure, for programs, in place of the tables")] = False,
 ) -> list[Row]:
     # One thread, so that process time is that of one core.
     cv2.setNumThreads(1)
     cases = list(_cases(tier, seeds, first))
     with tempfile.TemporaryDirectory() as folder:
-        traced = [_told(Traced(case, trace_case(case, Path(folder)))) for case in cases]
+        traced = [_traced(case, Path(folder)) for case in cases]
         answers = _refusals(Path(folder), first) if tier in (None, "refused") else {}
         obvious = _wide(Path(folder), wide, first) if tier in (None, "wide") else []
         thin = _thin(Path(folder), first) if tier in (None, "thin") else []
     rows = [*_rows(traced, "clean", 1), *_rows(traced, "hard", 2), *wide_rows(obvious), *thin_rows(thin)]
     rows += _refusal_rows(answers)
-    if as_json:
-        print(json.dumps(_record(traced, obvious, thin, answers, rows), indent=1, allow_nan=False))
-        sys.exit(0 if all(row.met for row in rows) else 1)
     if traced:
         _print_cases(traced)
         _print_groups(traced)
     for one in obvious:
-        print(f"{one.name:<44} {one.told}")
+        print(f"{one.name:<44} {one.summary}")
     for shy in filter(lambda one: one.refusal, thin):
         print(f"{shy.name:<32} {shy.refusal}")
     for name, answer in answers.items():
@@ -101,11 +83,12 @@ def _cases(tier: str | None, seeds: int, first: int) -> Sequence[Case]:
     return [*clean, *hard, *(branched if tier in (None, "branched") else [])]
 
 
-def _told(traced: Traced) -> Traced:
-    figures = traced.figures
-    told = figures.refusal or f"walls {figures.wall_mm:.3f} mm, {figures.time_s:.1f} s"
-    print(f"{traced.case.name}: {told}", file=sys.stderr)
-    return traced
+def _traced(case: Case, folder: Path) -> Traced:
+    figures = trace_case(case, folder)
+    print(
+        f"{case.name}: {figures.refusal or f'walls {figures.wall_mm:.3f} mm, {figures.time_s:.1f} s'}", file=sys.stderr
+    )
+    return Traced(case, figures)
 
 
 def _refusals(folder: Path, first: int) -> dict[str, str | None]:
@@ -122,7 +105,7 @@ def _wide(folder: Path, count: int, first: int) -> list[WideFigures]:
     traced = []
     for drawn, seed in seeds:
         traced.append(trace_wide(seed, drawn, folder))
-        print(f"{traced[-1].name}: {traced[-1].told}", file=sys.stderr)
+        print(f"{traced[-1].name}: {traced[-1].summary}", file=sys.stderr)
     return traced
 
 
@@ -151,9 +134,6 @@ def _print_groups(traced: Sequence[Traced]) -> None:
         ]
         print(f"{f'{group} ({len(members)})':<42} {'worst':<8}{_line(worst)}")
         print(f"{'':<42} {'median':<8}{_line([float(np.median(column)) for column in columns])}")
-        if group in STUDY:
-            *errors, iou = STUDY[group]
-            print(f"{'':<42} {'goal':<8}{_line([*(GOAL * error for error in errors), 1 - GOAL * (1 - iou)])}")
     print()
 
 
@@ -213,30 +193,6 @@ def _refusal_rows(answers: dict[str, str | None]) -> list[Row]:
         return []
     by_name = sum(answer is None for answer in answers.values())
     return [Row("out of range: refused by name", by_name, "", len(answers), len(answers))]
-
-
-def _record(
-    traced: Sequence[Traced],
-    wide: Sequence[WideFigures],
-    thin: Sequence[ThinFigures],
-    answers: dict[str, str | None],
-    rows: Sequence[Row],
-) -> dict[str, object]:
-    """JSON knows no NaN and no infinity: a figure that a refused photo does not have is null."""
-
-    def plain(values: dict[str, object]) -> dict[str, object]:
-        return {
-            name: None if isinstance(value, float) and not np.isfinite(value) else value
-            for name, value in values.items()
-        }
-
-    return {
-        "cases": [{**asdict(one.case), "figures": plain(asdict(one.figures))} for one in traced],
-        "wide": [plain(asdict(one)) for one in wide],
-        "thin": [plain(asdict(one)) for one in thin],
-        "refusals": answers,
-        "targets": [{**plain(asdict(row)), "met": row.met} for row in rows],
-    }
 
 
 if __name__ == "__main__":

@@ -87,16 +87,16 @@ def f1_score(precision: float, recall: float) -> float:
     return 2 * precision * recall / (precision + recall) if precision + recall > 0 else 0.0
 
 
-def overlap(found: NDArray[np.bool_], truth: NDArray[np.bool_], tolerance_px: float) -> tuple[float, float]:
+def overlap(cracks: NDArray[np.bool_], truth: NDArray[np.bool_], tolerance_px: float) -> tuple[float, float]:
     """Precision and recall of a mask: the share of what was found that is near truth, and of truth near what was found.
 
     Nothing found where nothing is, is all right.
     """
-    if not found.any() or not truth.any():
-        right = float(not found.any() and not truth.any())
+    if not cracks.any() or not truth.any():
+        right = float(not cracks.any() and not truth.any())
         return right, right
-    to_truth, to_found = (np.asarray(distance_transform_edt(~mask)) for mask in (truth, found))
-    return float(np.mean(to_truth[found] <= tolerance_px)), float(np.mean(to_found[truth] <= tolerance_px))
+    to_truth, to_cracks = (np.asarray(distance_transform_edt(~mask)) for mask in (truth, cracks))
+    return float(np.mean(to_truth[cracks] <= tolerance_px)), float(np.mean(to_cracks[truth] <= tolerance_px))
 
 
 def is_right(path_px: Floats, truth_px: Floats) -> bool:
@@ -120,10 +120,10 @@ def _score(number: int, photo: Photo, truth: NDArray[np.bool_]) -> Score:
     score = Score(photo.file.name)
     start = time.process_time()
     search_map = map_darkness(photo)
-    found = _on_photo(cracks_on(search_map).mask, search_map, photo)
+    mask = _on_photo(cracks_on(search_map).mask, search_map, photo)
     score.map_s = time.process_time() - start
     for tolerance_px in TOLERANCES_PX:
-        precision, recall = overlap(found, truth, tolerance_px)
+        precision, recall = overlap(mask, truth, tolerance_px)
         score.precision[tolerance_px], score.recall[tolerance_px] = precision, recall
         score.f1[tolerance_px] = f1_score(precision, recall)
     on_crack_px = np.argwhere(truth)[:, ::-1].astype(float)

@@ -104,13 +104,11 @@ def thin_rows(thin: Sequence[ThinFigures]) -> list[Row]:
             errors = np.array([one.width_error_percent for one in those])
             rms = float(np.sqrt(np.mean(np.nan_to_num(errors, nan=np.inf) ** 2)))
             stated = [one for one in those if one.held is not None]
-            half_percent, held = (
-                np.mean([one.stated_percent for one in stated]),
-                sum(one.held is True for one in stated),
-            )
-            told = f"bias {np.nanmean(errors):+.1f} %; stated ± {half_percent:.1f} %, held by {held} of {len(stated)}"
+            half_percent = np.mean([one.stated_percent for one in stated])
+            count = f"held by {sum(one.held is True for one in stated)} of {len(stated)}"
+            goal = f"bias {np.nanmean(errors):+.1f} %; stated ± {half_percent:.1f} %, {count}"
             name = f"thin: mean width at {width_px:g} px{f', enlarged {times} times' if times > 1 else ''}"
-            rows.append(Row(f"{name}, RMS of {len(those)}", rms, "%", 0, limits[width_px], told))
+            rows.append(Row(f"{name}, RMS of {len(those)}", rms, "%", 0, limits[width_px], goal))
     if held_all := [one.held for one in thin if one.enlarged == 1 and one.held is not None]:
         share, name = 100 * sum(held_all) / len(held_all), f"thin: 95 % intervals that hold, of {len(held_all)}"
         rows.append(Row(name, share, "%", LEAST_HELD, MOST_HELD))
@@ -162,9 +160,9 @@ def _photographed(
         texture = cv2.GaussianBlur(rng.standard_normal((height, width)).astype(np.float32), (0, 0), sigma_px)
         mortar += rng.uniform(0.2, 1) * most * texture / texture.std()
     for _ in range(120):
-        _spot(rng, mortar, rng.uniform(1, 4), rng.uniform(0.3, 0.8))
+        draw_spot(rng, mortar, rng.uniform(1, 4), rng.uniform(0.3, 0.8))
     stain = np.zeros_like(mortar)
-    _spot(rng, stain, rng.uniform(60, 150), 1.0)
+    draw_spot(rng, stain, rng.uniform(60, 150), 1.0)
     mortar *= 1 - rng.uniform(0, 0.4) * cv2.GaussianBlur(stain, (0, 0), 10.0)
     lit = rng.uniform(-0.3, 0.3, 2)
     mortar *= 1 + lit[0] * np.linspace(-1, 1, width)[None] + lit[1] * np.linspace(-1, 1, height)[:, None]
@@ -191,10 +189,10 @@ def _unsharp(light: NDArray[np.float32], blur_px: float, disc: float) -> NDArray
     return np.asarray(blurred, dtype=np.float32)
 
 
-def _spot(rng: np.random.Generator, light: NDArray[np.float32], radius_px: float, value: float) -> None:
-    """A pore or stain anywhere."""
+def draw_spot(rng: np.random.Generator, light: NDArray[np.float32], radius_px: float, value: float) -> None:
+    """Draw a stone, pore or stain anywhere."""
     x, y = rng.uniform((0, 0), light.shape[::-1])
-    axes = (round(radius_px), max(1, round(radius_px * rng.uniform(0.6, 1))))
+    axes = (max(1, round(radius_px)), max(1, round(radius_px * rng.uniform(0.6, 1))))
     cv2.ellipse(light, (round(x), round(y)), axes, rng.uniform(0, 180), 0, 360, [value], -1, cv2.LINE_AA)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row
-from benchmarks.tracing_thin import waves
+from benchmarks.tracing_thin import draw_spot, waves
 from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.geometry.polyline import depth_inside, left_normals, signed_area
 from digitise.outline import trace_outline
@@ -87,11 +87,11 @@ class WideFigures:
     """How many are found without clicks."""
 
     @property
-    def told(self) -> str:
-        found = f"{self.offered} found without clicks, the crack as number {self.rank}"
+    def summary(self) -> str:
+        rank = f"{self.offered} found without clicks, the crack as number {self.rank}"
         if self.refusal:
-            return f"{self.refusal} ({found})"
-        return f"mean width off by {self.width_error_percent:.2f} %, area by {self.area_error_percent:.2f} %; {found}"
+            return f"{self.refusal} ({rank})"
+        return f"mean width off by {self.width_error_percent:.2f} %, area by {self.area_error_percent:.2f} %; {rank}"
 
 
 def obvious_crack(seed: int, drawn: bool = True) -> ObviousCrack:
@@ -230,16 +230,16 @@ def _photographed(rng: np.random.Generator, size_px: tuple[int, int], ring: Floa
     for sigma_px, strength in ((1.0, 0.05), (4.0, 0.05), (60.0, 0.04)):
         grey += _texture(rng, size_px, sigma_px * max(times, 1.0), typical * strength * rng.uniform(0.4, 1.2))
     for _ in range(600):
-        _spot(rng, grey, times * rng.uniform(2, 15), typical * rng.uniform(0.75, 1.3))
+        draw_spot(rng, grey, times * rng.uniform(2, 15), typical * rng.uniform(0.75, 1.3))
     for _ in range(120):
-        _spot(rng, grey, times * rng.uniform(3, 14) * rng.random(), typical * rng.uniform(0.45, 0.7))
+        draw_spot(rng, grey, times * rng.uniform(3, 14) * rng.random(), typical * rng.uniform(0.45, 0.7))
     light = np.power(np.clip(grey, 1, None) / 255, GAMMA)
     floor = typical / 255 * rng.uniform(0.08, 0.58) * (1 + _texture(rng, size_px, 6.0 * max(times, 1.0), 0.08))
     if ring is not None:
         light += coverage(ring, size_px) * (np.power(np.clip(floor, 0, None), GAMMA) - light)
     for _ in range(rng.integers(0, 4)):
         stain = np.zeros_like(light)
-        _spot(rng, stain, rng.uniform(0.03, 0.12) * max(size_px), 1.0)
+        draw_spot(rng, stain, rng.uniform(0.03, 0.12) * max(size_px), 1.0)
         light *= 1 - (1 - rng.uniform(*STAIN) ** GAMMA) * _blurred(stain, rng.uniform(2, 0.01 * max(size_px)))
     slope = rng.uniform(-0.2, 0.2, 2)
     shade = 1 + slope[0] * np.linspace(-1, 1, width)[None] + slope[1] * np.linspace(-1, 1, height)[:, None]
@@ -260,13 +260,6 @@ def _texture(rng: np.random.Generator, size_px: tuple[int, int], sigma_px: float
 
 def _blurred(picture: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
-
-
-def _spot(rng: np.random.Generator, grey: NDArray[np.float32], radius_px: float, value: float) -> None:
-    """A stone, pore or stain anywhere."""
-    x, y = rng.uniform((0, 0), grey.shape[::-1])
-    axes = (max(1, round(radius_px)), max(1, round(radius_px * rng.uniform(0.6, 1))))
-    cv2.ellipse(grey, (round(x), round(y)), axes, rng.uniform(0, 180), 0, 360, [value], -1, cv2.LINE_AA)
 
 
 def _fractured(rng: np.random.Generator, count: int, width_px: float) -> Floats:

@@ -13,16 +13,13 @@ import time
 from functools import cache
 from typing import Annotated
 
-from benchmarks.stiffening import WAYS, Stiffening, trace
+from benchmarks.stiffening import WAYS, Crack, Stiffening, advance, ready, trace
 from benchmarks.table import Row, one_of, run_benchmark
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.records import Outline, Solid, Trajectory
-from simulate.injection import prepare
+from sealtwin.core.records import Outline
 from simulate.profile import volume_ratio
-from simulate.settings import Nozzle, Solver
-from simulate.setup.release_schedule import plan_releases
 from tests.shapes import CUT, outline_between, straight_slot
 
 LENGTH_MM, BEGINS_MM, TRIM_MM = 28.0, 26.0, 4.0
@@ -37,10 +34,9 @@ PRESSURES = ("local", "two-level")
 CASES = {
     "freezing": WAYS["freezing"],
     "12 Pa": WAYS["yield"],
-    "30 Pa": Stiffening("yield stress of 30 Pa", "", 30.0, "never"),
+    "30 Pa": Stiffening("yield stress of 30 Pa", 30.0, "never"),
     "Newtonian": WAYS["neither"],
 }
-Crack = tuple[Solid, Outline, Trajectory]
 
 
 @cache
@@ -84,19 +80,12 @@ def main(
 
 
 def _rows(radius_mm: float, pressure: str, crack: str, way: str, seed: int) -> list[Row]:
-    solid, outline, trajectory = CRACKS[crack]()
-    nozzle = Nozzle()
-    frame_s = plan_releases(trajectory, radius_mm, nozzle.diameter_mm, seed).frame_s
-    solver = Solver.model_validate({"radius_mm": radius_mm, "pressure": pressure, "settle_s": 2.0})
     began = time.process_time()
-    injection = prepare(
-        solid, outline, trajectory, [CASES[way].fluid(frame_s)], solver, nozzle, seed=seed, device="cpu"
-    )
-    while injection.done < injection.frames and not injection.at_rest:
-        injection.advance()
+    injection = ready(CRACKS[crack](), CASES[way], radius_mm, seed, pressure=pressure, settle_s=2.0)
+    advance(injection, injection.frames)
     took_s = time.process_time() - began
     (run,) = injection.results()
-    kept, again = volume_ratio(run, solid), volume_ratio(run, solid, OTHER_CELLS_MM)
+    kept, again = (volume_ratio(run, injection.solid, *cells) for cells in ((), (OTHER_CELLS_MM,)))
     name = f"R {radius_mm:g} mm, {pressure}, {crack}, {way}"
     factor = run.health.volume_factor
     print(f"{name}: kept {kept:.4f}, on other cells {again:.4f}, factor {factor:.3f}, {took_s:.1f} CPU s", flush=True)

@@ -60,12 +60,12 @@ def main(
 
 
 def judged(form: str, fills: list[Emulated]) -> list[Row]:
-    truth, found, half = (np.array([getattr(one, name) for one in fills]) for name in ("truth", "found", "half"))
+    truth, estimate, half = (np.array([getattr(one, name) for one in fills]) for name in ("truth", "found", "half"))
     names, units = ("width", "angle", "depth", "volume"), ("mm", "deg", "mm", "ml")
     rows: list[Row] = []
     for index, (name, unit) in enumerate(zip(names, units, strict=True)):
-        held = float((np.abs(found - truth) <= half)[:, index].mean())
-        rows.append(Row(f"{form}: {name} within its 95 % interval", 100 * held, "%", 92, 100, "95"))
+        share = float((np.abs(estimate - truth) <= half)[:, index].mean())
+        rows.append(Row(f"{form}: {name} within its 95 % interval", 100 * share, "%", 92, 100, "95"))
         rows.append(Row(f"{form}: half of that interval, median", float(np.median(half[:, index])), unit))
     rows.append(Row(f"{form}: a contradiction named", 100 * float(np.mean([one.named for one in fills])), "%", 0, 8))
     rows.append(Row(f"{form}: processor time, median", float(np.median([one.time_s for one in fills])), "s", 0, 2))
@@ -87,15 +87,15 @@ def emulate(seed: int, poured: Literal["steps", "brim"], only: Tilt | None = Non
     _, _, weighed = weigh(outline, gauged, fill, WIDTH_SD_MM, DEPTH_SD_MM)
     time_s = time.process_time() - began
     wanted = [real.mean_width_mm, truth.wall_angles_deg[0], depth_mm, volume_mm3 / 1e3]
-    found, half = _stated(weighed)
-    return Emulated(np.array(wanted), found, half, bool(weighed.findings), time_s)
+    estimate, half = _stated(weighed)
+    return Emulated(np.array(wanted), estimate, half, bool(weighed.findings), time_s)
 
 
 def _stated(weighed: WeighedCavity) -> tuple[Floats, Floats]:
     sd = np.sqrt((np.array(weighed.steps) ** 2).sum(axis=1))
     low_mm3, high_mm3 = weighed.volume_95_mm3
-    found = [weighed.width_mm, weighed.wall_angle_deg, weighed.depth_mm, (low_mm3 + high_mm3) / 2e3]
-    return np.array(found), np.array([*(LIMITS.normal_95 * sd), (high_mm3 - low_mm3) / 2e3])
+    estimate = [weighed.width_mm, weighed.wall_angle_deg, weighed.depth_mm, (low_mm3 + high_mm3) / 2e3]
+    return np.array(estimate), np.array([*(LIMITS.normal_95 * sd), (high_mm3 - low_mm3) / 2e3])
 
 
 def poured_into(

@@ -3,16 +3,15 @@
 PART_OF = "sealtwin"
 
 TRACING_NUMBER = 1
-"""Raised by one whenever the same photo, drawing or mesh gives other walls; what moves no bit leaves it."""
+"""Increased by one whenever the same photo, drawing or mesh gives different walls. A change that moves no bit leaves
+it."""
 
 SOLIDS_NUMBER = 1
-"""Raised by one whenever the same walls and settings give another solid or nozzle path.
+"""Increased by one whenever the same walls and settings give a different solid or nozzle path.
 
-Results of walls that a benchmark draws depend on this number, and not on ``TRACING_NUMBER``.
-"""
+Benchmark results for drawn walls depend on this number, and not on ``TRACING_NUMBER``."""
 
 STAGE_NUMBER = TRACING_NUMBER + SOLIDS_NUMBER
-"""Runs of another number are computed anew.
+"""Results that were computed under another number are computed again.
 
-``python -m tests.stage_record`` remakes the record that a test holds both numbers to.
-"""
+``python -m tests.stage_record`` remakes the record against which a test checks both numbers."""

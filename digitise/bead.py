@@ -1,4 +1,4 @@
-"""Length and width of a bead of paste on the printed marker sheet, and distances of its paste to the edge."""
+"""Measure a bead of paste on the printed marker sheet: length, width, and the distances of its paste from its edge."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,15 +72,15 @@ def bead_of(
     if length_mm < LEAST_LONG * width_mm:
         raise InputError(
             f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} wide, and must be at least "
-            f"{LEAST_LONG:g} times as long as wide: lay a longer one, or less paste per mm. 'sealtwin material spread' "
-            "measures a round one."
+            f"{LEAST_LONG:g} times as long as wide: lay a longer one, or less paste per mm. For a round spread of "
+            "paste, use 'sealtwin material spread'."
         )
     uneven, bent = float(widths[inner].std()) / width_mm, float(np.ptp(line_mm)) / length_mm
     if uneven > MOST_UNEVEN or bent > BENT:
         raise InputError(
             f"{file}: the bead is not straight and even: its width varies by {uneven:.0%} in the middle "
             f"(limit {MOST_UNEVEN:.0%}), and it bends by {bent:.0%} of its length (limit {BENT:.0%}). Level the plate, "
-            "lower the nozzle, and lay another."
+            "lower the nozzle, and lay another bead."
         )
     tips = middle + forth * (shift + np.array([-0.5, 0.5])[:, None] * length_mm)
     side = np.roll(outline_mm, -1, axis=0) - outline_mm

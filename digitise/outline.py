@@ -40,7 +40,7 @@ LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a f
 
 
 BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
-"""Settings of a photo with all defaults of how a crack is measured."""
+"""Photo settings in which everything about how a crack is measured has its default."""
 
 
 class Unconfirmed(str):
@@ -53,9 +53,9 @@ PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, 
 def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
     """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
-    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is
-    set, or the crack is too thin for the fit. Raises InputError as ``outline_by_walls``, and if a thin crack or the
-    ground next to it is hidden, or if walls were drawn for an outline without walls.
+    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set,
+    or the crack is too thin for the fit. Raises InputError if ``outline_by_walls`` does, if a thin crack or the ground
+    next to it is hidden, or if walls were drawn for an outline without walls.
     """
     outline = _measured(photo, path, settings)
     if path.source not in CLICKED:
@@ -66,7 +66,7 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
 
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Return the outline of ``trace_outline`` without the check beyond its ends."""
+    """Return the outline for ``trace_outline``, which then checks the ground beyond its ends."""
     if settings.mean_width_mm is not None:
         shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:
@@ -78,7 +78,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         return replace(moved, width_source="gauge", width_95_mm=None)
     width_mm = settings.width_stations_mm
     if settings.walls_px and (settings.path_only or width_mm is not None):
-        raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; give one.")
+        raise InputError(f"{photo.file}: photo.walls_px cannot be combined with width_mm or path_only: give one.")
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
         return (
@@ -148,7 +148,7 @@ def outline_along(
 
 
 def _fitted(photo: Photo, path: CrackPath) -> Outline:
-    """Return the outline of a thin crack with a fitted width, or without walls below ``LEAST_FITTED_PX``."""
+    """Return the outline of a thin crack with a fitted width. Below ``LEAST_FITTED_PX`` it has no walls."""
     # An enlarged photo shows no more than the smaller one that it was made from.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
     copy = photo if factor == 1 else smaller(photo, factor)
@@ -156,21 +156,21 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
     traced, fit = trace_thin(copy, narrow)
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
-            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin for a width of its own: this is "
-            "its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
+            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width: the result "
+            "is its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
         )
         return outline_along(photo, path, traced, "none", remarks=(thin,))
     low_mm, mean_mm, high_mm = (px * copy.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
     if low_mm <= 0:
         raise InputError(
             f"{photo.file}: the photo shows no width of this line: by a fit of its blurred profile it is {mean_mm:.3g} "
-            f"mm wide, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm, and no crack is 0 mm wide. It is not clearly "
+            f"mm wide (95 %: {low_mm:.3g} to {high_mm:.3g} mm), which includes 0. The line is not clearly "
             "darker than the ground beside it: give ends_px on a dark crack, its width in width_mm, or path_only."
         )
     why = "too thin" if factor * fit.mean_px < MIN_WIDTH_PX else "too blurred"
     remark = (
         f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for walls of its own: its width is a fit of its "
-        f"blurred profile, {mean_mm:.3g} mm on average, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm; side cracks "
+        f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks "
         "and islands are not searched for"
     )
     return outline_along(
@@ -179,7 +179,7 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
 
 
 def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> list[str]:
-    """Return a warning if the dark band is far wider than the fit; raise InputError if a line is painted down it."""
+    """Return a warning if the dark band is far wider than the fit. Raises InputError if the mask is a line in it."""
     dark_px = band_px(photo, photo.to_px(traced.line_mm), fit.mean_px)
     dark_mm = dark_px * photo.mm_per_px
     if path.source == "mask" and is_wider(dark_px, path.width_px):
@@ -193,8 +193,8 @@ def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> 
         return []
     return [
         f"the fitted width is {fit.mean_px * photo.mm_per_px:.3g} mm, but the photo is dark over about "
-        f"{dark_mm:.2g} mm across the crack, as by debris in it or a broken edge: the interval does not cover that. "
-        "Look at overlay.png, and paint the crack in photo.mask, or give width_mm"
+        f"{dark_mm:.2g} mm across the crack, perhaps by debris in it or a broken edge: the interval does not cover "
+        "that. Look at overlay.png, and paint the crack in photo.mask, or give width_mm"
     ]
 
 
@@ -224,7 +224,7 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
 
 
 def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline | None:
-    """Trace the outline in a smaller copy of the photo and in its pixels; None if the walls are not found."""
+    """Trace the outline in a smaller copy of the photo; its pixels are the copy's. None if the walls are not found."""
     if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
         return None
     factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
@@ -237,7 +237,7 @@ def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> 
 
 
 def smaller(photo: Photo, factor: int) -> Photo:
-    """Return the photo with brightness and view in pixels ``factor`` times as large; its colours do not change."""
+    """Return the photo with brightness and view in pixels ``factor`` times as wide. Its colours do not change."""
     offset = (factor - 1) / 2
     to_photo_px = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
     lens = photo.view.lens

@@ -1,4 +1,4 @@
-"""A photo with a scale, of one or two pictures. Pixels become millimetres only here."""
+"""A photo with a scale, made from one or two pictures. Only this module converts pixels to millimetres."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,8 +34,8 @@ CLICK_PX = 1.0  # Standard deviation of each coordinate of a click
 SHORTEST_RULER_PX = 50.0  # Shortest ruler: two clicks on it are uncertain by 3 % of every length
 TILT_COST = 0.0035  # Standard uncertainty for a camera held by hand: 3 degrees at 0.12 % each, on synthetic photos
 TILT_WARNING = (
-    "a ruler does not show tilt: with the camera 5 degrees off square, lengths are wrong by up to 3.5 %, with 10 by "
-    "7 %; markers or the face's corners show it"
+    "a ruler does not show tilt: if the camera is 5 degrees off square, lengths are wrong by up to 3.5 %, and by "
+    "7 % at 10 degrees; markers or the face's corners show it"
 )
 UNSURE = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
 
@@ -70,7 +70,7 @@ class Photo(Pixels, Scale):
 
     @cached_property
     def face_ring_px(self) -> Floats | None:
-        """Edge of the face as a ring of points from the lower left corner; a lens bends it."""
+        """Edge of the face as a ring of points from the lower left corner. A lens bends it."""
         if self.face_mm is None:
             return None
         start = rectangle(self.face_mm)[:, None]
@@ -79,7 +79,7 @@ class Photo(Pixels, Scale):
 
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
-    """Read the photo and find its scale; its path is in ``folder`` or absolute. Raises InputError if that fails."""
+    """Read the photo in ``folder``, unless its path is absolute, and find its scale. Raises InputError on failure."""
     photo = scaled(read_pixels(settings, folder), settings)
     return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
 
@@ -119,8 +119,8 @@ def pixels_of(
 ) -> Pixels:
     """Combine pictures in memory: brightness is that of the darker one at each pixel, colour that of the first.
 
-    ``second`` is lit from the other side, ``drawn`` the mask of the crack, (height, width). Raises InputError if a
-    picture is black, or both do not show the same scene.
+    ``second`` is lit from the other side, and ``drawn`` is the mask of the crack, (height, width). Raises InputError if
+    a picture is black, or if the second picture does not show the scene of the first.
     """
     brightness, warnings = _light(decoded.image, file), decoded.warnings
     if second is not None:
@@ -151,7 +151,7 @@ def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str,
     """Align the second photo, and return the darker light at each pixel and warnings.
 
     The photos are lit from opposite sides, so that each wall is dark in one of them. Raises InputError, which names the
-    second one's ``file``, if both do not show the same scene.
+    second one's ``file``, if the two photos do not show the same scene.
     """
     if second.shape != light.shape:
         raise InputError(
@@ -170,7 +170,7 @@ def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str,
     if moved_px > MOST_MOVED_PX or apart_px > MOST_APART_PX:
         raise InputError(
             f"{file}: the camera has moved by {moved_px + apart_px:.1f} px since the first photo; at most "
-            f"{MOST_MOVED_PX:g} can be corrected. Take both from a tripod, by remote release or timer."
+            f"{MOST_MOVED_PX:g} can be corrected. Take both from a tripod, with a remote release or a timer."
         )
     aligned = second * np.float32(np.median(light[::4, ::4]) / np.median(second[::4, ::4]))
     warnings: list[str] = []
@@ -221,7 +221,7 @@ def _likeliest(shifts_px: Floats, tile: Map, other: Map) -> Floats:
 
 
 def _grain(tile: Map) -> Map:
-    """Return a tile without exposure and slow changes of light."""
+    """Return a tile in which the effects of exposure and of slow changes of light are removed."""
     root = cv2.GaussianBlur(np.sqrt(tile / np.mean(tile)), (0, 0), GRAIN_PX)
     return np.asarray(root - cv2.blur(root, (LIGHT_PX, LIGHT_PX)), dtype=np.float32)
 
@@ -237,7 +237,7 @@ def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tupl
     length_px = float(np.linalg.norm(points_px[1] - points_px[0]))
     if length_px < SHORTEST_RULER_PX:
         raise InputError(
-            f"{file}: the points of ruler_px are {length_px:.1f} px apart, need {SHORTEST_RULER_PX:g}: give two marks "
+            f"{file}: the points of ruler_px are {length_px:.1f} px apart, under {SHORTEST_RULER_PX:g}: give two marks "
             "of the ruler that are farther apart."
         )
     mm_per_px = length_mm / length_px
@@ -256,7 +256,7 @@ def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Sc
         view=View(np.array([[mm_per_px, 0, 0], [0, -mm_per_px, mm_per_px * (size_px[1] - 1)], [0, 0, 1.0]])),
         mm_per_px=mm_per_px,
         scale_source=f"given: {mm_per_px:g} mm/px{' (assumed)' if assumed else ''}",
-        warnings=("the scale is assumed: every length has its error",) if assumed else (),
+        warnings=("the scale is assumed: every length has the error of the scale",) if assumed else (),
     )
 
 
@@ -274,8 +274,9 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
         scale = given_scale(mm_per_px, settings.scale_is == "assumed", pixels.size_px)
     if not FINEST_MM_PER_PX <= scale.mm_per_px <= COARSEST_MM_PER_PX:
         raise InputError(
-            f"{pixels.file}: by its {scale.scale_source}, a pixel of the photo is {scale.mm_per_px:.2g} mm, outside "
-            f"{FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm. Correct the lengths and pixels that give the scale."
+            f"{pixels.file}: by its {scale.scale_source}, a pixel of the photo is {scale.mm_per_px:.2g} mm, "
+            f"outside {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm. Correct the lengths and pixels that give the "
+            "scale."
         )
     if scale.scale_uncertainty is None or scale.scale_uncertainty < UNSURE:
         return scale

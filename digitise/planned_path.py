@@ -32,21 +32,21 @@ class PathTable(Settings):
     """Columns of a planned path, in the sample's frame. A row applies until the next one; the last one has no flow."""
 
     t_s: Column
-    """Time at which the nozzle is there, increasing from row to row."""
+    """Time at which the nozzle is at the row's position. Times must increase from row to row."""
     x_mm: Column
-    """Distance of the nozzle's tip to the right of the face's lower left corner."""
+    """Position of the nozzle's tip along x, measured to the right from the face's lower left corner."""
     y_mm: Column
-    """Distance of the nozzle's tip above that corner."""
+    """Position of the nozzle's tip along y, measured upward in the photo from the face's lower left corner."""
     z_mm: Column
     """Height of the nozzle's tip above the face."""
     flow_mm3_s: Column
-    """Flow from there to the next row."""
+    """Flow between this row's position and that of the next row."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         columns = self.model_dump()
         if len({len(values) for values in columns.values()}) > 1:
-            raise ValueError("its columns differ in length: each row has a number in each")
+            raise ValueError("its columns differ in length; give a number for every column in every row")
         if fault := _first_fault(columns):
             row, sentence = fault
             raise ValueError(f"row {row + 1}: {sentence}")
@@ -63,7 +63,7 @@ class PathTable(Settings):
 
     @property
     def speed_mm_s(self) -> Floats:
-        """Speed from each row to the next, (n,), 0 in the last."""
+        """Speed from each row to the next, (n,). It is 0 in the last row."""
         return np.append(np.diff(arc_length(self.place_mm)) / np.diff(self.t_s), 0.0)
 
 
@@ -76,7 +76,7 @@ def planned_path(trajectory: Trajectory) -> PathTable:
 def read_planned_path(path: Path) -> PathTable:
     """Read a planned path. Raises InputError with file, row, column and value.
 
-    A column speed_mm_s is for people; it must agree with places and times.
+    A column speed_mm_s is optional, for people who read the file. It must agree with places and times.
     """
     columns = read_columns(path, BOUNDS, NEEDED, (2, MOST_ROWS))
     rows, stated = columns.pop("row"), columns.pop("speed_mm_s", None)
@@ -96,7 +96,7 @@ def read_planned_path(path: Path) -> PathTable:
 
 
 def _first_fault(columns: dict[str, tuple[float, ...]] | dict[str, list[float]]) -> tuple[int, str] | None:
-    """Return the row, from 0, of the first fault and a sentence about it; None without a fault."""
+    """Return the row of the first fault, counted from 0, and a sentence about it; None if there is no fault."""
     t_s, flow = np.array(columns["t_s"]), np.array(columns["flow_mm3_s"])
     for name in NEEDED:
         low, high = BOUNDS[name]
@@ -123,4 +123,4 @@ PlanOrFile = Annotated[
     Annotated[Path, Tag("one")] | Annotated[PathTable, Tag("several")],
     Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several"),
 ]
-"""The columns, or the name of their file."""
+"""A planned path: its columns, or the name of a file that contains them."""

@@ -26,7 +26,7 @@ AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts 
 
 def _require_no_sign(angle_deg: Any) -> Any:
     if isinstance(angle_deg, int | float) and angle_deg < 0:
-        raise ValueError('give 0 or more; walls that open downward are tilt = "undercut"')
+        raise ValueError('give 0 or more; for walls that open downward, set tilt = "undercut"')
     return angle_deg
 
 
@@ -36,7 +36,7 @@ One = TypeVar("One")
 Several = TypeVar("Several")
 ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple) else ONE)
 OneOrSeveral = Annotated[Annotated[One, Tag(ONE)] | Annotated[Several, Tag(SEVERAL)], ByShape]
-"""One number or several; an error is about the form given."""
+"""One number or several. A validation error refers to the form that was given."""
 DEEPEST_MM = 500.0  # Largest depth, more than any sample's
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a tenth of a millimetre deep is a scratch
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
@@ -83,19 +83,19 @@ class Marker(Settings):
     x_mm: OnFace
     """Distance of the marker's centre to the right of the face's lower left corner."""
     y_mm: OnFace
-    """Distance of the marker's centre above that corner."""
+    """Distance of the marker's centre above the face's lower left corner."""
 
 
 class MarkerBoard(Settings):
-    """Markers of known place in the plane of the face.
+    """Markers whose places in the plane of the face are known.
 
-    An offset from that plane changes the scale by the offset over the camera's distance.
+    Markers above or below that plane change the scale by their distance from it divided by the camera's distance.
     """
 
     dictionary: Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"] = "4x4_50"
     """Dictionary of the printed markers."""
     size_mm: float = Field(gt=0.5, le=1000)
-    """Side of the black square. One below 0.5 mm does not print; one above a metre is larger than a sample."""
+    """Side of the black square. A marker below 0.5 mm does not print, and one above a metre is larger than a sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
     """Numbers and places of the markers. At least four: with fewer, noise of one marker decides the homography."""
 
@@ -115,11 +115,11 @@ class PhotoInput(Settings):
     data: DataKind
     """Origin of the photo. Reports state it unless it is "measured"; only then can a comparison be a validation."""
     ends_px: tuple[Pixel, Pixel] | None = None
-    """Both ends of the crack, column and row each; the nozzle starts at the first. By default the crack is searched
+    """Both ends of the crack, each as column and row; the nozzle starts at the first. By default the crack is searched
     for: check it over the photo (overlay.png) before you use the result."""
     crack: int | None = Field(default=None, ge=1, le=MOST_RANKED)
-    """Number of the crack among the cracks found without ends_px, best first, as refused.png shows them. Default: the
-    first, if it is far likelier than the others."""
+    """Number of the crack in the list that the search makes if ends_px is not given, the best crack first. refused.png
+    shows these numbers. Default: the first crack, if it is far likelier than the others."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MOST_VIA)
     """Points on the crack between its ends, in order. Needed if it forks or a darker crack is near."""
     roi_px: tuple[Pixel, ...] | None = Field(default=None, min_length=2, max_length=200)
@@ -133,18 +133,18 @@ class PhotoInput(Settings):
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is relative to the trial file's folder or absolute."""
     second_photo: Path | None = None
-    """Photo of the same sample by the same camera, lit from the other side. The darker of both pixels is used, since
-    each lamp lights another wall."""
+    """Photo of the same sample by the same camera, lit from the other side. At each place the darker of the two pixels
+    is used, since each lamp lights a different wall."""
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
     """Share of the contrast from crack to mortar that defines a wall. Half is the middle of a blurred edge; 0.7
     includes more of a lit wall. The bounds are set by noise, in the crack and in the mortar."""
     width_mm: OneOrSeveral[Width, WidthTable] | None = None
-    """Width of the crack by a gauge or a microscope, in place of the photo's: one number, or a table of [s, width]
-    along the crack from the nozzle's start, linear between rows and constant beyond. Its uncertainty is width_mm of
-    [uncertainty]. Default: measured between the walls, or fitted to the profile of a crack below 8 px."""
+    """Width of the crack, measured with a gauge or a microscope, in place of the photo's. Give one number, or a table
+    of [s, width] along the crack from the nozzle's start, linear between rows and constant beyond. Its uncertainty is
+    width_mm of [uncertainty]. Default: measured between the walls, or fitted to the profile of a crack below 8 px."""
     mean_width_mm: Width | None = None
-    """Mean width of the crack, by a gauge or to try another one. All widths, from the photo or width_mm, are scaled so
-    that their mean is this."""
+    """Mean width of the crack, measured with a gauge or assumed in order to try it. All widths, from the photo or
+    width_mm, are scaled so that their mean is this."""
     path_only: bool | None = None
     """True for only the crack's path, without walls and solid. It needs no depth and is enough for a robot program. The
     nozzle gives sealant if path.volume_ml is a number."""
@@ -156,17 +156,18 @@ class PhotoInput(Settings):
     lens: Literal["auto", "none"] = "auto"
     """Lens model: auto fits one radial term if the markers show distortion, none assumes no distortion."""
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)
-    """Distance from lens to face, for the error of markers above or below the face. Lenses do not focus below 10 mm,
-    and a crack is not visible from above 20 m."""
+    """Distance from lens to face. It is needed to estimate the error of markers above or below the face. Lenses do not
+    focus below 10 mm, and a crack is not visible from above 20 m."""
     ruler_px: tuple[Pixel, Pixel] | None = None
-    """Two points on a ruler in the plane of the face, column and row each; the camera is assumed to be square to it."""
+    """Two points on a ruler in the plane of the face, each as column and row. The camera is assumed to be square to it.
+    """
     ruler_mm: float | None = Field(default=None, gt=1, le=5000)
-    """Distance of the points on the ruler."""
+    """Distance between the two points ruler_px."""
     face_mm: tuple[FaceSide, FaceSide] | None = None
-    """Width and height of the sample's face; its lower left corner is the origin. It gives the scale, or with markers
-    only the edge of the sample."""
+    """Width and height of the sample's face, whose lower left corner is the origin. Without markers they give the
+    scale; with markers they give only the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
-    """Corners of the face: lower left, lower right, upper right, upper left. Searched for by default."""
+    """Corners of the face: lower left, lower right, upper right, upper left. By default they are searched for."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
     """Scale of a photo taken square to the face, in mm for each pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"
@@ -185,10 +186,10 @@ class PhotoInput(Settings):
     @model_validator(mode="after")
     def _widths_in_order(self) -> Self:
         if self.width_mm is not None and self.path_only:
-            raise ValueError("width_mm beside path_only: a path alone has no width; give either")
+            raise ValueError("width_mm cannot be combined with path_only, since a path alone has no width: give one")
         if self.mean_width_mm is not None and (self.path_only or self.branches == "keep"):
             beside = "path_only" if self.path_only else 'branches = "keep"'
-            raise ValueError(f"mean_width_mm beside {beside}: only a main crack between walls is widened; give either")
+            raise ValueError(f"mean_width_mm cannot be combined with {beside}: it widens only a main crack. Give one")
         if self.width_stations_mm is not None:
             _require_order("width_mm", self.width_stations_mm)
         return self
@@ -201,20 +202,23 @@ class PhotoInput(Settings):
         given = [name for name, value in flat.items() if value is not None]
         if len(given) > 1 or (given and (self.markers or self.face_mm)):
             others = " and ".join(given[1:]) or "markers or face_mm"
-            raise ValueError(f"{given[0]} beside {others}: give one scale, not two")
+            raise ValueError(f"{given[0]} and {others} are both given: give one scale")
         if not given and self.markers is None and self.face_mm is None:
             raise ValueError("no scale: give [photo.markers], face_mm, ruler_px or mm_per_px")
         if self.face_corners_px is not None and self.face_mm is None:
-            raise ValueError("face_corners_px without face_mm: corners need the face's size")
+            raise ValueError("face_corners_px is given without face_mm: give the face's size too")
         if self.crack is not None and (self.ends_px is not None or self.mask is not None):
-            raise ValueError("crack beside ends_px or mask: it is a number among the cracks searched for; give one")
+            raise ValueError(
+                "crack cannot be combined with ends_px or mask: crack chooses one of the cracks that the search finds. "
+                "Give one of them"
+            )
         if self.via_px and self.ends_px is None:
-            raise ValueError("via_px without ends_px: points between the ends need the ends")
+            raise ValueError("via_px is given without ends_px: give the two ends too")
         stops = [*(self.ends_px or ())[:1], *self.via_px, *(self.ends_px or ())[1:]]
         if twice := next((stop for stop, after in pairwise(stops) if stop == after), None):
             raise ValueError(f"ends_px, via_px: ({twice[0]:g}, {twice[1]:g}) is given twice in a row; give it once")
         if self.mask is not None and (self.roi_px is not None or self.via_px or self.walls_px):
-            raise ValueError("mask beside roi_px, via_px or walls_px: a painted crack needs no more than ends_px")
+            raise ValueError("mask cannot be combined with roi_px, via_px or walls_px: give only ends_px with it")
         return self
 
 
@@ -292,30 +296,33 @@ class CrackShape(Settings):
     """Depth and tilt of the walls, which a photo does not show."""
 
     depth_mm: OneOrSeveral[Depth, DepthTable]
-    """One depth, or a table of [s, depth] along the crack from the nozzle's start: linear between, constant beyond."""
+    """Depth of the crack: one number, or a table of [s, depth] along the crack from the nozzle's start, linear between
+    rows and constant beyond."""
     tilt: Tilt = "lean"
-    """Tilt of the walls. lean: both lean the same way, so that mouth, width and the volume between closed ends are the
-    photo's; open ends stay vertical, in the side of the sample, so that the volume is off by 1 to 2 % if the crack
-    bends there or meets the side obliquely. flare: the floor has the traced width, and the mouth is wider. funnel: the
-    mouth has it, and the walls close downward. undercut: the mouth has it, and the walls open downward; refused if the
-    walls would meet below the face or leave the block. The paper's walls "funnel particles into the crack while keeping
-    the appearance of the original crack", as lean does."""
+    """Tilt of the walls. lean: both walls lean to the same side, so that mouth, width and the volume between closed
+    ends are those of the photo. Open ends stay vertical, in the side of the sample, so that the volume is off by 1 to 2
+    % if the crack bends there or meets the side obliquely. flare: the floor has the traced width, and the mouth is
+    wider. funnel: the mouth has the traced width, and the walls close downward. undercut: the mouth has the traced
+    width, and the walls open downward; refused if the walls would meet below the face or leave the block. The paper's
+    walls "funnel particles into the crack while keeping the appearance of the original crack", as lean does."""
     wall_angle_deg: OneOrSeveral[WallAngle, tuple[WallAngle, WallAngle]] = 11.0
-    """Angle of both walls from vertical, or of the left and the right wall along the path; 11 in the paper."""
+    """Angle of both walls from vertical, or two angles, that of the left and that of the right wall along the path. The
+    paper has 11."""
     fill: FillOrFile | None = None
     """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with it. The weighing gives the angle
     of the walls, in place of wall_angle_deg, and corrects depth and width within their uncertainty."""
     lean_to: Literal["left", "right"] = "left"
-    """Side of the floor relative to the mouth, along the path; the paper does not state it. The two sides are mirror
-    images, and swapping the ends exchanges them."""
+    """Side to which the floor is moved from the mouth, looking along the path. The paper does not state it. The two
+    choices give mirror images, and swapping the ends exchanges them."""
     floor_thickness_mm: float = Field(default=4.0, gt=0.1, le=500)
-    """Thickness of the sample below the crack: more than a particle, little enough to print. Above 500, float32 loses
-    digits of the crack."""
+    """Thickness of the sample below the crack. The default is more than a particle, and little enough to print. Above
+    500, float32 loses digits of the crack."""
     margin_mm: float = Field(default=12.0, gt=0.5, le=1000)
     """Width of the block around the crack if the size of the face is unknown; overflow needs room. Walls under 0.5 mm
     break, and sealant never flows farther than a metre."""
     dam_height_mm: DamHeight = 10.0
-    """Height of the tape above the face at open ends, as in the paper. 0 for no tape, else at least 0.1."""
+    """Height of the tape above the face at open ends. The default is the paper's. Give 0 for no tape, otherwise at
+    least 0.1."""
 
     @property
     def deepest_mm(self) -> float:
@@ -354,11 +361,11 @@ class CrackShape(Settings):
         left_deg, right_deg = self.wall_angles_deg
         default = type(self).model_fields["wall_angle_deg"].default
         if self.fill is not None and self.tilt in AGAINST_EACH_OTHER and self.wall_angle_deg != default:
-            raise ValueError("wall_angle_deg beside fill, which gives it: leave it out")
+            raise ValueError("wall_angle_deg cannot be combined with fill, which gives the angle: leave it out")
         if self.tilt == "lean" and left_deg != right_deg:
             raise ValueError(
-                f"wall_angle_deg is [{left_deg:g}, {right_deg:g}] with tilt lean, which has one angle: give one, or "
-                "choose flare, funnel or undercut"
+                f'wall_angle_deg is [{left_deg:g}, {right_deg:g}], but tilt = "lean" has one angle: give one number, '
+                "or choose flare, funnel or undercut"
             )
         return self
 
@@ -375,7 +382,7 @@ class MeshInput(Settings):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """File of a centreline: a text line for each point, with x and y in mm, in the mesh's frame turned upright. By
+    """File of a centreline: one line of text for each point, with x and y in mm, in the mesh's frame turned upright. By
     default the centreline is found in a section just below the face."""
     base_mm: float | None = Field(default=None, gt=0.1, le=1000)
     """Depth below the face of a flat underside with upright sides, which closes a scan that is open below."""
@@ -384,12 +391,12 @@ class MeshInput(Settings):
 
 
 class Dispensed(Settings):
-    """The table [path.weighed]: the dispensed sealant, by the cartridge's weight before and after."""
+    """The table [path.weighed]: the dispensed sealant, from the cartridge's weight before and after."""
 
     mass_g: float = Field(gt=0, le=1e4)
-    """Mass before less mass after."""
+    """Mass of the cartridge before less its mass after."""
     mass_sd_g: float = Field(gt=0, le=100)
-    """Standard uncertainty of that difference: 1.4 times that of one weighing."""
+    """Standard uncertainty of mass_g: 1.4 times that of one weighing."""
     density_kg_m3: float = Field(ge=500, le=5000)
     """Density of the sealant, for example from a cup of known volume, weighed empty and full."""
     density_sd_kg_m3: float = Field(gt=0, le=500)
@@ -413,16 +420,17 @@ class NozzlePath(Settings):
     fill: float = Field(default=1.0, gt=0.01, le=3)
     """Share of the cavity's volume to dispense, only with volume_ml = "cavity"; 1 fills the crack up to its face."""
     weighed: Dispensed | None = None
-    """Weight of the sealant, in place of volume_ml and its uncertainty."""
+    """Weighed sealant. It replaces volume_ml and its uncertainty."""
     flow: Literal["constant", "cross_section"] = "constant"
-    """Flow along the path: equal for every mm, or in proportion to the cavity's cross-section."""
+    """Flow along the path: equal for every millimetre, or proportional to the cavity's cross-section."""
     reverse: bool = False
-    """Start at the crack's second end; s is still measured from the first."""
+    """Start at the crack's second end. s is still measured from the first end."""
     trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 10.0
-    """Distance between the ends of crack and path, 10 in the paper; or two distances, the one at s = 0 first."""
+    """Distance between the ends of the crack and those of the path: one number, or two, the one at s = 0 first. The
+    paper has 10."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
-    """Distance to reach full speed and to stop, from the outer ends of the leads; arms need at most 200. Flow is
-    proportional to speed, so that each millimetre gets the same volume."""
+    """Distance over which the nozzle reaches full speed, and over which it stops, measured from the outer ends of the
+    leads. Arms need at most 200. Flow is proportional to speed, so that each millimetre gets the same volume."""
     lead_in_mm: float = Field(default=0.0, ge=0, le=500)
     """Length of the straight approach before the path, without flow, for an arm to accelerate. Few benches have space
     for more than 500."""
@@ -436,17 +444,17 @@ class NozzlePath(Settings):
     nozzle_height_mm: float = Field(default=3.0, gt=0.1, le=100)
     """Height of the nozzle's tip above the face."""
     smoothing_mm: float = Field(default=0.1, ge=0, le=2)
-    """Largest RMS distance from the centreline. With 0.1, turns between waypoints of a winding crack stay below 8
-    degrees, and the corner of a dog-leg remains. Above 2 the nozzle would leave the crack."""
+    """Largest RMS distance of the path from the centreline. With 0.1, turns between waypoints of a winding crack stay
+    below 8 degrees, and the corner of a dog-leg remains. Above 2 the nozzle would leave the crack."""
     plan: PlanOrFile | None = None
     """CSV of t_s, x_mm, y_mm, z_mm, flow_mm3_s and, for people, speed_mm_s, as 'sealtwin plan' writes it, or these
     columns. It replaces all other settings of this table."""
 
     @property
     def planned(self) -> PathTable | None:
-        """The plan; None without one. Raises ValueError if its file is not read yet; see ``loaded``."""
+        """Columns of the plan; None if there is no plan. Raises ValueError if its file is not read; see ``loaded``."""
         if isinstance(self.plan, Path):
-            raise ValueError("the plan is a file that is not read yet; see loaded")
+            raise ValueError("the plan is a file that is not read yet; call loaded first")
         return self.plan
 
     def loaded(self, folder: Path) -> Self:
@@ -461,7 +469,7 @@ class NozzlePath(Settings):
             fields = type(self).model_fields
             beside = [name for name, value in self if name != "plan" and value != fields[name].default]
             if beside:
-                raise ValueError(f"{', '.join(beside)} beside plan, which gives path, speed and flow: leave them out")
+                raise ValueError(f"plan gives path, speed and flow: leave out {', '.join(beside)}")
         return self
 
     @property
@@ -474,7 +482,9 @@ class NozzlePath(Settings):
         if self.weighed is not None:
             volume_ml = self.weighed.volume_ml
             if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
-                raise ValueError(f"volume_ml beside weighed, which makes it {volume_ml:.4g}: leave it out")
+                raise ValueError(
+                    f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave it out"
+                )
             # The settings are frozen, but this value is derived.
             object.__setattr__(self, "volume_ml", volume_ml)
         if self.volume_ml == "cavity":
@@ -485,5 +495,8 @@ class NozzlePath(Settings):
                 'or "cavity" to fill the crack up to its face'
             )
         if self.fill != 1:
-            raise ValueError(f'fill is {self.fill:g} beside volume_ml = {self.volume_ml:g}: fill needs "cavity"')
+            raise ValueError(
+                f'fill = {self.fill:g} with volume_ml = {self.volume_ml:g}: fill applies only to volume_ml = "cavity". '
+                'Remove fill, or set volume_ml = "cavity"'
+            )
         return self

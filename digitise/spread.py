@@ -1,4 +1,4 @@
-"""Outline of paste in a photo on the printed marker sheet; area, mean radius and roundness of a blob."""
+"""Find the outline of paste in a photo on the printed marker sheet, and area, mean radius and roundness of a blob."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,10 +21,9 @@ LEAST_RADIUS_PX = 40.0  # Below it half a pixel of the edge is over 6 % of the y
 LEAST_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
 MOST_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate or a cone pulled aside
 LEAST_SEEN, LEAST_SEEN_LONG = 0.8, 0.95
-"""Least share of rays on which the edge must be found, of a blob and of a bead.
+"""Smallest share of rays on which the edge must be found, first for a blob, then for a bead.
 
-A hidden part of a round edge can be interpolated, the end of a bead cannot.
-"""
+A hidden part of a round edge can be interpolated, but the end of a bead cannot."""
 EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or on its wet rim
 
 
@@ -41,7 +40,7 @@ class SpreadBlob:
 
 @dataclass(frozen=True)
 class Rough:
-    """Rough shape of the paste: a capsule, from whose spine rays search the edge. The spine of a blob is a point."""
+    """Rough shape of the paste: a capsule. Rays from its spine find the edge. The spine of a round blob is a point."""
 
     middle_px: Floats
     half_spine_px: Floats  # From the middle to the spine's end, (2,)
@@ -95,7 +94,7 @@ def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo
 
 
 def _opening(photo: Photo) -> NDArray[np.bool_]:
-    """Return the mask of the sheet's free field: the opening of the frame less a margin."""
+    """Return the mask of the sheet's free field, which is the opening of the frame less a margin."""
     face_mm = present(photo.face_mm, "the face of a marker sheet")
     ring = np.round(photo.to_px(rectangle(face_mm))).astype(np.int32)
     mask = np.zeros(photo.brightness.shape, dtype=np.uint8)
@@ -112,7 +111,7 @@ def _opening(photo: Photo) -> NDArray[np.bool_]:
 
 
 def _levelled(brightness: Map, inside: NDArray[np.bool_]) -> Map:
-    """Divide by the light on the sheet: a plane in its logarithm, fitted to the rim of the field."""
+    """Divide by the light on the sheet. The logarithm of that light is a plane, fitted to the rim of the field."""
     distance = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 3)
     rim = inside & (distance < 0.06 * float(distance.max()) + 2)
     y, x = np.nonzero(rim)
@@ -129,7 +128,7 @@ def _levelled(brightness: Map, inside: NDArray[np.bool_]) -> Map:
 
 
 def _rough(light: Map, inside: NDArray[np.bool_], file: Path, long: bool) -> Rough:
-    """Return the largest blob unlike the sheet, or with ``long`` the capsule of its area and second moment."""
+    """Return the largest blob unlike the sheet or, if ``long``, the capsule with its area and second moment."""
     soft = blurred(light, 2.0)
     best: tuple[float, NDArray[np.bool_], bool] | None = None
     for dark in (True, False):
@@ -216,8 +215,8 @@ def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Fl
         measured &= np.abs(filled - usual) < max(2.0, 0.03 * rough_px)
     if measured.mean() < least:
         raise InputError(
-            f"{file}: the paste's edge is seen on {measured.mean():.0%} of its circumference; {least:.0%} are needed. "
-            "Keep it between the markers, away from them, without shadows or smears at its edge."
+            f"{file}: the paste's edge is visible on only {measured.mean():.0%} of its circumference; {least:.0%} are "
+            "needed. Keep it between the markers, away from them, without shadows or smears at its edge."
         )
     radius = np.interp(number, number[measured], radius[measured], period=RAYS)
     return begins + radius[:, None] * rays
@@ -234,7 +233,7 @@ def _measured(photo: Photo, outline_px: Floats) -> SpreadBlob:
     unround = float(away_mm.std() / away_mm.mean())
     if unround > MOST_UNROUND:
         raise InputError(
-            f"{photo.file}: the blob is not round, its outline is {unround:.0%} of its radius off a circle (RMS); "
+            f"{photo.file}: the blob is not round: its outline is {unround:.0%} of its radius off a circle (RMS); "
             f"{MOST_UNROUND:.0%} are allowed. Level the plate, lift the cone straight up, and measure again."
         )
     ways = np.radians(np.arange(0, 180, 2.0))

@@ -115,8 +115,8 @@ def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats
     if off_mm.max() > outline.mean_width_mm / 2:
         at = int(off_mm.argmax())
         warnings.append(
-            f"at s = {s_mm[at]:.1f} mm smoothing takes the nozzle {off_mm[at]:.2f} mm off the crack's middle, which is "
-            f"{outline.mean_width_mm:.2f} mm wide: a smoothing_mm below {path.smoothing_mm:g} keeps it in"
+            f"at s = {s_mm[at]:.1f} mm smoothing takes the nozzle {off_mm[at]:.2f} mm off the middle of a crack that "
+            f"is {outline.mean_width_mm:.2f} mm wide: a smoothing_mm below {path.smoothing_mm:g} keeps it in"
         )
     return tuple(warnings)
 
@@ -129,7 +129,8 @@ def plan_trajectory(
     Row i applies from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle moves straight to the next waypoint at ``speed_mm_s``
     and gives ``flow_mm3_s``; both are 0 in the last row. ``s_mm`` is arc length on the outline's own centreline. It
     decreases along a reversed path, and continues along the leads. The dose of a millimetre does not depend on speed.
-    Over a crack without a cavity, a volume_ml of "cavity" is 0. A plan replaces all of this.
+    Over a crack without a cavity, a volume_ml of "cavity" is 0. If the settings contain a plan, it replaces all of
+    this.
 
     Raises InputError for a path too short for its trims or ramps, with too many waypoints, or too large a volume; and
     for a plan that begins or ends to the side of the crack.
@@ -268,7 +269,7 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
         return path.volume_ml * 1000.0
     volume_mm3 = path.fill * cavity_volume_mm3
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
-        filled = "" if path.fill == 1 else f", which fill = {path.fill:g} makes {volume_mm3 / 1000:.0f} ml"
+        filled = "" if path.fill == 1 else f" ({volume_mm3 / 1000:.0f} ml with fill = {path.fill:g})"
         raise InputError(
             f'volume_ml is "cavity", but the cavity holds {cavity_volume_mm3 / 1000:.0f} ml{filled}, more than the '
             f"{LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or give "

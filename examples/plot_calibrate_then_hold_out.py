@@ -41,14 +41,14 @@ for name, speed_mm_s, role in (("first", 10.0, "calibrated-on"), ("second", 15.0
 # %%
 # Forty runs of the first pour, and twelve draws of the posterior in the second.
 free = {"fluid.viscosity_pa_s": (0.3, 3.0), "fluid.yield_stress_pa": (2.0, 20.0)}
-found = st.calibrate(files[0], free, hold_out=files[1:], out=folder / "found")
-print(found.content["finding"])
-print("identified:", found.identified)
+result = st.calibrate(files[0], free, hold_out=files[1:], out=folder / "calibration")
+print(result.content["finding"])
+print("identified:", result.identified)
 
 # %%
 # The posterior, with the paste that made the readings.
 figure, ax = plt.subplots(layout="constrained")
-ax.plot(found.posterior["fluid.viscosity_pa_s"], found.posterior["fluid.yield_stress_pa"], "o", alpha=0.3, ms=3)
+ax.plot(result.posterior["fluid.viscosity_pa_s"], result.posterior["fluid.yield_stress_pa"], "o", alpha=0.3, ms=3)
 ax.plot(*TRUTH.values(), "D", label="the paste that was poured")
 ax.set(xlabel="viscosity (Pa s)", ylabel="yield stress (Pa)", xlim=(0.3, 3), ylim=(2, 20), xscale="log")
 ax.legend()

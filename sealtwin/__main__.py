@@ -1,4 +1,4 @@
-"""Command as ``python -m sealtwin``, for an environment whose scripts are not on the PATH."""
+"""The command as ``python -m sealtwin``, if the environment's scripts are not on the PATH."""
 
 from sealtwin.cli.app import main
 

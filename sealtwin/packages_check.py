@@ -9,7 +9,7 @@ from pathlib import Path
 
 PACKAGES = ("digitise", "simulate", "validate")
 MARK = 'PART_OF = "sealtwin"'
-"""A line in the __init__.py of each package, which detects one that was overwritten in place."""
+"""A line in the __init__.py of each package. It is missing if another package has overwritten the file."""
 HOME = Path(__file__).absolute().parents[1]
 COMMANDS = ("-m", "sealtwin", "sealtwin.exe", "sealtwin-script.py")
 """Names in sys.argv[0] if the command imports the package."""
@@ -25,13 +25,13 @@ def require_own_packages() -> None:
 
 
 def require_at_import() -> None:
-    """Call ``require_own_packages``, except for the command, which does so with exit code and without traceback."""
+    """Call ``require_own_packages``, except in the command, which makes the same check but prints no traceback."""
     if Path(sys.argv[0] if sys.argv else "").name not in COMMANDS:
         require_own_packages()
 
 
 def foreign_package() -> str | None:
-    """Return a sentence about the first package that is not sealtwin's, with the remedy; None if all are."""
+    """Return a sentence about the first package that is not sealtwin's, with the remedy, or None if all are ours."""
     remedy = "give sealtwin an environment of its own ('uv tool install', 'pipx install' or a new venv)"
     for name in PACKAGES:
         # A folder without an __init__.py has no origin.

@@ -3,7 +3,7 @@
 PART_OF = "sealtwin"
 
 STAGE_NUMBER = 1
-"""Raised by one when the same input gives other numbers in the results of this stage.
+"""Increased by one when the same input gives other numbers in the results of this stage.
 
-Runs of another number are computed again. ``python -m tests.stage_record`` remakes the record that a test compares.
-"""
+Runs that were computed under another number are computed again. ``python -m tests.stage_record`` remakes the record
+with which a test compares."""

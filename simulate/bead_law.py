@@ -1,10 +1,10 @@
-"""The yield stress of a bead of paste at rest on a plate, by its volume and its whole outline.
+"""The yield stress of a bead of paste at rest on a plate, from its volume and its whole outline.
 
 The thrust of paste at rest on a rough plate falls towards the edge at the rate that the yield stress allows. Its height
 then depends on the distance d to the nearest edge: h^2 = 2 tau d / (rho g) if it is flat, in a ridge, in its round ends
 and in a disc (Roussel and Coussot 2005). Stretching reduces the thrust rho g h^2 / 2 of a section by STRETCH tau h (Nye
-1951: pi / 2 in a plane). The outline need not have a straight middle, and the section in the middle follows without the
-flow that laid it.
+1951: pi / 2 in a plane). The middle of the outline need not be straight. The section in the middle follows from the
+heap at rest, without a model of the flow that laid it.
 """
 
 import math
@@ -15,22 +15,22 @@ import numpy as np
 from sealtwin.core.records import Floats
 
 STRETCH = math.pi / 2
-"""Reduction of a section's thrust by stretching, over tau h, in a plane: 2 tau of Tresca's limit, averaged over a depth
-in which the shear stress grows evenly to tau. In a disc it is 1.36, by the same averaging."""
+"""Reduction of a section's thrust by stretching, divided by tau h, in a plane. It is 2 tau, Tresca's limit, averaged
+over a depth in which the shear stress grows evenly to tau. In a disc the same averaging gives 1.36."""
 
 
 CLOSED_STRESS = (0.0315, 0.066, 0.105, 0.152)
 STRESS_RATIO = (1.0, 1.052, 1.008, 0.925)
 SECTION_RATIO = (0.908, 0.915, 0.923, 0.95)
-"""Stress and section of the closed form over those of bars in particles, by its stress over rho g sqrt(A): geometric
-means of a bar as high as its filament and one 1.6 times as wide (``benchmarks/beads.py``, kind ``fit``). The ends
-spread and drain the middle a little, depending on the height at which they were laid, which is not measured.
-"""
+"""Ratios of stress and of section, closed form over bars in particles, at values of the closed form's stress over rho g
+sqrt(A) (``CLOSED_STRESS``). They are geometric means of a bar as high as its filament and one 1.6 times as wide
+(``benchmarks/beads.py``, kind ``fit``). The ends spread and drain the middle a little, which depends on the height from
+which they were laid. That height is not measured."""
 
 
 @dataclass(frozen=True)
 class Bead:
-    """Straight bead before it slumps: a bar, ``wide`` times as wide as the thickest filament from the nozzle."""
+    """Straight bead before it slumps: a bar that is ``wide`` times as wide as the thickest filament from the nozzle."""
 
     length_mm: float
     section_mm2: float
@@ -45,7 +45,7 @@ class Bead:
         return self.length_mm * self.section_mm2
 
     def lattice_mm(self, side_mm: float, kept_mm: float) -> Floats:
-        """Return points of a lattice that fills it, (n, 3), each with the volume of a cube of side ``side_mm``."""
+        """Return points of a lattice that fills the bead, (n, 3). Each has the volume of a cube of side ``side_mm``."""
         sizes = np.array([self.length_mm, self.section_mm2 / self.height_mm, self.height_mm])
         counts = np.maximum(1, np.round(sizes / side_mm)).astype(int)
         # The number along it makes the volume right, despite rounding across.
@@ -57,7 +57,7 @@ class Bead:
 
 @dataclass(frozen=True)
 class PasteArea:
-    """Area under paste by its distance to the nearest edge, (m,): the whole, and a piece in its middle."""
+    """Area under paste up to each distance from the nearest edge, (m,): of the whole, and of a piece in its middle."""
 
     inward_mm: Floats
     area_mm2: Floats
@@ -76,7 +76,7 @@ class PasteArea:
         return volume, scale * (self.middle_area_mm2 @ height) / self.middle_mm + 2 * rim
 
     def per_mm(self, volume_mm3: Floats, scale: Floats, outward_mm: Floats, stretch: float) -> Floats:
-        """Return tau / (rho g) of heaps of a volume, (n,)."""
+        """Return tau / (rho g) of heaps with a given volume, (n,)."""
         per_mm = np.full(np.shape(volume_mm3), 1.0)
         for _ in range(14):
             # The volume grows about with the root of the stress, and at most in proportion to it.
@@ -90,10 +90,10 @@ def heap_height_mm(per_mm: Floats, inward_mm: Floats, stretch: float) -> Floats:
 
 
 def slumped_stress(per_mm: Floats, section_mm2: Floats) -> Floats:
-    """Return tau / (rho g) of beads, (n,): that of the closed form, corrected by bars in particles."""
+    """Return tau / (rho g) of beads, (n,): that of the closed form, corrected to agree with bars in particles."""
     return per_mm / np.interp(per_mm / np.sqrt(section_mm2), CLOSED_STRESS, STRESS_RATIO)
 
 
 def laid_section(per_mm: Floats, section_mm2: Floats) -> Floats:
-    """Return the section that was laid, in mm2, (n,), from that of the closed form in the middle."""
+    """Return the section that was laid, in mm2, (n,). ``section_mm2`` is that of the closed form in the middle."""
     return section_mm2 / np.interp(per_mm / np.sqrt(section_mm2), CLOSED_STRESS, SECTION_RATIO)

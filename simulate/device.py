@@ -1,4 +1,4 @@
-"""The device that runs the kernels, as the user chose; it is never changed silently."""
+"""Choose the device that runs the kernels. It is the user's choice and is never changed silently."""
 
 import math
 import os
@@ -59,7 +59,7 @@ def start_warp() -> None:
 def choose_device(name: str) -> str:
     """Return Warp's name of the device. "auto" is the first CUDA device if there is one, else the CPU.
 
-    Raises InputError if the device is absent, or is a GPU that cannot record frames.
+    Raises InputError if the device is absent, or if it is a GPU that cannot record frames.
     """
     start_warp()
     present = [str(device) for device in wp.get_devices()]
@@ -68,7 +68,7 @@ def choose_device(name: str) -> str:
     if name == "cuda":
         name = "cuda:0"
     if name not in present:
-        raise InputError(f"device {name} is not here; allowed are auto and {', '.join(present)}.")
+        raise InputError(f"device {name} is not on this machine; give auto or one of {', '.join(present)}.")
     if name != "cpu":
         _require_recording(name)
     return name
@@ -98,7 +98,10 @@ def describe_device(name: str) -> str:
 
 
 def touching_pairs(device: str) -> int:
-    """Return the number of neighbouring pairs in a cubic lattice of 8 x 8 x 8: 3 * 7 * 8 * 8 if ``device`` works."""
+    """Return the number of neighbouring pairs in a cubic lattice of 8 x 8 x 8.
+
+    It is 3 * 7 * 8 * 8 if ``device`` works.
+    """
     count = wp.zeros(SIDE**3, dtype=int, device=device)
     for step in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
         wp.launch(device_code.count_pairs, dim=(SIDE, SIDE, SIDE), inputs=[SIDE, *step, count], device=device)
@@ -106,9 +109,9 @@ def touching_pairs(device: str) -> int:
 
 
 def turns_of_a_recording(device: str) -> int:
-    """Return the number of turns of a recorded loop with a scan: 8 if ``device`` works.
+    """Return the number of turns of a recorded loop with a scan. It is 8 if ``device`` works.
 
-    A frame of the fluid is such a recording; old GPU drivers cannot make one.
+    A frame of the fluid is such a recording. Old GPU drivers cannot make one.
     """
     turns, more = wp.zeros(1, dtype=int, device=device), wp.full(1, 1, dtype=int, device=device)
     ones, sums = wp.full(SIDE, 1, dtype=int, device=device), wp.zeros(SIDE, dtype=int, device=device)

@@ -30,7 +30,7 @@ from simulate.setup_checks import check_damping, check_fit, check_outlet, domain
 from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
-"""Recorded origin of D if the fluid sticks to the walls; without an origin D is the user's."""
+"""Origin of D that is recorded if the fluid sticks to the walls. If no origin is recorded, the user gave D."""
 SAMPLE_EVERY = 50  # Frames between two samples of the density error
 
 
@@ -49,9 +49,8 @@ class Injection:
     engine: FluidSolver
     frames: int  # Number of frames to the end of settling
     work: list[int]
-    """Expected computing work before each frame and after the last, in moving particles (``ParticleCounts.work``), or
-    in half frames for paste that falls asleep.
-    """
+    """Expected computing work before each frame and after the last one, in moving particles (``ParticleCounts.work``).
+    For paste that falls asleep the unit is half a frame."""
     setup_s: float
     statistics: RunStatistics
     volume_control: VolumeControl | None
@@ -59,7 +58,7 @@ class Injection:
     done: int = 0  # Number of finished frames
     moving: int = 0  # Moving particles of all runs, counted in each frame on a CPU, in sampled frames on a GPU
     failed: dict[int, NumericalError] = field(default_factory=dict)
-    """Errors of the runs that were given up, by their number; the others continue."""
+    """Errors of the runs that were given up. Keys are the numbers of the runs; the other runs continue."""
 
     @property
     def t_s(self) -> float:
@@ -79,8 +78,8 @@ class Injection:
     def advance(self) -> None:
         """Compute one frame. A run with a fault is given up; raises NumericalError if that was the last run.
 
-        The error names frame, time, particle and position. If frames are replayed, faults are checked only when
-        the density is sampled, and the error names that later frame.
+        The error names frame, time, particle and position. If frames are replayed, faults are checked only when the
+        density is sampled, and the error then names that later frame.
         """
         frame, engine = self.done, self.engine
         began = time.perf_counter()
@@ -97,20 +96,20 @@ class Injection:
         self.statistics.frames_s += time.perf_counter() - began
 
     def wait(self) -> None:
-        """Wait until the device has finished, so that arrays can be read; the time counts as computing time."""
+        """Wait until the device has finished, so that arrays can be read. The time counts as computing time."""
         began = time.perf_counter()
         wp.synchronize_device(self.engine.state.device)
         self.statistics.frames_s += time.perf_counter() - began
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
-        """Return all arrays that later frames depend on, and the statistics so far, by name."""
+        """Return all arrays that later frames depend on, and the statistics so far. Keys are their names."""
         self.wait()
         # Copied, because on the CPU numpy() is a view of an array that the next frame changes.
         device = {name: there.numpy().copy() for name, there in self.engine.lasting().items()}
         return {"done": np.array(self.done), **device, **self.statistics.snapshot()}
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
-        """Return to the state of ``snapshot``: on the same CPU the run then continues with the same bits.
+        """Return to the state of ``snapshot``. On the same CPU the run then continues with the same bits.
 
         Raises KeyError or ValueError, and changes nothing, if the snapshot is of another kind of run.
         """
@@ -193,7 +192,7 @@ class Injection:
         }
 
     def _effects(self, number: int) -> dict[str, Any]:
-        """Return the values in effect that follow from a fluid's settings, and its flow regime."""
+        """Return the values in effect that follow from the settings of a fluid, and its flow regime."""
         fluid, paste = self.fluids[number], self.pastes[number]
         # With the paper's U, particles move before viscosity acts: like water, even if U is large (decision 0155).
         viscosity_pa_s = paste.viscosity_pa_s if paste.moves_as_solved else None
@@ -221,7 +220,7 @@ class Injection:
         return added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2
 
     def remarks_on(self, number: int) -> tuple[str, ...]:
-        """Return the remarks on a fluid; they do not need a frame."""
+        """Return the remarks on a fluid. They can be made before the first frame."""
         return tuple(remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule))
 
     def _d_cm(self, number: int) -> float:
@@ -243,7 +242,7 @@ class Injection:
         }
 
     def _give_up_faulty(self) -> None:
-        """Give up the runs with a fault. Raises NumericalError, and leaves the arrays as they are, for the last run."""
+        """Give up the runs with a fault. For the last run, raises NumericalError and leaves the arrays as they are."""
         for run, fault in self.engine.faults.found().items():
             self.failed[run] = NumericalError(self._in_words(run, fault))
             if len(self.failed) == len(self.fluids):
@@ -255,7 +254,7 @@ class Injection:
         if fault.particle is not None:
             x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
             sentence += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
-        return f"{sentence}. Try more solver.substeps, a smaller solver.radius_mm or, of thick sealant, a thinner one."
+        return f"{sentence}. Try more solver.substeps, a smaller solver.radius_mm or a thinner sealant."
 
 
 def prepare(
@@ -275,9 +274,9 @@ def prepare(
     """Prepare schedule, walls and particles for the first frame.
 
     Several ``fluids`` with the same number of substeps are computed at once, with the results of single runs. File
-    names of their tables are relative to the current folder. ``enclosure`` is that of an earlier run in this crack with
-    particles of this size on this device; None builds one.
-    Raises InputError if the settings do not fit the crack, and ValueError if the numbers of substeps differ.
+    names of their tables are relative to the current folder. ``enclosure`` is that of an earlier run in this crack,
+    with particles of this size on this device; None builds one. Raises InputError if the settings do not fit the crack,
+    and ValueError if the numbers of substeps differ.
     """
     if solver.model == "slot":
         raise InputError('solver.model = "slot": only particles are computed here. Leave it out, or call fill.')

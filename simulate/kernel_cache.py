@@ -1,4 +1,4 @@
-"""Warp's cache of compiled kernels: damaged kernels are compiled again; a folder that cannot be written is an error."""
+"""Check Warp's cache of compiled kernels. Damaged kernels are compiled again; a read-only folder is an error."""
 
 import functools
 import shutil
@@ -13,8 +13,8 @@ import warp as wp
 from sealtwin.core.errors import InputError
 
 NEEDED_BYTES = 20_000_000
-"""Disk space that must be free, ten times the largest compiled module: LLVM ends the process if a disk is full."""
-REMEDY = "Set WARP_CACHE_PATH to a folder with {needed:.0f} MB to spare that can be written."
+"""Disk space that must be free: ten times the largest compiled module. LLVM ends the process if a disk is full."""
+REMEDY = "Set WARP_CACHE_PATH to a writable folder with at least {needed:.0f} MB free."
 
 
 @contextmanager
@@ -59,7 +59,7 @@ def _guarded(load: Any) -> Any:
 
 
 def _require_room() -> None:
-    """Raise InputError if the cache cannot take a module. It writes a file, because only that detects a quota."""
+    """Raise InputError if the cache cannot take a module. Writes a file, because only that detects a quota."""
     with naming_the_cache(), tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
         probe.write(bytes(NEEDED_BYTES))
 

@@ -1,9 +1,9 @@
 """Sealant whose viscosity and yield stress change as it ages or cools: tables, and files of tables.
 
-A rheometer measures viscosity and yield stress over age; the data sheet of a hot pour has them over temperature, and a
-second table has the temperature over age. Between rows the yield stress and the logarithm of the viscosity are linear,
-in age or in temperature; before the first and after the last age both are constant. Temperatures are not extrapolated:
-a cooling outside the curve's temperatures is refused.
+A rheometer measures viscosity and yield stress over age. The data sheet of a hot pour gives them over temperature, and
+a second table gives the temperature over age. Between rows, the yield stress and the logarithm of the viscosity are
+linear in age or in temperature. Before the first age and after the last, both are constant. Temperatures are not
+extrapolated: a cooling outside the curve's temperatures is refused.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,13 +26,13 @@ BOUNDS = {
     "viscosity_pa_s": (1e-6, 1e4),
     "yield_stress_pa": (0.0, 1e4),
 }
-"""Least and largest value of each column."""
+"""Smallest and largest value of each column."""
 # Not strict: after a validator with mode="before", pydantic no longer accepts a JSON list as a tuple.
 Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MOST_ROWS, strict=False)]
 
 
 class Course(NamedTuple):
-    """Viscosity and yield stress over age; all (n,)."""
+    """Viscosity and yield stress over age, all (n,)."""
 
     age_s: Floats
     viscosity_pa_s: Floats
@@ -59,7 +59,7 @@ class _Columns(Settings):
 
     @property
     def columns(self) -> dict[str, tuple[float, ...]]:
-        """The columns of this table, by name."""
+        """Columns of this table, by name."""
         return self.model_dump(exclude_none=True)
 
 
@@ -72,16 +72,16 @@ class MaterialCurve(_Columns):
     age_s: Column | None = None
     """Time since the sealant left the nozzle, increasing from row to row."""
     temperature_c: Column | None = None
-    """Temperature in place of age, increasing or decreasing from row to row; needs ``cooling``."""
+    """Temperature in place of age, increasing or decreasing from row to row. It needs ``cooling``."""
     viscosity_pa_s: Column
-    """Dynamic viscosity; interpolated in its logarithm."""
+    """Dynamic viscosity. Its logarithm is interpolated linearly."""
     yield_stress_pa: Column | None = None
     """Yield stress (Bingham), interpolated linearly. Default: 0."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.age_s is None) == (self.temperature_c is None):
-            raise ValueError("give one column of age_s and temperature_c, and not both")
+            raise ValueError("give one of the columns age_s and temperature_c, and not both")
         return self
 
 
@@ -91,11 +91,12 @@ class CoolingCurve(_Columns):
     age_s: Column
     """Time since the sealant left the nozzle, increasing from row to row."""
     temperature_c: Column
-    """Temperature at that age; interpolated linearly."""
+    """Temperature at each age, interpolated linearly."""
 
 
 ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several")
-"""Discriminator of a table given by a file's name or by columns, so that an error is about the form that was given."""
+"""Discriminator of a table that is given by a file's name or by columns. A validation error refers to the given form.
+"""
 if TYPE_CHECKING:
     # A keyword takes a file's name or a mapping, and the field then has one of these types.
     CurveOrFile = CoolingOrFile = Any
@@ -114,14 +115,17 @@ def read_table(path: Path, kind: type[Table]) -> Table:
         number, name, problem = fault
         raise InputError(f"{path}, row {rows[number]:g}, column {name}: {problem}.")
     if kind is MaterialCurve and ("age_s" in columns) == ("temperature_c" in columns):
-        raise InputError(f"{path}, row 1: one column of age_s and temperature_c is needed, and not both.")
+        raise InputError(f"{path}, row 1: give one of the columns age_s and temperature_c, and not both.")
     return kind.model_validate({name: tuple(values) for name, values in columns.items()})
 
 
 def fault_of(curve: MaterialCurve, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:
-    """Return why two tables do not fit each other, or None; ``file`` is the cooling's, if it was read from one."""
+    """Return the reason why two tables do not fit each other; None if they do.
+
+    ``file`` is that of the cooling, if it was read from a file.
+    """
     if curve.temperature_c is None:
-        problem = "fluid.cooling beside a fluid.curve over age_s: only one over temperature_c needs it; leave it out"
+        problem = "fluid.cooling cannot be combined with a fluid.curve over age_s: leave fluid.cooling out"
         return None if cooling is None else problem
     if cooling is None:
         return "fluid.curve is over temperature_c: give fluid.cooling, the table of the temperature over age_s"
@@ -138,7 +142,7 @@ def fault_of(curve: MaterialCurve, cooling: CoolingCurve | None, file: Path | No
 
 
 def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Course:
-    """Join two tables without a ``fault_of`` into one over age, exact between its rows too."""
+    """Join two tables that fit each other into one over age. It is exact between its rows too."""
     stress_pa = curve.yield_stress_pa or (0.0,) * len(curve.viscosity_pa_s)
     if curve.age_s is not None:
         return Course(*(np.array(column) for column in (curve.age_s, curve.viscosity_pa_s, stress_pa)))
@@ -158,12 +162,12 @@ def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Cour
 
 
 def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str] | None:
-    """Return row from 0, column and description of the first value that is not allowed, or None."""
+    """Return the row from 0, the column and a description of the first value that is not allowed; None if all are."""
     longest = max(len(values) for values in columns.values())
     for name, values in columns.items():
         low, high = BOUNDS[name]
         if len(values) < longest:
-            return len(values), name, f"no value, where other columns have {longest}"
+            return len(values), name, f"no value here, but {longest} in other columns"
         for row, value in enumerate(values):
             if not low <= value <= high:
                 return row, name, f"{value:g}; {low:g} to {high:g} is allowed"

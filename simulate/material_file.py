@@ -18,33 +18,33 @@ class Material(Settings):
     """A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."""
 
     method: Sentence
-    """Method of the measurement; numbers by different methods differ."""
+    """Method of the measurement. Different methods give different numbers."""
     date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")]
-    """Day of the measurement, as 2026-11-21."""
+    """Day of the measurement, for example 2026-11-21."""
     data: DataKind
     """Origin of the photo or table."""
     yield_stress_pa: float = Field(ge=0, le=1e4)
     """Yield stress of the fresh paste."""
     yield_stress_error_pa: float = Field(ge=0, le=1e4)
-    """Its standard uncertainty: half the half-width of the 95 % interval."""
+    """Standard uncertainty of the yield stress: half the half-width of its 95 % interval."""
     yield_stress_95_pa: Annotated[tuple[float, float], Field(strict=False)]
-    """Its 95 % interval."""
+    """95 % interval of the yield stress."""
     viscosity_pa_s: float | None = Field(default=None, gt=0, le=1e4)
     """Plastic viscosity, if it was measured."""
     viscosity_error_percent: float | None = Field(default=None, ge=0, le=1000)
-    """Its standard uncertainty."""
+    """Standard uncertainty of the viscosity."""
     density_kg_m3: float = Field(ge=1, le=2e4)
     """Density of the paste."""
     density_error_kg_m3: float = Field(ge=0, le=2e4)
-    """Its standard uncertainty."""
+    """Standard uncertainty of the density."""
     basis: Sentences = ()
     """Sentences on what was measured and on the sources of the uncertainty."""
     not_for: Sentences
-    """Uses that these numbers must not be put to."""
+    """Purposes for which these numbers must not be used."""
     radius_mm: float | None = Field(default=None, gt=0, le=10)
-    """Particle radius of the calibration that gave these numbers; a run with another radius is refused."""
+    """Particle radius in the calibration that gave these numbers. A run with another radius is refused."""
     substeps: int | None = Field(default=None, ge=1, le=1000)
-    """Substeps per frame of the calibration's runs."""
+    """Substeps per frame in the runs of the calibration."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
@@ -59,5 +59,5 @@ class Material(Settings):
 
 
 def read_material(path: Path) -> Material:
-    """Read a material.toml. Raises InputError as ``read_settings``."""
+    """Read a material.toml. Raises InputError if it is missing or invalid."""
     return read_settings(Material, path, name="file of a material", starter=STARTER)

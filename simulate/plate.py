@@ -49,7 +49,7 @@ class PastePlate:
     ) -> "PastePlate":
         """Put paste of a shape in the middle of a plate of half side ``reach_mm``.
 
-        ``curve`` is its viscosity and yield stress over age.
+        ``curve`` is the viscosity and the yield stress of the paste over age.
         """
         depth_mm = HEADROOM * shape.height_mm
         solid, outline = _dish(reach_mm, depth_mm)
@@ -79,7 +79,7 @@ class PastePlate:
         return cls(engine, control, Vessel(solid), radius_mm, depth_mm)
 
     def run(self, seconds: float, every_s: float) -> Iterator[float]:
-        """Compute ``seconds``, or until all is at rest; yield the time every ``every_s``, and at the end."""
+        """Compute ``seconds``, or until all is at rest. Yield the time every ``every_s``, and at the end."""
         step_s = self.engine.step_s
         often = max(1, round(every_s / step_s))
         for number in range(1, round(seconds / step_s) + 1):
@@ -104,7 +104,7 @@ class PastePlate:
 
     @property
     def volume_mm3(self) -> float:
-        """Volume below the surface of the particles."""
+        """Volume below the surface that the particles form."""
         return self.vessel.volume_mm3(self._place_mm, self._half_mm)
 
     @property
@@ -112,7 +112,7 @@ class PastePlate:
         return float(self._place_mm[:, 2].max()) + self.depth_mm + self._half_mm
 
     def edge_mm(self, beyond: float) -> float:
-        """Radius that holds all but a share ``beyond`` of the particles, plus half a spacing."""
+        """Radius that contains all but a share ``beyond`` of the particles, plus half a spacing."""
         return float(np.quantile(np.hypot(*self._place_mm[:, :2].T), 1 - beyond)) + self._half_mm
 
     @property

@@ -1,4 +1,4 @@
-"""The profile: height of the finished liquid's surface along the crack, and its volume.
+"""Measure the profile: height of the finished liquid's surface along the crack, and its volume.
 
 Lengths in mm, speeds in mm/s. ``measure_profile`` follows the paper's extraction (side view as pixels, smoothing by a
 box of ones, longest run of each column, its top edge) and removes what the pixels and the box add:
@@ -61,12 +61,12 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
 def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
     """Return the volume between the walls and a height map of the settled particles, over the dispensed volume.
 
-    Heaps above the face and films on it count; spilled particles and particles in flight do not, and lower the ratio.
-    Each particle lifts the map within 1/sqrt(2) of its spacing, the distance that closes a square lattice. A vertical
-    line ends at the solid below and above it, also at undercut walls.
+    Heaps above the face and films on it count. Spilled particles and particles in flight do not count, and lower the
+    ratio. Each particle lifts the map within 1/sqrt(2) of its spacing, the distance that closes a square lattice. A
+    vertical line ends at the solid below and above it, also at undercut walls.
 
     Bias: lattices of a given volume, without and with 20 % scatter, in vertical, leaning and flaring slots are measured
-    at 0.984 to 1.004. The edge of a film on the face gains up to 0.2 R, a slope m about 0.4 m R.
+    at 0.984 to 1.004. The edge of a film on the face gains up to 0.2 R, and a slope m gains about 0.4 m R.
 
     A run of the fast model has its ratio already.
     """
@@ -80,12 +80,12 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
 
 
 def settled(run: Bed, depth_mm: Floats) -> Mask:
-    """Return the mask of particles on the sample, (n,), not beyond its edge or in flight.
+    """Return the mask of particles that are on the sample, (n,), not beyond its edge and not in flight.
 
     ``depth_mm`` is the floor's depth below each particle, (n,). A particle is in flight if it falls, along gravity,
     faster than after a free fall of one radius, sqrt(2 g R), and is more than a radius above all slower particles
-    within a diameter: fast particles in a surface are not in flight. If it counted, the jet would add a spike of 2.6 mm
-    under the nozzle.
+    within a diameter. So fast particles in a surface are not in flight. If particles in flight counted, the jet would
+    add a spike of 2.6 mm under the nozzle.
     """
     on_sample = ~run.spilled
     down = SampleSlope.model_validate(run.settings.get("sample", {})).down
@@ -123,7 +123,7 @@ def half_side_mm(radius_mm: float, particle_volume_mm3: float) -> float:
 
 
 def over_cavity(position_mm: Floats, solid: Solid) -> Mask:
-    """Return the mask of particles below the face, or above it but not over the face's triangles, (n,)."""
+    """Return the mask of particles below the face, or above it but not over its triangles, (n,)."""
     counted = np.ones(len(position_mm), dtype=bool)
     above = np.flatnonzero(position_mm[:, 2] > 0)
     point = position_mm[above, :2]
@@ -169,7 +169,7 @@ class _SideView:
         return covered[window], height_mm[window]
 
     def _readings(self, top_row: Integers) -> tuple[Integers, Floats]:
-        """Return columns with a particle whose box is at the top of a longest run, and the mean height of such ones."""
+        """Return the columns with particles whose box is the top of a longest run, and their mean height in each."""
         makes_top = np.zeros(len(self.column), dtype=bool)
         for shift in range(-self.half, self.half + 1):
             makes_top |= top_row[self.column + shift] == self.row + self.half
@@ -178,13 +178,13 @@ class _SideView:
 
 
 def _closed(pixels: Mask, gap: tuple[int, ...]) -> Mask:
-    """Return the pixels with gaps of up to ``gap`` pixels closed, along axes with a gap above 1."""
+    """Return the pixels with gaps of up to ``gap`` pixels closed, along each axis whose gap is above 1."""
     structure = np.ones([size + 1 if size > 1 else 1 for size in gap])
     return np.asarray(ndimage.binary_closing(pixels, structure), dtype=bool)
 
 
 def _longest_run_top(column: Mask) -> int:
-    """Return the last index of the longest run of ones, of the upper one of two equal runs; -1 without ones."""
+    """Return the last index of the longest run of ones, of the upper one of two equal runs; -1 if there are no ones."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], column.view(np.int8), [0]])))
     begins, ends = edges[::2], edges[1::2]
     if not len(begins):

@@ -1,4 +1,4 @@
-"""Remarks on a fluid, made before the first frame: what its run will not show."""
+"""Remarks on a fluid, made before the first frame: they state what its run will not show."""
 
 import math
 from collections.abc import Iterator
@@ -14,26 +14,25 @@ from simulate.setup.signed_distance import CM
 from simulate.setup_checks import solved_as
 
 THIN = 0.1
-"""Largest share of a viscosity that particles may add to it without a remark: the tolerance of the channel tests."""
+"""Share of a viscosity that particles may add to it without a remark. It is the tolerance of the channel tests."""
 SUNK = 1.5
-"""Least sinking by the sealant's weight over the depth of the crack, without a remark.
+"""Distance that sealant must sink by its weight, divided by the depth of the crack, so that there is no remark.
 
 Of 24 pours between walls 2 and 3.1 mm apart, those that sank up to 1.4 depths left hollows of up to 71 % of their
-volume; those that sank 1.9 depths or more kept their volume to 2.4 %.
-"""
+volume. Those that sank 1.9 depths or more kept their volume to 2.4 %."""
 
 FED = 0.75
-"""Least way of the nozzle before paste is too stiff to sink, over the width of the crack, without a remark.
+"""Distance that the nozzle must move before paste is too stiff to sink, divided by the width of the crack, so that
+there is no remark.
 
-Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their volume or more; those
-with 0.92 widths or more kept it to 3 % (decision 0173).
-"""
+Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their volume or more. Those
+with 0.92 widths or more kept it to 3 % (decision 0173)."""
 AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
 LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 
 
 def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, schedule: Schedule) -> Iterator[str]:
-    """Yield sentences on what a run of particles cannot show of a fluid; ``schedule`` has its releases.
+    """Yield sentences on what a run of particles cannot show of a fluid. ``schedule`` has its releases.
 
     Raises InputError for a fluid that cannot be solved for.
     """
@@ -63,9 +62,9 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
     width_mm = outline.mean_width_mm
     if stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
         yield (
-            f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: {stress_pa:g} Pa hold paste up between walls "
-            f"{width_mm:.3g} mm apart, where its own weight overcomes {stands_pa:.2g} Pa: what the jet does not push "
-            "down bridges the crack, over a hollow."
+            f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: {stress_pa:g} Pa support paste between walls "
+            f"{width_mm:.3g} mm apart, where its weight overcomes only {stands_pa:.2g} Pa: paste that the jet does "
+            "not push down bridges the crack, over a hollow."
         )
         return
     stands_s = _stands_s(fluid, stands_pa, lasts_s)
@@ -76,18 +75,18 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
         if moves_mm < FED * width_mm or (fluid.D_cm is None and sinks_mm < SUNK * solid.depth_mm):
             yield (
                 f"fluid.{'curve' if fluid.curve else 'structuration_pa_per_s'}: from an age of {stands_s:.2g} s paste "
-                f"stands between walls {width_mm:.3g} mm apart, where its own weight overcomes {stands_pa:.2g} Pa. The "
-                f"pour ends when the first paste is {pours_s:.3g} s old: what comes later heaps up on paste that "
+                f"stands between walls {width_mm:.3g} mm apart, where its weight overcomes only {stands_pa:.2g} Pa. "
+                f"The pour ends when the first paste is {pours_s:.3g} s old: later paste heaps up on the paste that "
                 "stands, over hollows."
             )
             return
     # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
         yield (
-            f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart it sinks by its "
-            f"own weight at {sinks_mm_s.max():.2g} mm/s at most, {sinks_mm:.2g} mm in the {lasts_s:.3g} s of this run. "
-            f"The crack is {solid.depth_mm:.3g} mm deep: what the jet does not push down heaps up over hollows. A "
-            "longer solver.settle_s lets it sink further."
+            f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant sinks "
+            f"by its own weight at {sinks_mm_s.max():.2g} mm/s at most, {sinks_mm:.2g} mm in the {lasts_s:.3g} s of "
+            f"this run. The crack is {solid.depth_mm:.3g} mm deep: sealant that the jet does not push down heaps up "
+            "over hollows. A longer solver.settle_s lets it sink farther."
         )
 
 
@@ -99,7 +98,7 @@ def _stands_s(fluid: Fluid, stands_pa: float, lasts_s: float) -> float:
 
 
 def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Floats, Floats]:
-    """Return viscosity and yield stress in Pa by age, (n,) each; ``viscosity_pa_s`` is used without a curve."""
+    """Return viscosity and yield stress in Pa at each age, (n,) each. Without a curve, ``viscosity_pa_s`` is used."""
     if (course := fluid.course) is not None:
         return course.at(age_s)
     grown_pa = fluid.yield_stress_pa + fluid.structuration_pa_per_s * age_s
@@ -107,9 +106,10 @@ def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Float
 
 
 def _sinks_mm_s(fluid: Fluid, viscosity_pa_s: float, width_mm: float, lasts_s: float) -> Floats:
-    """Return the mean speed between upright plates by the paste's weight, at even ages up to ``lasts_s``, (n,).
+    """Return the mean speed at which paste sinks between upright plates by its weight, at even ages, (n,).
 
-    It is the plane flow of a Herschel-Bulkley paste (Bird, Armstrong and Hassager 1987, table 4.2-1, with a plug).
+    Ages go up to ``lasts_s``. The speed is that of the plane flow of a Herschel-Bulkley paste (Bird, Armstrong and
+    Hassager 1987, table 4.2-1, with a plug).
     """
     consistency, stress_pa = _at(fluid, np.linspace(0.0, lasts_s, AGES), viscosity_pa_s)
     m = 1 / (fluid.flow_index or 1.0)

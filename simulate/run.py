@@ -1,4 +1,4 @@
-"""Fill a crack with the method of the settings: frame by frame with particles, or by the fast model."""
+"""Fill a crack with the method that the settings choose: frame by frame with particles, or by the fast model."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -34,10 +34,10 @@ def fill(
 ) -> Filled:
     """Follow the trajectory, let the sealant settle for ``solver.settle_s`` and measure its level.
 
-    ``solver.model`` is the method. The fast model ignores device, threads and watchers. On one CPU the same input,
+    ``solver.model`` is the method. The fast model ignores device, threads and watchers. On one CPU, the same input,
     seed and number of threads give the same bits.
 
-    Raises InputError if the settings do not fit the crack, NumericalError if the run has a numerical fault.
+    Raises InputError if the settings do not fit the crack, and NumericalError if the run has a numerical fault.
     """
     if not solver.has_particles:
         return pour(sample, fluid, solver, nozzle, seed=seed, slope=slope, advise=True)
@@ -66,9 +66,9 @@ def fill_each(
     device: str,
     slope: SampleSlope = LEVEL,
 ) -> list[Filled | NumericalError]:
-    """Fill one crack with each fluid, all in one launch, with the results of ``fill`` for each.
+    """Fill one crack with each of several fluids in one launch. The results are those of ``fill`` for each fluid.
 
-    Raises InputError if one of the fluids cannot be run, NumericalError if all runs have a fault.
+    Raises InputError if one of the fluids cannot be run, and NumericalError if all runs have a fault.
     """
     if not solver.has_particles:
         return [pour(sample, fluid, solver, nozzle, seed=seed, slope=slope) for fluid in fluids]
@@ -97,9 +97,10 @@ def ready(
     device: str,
     slope: SampleSlope = LEVEL,
 ) -> Injection:
-    """Prepare particle runs for their first frame, with the last call's walls for the same sample, radius and device.
+    """Prepare particle runs for their first frame. The last call's walls are reused if they fit.
 
-    Making the walls takes a fifth of a run's time. Raises InputError if one of the fluids cannot be run.
+    They fit if sample, particle radius and device are the same: making walls takes a fifth of a run's time. Raises
+    InputError if one of the fluids cannot be run.
     """
     start_warp()
     enclosure = _enclosure(sample, solver.for_crack(sample.outline.mean_width_mm).size_mm, device)
@@ -110,7 +111,7 @@ def ready(
 def check(
     sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle, *, seed: int, slope: SampleSlope = LEVEL
 ) -> None:
-    """Prepare a run on this machine's CPU and discard it. Raises InputError as ``fill`` would."""
+    """Prepare a run on this machine's CPU and discard it. Raises InputError if ``fill`` would."""
     if not solver.has_particles:
         pour(sample, fluid, solver, nozzle, seed=seed, slope=slope)
         return

@@ -24,9 +24,8 @@ from simulate.material_curve import (
 from simulate.material_file import Material, read_material
 
 STIFFEST_U = 1e6
-"""Largest U: a hundred times the paper's stiffest fluid, and as stiff as a solid. A run may solve for less only, as its
-substep allows.
-"""
+"""Largest U that is accepted: a hundred times that of the paper's stiffest fluid, and as stiff as a solid. A run may be
+able to solve only for a smaller U, depending on its substep."""
 THICKNESSES = ("U", "viscosity_pa_s", "consistency_pa_s_n")
 """Settings of the viscosity: a fluid has exactly one, unless a curve or a material gives it."""
 
@@ -45,50 +44,45 @@ BESIDE_NO_MATERIAL = (
     *("U", "consistency_pa_s_n", "flow_index", "density_kg_m3", "yield_stress_pa", "structuration_pa_per_s"),
     *("yield_stress_most_pa", "curve", "cooling"),
 )
-"""Settings that must be absent beside a material: it gives them, or they belong to another rheology."""
+"""Settings that must be absent if a material is given: the material gives them, or they belong to another law of flow.
+"""
 MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
 
 
 class FreshPaste(NamedTuple):
-    """Viscosity at a shear of 1/s and yield stress of sealant that leaves the nozzle."""
+    """Viscosity at a shear rate of 1/s, and yield stress, of sealant that leaves the nozzle."""
 
     viscosity_pa_s: float | None  # None if U is given
     yield_stress_pa: float
 
 
 class Fluid(Settings):
-    """The sealant, by one of: the paper's U and D, a viscosity, Herschel and Bulkley's K and n, or a curve."""
+    """The sealant, given by the paper's U and D, a viscosity, Herschel and Bulkley's K and n, a curve or a material."""
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
     """Weight of the fluid's own viscosity in Eq. 5, dimensionless with lengths in cm, as in the paper. In a frame of
-    7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about water. Without a yield stress particles move before
-    U acts: then a large U does not make them viscous.
-    """
+    7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about water. Without a yield stress, particles move before U
+    acts, so a large U does not make them viscous."""
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
-    """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given; with any other
-    viscosity the fluid sticks to the walls.
-    """
+    """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. With any other
+    viscosity the default is that the fluid sticks to the walls."""
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
-    """Dynamic viscosity, in place of U. Particles move with the velocity after viscosity has acted; with U and without
-    a yield stress they move before, as in the paper (decision 0155).
-    """
+    """Dynamic viscosity, in place of U. Particles move with the velocity after viscosity has acted. With U and without
+    a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
-    """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n: the viscosity at a shear of
-    1/s. Replaces viscosity_pa_s if flow_index is not 1.
-    """
+    """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n. It is the viscosity at a
+    shear rate of 1/s, and replaces viscosity_pa_s if flow_index is not 1."""
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
-    """Power n of the shear in the stress. Default: 1, a viscosity independent of shear. Below 1 the paste thins as it
-    is sheared, above 1 it thickens; both need consistency_pa_s_n.
-    """
+    """Power n of the shear rate in the stress. Default: 1, a viscosity independent of the shear rate. Below 1 the paste
+    thins as it is sheared, above 1 it thickens. Both need consistency_pa_s_n."""
     density_kg_m3: float = Field(default=1690.0, ge=1, le=2e4)
     """Density of the sealant. Default: cement paste of water-cement ratio 0.67, from cement of 3150 and water of 1000.
-    It converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed of fall. Below 1 it
-    would be a gas.
-    """
+    It converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed of fall. A density
+    below 1 would be that of a gas."""
     yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
-    """Yield stress of fresh paste: under less stress it does not flow (Bingham). Cement grouts have 5 to 37 Pa."""
+    """Yield stress of fresh paste (Bingham). Under a lower stress it does not flow. Cement grouts have 5 to 37 Pa."""
     structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
-    """Growth of the yield stress per second as the paste cures, at rest and in motion alike."""
+    """Increase of the yield stress per second as the paste cures. It is the same at rest and in motion."""
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
     """Yield stress at which curing ends. Default: curing does not end."""
     curve: CurveOrFile | None = None
@@ -105,21 +99,20 @@ class Fluid(Settings):
     uncertainties are used unless [uncertainty] declares others.
     """
     freeze_after_s: float | Literal["never"] = "never"
-    """Age at which a particle is fixed in place, or "never": the default in Python; required in a trial file. It models
-    stiffening, and so the slope of the bed. The paper's solver froze particles at 2.58 s, to stay below 2,500 moving
-    ones, and had no yield stress. A fluid without either levels out.
-    """
+    """Age at which a particle is fixed in place, or "never". In Python the default is "never"; a trial file must give
+    it. It models stiffening, and so the slope of the bed. The paper's solver froze particles at 2.58 s, to stay below
+    2,500 moving ones, and had no yield stress. A fluid that neither freezes nor has a yield stress levels out."""
 
     @model_validator(mode="before")
     @classmethod
     def _beside_u(cls, table: Any) -> Any:
-        """Add the paper's D_cm if U is given without it, so that both forms of a trial are equal."""
+        """Add the paper's D_cm if U is given without D_cm, so that both forms of a trial are equal."""
         if isinstance(table, dict) and table.get("U") is not None and table.get("D_cm") is None:
             return {**table, "D_cm": PAPERS_D_CM}
         return table
 
     def loaded(self, folder: Path) -> Self:
-        """Return a copy with the tables of its files, which are in ``folder``.
+        """Return a copy with the tables from its files, whose paths are relative to ``folder``.
 
         Raises InputError for a file that cannot be used.
         """
@@ -133,11 +126,13 @@ class Fluid(Settings):
         return self.model_copy(update={"curve": curve, "cooling": cooling})
 
     def _with(self, material: Material, file: Path) -> Self:
-        """Return a copy with the numbers of a material, and the material itself."""
+        """Return a copy with the numbers of a material, and with the material itself."""
         if (self.viscosity_pa_s is None) == (material.viscosity_pa_s is None):
-            problem = "no viscosity: give fluid.viscosity_pa_s beside it"
+            problem = "no viscosity: give fluid.viscosity_pa_s too"
             if material.viscosity_pa_s is not None:
-                problem = f"a viscosity, and fluid.viscosity_pa_s is {self.viscosity_pa_s:g} beside it: leave it out"
+                problem = (
+                    f"a viscosity, but fluid.viscosity_pa_s is {self.viscosity_pa_s:g}: leave fluid.viscosity_pa_s out"
+                )
             raise InputError(f"{file}: has {problem}.")
         numbers = {
             "viscosity_pa_s": self.viscosity_pa_s or material.viscosity_pa_s,
@@ -148,7 +143,7 @@ class Fluid(Settings):
 
     @property
     def course(self) -> Course | None:
-        """Viscosity and yield stress over age, once files are loaded; None without a curve."""
+        """Viscosity and yield stress over age, after files are loaded; None if there is no curve."""
         if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
             raise ValueError("the curve is a file that is not read yet; call loaded first")
         return None if self.curve is None else course_of_tables(self.curve, self.cooling)
@@ -186,13 +181,16 @@ class Fluid(Settings):
             self.material.yield_stress_pa,
             self.material.density_kg_m3,
         ):
-            raise ValueError("the numbers of material differ from yield_stress_pa or density_kg_m3: give one of both")
+            raise ValueError(
+                "material has another yield stress or density than yield_stress_pa and density_kg_m3: give either "
+                "material or these two"
+            )
         if isinstance(self.material, Path):
             beside = [key for key in BESIDE_NO_MATERIAL if getattr(self, key) != Fluid.model_fields[key].default]
             if beside:
                 raise ValueError(
-                    f"{', '.join(beside)} beside material, which gives yield stress, density and viscosity itself; "
-                    "other laws of flow cannot be combined with it: leave them out"
+                    "material gives yield stress, density and viscosity, and cannot be combined with another law of "
+                    f"flow: leave out {', '.join(beside)}"
                 )
         elif self.curve is not None or self.cooling is not None:
             self._check_curve()
@@ -200,19 +198,19 @@ class Fluid(Settings):
             for key in ("U", "viscosity_pa_s"):
                 if (given := getattr(self, key)) is not None:
                     raise ValueError(
-                        f"flow_index is {self.flow_index:g} and {key} {given:g}: give consistency_pa_s_n in its place"
+                        f"flow_index is {self.flow_index:g} and {key} is {given:g}: give consistency_pa_s_n, not {key}"
                     )
             if self.consistency_pa_s_n is None:
-                raise ValueError(f"flow_index is {self.flow_index:g}: give consistency_pa_s_n beside it")
+                raise ValueError(f"flow_index is {self.flow_index:g}: give consistency_pa_s_n too")
         elif self.consistency_pa_s_n is not None:
             raise ValueError(
-                f"consistency_pa_s_n is {self.consistency_pa_s_n:g} and flow_index 1: give viscosity_pa_s, or another "
-                "flow_index"
+                f"consistency_pa_s_n is {self.consistency_pa_s_n:g} and flow_index is 1: give viscosity_pa_s, or "
+                "another flow_index"
             )
         elif (self.U is None) == (self.viscosity_pa_s is None):
-            raise ValueError("give either U (with D_cm) or viscosity_pa_s, one of the two and not both")
+            raise ValueError("give either U (with D_cm) or viscosity_pa_s, and not both")
         if self.freeze_after_s != "never" and self.freeze_after_s <= 0:
-            raise ValueError(f'freeze_after_s is {self.freeze_after_s}: above 0, or "never"')
+            raise ValueError(f'freeze_after_s is {self.freeze_after_s}: give a number above 0, or "never"')
         if self.curve is None and self.most_yield_stress_pa < self.yield_stress_pa:
             raise ValueError(
                 f"yield_stress_most_pa is {self.yield_stress_most_pa:g}, below yield_stress_pa, which is "
@@ -222,10 +220,12 @@ class Fluid(Settings):
 
     def _check_curve(self) -> None:
         if self.curve is None:
-            raise ValueError("cooling without curve: give the table of viscosity_pa_s over temperature_c too")
+            raise ValueError(
+                "cooling is given without curve: give curve, a table of viscosity_pa_s over temperature_c, too"
+            )
         beside = [name for name in REPLACED_BY_CURVE if getattr(self, name) != Fluid.model_fields[name].default]
         if beside:
-            raise ValueError(f"{beside[0]} beside curve, which gives it at every age: give one of the two")
+            raise ValueError(f"curve already gives {beside[0]} at every age: give either curve or {beside[0]}")
         if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
             return
         if fault := fault_of(self.curve, self.cooling):
@@ -233,7 +233,8 @@ class Fluid(Settings):
 
 
 ABREAST = 4
-"""Particles from wall to wall for radius "auto", as in the paper: fewer bridge the walls, more take long."""
+"""Number of particles from wall to wall for radius "auto", as in the paper. Fewer bridge the walls, and more take long.
+"""
 
 
 class Scheme(NamedTuple):
@@ -241,11 +242,11 @@ class Scheme(NamedTuple):
 
     iterations: int  # Pressure iterations a substep
     volume_factor: float
-    """Volume of a particle in the density sum over 4 sqrt(2) f^3 R^3 of Eq. 6; only the start value if the run controls
-    its volume.
-    """
+    """Volume of a particle in the density sum, divided by that of Eq. 6, 4 sqrt(2) f^3 R^3. It is only the start value
+    if the run controls its volume."""
     wall: Literal["calibrated", "source"]
-    """Strength of wall particles: enough for the half of the kernel that a wall cuts off, or 1 / W(0)."""
+    """Strength of wall particles. calibrated: they replace the half of the kernel that a wall cuts off. source: 1 /
+    W(0)."""
     frozen_answer: float  # Multiplier of a frozen neighbour over the particle's own
 
 
@@ -258,7 +259,8 @@ def particle_volume(radius: float) -> float:
 
 
 SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
-"""Volume of a sphere of radius R over that of Eq. 6, 0.811: the mass of a particle in the paper's solver."""
+"""Volume of a sphere of radius R divided by that of Eq. 6, 0.811. It is the mass of a particle in the paper's solver.
+"""
 
 PRESETS = {
     # The run starts at this volume factor and ends between 0.95 and 1.20 (decision 0113).
@@ -267,13 +269,11 @@ PRESETS = {
 }
 
 LEAST_TWO_LEVEL_ITERATIONS = 4
-"""Least number of iterations of two-level pressure. With 3, a column at rest moves at 9 cm/s, because the particles'
-own parts lag behind the nodes.
-"""
+"""Smallest number of iterations of two-level pressure. With 3, a column at rest moves at 9 cm/s, because each
+particle's own part of the pressure lags behind the part that is solved for on the nodes."""
 TWO_LEVEL = PRESETS["accurate"]._replace(iterations=5, volume_factor=1.05)
-"""Constants of two-level pressure (decision 0065). With 4 iterations 1 % of the particles of a settled column are 2 %
-too dense.
-"""
+"""Constants of two-level pressure (decision 0065). With 4 iterations, 1 % of the particles of a settled column are 2 %
+too dense."""
 
 
 MOST_SUBSTEPS = 1000
@@ -284,76 +284,68 @@ class Solver(Settings):
     """The numerical method. Equations: Macklin & Müller 2013 (PBF), and the paper's Eqs 1 to 6."""
 
     model: Method | None = None
-    """particles (default): the fluid in three dimensions. slot: the flow along the crack, averaged over sections, in a
-    tenth of a second; for screening within its domain, which the report names. It does not model jet or overspill.
-    """
+    """particles (default): the fluid in three dimensions. slot: the flow along the crack, averaged over sections. It
+    takes a tenth of a second, for screening within its domain, which the report describes. It does not model jet or
+    overspill."""
     preset: Literal["accurate", "paper"] = "accurate"
-    """accurate keeps the dispensed volume. paper uses the constants of the paper's solver, which lose a fifth to a
-    quarter of it. The paper's bed is fitted by accurate in flared walls, and by paper in leaning walls.
-    """
+    """accurate: keeps the dispensed volume. paper: uses the constants of the paper's solver, which lose a fifth to a
+    quarter of it. The paper's bed is fitted by accurate in flared walls, and by paper in leaning walls."""
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
-    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper; "auto" gives four
-    across this crack. Half the radius takes about ten times as long.
-    """
+    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper, and "auto" gives four
+    across this crack. Half the radius takes about ten times as long."""
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
     """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
-    over. Compression falls with their square.
-    """
+    over. Compression decreases with the square of their number."""
     pressure: Literal["local", "two-level"] = "local"
     """local: iterations pass pressure from neighbour to neighbour; a column of 16 mm stays 12 % compressed at its
     floor. two-level: each iteration also solves for the whole crack; 99 % of the particles are compressed by less than
     2 %, and a run takes about a quarter longer.
     """
     iterations: int | None = Field(default=None, ge=1, le=1000)
-    """Pressure iterations per substep. Default: 4, or 5 with two-level pressure, or 3 for a fluid in physical units or
-    with a yield stress that is viscous enough to carry pressure over from the last substep.
-    """
+    """Pressure iterations per substep. Default: 4, 5 with two-level pressure, or 3 if pressure is carried over from the
+    last substep. It is carried over in a viscous enough fluid that is in physical units or has a yield stress."""
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
-    """Volume of a particle in the density sum over that of Eq. 6. Default: preset accurate adjusts it during the run so
-    that the bed keeps the dispensed volume, and the run records its last value; preset paper has 0.811.
-    """
+    """Volume of a particle in the density sum, divided by that of Eq. 6. Default: preset accurate adjusts it during the
+    run so that the bed keeps the dispensed volume, and the run records its last value. Preset paper has 0.811."""
     relaxation: float = Field(default=1.5, ge=1e-3, le=1e3)
-    """epsilon h^2 of Eq. 1: 60 per cm2 at h = 1.6 mm, as in the paper, and scaled with h. At 0 the multiplier of an
-    isolated particle is undefined; far above the limit pressure vanishes.
-    """
+    """epsilon h^2 of Eq. 1. It is 60 per cm2 at h = 1.6 mm, as in the paper, and scaled with h. At 0 the multiplier of
+    an isolated particle is undefined. Far above the limit, pressure vanishes."""
     damping_per_s: float = Field(default=0.2, ge=0, le=1e3)
-    """eta of Eq. 4, as a rate: divided by a particle's mass of 0.3 mg it would be unstable. At most 1 over the substep
-    (550 in the paper's trial), at which a particle loses all its speed.
-    """
+    """eta of Eq. 4, as a rate. Divided by a particle's mass of 0.3 mg, it would be unstable. It may be at most 1 over
+    the substep (550 in the paper's trial), at which a particle loses all its speed."""
     viscosity_solve: Literal["implicit", "explicit"] = "implicit"
     """implicit: one linear solve per substep for any U, which conserves momentum. explicit: Eq. 5 in q passes, as in
-    the paper; the reference, slow for U above 1000 or D above 1. At most 5000 passes, enough for pastes below 1 Pa.
-    """
+    the paper. It is the reference, and slow for U above 1000 or D above 1. At most 5000 passes are allowed, enough for
+    pastes below 1 Pa."""
     sleep: bool = True
     """Stop computing paste with a yield stress that has come to rest, until something hits it or flows past it. The bed
-    is nearly the same and the run takes 60-75 % of the time. False disables sleeping.
-    """
+    is nearly the same, and the run takes 60 to 75 % of the time. False disables sleeping."""
     settle_s: float = Field(default=0.0, ge=0, le=3600)
-    """Time between the last release and the profile; 0 in the paper."""
+    """Time between the last release of sealant and the measurement of the profile. The paper has 0."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.pressure == "two-level":
             if self.preset == "paper":
                 raise ValueError(
-                    'pressure is "two-level", which preset "paper", the solver of the paper, does not have: take '
+                    'pressure = "two-level" cannot be combined with preset = "paper", the paper\'s solver: give '
                     'preset = "accurate", or pressure = "local"'
                 )
             if self.iterations is not None and self.iterations < LEAST_TWO_LEVEL_ITERATIONS:
                 raise ValueError(
                     f'iterations is {self.iterations}: with pressure = "two-level" fewer than '
-                    f"{LEAST_TWO_LEVEL_ITERATIONS} make the fluid boil; give more, or leave it out"
+                    f"{LEAST_TWO_LEVEL_ITERATIONS} make the fluid boil; give more, or leave iterations out"
                 )
         return self
 
     @property
     def has_particles(self) -> bool:
-        """False for the fast model, which uses no device, no checkpoint and no estimate of time."""
+        """True for particles. False for the fast model, which uses no device, no checkpoint and no estimate of time."""
         return self.model != FAST
 
     @property
     def size_mm(self) -> float:
-        """The radius as a number; raises ValueError for "auto", which ``for_crack`` replaces."""
+        """The radius as a number. Raises ValueError for "auto", which ``for_crack`` replaces by a number."""
         if self.radius_mm == "auto":
             raise ValueError("the radius follows from the crack's width; call for_crack first")
         return self.radius_mm
@@ -366,7 +358,7 @@ class Solver(Settings):
 
     @property
     def scheme(self) -> Scheme:
-        """Constants of the preset, with the user's settings in place of some."""
+        """Constants of the preset, some of which the user's settings replace."""
         preset = TWO_LEVEL if self.pressure == "two-level" else PRESETS[self.preset]
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
@@ -374,7 +366,7 @@ class Solver(Settings):
 
     @property
     def carries_pressure(self) -> bool:
-        """True if pressure may start from the last substep's; with two levels or preset paper it starts at 0."""
+        """True if pressure may start from that of the last substep. With two levels or preset paper it starts at 0."""
         return self.preset == "accurate" and self.pressure == "local"
 
     @property
@@ -387,11 +379,10 @@ class SampleSlope(Settings):
     """Slopes of the sample's face. Coordinates stay square to the face; gravity is turned."""
 
     crossfall_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
-    """Slope of the face along y: if above 0 it rises towards +y, and sealant runs towards -y. The surface of a liquid
-    at rest makes this angle with the face in the plane of y and z.
-    """
+    """Slope of the face along y. If it is above 0 the face rises towards +y, and sealant runs towards -y. The surface
+    of a liquid at rest makes this angle with the face in the plane of y and z."""
     gradient_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
-    """Slope of the face along x: if above 0 it rises towards +x, and sealant runs towards -x."""
+    """Slope of the face along x. If it is above 0 the face rises towards +x, and sealant runs towards -x."""
 
     @property
     def level(self) -> bool:
@@ -399,7 +390,7 @@ class SampleSlope(Settings):
 
     @property
     def table(self) -> dict[str, Any]:
-        """The table [sample] of a run's recorded settings; empty for a level sample."""
+        """Table [sample] of a run's recorded settings. It is empty for a level sample."""
         return {} if self.level else {"sample": self.model_dump()}
 
     @property
@@ -415,7 +406,8 @@ LEVEL = SampleSlope()
 
 
 class Nozzle(Settings):
-    """The outlet. Path, height and flow are in the trajectory."""
+    """The outlet of the nozzle. Path, height and flow are in the trajectory."""
 
     diameter_mm: float = Field(default=2.4, gt=0, le=100)
-    """Inner diameter; 2.4 in the paper. A release has as many particles as fit its disc: seven of radius 0.4."""
+    """Inner diameter. The paper has 2.4. A release has as many particles as fit the disc of this diameter: seven of
+    radius 0.4."""

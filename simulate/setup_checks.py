@@ -1,4 +1,4 @@
-"""Checks that the settings of particles fit a crack, and the fluid in the solver's units."""
+"""Checks that the settings of particles fit a crack. They also convert the fluid to the solver's units."""
 
 import math
 from collections.abc import Callable
@@ -25,25 +25,24 @@ from simulate.setup.signed_distance import CM, Barrier, crack_box_mm, grid_fits
 
 ACROSS_AT_LEAST = 2  # Least number of particles abreast in a crack of mean width
 CELLS_AT_MOST = 4_000_000
-"""Largest number of cells of the neighbour search, 90 times the paper's trial. A substep scans all cells, in 2 ms."""
+"""Largest number of cells of the neighbour search, 90 times that of the paper's trial. A substep scans all cells in 2
+ms."""
 STIFFEST = 1000.0
-"""Largest kinematic viscosity that is solved for, times a substep over h^2: 2,400 Pa s at a radius of 0.4 mm. At this
-limit pours in slots 1.2 to 12 mm wide are solved; at 4000 particles are flung away.
-"""
+"""Largest kinematic viscosity that is solved for, times a substep divided by h^2. It is 2,400 Pa s at a radius of 0.4
+mm. At this limit pours in slots 1.2 to 12 mm wide are solved. At 4000 particles are flung away."""
 HOLDS_SUPPORTS = 100.0
-"""Largest yield stress of fresh paste that is solved for, over rho g h: 2,650 Pa at a radius of 0.4 mm. At this limit
-pours take up to a fifth of the allowed iterations with any substep; at 200 one pour of 18 fails (decision 0173).
-"""
+"""Largest yield stress of fresh paste that is solved for, divided by rho g h. It is 2,650 Pa at a radius of 0.4 mm. At
+this limit pours take up to a fifth of the allowed iterations with any substep. At 200 one pour of 18 fails (decision
+0173)."""
 STIFFENS = 150.0
-"""Largest gain of yield stress in ``STIFFENING_S`` over rho h^2 / dt, in 1/s: 105 Pa/s at a radius of 0.4 mm. From a
-gain of 180 on, stiffened paste compresses the fresh paste that it encloses until that collapses.
-"""
+"""Largest gain of yield stress in ``STIFFENING_S``, divided by rho h^2 / dt, in 1/s. It is 105 Pa/s at a radius of 0.4
+mm. From a gain of 180 on, stiffened paste compresses the fresh paste that it encloses until that collapses."""
 STIFFENING_S = 3.0  # Longest time over which a gain is counted
 LIMP = 30.0  # Yield stress over rho h^2 / dt, in 1/s, up to which paste may stiffen at any rate
 SHEARED = 100.0  # Shear in 1/s of a jet that hits a bed: the largest, at which shear-thickening paste is stiffest
 MOST_PASSES = 5000
 """Largest number of explicit passes of a substep, equal to the limit of a solve's iterations. Paste at rest takes most:
-2,600 with 1 Pa at a radius of 0.6 mm, where 36 particles in substeps of 2.8 ms take a minute for a second of pouring.
+2,600 with 1 Pa at a radius of 0.6 mm. There 36 particles in substeps of 2.8 ms take a minute for a second of pouring.
 """
 MOST_AGES = 1_000_000  # Frames up to which a curve is tabulated if the length of the run is not given
 TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of the diameters and heights, and of the radii, in proposals
@@ -85,20 +84,20 @@ def check_fit(
     if 2 * radius_mm > thickness_mm:
         allowed_mm = math.floor(1000 * thickness_mm / 2) / 1000
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: wall particles lie a radius deep in the sample, which is "
+            f"solver.radius_mm is {radius_mm:g}: wall particles are a radius deep in the sample, which is "
             f"{thickness_mm:g} mm thick: {solid.depth_mm:g} mm of crack above {thickness_mm - solid.depth_mm:g} mm of "
-            f"floor. Allowed is at most {allowed_mm:g}, half of that; or give a larger crack.floor_thickness_mm."
+            f"floor. Allowed is at most {allowed_mm:g}, half the thickness; or give a larger crack.floor_thickness_mm."
         )
     if (course := fluid.course) is not None and solver.sleep and course.softens:
         raise InputError(
-            "fluid.curve: its yield stress falls with age, and paste that sleeps would not feel it. "
+            "fluid.curve: its yield stress falls with age, and paste that sleeps would not respond to it. "
             "Give solver.sleep = false."
         )
     calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
     if calibrated_mm is not None and abs(radius_mm - calibrated_mm) > ROUNDING_MM:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}, and fluid.material was calibrated at {calibrated_mm:g}: at one "
-            f"viscosity levels shift by half a millimetre between such radii. Give {calibrated_mm:g}, or calibrate "
+            f"solver.radius_mm is {radius_mm:g}, and fluid.material was calibrated at {calibrated_mm:g}: with one "
+            f"viscosity, levels differ by half a millimetre between such radii. Give {calibrated_mm:g}, or calibrate "
             "again."
         )
     fall_s = math.sqrt(2 * solid.depth_mm / (9810 * -slope.down[2]))
@@ -110,7 +109,7 @@ def check_fit(
 
 
 def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm: float | None = None) -> str:
-    """Return a sentence on the radii that this crack allows; its distance grid may set a lower limit."""
+    """Return a sentence on the radii that this crack allows. Its distance grid may set a lower limit."""
     abreast_mm = outline.mean_width_mm / 8
     if _carried(solid, outline, abreast_mm):
         four_abreast = f'{abreast_mm:.3f} is four abreast, as in the paper, and so is "auto"'
@@ -124,14 +123,14 @@ def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm
     if _carried(solid, outline, 0.99 * widest_mm):
         return f"Take {0.99 * widest_mm:.3f}; {too_fine}."
     return (
-        f"No radius does: at most {widest_mm:.3f} fits the crack, and that, like {too_fine}. Take the fast model, "
-        'solver.model = "slot" with fluid.viscosity_pa_s, simulate a shorter piece of the crack, or take its path '
-        "alone, photo.path_only = true, which a robot can follow."
+        f"No radius is possible: at most {widest_mm:.3f} fits the crack, and that, like {too_fine}. Take the fast "
+        'model, solver.model = "slot" with fluid.viscosity_pa_s, simulate a shorter piece of the crack, or take its '
+        "path alone, photo.path_only = true, which a robot can follow."
     )
 
 
 def _carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
-    """Return whether a run can have the particles and the distance grid that a radius needs."""
+    """Return True if a run can have the particles and the distance grid that a radius needs."""
     particles = (solid.figures.sealant_mm3 or 0.0) / particle_volume(radius_mm)
     return grid_fits(solid, outline, radius_mm) and particles <= PARTICLES_AT_MOST
 
@@ -145,7 +144,7 @@ def check_damping(solver: Solver, step_s: float) -> None:
 
 
 def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float) -> float:
-    """Return D as given, or the D with the total drag of no-slip walls."""
+    """Return D as given or, if the fluid sticks to walls, the D with the total drag of no-slip walls."""
     if fluid.D_cm is not None:
         return fluid.D_cm
     return no_slip_weight(paste.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
@@ -219,7 +218,7 @@ def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float,
         allowed = f"Give at most {_rounded_down(value * spare / part)}, or" if spare > 0 else "Give"
     raise InputError(
         f'{cause}: with solver.viscosity_solve = "explicit" paste that comes to rest takes {passes:.3g} passes a '
-        f"substep {_in_substeps(solver, frame_s, substeps)}, and {MOST_PASSES} are allowed. {allowed} "
+        f"substep {_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. {allowed} "
         'solver.viscosity_solve = "implicit".'
     )
 
@@ -281,7 +280,7 @@ def _in_substeps(solver: Solver, frame_s: float, substeps: int) -> str:
 
 
 def _or_more(substeps: float) -> str:
-    """Return a proposal of at least so many substeps, or "" if that is more than a frame can have."""
+    """Return a proposal of a least number of substeps; "" if a frame cannot have as many."""
     least = math.ceil(substeps)
     return f", or solver.substeps of at least {least}" if least <= MOST_SUBSTEPS else ""
 
@@ -308,8 +307,8 @@ def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm:
         x, y, z = nozzle_mm[np.abs(nozzle_mm).max(axis=1).argmax()]
         raise InputError(
             f"trajectory: it goes as far as ({x:g}, {y:g}, {z:g}) mm; with solver.radius_mm = {radius_mm:g} the box "
-            f"around it and the crack has {cells:.3g} cells for the neighbour search; {CELLS_AT_MOST} are allowed. "
-            "Bring the nozzle nearer to the crack (path.nozzle_height_mm), or take a larger radius."
+            f"around it and the crack has {cells:.3g} cells for the neighbour search; at most {CELLS_AT_MOST} are "
+            "allowed. Bring the nozzle nearer to the crack (path.nozzle_height_mm), or take a larger radius."
         )
     return Domain(low_mm * CM, high_mm * CM)
 
@@ -326,7 +325,7 @@ def check_outlet(
 ) -> None:
     """Raise InputError if a particle would be released inside the solid or nearer to it than its clearance.
 
-    The message proposes settings that would each be enough; a diameter and a height have been tried.
+    The message proposes settings, each of which would be enough. A proposed diameter or height has been tried.
     """
     blocked = _blocked(schedule.position_mm, barrier)
     if not blocked.any():
@@ -344,9 +343,8 @@ def check_outlet(
     raise InputError(
         f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm lets sealant flow from s = {begins_mm:g} to "
         f"{ends_mm:g} mm and path.nozzle_height_mm is {trajectory.position_mm[:, 2].min():g}: together they release "
-        f"sealant inside the "
-        f"solid, a dam at an open end for one, or nearer than {barrier.clearance / CM:.2f} mm to it; first at "
-        f"s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Allowed is {allowed}."
+        f"sealant in the solid, such as a dam at an open end, or nearer to it than {barrier.clearance / CM:.2f} mm; "
+        f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Allowed is {allowed}."
     )
 
 
@@ -356,7 +354,10 @@ def _blocked(points_mm: Floats, barrier: Barrier) -> np.ndarray:
 
 
 def _larger_trim(blocked_s_mm: Floats, length_mm: float) -> str:
-    """Return a proposal in whole millimetres, not tried: with another path discs are turned otherwise."""
+    """Return a proposal of a larger trim, in whole millimetres.
+
+    It is not tried, because discs are turned differently along another path.
+    """
     from_end_mm = np.minimum(blocked_s_mm, length_mm - blocked_s_mm)
     trim_mm = math.floor(from_end_mm.max()) + 1
     return f"path.trim_mm of at least {trim_mm}" if 2 * trim_mm < length_mm - 1 else ""

@@ -28,7 +28,7 @@ MOST_PARTICLES = 60_000  # Largest number of particles of a slump: about four mi
 
 @dataclass(frozen=True)
 class Slump:
-    """A slump in particles: radius over time, from the lifting of the cone on."""
+    """A slump in particles: radius over time, from the moment at which the cone is lifted."""
 
     stress_pa: float
     volume_mm3: float
@@ -51,7 +51,7 @@ WALL_ROOM = 1.25  # Half side of the plate over the radius of the flat heap
 
 
 def radius_of_particles_mm(cone: Cone, stress_pa: float, density_kg_m3: float) -> float:
-    """Return the radius of particles for a slump: as coarse as its heap and its cone allow.
+    """Return the radius of particles for a slump. It is as large as the height of the heap and the cone allow.
 
     Raises InputError if that needs too many particles.
     """
@@ -61,16 +61,16 @@ def radius_of_particles_mm(cone: Cone, stress_pa: float, density_kg_m3: float) -
     if (particles := cone.volume_mm3 / particle_volume(radius_mm)) > MOST_PARTICLES:
         raise InputError(
             f"the heap would be {height_mm:.1f} mm high; with {LEAST_DIAMETERS:g} particles over each other it has "
-            f"{particles:,.0f} particles, and {MOST_PARTICLES:,} are allowed. Use a larger cone or more paste: a heap "
-            f"lower than {FLATTEST:g} of its radius is computed without particles."
+            f"{particles:,.0f} particles, but at most {MOST_PARTICLES:,} are allowed. Use a larger cone or more paste: "
+            f"a heap lower than {FLATTEST:g} of its radius is computed without particles."
         )
     return radius_mm
 
 
 def slump(cone: Cone, stress_pa: float, density_kg_m3: float, *, steady: bool = False, finer: float = 1.0) -> Slump:
-    """Compute the slump of a cone of paste on a plate, without inertia; on the CPU, in tens of seconds.
+    """Compute the slump of a cone of paste on a plate, without inertia. It takes tens of seconds on the CPU.
 
-    The viscosity is reduced during the slump, unless ``steady``: it comes to rest sooner, with the same radius.
+    Unless ``steady``, the viscosity is reduced during the slump, which then comes to rest sooner, with the same radius.
     Particles are ``finer`` times smaller than necessary.
     """
     radius_mm = radius_of_particles_mm(cone, stress_pa, density_kg_m3) / finer
@@ -110,7 +110,7 @@ MOST_SLUMPS = 8
 
 @dataclass
 class SlumpCurve:
-    """Radius at rest by yield stress, for cones of one shape, computed on demand.
+    """Radius at rest as a function of yield stress, for cones of one shape, computed on demand.
 
     Slumps of one shape are similar in R / V^(1/3) and tau / (rho g V^(1/3)), and serve for a cone a little larger or
     heavier too. Their stresses are powers of ``STEP``; ``radii`` may be filled from a file.
@@ -119,10 +119,10 @@ class SlumpCurve:
     cone: Cone
     density_kg_m3: float
     radii: dict[int, float]
-    """R / V^(1/3) by the power of ``STEP`` that is tau / (rho g V^(1/3))."""
+    """R / V^(1/3) of slumps. Keys are the powers of ``STEP`` that equal tau / (rho g V^(1/3))."""
 
     def at(self, power: int) -> float:
-        """Return R / V^(1/3) of one slump, computed unless it is in ``radii``."""
+        """Return R / V^(1/3) of one slump. It is computed unless it is in ``radii``."""
         if power not in self.radii:
             length_mm = self.cone.volume_mm3 ** (1 / 3)
             stress_pa = STEP**power * self.density_kg_m3 * GRAVITY_M_S2 * length_mm * 1e-3
@@ -131,7 +131,10 @@ class SlumpCurve:
         return self.radii[power]
 
     def around(self, reach: float, first: float) -> Iterator[int]:
-        """Yield powers whose slumps bracket R / V^(1/3), beginning at ``first``, the likely one, and a stiffer one."""
+        """Yield powers whose slumps bracket ``reach``, a value of R / V^(1/3), and that of a stiffer slump.
+
+        ``first`` is the power that is likely to be near it.
+        """
         power = round(first)
         yield power
         step = 1 if self.at(power) > reach else -1
@@ -150,8 +153,9 @@ class SlumpCurve:
     def stress_pa(self, volume_mm3: Floats, radius_mm: Floats, density_kg_m3: Floats) -> Floats:
         """Return the yield stress of heaps at rest, (n,), each with its own volume, radius and density.
 
-        It is that of the closed form times the ratio of slumps to it, a straight line through three slumps: the ratio
-        changes by few percent from one to the next, and radii with such coarse particles are off by one percent.
+        It is that of the closed form, times the ratio of slumps to the closed form. The ratio is a straight line
+        through three slumps: it changes by a few percent from one to the next, and radii with such coarse particles are
+        off by one percent.
         """
         length_mm = np.cbrt(volume_mm3)
         reach = radius_mm / length_mm

@@ -16,8 +16,8 @@ from sealtwin.core.records import Floats
 
 GRAVITY_M_S2 = 9.81
 STRETCH = math.sqrt(3) * math.pi / 4
-"""Reduction of a section's thrust by stretching, over tau h: sqrt(3) tau of the von Mises limit without shear, averaged
-over a depth in which the shear stress grows evenly to tau."""
+"""Reduction of a section's thrust by stretching, divided by tau h. It is sqrt(3) tau, the von Mises limit without
+shear, averaged over a depth in which the shear stress grows evenly to tau."""
 FLATTEST = 0.1  # Largest height over radius of a heap for which the closed form is used
 
 
@@ -40,7 +40,7 @@ class Cone:
         return Cone(self.bottom_mm * by, self.top_mm * by, self.height_mm * by)
 
     def lattice_mm(self, side_mm: float, kept_mm: float) -> Floats:
-        """Return points of a cubic lattice within its sides, (n, 3), the lowest ``kept_mm`` above the plate."""
+        """Return points of a cubic lattice inside the cone, (n, 3). The lowest are ``kept_mm`` above the plate."""
         half = self.bottom_mm / 2
         across = np.arange(-half, half + side_mm / 2, side_mm)
         up = np.arange(kept_mm, self.height_mm, side_mm)
@@ -76,7 +76,7 @@ def stretched_stress_pa(volume_mm3: Floats | float, radius_mm: Floats | float, d
 
 
 def spread_radius_mm(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> float:
-    """Return the radius of a heap by its yield stress: the inverse of ``stretched_stress_pa``."""
+    """Return the radius of a heap with a yield stress. It is the inverse of ``stretched_stress_pa``."""
     from scipy.optimize import root_scalar
 
     def excess_mm3(radius_mm: float) -> float:

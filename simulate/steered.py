@@ -36,12 +36,14 @@ class SteeredPour:
         seed: int,
         slope: SampleSlope = LEVEL,
     ) -> None:
-        """Prepare a run along ``motion``, whose flow is ignored; the flow may never exceed ``most_mm3_s``.
+        """Prepare a run along ``motion``, whose flow is ignored. The flow may never exceed ``most_mm3_s``.
 
-        Raises InputError without solver.volume_factor, or if the run cannot be prepared.
+        Raises InputError if solver.volume_factor is missing, or if the run cannot be prepared.
         """
         if solver.keeps_volume:
-            raise InputError("solver.volume_factor: a steered pour needs it; a run of the same trial records its own.")
+            raise InputError(
+                "solver.volume_factor is missing: a steered pour needs the one that a run of the same trial records."
+            )
         start_warp()
         ceiling = np.append(np.full(len(motion.t_s) - 1, most_mm3_s), 0.0)
         sample = solid, outline, replace(motion, flow_mm3_s=ceiling)

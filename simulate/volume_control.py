@@ -24,26 +24,24 @@ from simulate.vessel import TURN, vessel_of
 
 PERIOD_S = 0.1  # Time between two measurements: a third of the time in which paste comes to rest
 MEMORY_S = 0.4
-"""Time to make up for a lack of volume; with 0.7 stiff paste falls asleep before."""
+"""Time in which a lack of volume is made up for. With 0.7, stiff paste falls asleep before that."""
 FLOWS_MM_S = 1.0  # Speed from which paste with a yield stress counts as flowing; slower paste responds late, in jumps
 LEAST_FLOWING = 0.3
-"""Least share of the bed that is assumed to flow; the less flows, the more each particle must make up for. With 0.1,
-and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping bed.
-"""
+"""Smallest share of the bed that is assumed to flow. The less flows, the more each particle must make up for. With 0.1,
+and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping bed."""
 STANDS = 0.05
 """If at most this share of the bed flows, the factor is not raised: the yield stress would resist until the paste gives
 way at once.
 """
 LEAST_SETTLED = 0.05
-"""Least bed that is measured, over the dispensed volume; a smaller one is mostly surface."""
+"""Volume of the smallest bed that is measured, divided by the dispensed volume. A smaller bed is mostly surface."""
 CELL = 0.5
-"""Width of the measured columns over R; with 4/3 beds with hollows are up to 1 % wrong."""
+"""Width of the measured columns, divided by R. With 4/3, beds with hollows are up to 1 % wrong."""
 LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
-"""Bounds of the factor: hollows under stiff paste and films on the face must not change its density further."""
+"""Bounds of the volume factor. Hollows under stiff paste and films on the face must not change its density further."""
 MOST_TOPS = 4_000_000
-"""Largest number of tops of liquid in memory, 32 MB: of as many runs as fit, but of at least one. The paper's sample
-has 145,510 per run in columns of 0.3 mm, so that 27 runs are measured at once.
-"""
+"""Largest number of tops of liquid in memory, 32 MB. As many runs as fit are measured at once, but at least one. The
+paper's sample has 145,510 tops per run in columns of 0.3 mm, so that 27 runs are measured at once."""
 
 
 class BedFigures(NamedTuple):

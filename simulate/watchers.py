@@ -1,4 +1,4 @@
-"""Watchers of a run of particles: they write files while it computes, which are complete at any moment."""
+"""Watchers of a run of particles: they write files while it computes. The files are complete at any moment."""
 
 import math
 import re
@@ -26,7 +26,7 @@ from simulate.setup.release_schedule import ROUNDING
 EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
 LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Largest checkpoint that is read: 4 kB for each of a million particles
 PAST_THE_END = 1.02
-"""Factor on a run's duration up to which a moment means the end of the run: the paper shows 15 s, and the nozzle of
+"""A moment up to this factor times a run's duration means the end of the run. The paper shows 15 s, and the nozzle of
 the reconstructed trial stops after 14.8 s."""
 FRAME = re.compile(r"\d{4,}\.\d{3}s\.vtp")
 COLUMNS = (
@@ -82,7 +82,7 @@ class Checkpoint(Watcher):
             self._kept = time.monotonic()
 
     def keep(self, injection: Injection) -> None:
-        """Write the file; an incomplete one never has its name."""
+        """Write the checkpoint. An incomplete file never has its name."""
         with files.replacing(self._path) as temporary:
             np.savez(temporary, allow_pickle=False, key=np.array(self._key), **injection.snapshot())
 
@@ -121,7 +121,7 @@ def take_frame(injection: Injection) -> Frame:
 
 
 class Moments(Watcher):
-    """A watcher that passes on a frame at each of some moments."""
+    """A watcher that calls ``take`` with a frame at each of some moments."""
 
     def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
         """``times_s`` increase and may be endless; ``take`` receives the moment, and the frame at or just after it."""
@@ -129,7 +129,7 @@ class Moments(Watcher):
         self._next_s = math.inf
 
     def begin(self, injection: Injection) -> None:
-        """Skip the moments before a resumed run's present frame, but not that frame's own."""
+        """Skip the moments before the present frame of a resumed run. The moment of that frame is not skipped."""
         self._next_s = next(self._times_s, math.inf)
         while self._due(injection) < injection.done:
             self._next_s = next(self._times_s, math.inf)

@@ -70,16 +70,16 @@ def make_chart(excluded: tuple[Excluded, ...] = (), **changes: Any) -> Chart:
 def _chart() -> Chart:
     readings, runs = make_readings(), make_runs()
     axes = axes_of([run.settings for run in runs])
-    held = tuple(hold(run, readings, axes) for run in runs)
+    runs_on_axes = tuple(hold(run, readings, axes) for run in runs)
     budget = make_budget(readings)
     return Chart(
         name="study",
         axes=axes,
-        runs=held,
+        runs=runs_on_axes,
         excluded=(),
         readings=readings,
         band_mm=budget.profile_band_mm,
-        scatter_mm=scatter_of_runs(held, axes),
-        as_near=as_near_as_the_best(held, readings, budget, 0.1),
+        scatter_mm=scatter_of_runs(runs_on_axes, axes),
+        as_near=as_near_as_the_best(runs_on_axes, readings, budget, 0.1),
         replicates=RepeatedPairs(runs=4, pairs=1, scatter_mm=0.1),
     )

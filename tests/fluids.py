@@ -16,13 +16,14 @@ from sealtwin.core.solid_figures import SolidFigures
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
+from simulate.injection import Injection, prepare
 from simulate.kernels.status import FROZEN, RESTS
 from simulate.run import fill
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import Rheology
-from simulate.setup.signed_distance import CM, Barrier, build_barrier
-from simulate.setup.wall_particles import WallParticles, place_walls
+from simulate.setup.signed_distance import CM
+from simulate.setup.wall_particles import Enclosure, enclose
 from tests.shapes import level_floor, straight_slot
 
 FRAME_S = 7.23e-3
@@ -59,10 +60,9 @@ def hewn(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float],
     return Solid(vertices, faces, label, block_mm, depth_mm, "vertical", (0.0, 0.0), cavity, floor, SolidFigures())
 
 
-def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0) -> Trajectory:
-    return plan_trajectory(
-        outline, NozzlePath(volume_ml=volume_ml, speed_mm_s=speed_mm_s, trim_mm=trim_mm), cavity_volume_mm3=1e3
-    )
+def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0, **more: Any) -> Trajectory:
+    plan = {"volume_ml": volume_ml, "speed_mm_s": speed_mm_s, "trim_mm": trim_mm, **more}
+    return plan_trajectory(outline, NozzlePath.model_validate(plan), cavity_volume_mm3=1e3)
 
 
 def pour(
@@ -71,10 +71,36 @@ def pour(
     fluid: Fluid = LIKE_THE_PAPER,
     seed: int = 0,
     slope: SampleSlope = LEVEL,
+    nozzle_mm: float = 2.4,
     **solver: Any,
 ) -> Run:
-    sample = sample_of(crack, trajectory)
-    return fill(sample, fluid, Solver.model_validate(solver), Nozzle(), seed=seed, slope=slope)[0]
+    how, nozzle = Solver.model_validate(solver), Nozzle(diameter_mm=nozzle_mm)
+    return fill(sample_of(crack, trajectory), fluid, how, nozzle, seed=seed, slope=slope)[0]
+
+
+def sealant(**table: Any) -> Fluid:
+    """It never freezes, unless the table has an age."""
+    return Fluid.model_validate({"freeze_after_s": "never"} | table)
+
+
+def injected(
+    crack: tuple[Solid, Outline],
+    trajectory: Trajectory,
+    *fluids: Fluid,
+    seed: int = 0,
+    device: str = "cpu",
+    threads: int = 1,
+    replays: bool = False,
+    **solver: Any,
+) -> Injection:
+    """A run before its first frame. ``replays``: what a GPU does, done on the CPU."""
+    settings = Solver.model_validate(solver)
+    enclosure = enclosed(*crack, settings.for_crack(crack[1].mean_width_mm).size_mm, device)
+    how: dict[str, Any] = {"seed": seed, "device": device, "threads": threads, "enclosure": enclosure}
+    injection = prepare(*crack, trajectory, fluids, settings, Nozzle(), **how)
+    if replays:
+        injection.engine.replays = True
+    return injection
 
 
 def sample_of(crack: tuple[Solid, Outline], trajectory: Trajectory) -> Sample:
@@ -91,15 +117,9 @@ def lattice(low_mm: Floats, high_mm: Floats, spacing_mm: float, seed: int = 0) -
 def put_down(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
     """Particles that are all released at once, at rest."""
     count = len(position_mm)
-    return Schedule(
-        position_mm=position_mm,
-        velocity_mm_s=np.zeros_like(position_mm),
-        frame_of=np.zeros(count, dtype=np.int64),
-        released=np.array([count]),
-        frame_s=frame_s,
-        release=count,
-        dispensed_mm3=count * particle_volume(radius_mm),
-    )
+    frames, released = np.zeros(count, dtype=np.int64), np.array([count])
+    dispensed_mm3 = count * particle_volume(radius_mm)
+    return Schedule(position_mm, np.zeros_like(position_mm), frames, released, frame_s, count, dispensed_mm3)
 
 
 def engine_with(
@@ -121,13 +141,13 @@ def engine_with(
     """
     settings = Solver.model_validate(solver)
     state = State(put_down(position_mm, frame_s, settings.size_mm), "cpu")
-    barrier, walls = _enclosure(*crack, settings.size_mm)
+    enclosure = enclosed(*crack, settings.size_mm)
     substeps = settings.substeps or 4
     low, high = reach_mm or (position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5)
     engine = FluidSolver(
         state,
-        walls,
-        barrier,
+        enclosure.walls,
+        enclosure.barrier,
         Domain(low * CM, high * CM),
         settings,
         [fluid or Rheology(*weights)],
@@ -197,14 +217,12 @@ def lay_down(engine: FluidSolver, rests: NDArray[np.bool_]) -> None:
     engine.find_movers()
 
 
-_enclosures: dict[tuple[int, float], tuple[Solid, Barrier, WallParticles]] = {}
+_enclosures: dict[tuple[Solid, float, str], Enclosure] = {}
 
 
-def _enclosure(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Barrier, WallParticles]:
-    """Built once for each solid; the solid is kept, so that its id stays its own."""
-    key = id(solid), radius_mm
+def enclosed(solid: Solid, outline: Outline, radius_mm: float, device: str = "cpu") -> Enclosure:
+    """Barrier and walls, built once for each solid: runs only read them."""
+    key = solid, radius_mm, device
     if key not in _enclosures:
-        barrier = build_barrier(solid, outline, radius_mm, "cpu")
-        _enclosures[key] = solid, barrier, place_walls(solid, outline, barrier, radius_mm)
-    _, barrier, walls = _enclosures[key]
-    return barrier, walls
+        _enclosures[key] = enclose(solid, outline, radius_mm, device)
+    return _enclosures[key]

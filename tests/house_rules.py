@@ -8,11 +8,13 @@ import ast
 import re
 import sys
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
+BESIDE = ("tests", "benchmarks", "fixtures", "reports", "docs/_ext", "examples")
+"""Folders of Python beside the packages, in which only the names of values are checked."""
 FRAGMENT_OPENER = re.compile(
     r"(Above|And|As|At|Because|Before|Behind|Below|Beside|Between|Beyond|But|By|Else|For|From|How|In|Into|Nor|Of|On|Or|Over"
     r"|Since|So|Than|That|Then|Till|To|Under|Until|Up|What|When|Where|Whether|Which|Who|Whom|Whose|Why|With|Without)\b"
@@ -48,10 +50,10 @@ READERS = re.compile(r"^(plain_)?files\.|^(read_bytes|read_text|opened)$")
 """Calls that go through the reader, or take what it has read."""
 
 
-def modules() -> Iterator[tuple[Path, ast.Module]]:
-    """Yield every module of the four packages with its syntax tree."""
-    for package in PACKAGES:
-        for path in sorted((ROOT / package).rglob("*.py")):
+def modules(folders: Sequence[str] = PACKAGES) -> Iterator[tuple[Path, ast.Module]]:
+    """Yield every module of some folders with its syntax tree."""
+    for folder in folders:
+        for path in sorted((ROOT / folder).rglob("*.py")):
             yield path.relative_to(ROOT), ast.parse(path.read_text(encoding="utf-8"))
 
 
@@ -98,6 +100,8 @@ def main() -> int:
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(f"{path}:{node.lineno}")
+    for path, tree in modules(BESIDE):
+        findings.extend(participles(path, tree))
     findings.extend(f"{', '.join(at)}: {name} is defined {len(at)} times" for name, at in places.items() if len(at) > 1)
     print("\n".join(findings) or "No fragment, no participle as a name, no type twice; one reader opens all files.")  # noqa: T201
     return bool(findings)

@@ -47,79 +47,47 @@ snapshots_s = []
 [readings]
 role = "held-out"
 """
+# fmt: off
 HANDS = {
     "P01": ("P01.csv", Hand()),
-    "P02": (
-        "P02_Messung.csv",
-        Hand(encoding="utf-8-sig", separator=";", decimal=",", language="german", units="brackets", quantity="depth"),
-    ),
-    "P03": (
-        "p-03 Tiefen.csv",
-        Hand(
-            encoding="cp1252",
-            separator=";",
-            decimal=",",
-            sep_line=True,
-            language="german",
-            units="parentheses",
-            station_unit="cm",
-            unit="cm",
-            newline="\r\n",
-        ),
-    ),
-    "P04": (
-        "P04_levels.txt",
-        Hand(encoding="utf-16", separator="\t", decimal=",", language="english", units="slash", quantity="depth"),
-    ),
+    "P02": ("P02_Messung.csv", Hand(encoding="utf-8-sig", separator=";", decimal=",", language="german",
+        units="brackets", quantity="depth")),
+    "P03": ("p-03 Tiefen.csv", Hand(encoding="cp1252", separator=";", decimal=",", sep_line=True, language="german",
+        units="parentheses", station_unit="cm", unit="cm", newline="\r\n")),
+    "P04": ("P04_levels.txt", Hand(encoding="utf-16", separator="\t", decimal=",", language="english", units="slash",
+        quantity="depth")),
     "P05": ("P05/readings.csv", Hand(long=True, order=(3, 0, 16, 1, 2, *range(4, 16), 17))),
-    "P06": (
-        "P06.xlsx",
-        Hand(workbook=True, language="german", units="row", title=("Prüfkörper P06", "Labor 3"), gap=True),
-    ),
-    "P07": (
-        "sheets/P07.csv",
-        Hand(encoding="latin-1", language="french", units="in", missing="k.A.", separator=";", quantity="depth"),
-    ),
-    "P08": (
-        "P08_caliper.csv",
-        Hand(language="english", units="brackets", station_unit="inch", unit="inch", newline="\r\n"),
-    ),
-    "P09": (
-        "P09_measurements.tsv",
-        Hand(separator="\t", language="english", units="parentheses", missing="n/a", note=True),
-    ),
-    "P10": (
-        "P10 lecturas.xlsx",
-        Hand(workbook=True, long=True, language="spanish", units="brackets", quantity="depth", unit="cm"),
-    ),
+    "P06": ("P06.xlsx", Hand(workbook=True, language="german", units="row", title=("Prüfkörper P06", "Labor 3"),
+        gap=True)),
+    "P07": ("sheets/P07.csv", Hand(encoding="latin-1", language="french", units="in", missing="k.A.", separator=";",
+        quantity="depth")),
+    "P08": ("P08_caliper.csv", Hand(language="english", units="brackets", station_unit="inch", unit="inch",
+        newline="\r\n")),
+    "P09": ("P09_measurements.tsv", Hand(separator="\t", language="english", units="parentheses", missing="n/a",
+        note=True)),
+    "P10": ("P10 lecturas.xlsx", Hand(workbook=True, long=True, language="spanish", units="brackets", quantity="depth",
+        unit="cm")),
 }
 """Of each sample, its sheet and how that is written."""
 PHOTOS = {"P03": "P03_Foto.PNG", "P05": "P05/IMG_2041.png", "P07": "photos/P07.png", "P09": "P09_top.png"}
 ENDS = "[[40.0, 101.0], [160.0, 98.0]]"
 NOTES: dict[str, tuple[str, str | Sequence[Sequence[str]]]] = {
-    "P01": (
-        "P01.toml",
-        f'date = 2026-05-03\noperator = "A. Muster"\n[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n',
-    ),
-    "P02": (
-        "P02_Notiz.csv",
-        "Angabe;Wert\nTiefe [mm];8,0\nDatum;03.05.2026\nPrüfer;A. Muster\nRissenden;40 101 160 98\n",
-    ),
+    "P01": ("P01.toml", 'date = 2026-05-03\noperator = "A. Muster"\n'
+        f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"),
+    "P02": ("P02_Notiz.csv",
+        "Angabe;Wert\nTiefe [mm];8,0\nDatum;03.05.2026\nPrüfer;A. Muster\nRissenden;40 101 160 98\n"),
     "P03": ("P03_Notizen.csv", "Tiefe;0,8 cm\nRissenden;40 101 160 98\nBemerkung;Kante links ausgebrochen\n"),
     "P04": ("P04_notes.toml", f"crack.depth_mm = 8.0\nphoto.ends_px = {ENDS}\n"),
     "P05": ("P05/notes.toml", f"[crack]\ndepth_mm = [[0.0, 7.5], [12.0, 8.5]]\n[photo]\nends_px = {ENDS}\n"),
-    "P06": (
-        "P06_Protokoll.xlsx",
-        (("Tiefe", "8", "mm"), ("Maßstab", "0,1", "mm/px"), ("Rissenden", "40 101 160 98", "")),
-    ),
+    "P06": ("P06_Protokoll.xlsx",
+        (("Tiefe", "8", "mm"), ("Maßstab", "0,1", "mm/px"), ("Rissenden", "40 101 160 98", ""))),
     "P07": ("notes/P07.csv", "depth (mm),8.0\nends,40 101 160 98\nspeed,1.2 m/min\n"),
     "P08": ("P08_info.txt", "crack.depth_mm\t8\nphoto.ends_px\t[[40, 101], [160, 98]]\n"),
-    "P09": (
-        "P09 notes.toml",
-        f'[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n[readings]\nstate = "cured"\nshrinkage_percent = 2.5\n',
-    ),
+    "P09": ("P09 notes.toml", f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"
+        '[readings]\nstate = "cured"\nshrinkage_percent = 2.5\n'),
     "P10": ("P10_meta.csv", "key,value,unit\ndepth,8,mm\nends,40 101 160 98,\nstate,wet,\n"),
 }
+# fmt: on
 
 
 def levels_mm(sample: str) -> np.ndarray:
@@ -197,104 +165,50 @@ def _in_workbook(name: str, cell: str, value: date) -> Callable[[Path], object]:
     return edit
 
 
+# fmt: off
 FAULTS = (
-    Planted(
-        "a reading that is no number",
-        r"P01\.csv, line 3, column level_2_mm: 'O\.5'",
-        _cell("P01.csv", 3, 3, "O.5", HANDS["P01"][1]),
-    ),
-    Planted(
-        "a reading a hundred times too large",
-        r"P01\.csv, line 5, column level_1_mm.*in a crack 8 mm deep, ",
-        _cell("P01.csv", 5, 2, "-155.0", HANDS["P01"][1]),
-    ),
-    Planted(
-        "a date that is read two ways",
-        r"P01\.toml: date = '03/05/2026' is no unambiguous date",
-        _edit("P01.toml", "2026-05-03", '"03/05/2026"'),
-    ),
-    Planted(
-        "a depth without its unit",
-        r"P02_Notiz\.csv, line 2, column 2: 'Tiefe' = '8,0' has no unit",
-        _edit("P02_Notiz.csv", "Tiefe [mm]", "Tiefe", "cp1252"),
-    ),
-    Planted(
-        "no depth at all",
-        r"P03.*: crack\.depth_mm is missing, and no photo shows it",
-        _edit("P03_Notizen.csv", "Tiefe;0,8 cm\n", "", "cp1252"),
-    ),
-    Planted(
-        "a misspelt key",
-        r"P04_notes\.toml: 'crack\.dpeth_mm': no such key",
-        _edit("P04_notes.toml", "crack.depth_mm", "crack.dpeth_mm"),
-    ),
-    Planted(
-        "a header without a unit",
-        r"P04_levels\.txt, line 1: 'Position along crack': no unit",
-        _edit("P04_levels.txt", "/mm", "", "utf-16"),
-    ),
-    Planted(
-        "two photos of one sample",
-        r"2 files are its photo: P05/IMG_2041\.png, P05/IMG_2042\.png",
-        lambda folder: shutil.copy(folder / "P05/IMG_2041.png", folder / "P05/IMG_2042.png"),
-    ),
-    Planted(
-        "a date among the readings",
-        r"P06\.xlsx, sheet 'Sheet', cell C7",
-        _in_workbook("P06.xlsx", "C7", date(2026, 3, 1)),
-    ),
-    Planted(
-        "a sheet one letter off",
-        r"sheets/PO7\.csv: no photo of sample PO7\. Is it of photos/P07\.png",
-        lambda folder: (folder / "sheets/P07.csv").rename(folder / "sheets/PO7.csv"),
-    ),
-    Planted(
-        "a photo cut short",
-        r"P08\.png: the photo is damaged or cut short",
-        lambda folder: os.truncate(folder / "P08.png", 9000),
-    ),
-    Planted(
-        "shrinkage of what is wet",
-        r"P09 notes\.toml, lab\.toml: readings: shrinkage_percent = 2\.5 without",
-        _edit("P09 notes.toml", 'state = "cured"', 'state = "wet"'),
-    ),
-    Planted(
-        "a wall that lies down",
-        r"P09 notes\.toml: crack\.wall_angle_deg = 80",
-        _edit("P09 notes.toml", "depth_mm = 8.0", "depth_mm = 8.0\nwall_angle_deg = 80.0"),
-    ),
-    Planted(
-        "a number of two meanings",
+    Planted("a reading that is no number", r"P01\.csv, line 3, column level_2_mm: 'O\.5'",
+        _cell("P01.csv", 3, 3, "O.5", HANDS["P01"][1])),
+    Planted("a reading a hundred times too large", r"P01\.csv, line 5, column level_1_mm.*in a crack 8 mm deep, ",
+        _cell("P01.csv", 5, 2, "-155.0", HANDS["P01"][1])),
+    Planted("a date that is read two ways", r"P01\.toml: date = '03/05/2026' is no unambiguous date",
+        _edit("P01.toml", "2026-05-03", '"03/05/2026"')),
+    Planted("a depth without its unit", r"P02_Notiz\.csv, line 2, column 2: 'Tiefe' = '8,0' has no unit",
+        _edit("P02_Notiz.csv", "Tiefe [mm]", "Tiefe", "cp1252")),
+    Planted("no depth at all", r"P03.*: crack\.depth_mm is missing, and no photo shows it",
+        _edit("P03_Notizen.csv", "Tiefe;0,8 cm\n", "", "cp1252")),
+    Planted("a misspelt key", r"P04_notes\.toml: 'crack\.dpeth_mm': no such key",
+        _edit("P04_notes.toml", "crack.depth_mm", "crack.dpeth_mm")),
+    Planted("a header without a unit", r"P04_levels\.txt, line 1: 'Position along crack': no unit",
+        _edit("P04_levels.txt", "/mm", "", "utf-16")),
+    Planted("two photos of one sample", r"2 files are its photo: P05/IMG_2041\.png, P05/IMG_2042\.png",
+        lambda folder: shutil.copy(folder / "P05/IMG_2041.png", folder / "P05/IMG_2042.png")),
+    Planted("a date among the readings", r"P06\.xlsx, sheet 'Sheet', cell C7",
+        _in_workbook("P06.xlsx", "C7", date(2026, 3, 1))),
+    Planted("a sheet one letter off", r"sheets/PO7\.csv: no photo of sample PO7\. Is it of photos/P07\.png",
+        lambda folder: (folder / "sheets/P07.csv").rename(folder / "sheets/PO7.csv")),
+    Planted("a photo cut short", r"P08\.png: the photo is damaged or cut short",
+        lambda folder: os.truncate(folder / "P08.png", 9000)),
+    Planted("shrinkage of what is wet", r"P09 notes\.toml, lab\.toml: readings: shrinkage_percent = 2\.5 without",
+        _edit("P09 notes.toml", 'state = "cured"', 'state = "wet"')),
+    Planted("a wall that lies down", r"P09 notes\.toml: crack\.wall_angle_deg = 80",
+        _edit("P09 notes.toml", "depth_mm = 8.0", "depth_mm = 8.0\nwall_angle_deg = 80.0")),
+    Planted("a number of two meanings",
         r"P08_info\.txt, line 1, column 2: 'crack\.depth_mm' = '8,000' may be 8000 or 8\.0000",
-        _edit("P08_info.txt", "depth_mm\t8", "depth_mm\t8,000"),
-    ),
-    Planted(
-        "an old workbook",
+        _edit("P08_info.txt", "depth_mm\t8", "depth_mm\t8,000")),
+    Planted("an old workbook",
         r"P11_Messung\.xls: an old Excel workbook \(\.xls\), or one with a password\. Open it in a spreadsheet program",
-        lambda folder: (
-            (folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
-            shutil.copy(folder / "P10.png", folder / "P11.png"),
-        ),
-    ),
-    Planted(
-        "a sheet without a photo",
-        r"Z99_readings\.csv: no photo of sample Z99",
-        lambda folder: write_sheet(folder / "Z99_readings.csv", Hand(), S_MM, levels_mm("P01")),
-    ),
-    Planted(
-        "a place before the crack begins",
+        lambda folder: ((folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
+            shutil.copy(folder / "P10.png", folder / "P11.png"))),
+    Planted("a sheet without a photo", r"Z99_readings\.csv: no photo of sample Z99",
+        lambda folder: write_sheet(folder / "Z99_readings.csv", Hand(), S_MM, levels_mm("P01"))),
+    Planted("a place before the crack begins",
         r"P09_measurements\.tsv, line 3, column Position along crack \(mm\): -3 mm is outside the crack",
-        _cell("P09_measurements.tsv", 3, 1, "-3.0", HANDS["P09"][1]),
-    ),
-    Planted(
-        "rows of a sample without a photo",
-        r"caliper_all\.csv, rows of K98: no photo of sample K98",
-        lambda folder: (folder / "caliper_all.csv").write_text("sample,s_mm,level_mm\nK98,1,-1\nK98,5,-2\n"),
-    ),
-    Planted(
-        "a photo that calls itself one",
-        r"P12\.jpg: not a readable photo",
-        lambda folder: (folder / "P12.jpg").write_text("This is no photo."),
-    ),
+        _cell("P09_measurements.tsv", 3, 1, "-3.0", HANDS["P09"][1])),
+    Planted("rows of a sample without a photo", r"caliper_all\.csv, rows of K98: no photo of sample K98",
+        lambda folder: (folder / "caliper_all.csv").write_text("sample,s_mm,level_mm\nK98,1,-1\nK98,5,-2\n")),
+    Planted("a photo that calls itself one", r"P12\.jpg: not a readable photo",
+        lambda folder: (folder / "P12.jpg").write_text("This is no photo.")),
 )
+# fmt: on
 """All at once in one folder: none of them hides another, and P10 stays sound."""

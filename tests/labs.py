@@ -6,20 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from typer.testing import CliRunner, Result
-
-from sealtwin.cli.app import app
 from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import Ingested
 from sealtwin.trial.trial_file import load_trial
+from tests.programs import sealtwin as sealtwin
 from validate.readings.read_readings import read_readings
 
 QUIET = Progress()
-
-
-def sealtwin(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def hashes_of(folder: Path) -> dict[str, str]:

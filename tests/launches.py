@@ -8,9 +8,9 @@ import pytest
 
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Run
-from simulate.injection import Injection, prepare
-from simulate.settings import Fluid, Nozzle, Solver
-from tests.fluids import path, slot
+from simulate.injection import Injection
+from simulate.settings import Fluid
+from tests.fluids import injected, path, slot
 
 PASTES = (
     Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),
@@ -19,25 +19,10 @@ PASTES = (
 )
 
 
-def ready(
-    pastes: tuple[Fluid, ...], *, device: str = "cpu", threads: int = 1, replays: bool = False, **solver: Any
-) -> Injection:
-    """``replays``: what a GPU does, done on the CPU."""
-    solid, outline = slot(12.0)
-    injection = prepare(
-        solid,
-        outline,
-        path(outline, 0.1, speed_mm_s=20.0),
-        pastes,
-        Solver.model_validate({"radius_mm": 0.5, "settle_s": 0.3, "substeps": 8, **solver}),
-        Nozzle(),
-        seed=0,
-        device=device,
-        threads=threads,
-    )
-    if replays:
-        injection.engine.replays = True
-    return injection
+def ready(pastes: tuple[Fluid, ...], **how: Any) -> Injection:
+    crack = slot(12.0)
+    way = path(crack[1], 0.1, speed_mm_s=20.0)
+    return injected(crack, way, *pastes, **{"radius_mm": 0.5, "settle_s": 0.3, "substeps": 8, **how})
 
 
 def finish(injection: Injection) -> Injection:

@@ -54,6 +54,6 @@ def model() -> LoopModel:
 
 def with_other_last_bits(*inputs: Any) -> Any:
     """``lsq_linear`` as another processor's BLAS solves it."""
-    found = lsq_linear(*inputs)
-    found.x = found.x * (1 + 1e-13 * np.random.default_rng(len(found.x)).normal(size=len(found.x)))
-    return found
+    solution = lsq_linear(*inputs)
+    solution.x = solution.x * (1 + 1e-13 * np.random.default_rng(len(solution.x)).normal(size=len(solution.x)))
+    return solution

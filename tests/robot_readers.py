@@ -93,19 +93,19 @@ def read_spel(text: str) -> Spel:
             added = tuple(float(value) for value in point.groups()[2:4] if value is not None)
             program.points[int(point[1])] = (*(float(value) for value in point[2].split(",")), *added)
             program.flags |= {flag.strip() for flag in point.groups()[4:] if flag}
-        elif found := re.fullmatch(rf"SpeedS {NUMBER}", code):
-            speed = float(found[1])
+        elif match := re.fullmatch(rf"SpeedS {NUMBER}", code):
+            speed = float(match[1])
             assert speed >= 0.1
         elif re.fullmatch(rf"AccelS {NUMBER}|Tool \d+", code):
             assert inside
-        elif found := re.fullmatch(r"(On|Off) \d+", code):
+        elif match := re.fullmatch(r"(On|Off) \d+", code):
             program.switches.append((len(program.motions), code))
-        elif found := re.fullmatch(r"Move P(\d+)( CP)?", code):
-            place = program.points[int(found[1])]
-            program.motions.append(_spel_motion(place, speed, f"Move{found[2] or ''}"))
-        elif found := re.fullmatch(r'Curve "(\w+)", O, 0, (\d), P\((\d+):(\d+)\)', code):
-            program.curve = int(found[2]), int(found[3]), int(found[4])
-        elif found := re.fullmatch(r'CVMove "(\w+)"( CP)?', code):
+        elif match := re.fullmatch(r"Move P(\d+)( CP)?", code):
+            place = program.points[int(match[1])]
+            program.motions.append(_spel_motion(place, speed, f"Move{match[2] or ''}"))
+        elif match := re.fullmatch(r'Curve "(\w+)", O, 0, (\d), P\((\d+):(\d+)\)', code):
+            program.curve = int(match[2]), int(match[3]), int(match[4])
+        elif match := re.fullmatch(r'CVMove "(\w+)"( CP)?', code):
             assert program.curve is not None
             _, first, last = program.curve
             assert 3 <= last - first + 1 <= 200

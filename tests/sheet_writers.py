@@ -17,27 +17,17 @@ from sealtwin.core.records import Floats
 Language = Literal["canonical", "english", "german", "french", "spanish"]
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+HEADERS = {
+    "canonical": ("s", "level", "depth", "repeat"),
+    "english": ("Position along crack", "Height", "Depth below surface", "Repeat"),
+    "german": ("Abstand vom Rissanfang", "Höhe über Oberfläche", "Tiefe", "Messung Nr."),
+    "french": ("Position le long de la fissure", "Niveau", "Profondeur sous la surface", "Mesure n°"),
+    "spanish": ("Distancia desde el inicio", "Altura", "Profundidad", "Medición Nº"),
+}
 NAMES = {
-    ("english", "station"): "Position along crack",
-    ("english", "level"): "Height",
-    ("english", "depth"): "Depth below surface",
-    ("english", "repeat"): "Repeat",
-    ("german", "station"): "Abstand vom Rissanfang",
-    ("german", "level"): "Höhe über Oberfläche",
-    ("german", "depth"): "Tiefe",
-    ("german", "repeat"): "Messung Nr.",
-    ("french", "station"): "Position le long de la fissure",
-    ("french", "level"): "Niveau",
-    ("french", "depth"): "Profondeur sous la surface",
-    ("french", "repeat"): "Mesure n°",
-    ("spanish", "station"): "Distancia desde el inicio",
-    ("spanish", "level"): "Altura",
-    ("spanish", "depth"): "Profundidad",
-    ("spanish", "repeat"): "Medición Nº",
-    ("canonical", "station"): "s",
-    ("canonical", "level"): "level",
-    ("canonical", "depth"): "depth",
-    ("canonical", "repeat"): "repeat",
+    (language, column): name
+    for language, names in HEADERS.items()
+    for column, name in zip(("station", "level", "depth", "repeat"), names, strict=True)
 }
 
 

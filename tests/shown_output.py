@@ -110,8 +110,8 @@ def blocks_of(lines: Sequence[str]) -> Iterator[Block]:
     opened: tuple[int, str, str, str] | None = None
     for index, line in enumerate(lines):
         if opened is None:
-            if found := re.fullmatch(r"(```|<!--) ?(\w*) ?(.*)", line):
-                fence, language, mark = found.groups()
+            if opening := re.fullmatch(r"(```|<!--) ?(\w*) ?(.*)", line):
+                fence, language, mark = opening.groups()
                 if fence == "<!--" and language not in {"sh", "python"}:
                     continue
                 opened = (index + 1, "-->" if fence == "<!--" else fence, language, mark.strip())
@@ -226,7 +226,7 @@ def _printed_by_command(line: str, folder: Path, code: int) -> list[str]:
         answer = CliRunner().invoke(app, arguments)
     if answer.exit_code != code:
         raise NoAnswerError(f"{line}\nexit code {answer.exit_code}, not {code}\n{answer.stderr}")
-    return [*(said for said in answer.stderr.splitlines() if NOTE.match(said)), *answer.stdout.splitlines()]
+    return [*filter(NOTE.match, answer.stderr.splitlines()), *answer.stdout.splitlines()]
 
 
 def _printed_by_script(block: Block, folder: Path) -> list[str]:

@@ -10,22 +10,11 @@ from validate.figures.side_by_side import Side
 from validate.result import Comparison
 
 COMPARISON = Comparison.model_construct(
-    mean_error_mm=0.5,
-    bias_mm=0.5,
-    rmse_mm=0.5,
-    worst_error_mm=0.5,
-    worst_at_mm=3.0,
-    share_under_1_mm=1.0,
-    frechet_mm=0.5,
-    flat_level_error_mm=4.0,
-    beats_flat_level=True,
-    baselines=(Baseline("the dispensed volume lying flat", 0, 4.0),),
-    beats_baseline=True,
-    stations_compared=5,
-    simulated_fill_ratio=0.9,
-    role="held-out",
+    mean_error_mm=0.5, bias_mm=0.5, rmse_mm=0.5, worst_error_mm=0.5, worst_at_mm=3.0, share_under_1_mm=1.0,
+    frechet_mm=0.5, flat_level_error_mm=4.0, beats_flat_level=True, beats_baseline=True, stations_compared=5,
+    baselines=(Baseline("the dispensed volume lying flat", 0, 4.0),), simulated_fill_ratio=0.9, role="held-out",
     readings_data="measured",
-)
+)  # fmt: skip
 
 
 def compared(**figures: Any) -> Comparison:

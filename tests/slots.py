@@ -1,7 +1,7 @@
-"""Mouths of made-up slots in the plane, and blocks with them, for the tests of mesh import."""
+"""Mouths of made-up slots in the plane, for the tests of mesh import."""
 
 import numpy as np
-from manifold3d import CrossSection, FillRule, Manifold
+from manifold3d import CrossSection, FillRule
 
 from sealtwin.core.records import Floats
 
@@ -32,11 +32,3 @@ def oblique(angle_deg: float, width_mm: float) -> CrossSection:
     """A strip at an angle to the long sides of a face of 200 x 40 mm, from side to side."""
     across = straight(400.0, width_mm).translate((-200.0, 0.0)).rotate(angle_deg).translate((100.0, 20.0))
     return across ^ CrossSection.square((200.0, 40.0))
-
-
-def block_around(mouth: CrossSection, depth_mm: float) -> Manifold:
-    """A block with an upright slot, 10 mm of face around it and 6 mm below it."""
-    low_mm, high_mm = np.reshape(mouth.bounds(), (2, 2)) + np.array([[-10.0], [10.0]])
-    size_mm, bottom_mm = high_mm - low_mm, -depth_mm - 6.0
-    block = Manifold.cube((size_mm[0], size_mm[1], -bottom_mm)).translate((low_mm[0], low_mm[1], bottom_mm))
-    return block - mouth.extrude(depth_mm + 1.0).translate((0.0, 0.0, -depth_mm))

@@ -114,11 +114,11 @@ def compute_here(out: Path, *, batch: int = 1, keep_runs: bool = False) -> None:
 
 def results_of(out: Path) -> dict[int, tuple[bytes, dict]]:
     """Profile's bytes, and figures except for times, of every run of a study that is done."""
-    found = {}
+    results = {}
     for run in read_plan(out).runs:
         assert run.state == "done", run.reason
         figures = present(run.figures, "figures").model_dump(exclude_unset=True)
         for name in ("setup_s", "frames_s"):
             del figures["health"][name]
-        found[run.number] = profile_path(out, run.key).read_bytes(), figures
-    return found
+        results[run.number] = profile_path(out, run.key).read_bytes(), figures
+    return results

@@ -26,27 +26,27 @@ def reference() -> ModuleType:
 
 def _keys(schema: dict, defs: dict, above: str = "") -> set[str]:
     """Dotted names of all settings, by the JSON schema that pydantic makes and not by the page's own walk."""
-    found: set[str] = set()
+    keys: set[str] = set()
     for name, content in schema.get("properties", {}).items():
         text = str(content)
         inner = [defs[ref] for ref in re.findall(r"#/\$defs/(\w+)", text)]
         tables = [table for table in inner if table.get("type") == "object"]
-        found |= set().union(*(_keys(table, defs, f"{above}{name}.") for table in tables))
+        keys |= set().union(*(_keys(table, defs, f"{above}{name}.") for table in tables))
         if not tables or "'format': 'path'" in text:
-            found.add(above + name)
-    return found
+            keys.add(above + name)
+    return keys
 
 
 def _on_page(text: str) -> set[str]:
     """Dotted names of the settings that a page lists, each with something below it."""
-    found, table = set(), ""
+    keys, table = set(), ""
     lines = text.splitlines()
     for line, below in pairwise(lines):
         if heading := re.fullmatch(r"## `\[+([\w.]+)\]+`", line):
             table = f"{heading[1]}."
         elif (entry := re.fullmatch(r"`(\w+)`", line)) and below.startswith(": *"):
-            found.add(table + entry[1])
-    return found
+            keys.add(table + entry[1])
+    return keys
 
 
 @pytest.mark.parametrize("kind", ["trial", "study", "cell"])
@@ -64,14 +64,6 @@ def test_every_setting_has_its_meaning(reference):
             assert not set(table.model_fields) - set(described(table)) - below, table
 
 
-def test_a_setting_has_its_unit_bounds_default_and_meaning(reference):
-    text = reference.settings_text("trial")
-    entry = text[text.index("`nozzle_height_mm`") :].split("\n\n")[:2]
-    assert "above 0.1, up to 100" in entry[0]
-    assert "default: `3.0`" in entry[0]
-    assert len(entry[1].split()) > 5
-
-
 def test_every_command_and_option_stands_in_the_reference(reference):
     from typer.main import get_command
 
@@ -81,22 +73,8 @@ def test_every_command_and_option_stands_in_the_reference(reference):
     group = get_command(app)
     for name, command in group.commands.items():  # pyright: ignore[reportAttributeAccessIssue]
         section = text[text.index(f"## sealtwin {name}\n") :].split("\n## ")[0]
-        missing = [
-            option
-            for parameter in command.params
-            for option in parameter.opts
-            if parameter.param_type_name == "option"
-            and f"`{option}" not in section
-            and f"{option}`" not in section
-            and f", {option}" not in section
-        ]
-        assert not missing, name
-
-
-def test_markdown_sees_nothing_in_a_docstring_but_code(reference):
-    assert reference.escaped("h^2 of [s, depth]_1, ``a_b``,\n <x>\n\nmore") == (
-        r"h^2 of \[s, depth\]\_1, ``a_b``, \<x\>" + "\n\nmore"
-    )
+        options = [name for one in command.params if one.param_type_name == "option" for name in one.opts]
+        assert [option for option in options if not re.search(rf"[`\s]{option}[`,\s]", section)] == [], name
 
 
 def test_readme_is_short_and_no_page_loads_anything_from_the_network():

@@ -14,7 +14,8 @@ MOST_LINES = 60
 
 
 @pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in EXAMPLES]
+    "name",
+    [pytest.param(name, marks=pytest.mark.broad if name in QUICK else pytest.mark.slow) for name in EXAMPLES],
 )
 def test_an_example_runs_in_any_folder_and_leaves_nothing_there(tmp_path, name):
     environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}

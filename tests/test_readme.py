@@ -34,15 +34,9 @@ def _sealtwin_commands(page: str) -> list[str]:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_make_target_named_exists(page):
+def test_every_make_target_benchmark_and_fixture_named_exists(page):
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), flags=re.MULTILINE))
-    named = set(re.findall(r"(?:^|`)make ([a-z-]+)", PAGES[page], flags=re.MULTILINE))
-    assert named <= targets
-    assert page != "README.md" or {"demo", "test"} <= named
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_every_benchmark_and_fixture_named_exists(page):
+    assert set(re.findall(r"(?:^|`)make ([a-z-]+)", PAGES[page], flags=re.MULTILINE)) <= targets
     scripts = {name.replace(".", "/") + ".py" for name in re.findall(r"python -m (benchmarks\.\w+)", PAGES[page])}
     files = set(re.findall(r"\b(?:benchmarks/\w+\.py|fixtures/[\w./-]+)", PAGES[page]))
     assert not [name for name in files | scripts if not (ROOT / name).exists()]
@@ -50,19 +44,7 @@ def test_every_benchmark_and_fixture_named_exists(page):
 
 def test_every_file_and_folder_named_exists():
     named = set(re.findall(r"\]\(([^)#:]+)\)", README)) | set(re.findall(r"`((?:fixtures|reports)/[\w./-]+)`", README))
-    made_by_commands = {"reports/paper-trial/"}
-    missing = [name for name in named - made_by_commands if not (ROOT / name).exists()]
-    assert not missing
-
-
-@pytest.mark.parametrize("name", ["heaps", "channels"])
-def test_readme_counts_the_targets_that_the_results_page_has_met(name):
-    """README said that all were met where the page had missed some."""
-    section = (
-        (ROOT / "docs" / "results.md").read_text(encoding="utf-8").partition(f"\n## {name}\n")[2].partition("\n## ")[0]
-    )
-    ends = re.findall(r"\| (met|\*\*missed\*\*)[^|]*\|$", section, re.MULTILINE)
-    assert f"{ends.count('met')} of {len(ends)}" in README
+    assert not [name for name in named - {"reports/paper-trial/"} if not (ROOT / name).exists()]
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if _sealtwin_commands(page)])
@@ -78,6 +60,16 @@ def test_every_sealtwin_command_parses(page):
             pytest.fail(f"{line}\n{fault.message}")
 
 
+@pytest.mark.parametrize("name", ["heaps", "channels"])
+def test_readme_counts_the_targets_that_the_results_page_has_met(name):
+    """README said that all were met where the page had missed some."""
+    page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    section = page.partition(f"\n## {name}\n")[2].partition("\n## ")[0]
+    ends = re.findall(r"\| (met|\*\*missed\*\*)[^|]*\|$", section, re.MULTILINE)
+    assert f"{ends.count('met')} of {len(ends)}" in README
+
+
+@pytest.mark.broad
 def test_runs_of_the_fluid_go_in_the_order_given(tmp_path, monkeypatch):
     """With the fixture's trial made coarse: seconds, and in one process."""
     monkeypatch.chdir(tmp_path)
@@ -95,23 +87,11 @@ def test_runs_of_the_fluid_go_in_the_order_given(tmp_path, monkeypatch):
     assert (tmp_path / "reports" / "crack" / "crack.stl").is_file()
 
 
-def _script() -> str:
-    blocks = list(shown_output.blocks_of(README.splitlines()))
-    script, *others = [block for block in blocks if block.language == "python"]
-    assert not others
-    assert script.mark == "slow"  # tests/test_shown_output.py runs it as it stands
-    return "\n".join(script.lines)
-
-
-PUBLIC: list[str] = getattr(sealtwin, "__all__", [])
-no_front_door = pytest.mark.skipif(not PUBLIC, reason="sealtwin exports no names yet")
-
-
-@no_front_door
 def test_the_script_uses_public_names_alone():
-    lines = [line for line in _script().splitlines() if line]
-    assert len(lines) <= 15
-    assert set(re.findall(r"\bst\.(\w+)", _script())) <= set(PUBLIC)
+    (script,) = [block for block in shown_output.blocks_of(README.splitlines()) if block.language == "python"]
+    assert script.mark == "slow"  # tests/test_shown_output.py runs it as it stands
+    assert len([line for line in script.lines if line]) <= 15
+    assert set(re.findall(r"\bst\.(\w+)", "\n".join(script.lines))) <= set(sealtwin.__all__)
 
 
 @pytest.mark.slow

@@ -31,30 +31,30 @@ def test_output_is_shown_and_compared():
     assert len(RUN) >= 8
 
 
-@pytest.mark.parametrize("page", RUN)
+QUICK = ("docs/how-to/to-the-robot.md", "docs/how-to/measure-your-paste.md")
+
+
+@pytest.mark.parametrize(
+    "page", [page if page in QUICK else pytest.param(page, marks=pytest.mark.broad) for page in RUN]
+)
 def test_output_of_quick_commands(page, tmp_path):
     """As far as the first slow block of the page. 'python -m tests.shown_output --rewrite' mends what differs."""
-    found = list(differences_of(page, read_page(page), tmp_path, quick=True))
-    assert not found, "\n".join(map(str, found))
+    assert "\n".join(map(str, differences_of(page, read_page(page), tmp_path, quick=True))) == ""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [page for page in RUN if is_slow(BLOCKS[page])])
 def test_output_of_slow_commands(page, tmp_path):
-    found = list(differences_of(page, read_page(page), tmp_path))
-    assert not found, "\n".join(map(str, found))
+    assert "\n".join(map(str, differences_of(page, read_page(page), tmp_path))) == ""
 
 
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("wide", "broad"),
         ("cavity", "Cavity"),
-        ("3.12", "3.18"),
         ("0.004", "0.005"),
         ("12,894", "13,152"),
         ("0 escaped", "1 escaped"),
-        ("reports/my-trial", "reports/trial"),
         (" mm wide", " cm wide"),
         ("79.5", "-79.5"),
     ],
@@ -71,14 +71,11 @@ def test_another_word_or_number_is_found(old, new):
     ("one", "other"),
     [
         ("3.12 mm", "3.14 mm"),
-        ("12,894 particles", "12,950 particles"),
         ("in 31.5 s", "in 104 s"),
-        ("about 2 to 3 min left", "about 9 to 12 min left"),
         ("2.1 GB of memory", "890 MB of memory"),
         ("CPU (x86_64), Warp 1.19.0", "CPU (arm64), Warp 1.20.1.dev3"),
         ("on 2026-11-26 01:48", "on 2027-01-02 23:59"),
-        ("hash 3fa9c1d07b", "hash 00ffab1290"),
-        ("read /tmp/a1/run", "read /tmp/b2/c/run"),
+        ("read /tmp/a1/run of hash 3fa9c1d07b", "read /tmp/b2/c/run of hash 00ffab1290"),
         ("reports/crack/a.csv", r"reports\crack\a.csv"),
         ("A    0.5  mm", "A   0.5   mm"),
     ],
@@ -94,18 +91,14 @@ def test_times_machines_and_one_percent_are_no_difference(one, other):
     ("page", "fault"),
     [
         ("```\nx\n```", "no such kind of block"),
-        ("```console\n$ x\n```", "no such kind of block"),
         ("```text\nx\n```", "nothing is run"),
-        ("```sh not-run\nmake\n```\n```text\nx\n```", "nothing is run"),
         ("```sh\nsealtwin doctor\n```\n```toml\nx = 1\n```\n```text\nx\n```", "nothing is run"),
         ("```sh quick\nsealtwin doctor\n```", "no such mark"),
-        ("```python exits 3\n1\n```", "no such mark"),
     ],
 )
 def test_a_block_without_a_kind_or_a_source_is_found(page, fault):
-    found = list(faults_of(list(blocks_of(page.splitlines()))))
-    assert len(found) == 1
-    assert fault in found[0]
+    (sentence,) = faults_of(list(blocks_of(page.splitlines())))
+    assert fault in sentence
 
 
 def test_another_exit_code_is_a_fault(tmp_path: Path):

@@ -36,14 +36,14 @@ class _Tree(xml.sax.ContentHandler):
     def __init__(self) -> None:
         super().__init__()
         self.way: list[str] = []
-        self.found: list[tuple[str, dict[str, str], list[str]]] = []
+        self.elements: list[tuple[str, dict[str, str], list[str]]] = []
         self._open: list[list[str]] = []
 
     def startElement(self, name: str, attrs: Any) -> None:  # noqa: N802
         self.way.append(name)
         text: list[str] = []
         self._open.append(text)
-        self.found.append(("/".join(self.way), dict(attrs.items()), text))
+        self.elements.append(("/".join(self.way), dict(attrs.items()), text))
 
     def characters(self, content: str) -> None:
         self._open[-1].append(content)
@@ -62,7 +62,7 @@ def read_polydata(path: Path) -> PolyData:
     data = content[opening.end() : closing]
     tree = _Tree()
     xml.sax.parseString(content[: opening.end()] + content[closing:], tree)
-    ((_, root, _),) = [found for found in tree.found if found[0] == "VTKFile"]
+    ((_, root, _),) = [one for one in tree.elements if one[0] == "VTKFile"]
     assert root["type"] == "PolyData"
     assert "compressor" not in root
     order = {"LittleEndian": "<", "BigEndian": ">"}[root["byte_order"]]
@@ -82,15 +82,15 @@ def read_polydata(path: Path) -> PolyData:
         return flat.reshape(-1, columns) if columns > 1 else flat
 
     def under(way: str) -> dict[str, NDArray[Any]]:
-        return {a["Name"]: values(a, text) for place, a, text in tree.found if place == f"{way}/DataArray"}
+        return {a["Name"]: values(a, text) for place, a, text in tree.elements if place == f"{way}/DataArray"}
 
     piece_way = "VTKFile/PolyData/Piece"
-    ((_, piece, _),) = [found for found in tree.found if found[0] == piece_way]
-    ((_, active, _),) = [found for found in tree.found if found[0] == f"{piece_way}/PointData"]
+    ((_, piece, _),) = [one for one in tree.elements if one[0] == piece_way]
+    ((_, active, _),) = [one for one in tree.elements if one[0] == f"{piece_way}/PointData"]
     (points,) = under(f"{piece_way}/Points").values()
     assert points.shape == (int(piece["NumberOfPoints"]), 3)
     point_data = under(f"{piece_way}/PointData")
-    assert all(len(found) == len(points) for found in point_data.values())
+    assert all(len(values) == len(points) for values in point_data.values())
     cells = under(f"{piece_way}/Verts")
     ends = cells["offsets"].tolist()
     assert len(ends) == int(piece["NumberOfVerts"])
@@ -102,6 +102,6 @@ def read_polydata(path: Path) -> PolyData:
 def read_pvd(path: Path) -> list[tuple[float, Path]]:
     tree = _Tree()
     xml.sax.parseString(path.read_bytes(), tree)
-    assert tree.found[0][1]["type"] == "Collection"
-    entries = [a for place, a, _ in tree.found if place == "VTKFile/Collection/DataSet"]
+    assert tree.elements[0][1]["type"] == "Collection"
+    entries = [a for place, a, _ in tree.elements if place == "VTKFile/Collection/DataSet"]
     return [(float(entry["timestep"]), path.parent / entry["file"]) for entry in entries]

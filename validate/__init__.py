@@ -3,7 +3,8 @@
 PART_OF = "sealtwin"
 
 STAGE_NUMBER = 3
-"""Raised by one whenever the same input gives another number in the results of this stage; what moves no bit leaves it.
+"""Number of this stage. Raise it by one if the same input gives other numbers in the stage's results, in any bit.
 
-Runs of another number are computed anew. ``python -m tests.stage_record`` remakes the record that a test holds it to.
+Runs with another number are computed anew. ``python -m tests.stage_record`` writes the record that a test compares with
+the results.
 """

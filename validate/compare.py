@@ -61,10 +61,10 @@ def compare(
     """Compare two levels over their common stretch of s and judge the error.
 
     A positive error means that the simulated level is too high. Both levels are straight between stations, so the
-    integrals are exact. If a particle escaped, nothing passes; without ``uncertainty`` the verdict has no interval; a
-    level by a model for ``screening`` gets no verdict. The headline mentions the settings ``fitted`` to the readings,
-    whether the lab's catalogue was searched for them (``lab_searched``), and the ``unseen`` baselines, made without the
-    readings. Raises InputError if the two curves do not overlap.
+    integrals are exact. If a particle escaped, the level never passes. Without ``uncertainty`` the verdict has no
+    interval. A level from a model for ``screening`` gets no verdict. The headline mentions the settings ``fitted`` to
+    the readings, whether the lab's catalogue was searched for earlier use of the readings (``lab_searched``), and the
+    ``unseen`` baselines, which were made without the readings. Raises InputError if the two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -128,8 +128,8 @@ def assess(
 ) -> Comparison:
     """Compare the level of a trial with its readings, with intervals, baselines and the mass balance, and judge it.
 
-    A comparison in ``evidence`` is ignored. ``spread`` are the results of extra runs, if there are any, and ``earlier``
-    the lab's earlier samples, whose fill is a baseline.
+    A comparison in ``evidence`` is ignored. ``spread`` has the results of extra runs, if there are any. ``earlier`` are
+    the lab's earlier samples; the mean of their fill is a baseline.
     """
     simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
     if measured is None:
@@ -188,9 +188,9 @@ def error_uncertainty(
     spread: Spread | None = None,
     volume_level_mm: float | None = None,
 ) -> ErrorUncertainty:
-    """Compute the intervals of the error by the readings, the numerics and the declared inputs.
+    """Return the intervals of the error that are due to the readings, the numerics and the declared inputs.
 
-    ``volume_level_mm`` is the change of level by volume that the numerics gained, if it is known.
+    ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown.
     """
     of_readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
     error = level_difference(simulated, measured)
@@ -265,7 +265,7 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Fl
 
 
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
-    """Return mean level and mean error over the covered stretch at each particle size; None without such runs."""
+    """Return mean level and mean error over the covered stretch at each particle size, or None without runs."""
     replicates = spread.at(x)
     if spread.sizes is None or replicates is None:
         return None

@@ -19,7 +19,7 @@ PART = ConfigDict(extra="forbid")
 
 
 def in_unit(unit: str) -> Any:
-    """Return a field with its unit, for the published schema, if the field's name does not end with one."""
+    """Return a field with a unit for the published schema. Use it for a field whose name does not end with a unit."""
     return Field(json_schema_extra={"unit": unit})
 
 
@@ -29,18 +29,18 @@ class ErrorBin:
     """Mean absolute error over a stretch of the crack."""
 
     from_mm: float
-    """Beginning of the stretch, along the crack from the end where the nozzle starts."""
+    """Position at which the stretch begins, along the crack from the end at which the nozzle starts."""
     to_mm: float
-    """End of the stretch."""
+    """Position at which the stretch ends, along the crack from the end at which the nozzle starts."""
     covered_mm: float
-    """Length of the part that both curves cover."""
+    """Length of the part of the stretch that both curves cover."""
     mean_error_mm: float | None
-    """Mean absolute error over the covered length; None without a covered length."""
+    """Mean absolute error over the covered length; None if nothing is covered."""
 
 
 @dataclass(frozen=True)
 class ErrorFigures:
-    """Errors of a simulated level, exact over its common stretch with the readings, as ``LevelMetrics`` has them."""
+    """Exact errors of a simulated level over its common stretch with the readings. ``LevelMetrics`` explains them."""
 
     mean_error_mm: float
     bias_mm: float
@@ -53,7 +53,7 @@ class ErrorFigures:
 
 @dataclass(frozen=True)
 class Basis:
-    """Stations and coverage of a set of readings, as ``LevelMetrics`` has them."""
+    """Stations and coverage of a set of readings. ``LevelMetrics`` explains the fields."""
 
     stations_used: int
     coverage: float
@@ -69,22 +69,22 @@ class ReadingsScatter(JsonRecord):
     readings: int
     """Number of single readings."""
     degrees_of_freedom: int
-    """Readings less stations."""
+    """Number of single readings minus number of stations."""
     repeatability_sd_mm: float | None
-    """Standard deviation of a single reading; None without repeats."""
+    """Standard deviation of a single reading; None if no station was read repeatedly."""
 
 
 @with_config(PART)
 @dataclass(frozen=True)
 class Baseline:
-    """A level along the crack without a simulation, compared with the same readings over the same stretch."""
+    """A level that was made without a simulation, compared with the same readings over the same stretch."""
 
     name: str
-    """Name in words."""
+    """Name of the level, in words."""
     numbers: int
     """Number of coefficients that were fitted to these readings; 0 for a level made without them."""
     mean_error_mm: float
-    """Mean error of the level."""
+    """Mean error of the level against the readings."""
 
 
 class LevelMetrics(JsonRecord):
@@ -93,7 +93,7 @@ class LevelMetrics(JsonRecord):
     model_config = ConfigDict(allow_inf_nan=False)
 
     mean_error_mm: Amount
-    """Area between the simulated and the measured level over the covered length."""
+    """Mean absolute error: the area between the simulated and the measured level, divided by the covered length."""
     worst_error_mm: Amount
     """Largest absolute error."""
     worst_at_mm: float
@@ -111,9 +111,9 @@ class LevelMetrics(JsonRecord):
     stations_compared: int
     """Number of stations on the stretch that both curves cover."""
     stations_beyond_mm: Numbers
-    """Positions of the stations outside that stretch."""
+    """Positions of the stations outside the stretch that both curves cover."""
     stations_used: int
-    """Number of stations that define the measured line there, including the next one beyond each end."""
+    """Number of stations that define the measured line on the compared stretch, with the next one beyond each end."""
     widest_gap_mm: float
     """Largest distance from one station to the next."""
     enough_readings: bool
@@ -121,11 +121,11 @@ class LevelMetrics(JsonRecord):
     escaped_particles: int
     """Number of particles that passed through a wall. If it is not 0, the figures are invalid."""
     area_mm2: float
-    """Area between the two levels, exact."""
+    """Exact area between the two levels."""
     area_similaritymeasures_mm2: float
     """Area between the two levels, computed by the library that the paper used."""
     area_difference_mm2: float
-    """Exact area minus the library's."""
+    """Exact area minus the area computed by the library."""
     bias_mm: float
     """Mean of simulated minus measured level."""
     rmse_mm: float
@@ -139,33 +139,33 @@ class LevelMetrics(JsonRecord):
     error_by_bin: tuple[ErrorBin, ...]
     """Mean absolute error in each 10 mm of the crack, as in the report's histogram."""
     start_zone_error_mm: Known
-    """Mean error over the first bin."""
+    """Mean absolute error in the first part of ``error_by_bin``; None if nothing in it is covered."""
     end_zone_error_mm: Known
-    """Mean error over the last bin."""
+    """Mean absolute error in the last part of ``error_by_bin``; None if nothing in it is covered."""
     flat_level_mm: float
     """Constant level with the smallest mean error against the readings: a baseline."""
     flat_level_error_mm: float
-    """Mean error of the constant level."""
+    """Mean error of the constant level ``flat_level_mm`` against the readings."""
     beats_flat_level: bool
     """True if the mean error is smaller than that of the constant level."""
     baselines: tuple[Baseline, ...] = ()
-    """Levels without a simulation. For calibration readings: best curves; for held-out ones: levels made without them.
-    """
+    """Levels made without a simulation: best curves through calibration readings; for held-out readings, levels made
+    without these readings."""
     beats_baseline: bool | None = None
-    """True if the mean error is smaller than that of every baseline with no more numbers than fitted settings; None
-    without such a baseline."""
+    """True if the mean error is smaller than the mean error of every baseline that has at most as many coefficients as
+    settings were fitted; None if there is no such baseline."""
     scatter: ReadingsScatter
     """Scatter of the repeated readings."""
     role: Role
     """Use of the readings: calibration of the fluid, or held out."""
     fitted: tuple[str, ...] | None = None
-    """Settings that were fitted to these readings, by dotted name; empty if none was, None if not declared."""
+    """Dotted names of the settings that were fitted to these readings; empty if none was fitted, None if undeclared."""
     lab_searched: bool = False
     """True if a lab's catalogue was searched and lists no study or calibration with held-out readings."""
     readings_data: DataKind
     """Origin of the readings; only measured data can validate."""
     readings_dialect: str
-    """Format of the sheet as it was interpreted, in a sentence."""
+    """A sentence on how the sheet of readings was interpreted."""
     photo_data: DataKind
     """Origin of the photo or the mesh."""
     simulated_underfill_mm3: float
@@ -175,7 +175,7 @@ class LevelMetrics(JsonRecord):
     simulated_sealant_mm3: float
     """Sealant under the simulated level, over the covered length."""
     simulated_fill_ratio: float
-    """Share of the cavity filled over the covered length, simulated."""
+    """Share of the cavity that is below the simulated level, over the covered length."""
     measured_underfill_mm3: float
     """Unfilled volume between the measured level and the mouth, over the covered length."""
     measured_overfill_mm3: float
@@ -183,7 +183,7 @@ class LevelMetrics(JsonRecord):
     measured_sealant_mm3: float
     """Sealant under the measured level, over the covered length."""
     measured_fill_ratio: float
-    """Share of the cavity filled over the covered length, measured."""
+    """Share of the cavity that is below the measured level, over the covered length."""
 
 
 class MassBalance(JsonRecord):
@@ -198,7 +198,8 @@ class MassBalance(JsonRecord):
     spilled_mm3: float
     """Dispensed sealant that ran over the sample's edge."""
     lost_mm3: float
-    """Dispensed minus settled minus spilled volume: volume lost by the numerics; negative if gained."""
+    """Dispensed minus settled minus spilled volume: the volume that the numerics lost. Negative if they gained
+    volume."""
     footprint_mm2: float
     """Area of the face outside the mouth that sealant covers."""
     readings_mm3: float
@@ -208,16 +209,16 @@ class MassBalance(JsonRecord):
     shrinkage_percent: float | None = in_unit("%")
     """Declared shrinkage before the reading; None if not declared."""
     readings_when_dispensed_mm3: float
-    """Sealant below the measured level before it shrank; ``readings_mm3`` if no shrinkage is declared."""
+    """Volume before shrinkage of the sealant below the measured level; ``readings_mm3`` if no shrinkage is declared."""
 
 
 class VolumeComparison(JsonRecord):
-    """Volumes of run and readings: the level that the volume predicts without a simulation, and the balance."""
+    """Level that the dispensed volume predicts without a simulation, and the balance of volumes of run and readings."""
 
     volume_balance_level_mm: float
     """Flat level of the dispensed volume in the whole crack: a baseline that needs no readings."""
     volume_balance_error_mm: float
-    """Mean error of the level."""
+    """Mean error of this flat level against the readings."""
     beats_volume_balance: bool
     """True if the mean error is smaller than that of the flat level."""
     mass_balance: MassBalance
@@ -225,12 +226,12 @@ class VolumeComparison(JsonRecord):
 
 
 class StationBands(JsonRecord):
-    """Half-widths of 95 % bands of the stations' levels by the readings, (n,) each."""
+    """Half-widths of the 95 % bands of the measured levels at the stations, (n,) each."""
 
     s_mm: Numbers
     """Positions of the stations along the crack."""
     band_95_mm: Numbers
-    """Half-width for a single station; by chance, one of twenty stations is outside."""
+    """Half-width of the band of a single station; by chance, one station in twenty is outside its band."""
     profile_band_95_mm: Numbers
     """Half-width of the band that contains all stations at once in 95 % of cases."""
 
@@ -238,25 +239,25 @@ class StationBands(JsonRecord):
 @with_config(PART)
 @dataclass(frozen=True)
 class BudgetPart:
-    """One error of the budget and its standard uncertainties: half the half-width of its 95 % interval.
+    """One error of the budget and its standard uncertainties: half the half-width of their 95 % intervals.
 
-    Those of undeclared errors, which no interval includes, are for a size of 0.2 mm.
+    For an undeclared error, which no interval includes, they are computed for a size of 0.2 mm.
     """
 
     name: str
-    """Name in words."""
+    """Name of the error, in words."""
     setting: str
-    """Key of the trial file that declares it; empty if there is no such key."""
+    """Key of the trial file that declares the error; empty if there is no such key."""
     source: str
-    """Origin of its size: repeats, detected, declared, allowed for, assumed or computed."""
+    """Origin of the error's size: repeats, detected, declared, allowed for, assumed or computed."""
     kind: str
-    """readings, numerics or inputs."""
+    """Kind of the error: readings, numerics or inputs."""
     mean_level_mm: float
     """Standard uncertainty of the mean level, which is also that of the bias."""
     mean_error_mm: float
-    """Standard uncertainty of the mean error, if the error keeps its sign."""
+    """Standard uncertainty of the mean error, provided that the level's error has the same sign with and without it."""
     station_mm: float
-    """Standard uncertainty of the level at one station, root mean square over them."""
+    """Standard uncertainty of the level at a station: the root mean square over all stations."""
 
 
 class BudgetSummary(JsonRecord):
@@ -265,7 +266,7 @@ class BudgetSummary(JsonRecord):
     parts: tuple[BudgetPart, ...]
     """Errors included in the intervals, one by one."""
     missing: tuple[BudgetPart, ...]
-    """Undeclared errors that the data cannot show: the effect of 0.2 mm of each."""
+    """Undeclared errors that the data cannot show, each with the effect that a size of 0.2 mm would have."""
     scatter_known: bool
     """True if stations were read repeatedly, or the repeatability is declared."""
     notes: tuple[str, ...]
@@ -278,14 +279,15 @@ class MeanLevelBudget(JsonRecord):
     error_mm: float
     """E: simulated minus measured mean level."""
     volume_level_mm: float | None
-    """Change of level by volume that the numerics gained (negative: lost), over the fluid's surface area; E includes
-    it. None without particles."""
+    """Change of level due to volume that the numerics gained: this volume divided by the area of the fluid's surface,
+    negative if volume was lost. E includes it. None if there are no particles."""
     data_mm: float
-    """Standard uncertainty by the readings."""
+    """Standard uncertainty due to the readings."""
     numerics_mm: float | None
-    """Standard uncertainty by particle size, scatter of runs and volume changes; None without runs of three sizes."""
+    """Standard uncertainty due to particle size, scatter of runs and changes of volume; None without runs at three
+    particle sizes."""
     inputs_mm: float | None
-    """Standard uncertainty by the declared inputs; None if no input was varied."""
+    """Standard uncertainty due to the declared inputs; None if no input was varied."""
     validation_mm: float
     """Combined standard uncertainty of the available parts; equals u_val if numerics and inputs are included."""
     resolved: bool | None
@@ -303,17 +305,17 @@ class StationErrors(JsonRecord):
     error_mm: Numbers
     """Simulated minus measured level."""
     data_mm: Numbers
-    """Standard uncertainty by the readings."""
+    """Standard uncertainty due to the readings."""
     numerics_mm: Numbers | None
-    """Standard uncertainty by the numerics; None if it was not computed."""
+    """Standard uncertainty due to the numerics; None if it was not computed."""
     inputs_mm: Numbers | None
-    """Standard uncertainty by the declared inputs; None if no input was varied."""
+    """Standard uncertainty due to the declared inputs; None if no input was varied."""
     validation_mm: Numbers
     """Combined standard uncertainty of the available parts."""
     profile_mm: Numbers
     """Half-width of the combined 95 % band that contains all stations at once."""
     by_chance: float
-    """Expected number of stations outside their own bands for a perfect model."""
+    """Number of stations that would be outside their own bands by chance if the model were perfect."""
 
     @property
     def above(self) -> NDArray[np.bool_]:
@@ -360,7 +362,7 @@ class Alignment(JsonRecord):
 
 
 class SizeSeries(JsonRecord):
-    """One number at three particle sizes."""
+    """One figure, computed at three particle sizes."""
 
     values: tuple[float, ...] = in_unit("mm")
     """Mean over the runs of each size."""
@@ -371,7 +373,8 @@ class SizeSeries(JsonRecord):
     order_95: tuple[float, float]
     """Ends of the 95 % range of the order of convergence, within 0.5 to 2."""
     band: float = in_unit("mm")
-    """Half-width of the 95 % interval of the middle size's error, without the scatter of single runs."""
+    """Half-width of the 95 % interval of the discretisation error at the middle size. It does not include the scatter
+    of single runs."""
 
 
 @with_config(PART)
@@ -384,7 +387,7 @@ class SizeStudy:
     mean_level_mm: SizeSeries
     """Mean of the simulated level over the covered length."""
     mean_error_mm: SizeSeries
-    """Mean error."""
+    """Mean absolute error against the readings over the covered length."""
 
 
 class InputEffect(JsonRecord):
@@ -395,20 +398,20 @@ class InputEffect(JsonRecord):
     standard: float = in_unit("that of the name")
     """Declared standard uncertainty, in the unit that the name ends with."""
     mean_level_mm: float
-    """Change of the mean level."""
+    """Change of the mean simulated level."""
     largest_mm: float
-    """Largest absolute change of the level along the crack."""
+    """Largest absolute change of the simulated level along the crack."""
     share: float
-    """First-order index: this input's own share of the mean level's variance by all inputs."""
+    """First-order index: share of the mean level's variance, due to all inputs, that this input causes by itself."""
     model: str
-    """Model that moved the input: particles, or slot for the fast model."""
+    """Model that computed the effect: particles, or slot for the fast model."""
 
 
 class InputDrawsRecord(JsonRecord):
     """Runs of the fast model with all inputs drawn at once."""
 
     runs: int
-    """Number of runs, without the one with the inputs as they are."""
+    """Number of runs, not counting the one with unchanged inputs."""
     together: float
     """Share of the mean level's variance that is due to interactions of the inputs."""
     unfit: tuple[str, ...]
@@ -419,9 +422,9 @@ class ErrorUncertainty(JsonRecord):
     """Intervals of the error, and their parts."""
 
     mean_error_interval_mm: tuple[float, float]
-    """Ends of the 95 % interval of the mean error by the readings."""
+    """Ends of the 95 % interval of the mean error that is due to the readings."""
     bias_interval_mm: tuple[float, float]
-    """Ends of the 95 % interval of the bias by the readings."""
+    """Ends of the 95 % interval of the bias that is due to the readings."""
     bias_systematic_mm: float
     """Systematic standard uncertainty of the bias: more stations would not reduce it."""
     levels: StationBands
@@ -431,19 +434,21 @@ class ErrorUncertainty(JsonRecord):
     worst_at_a_station: StationError | None
     """Worst error at a station; None if the worst error overall is at a station."""
     sentences: tuple[str, ...]
-    """Conclusions that ASME V&V 20 allows, or that it is not assessed; and errors that no interval includes."""
+    """Sentences on the conclusions that ASME V&V 20 allows, or on why it is not assessed, and on errors that no
+    interval includes."""
     unused: tuple[str, ...] = ()
-    """Sentences on declared errors that the readings contradict; the intervals leave them out."""
+    """Sentences on declared errors that the readings contradict. The intervals do not include these errors."""
     alignment: Alignment
     numerics: SizeStudy | None
     """Mean level and mean error at three particle sizes; None if only one size was run."""
     inputs: tuple[InputEffect, ...]
     """Effects of the inputs that were varied."""
     input_draws: InputDrawsRecord | None
-    """Runs of the fast model with all inputs drawn at once; None if particles or nothing moved the inputs."""
+    """Runs of the fast model with all inputs drawn at once; None if the inputs were varied with particles, or not at
+    all."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     effect_scatter_mm: float | None
-    """Standard deviation of an effect by the scatter of single runs; None if it was not computed."""
+    """Standard deviation of an effect due to the scatter of single runs; None if it was not computed."""
     design_radius_mm: float | None
-    """Particle radius in the runs of the effects; None without such runs."""
+    """Particle radius of the runs that computed the effects of the inputs; None if there are no such runs."""

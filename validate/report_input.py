@@ -18,9 +18,9 @@ class ReadingsSheet(JsonRecord):
     name: str
     """Name of the file, as the user or the lab gave it."""
     sha256: str
-    """SHA-256 of its content."""
+    """SHA-256 of the file's content."""
     operator: str | None
-    """Name of the person who read; None if no note has it."""
+    """Name of the person who took the readings; None if no note has it."""
     date: str | None
     """Date of the readings, as the lab writes it; None if no note has it."""
 
@@ -37,7 +37,7 @@ class LiveSlider(JsonRecord):
 
 
 class LiveWidth(JsonRecord):
-    """Sections of the crack in equal cells along it, at one of its mean widths, and the sealant dispensed over them.
+    """Sections of the crack in equal cells along it, for one mean width, and the sealant dispensed over them.
 
     The arrays are those of the fast model's sections; ``given_mm3`` is the volume dispensed up to each place.
     """
@@ -51,12 +51,12 @@ class LiveWidth(JsonRecord):
 
 
 class LiveModel(JsonRecord):
-    """Data of the page's script, which computes the fill by the fast model for other settings."""
+    """Data of the page's script, which computes the fill with the fast model for other settings."""
 
     s_mm: list[float]
-    """Middles of the cells."""
+    """Positions of the middles of the cells, along the crack."""
     widths: dict[int, LiveWidth]
-    """Sections by the steps of the width's slider; only 0 if the width is fixed."""
+    """Sections by the position of the width's slider, in steps; only position 0 if the width is fixed."""
     along: list[float]
     """Gravity's unit vector along the crack at the faces between cells."""
     into: float
@@ -70,7 +70,7 @@ class LiveModel(JsonRecord):
     """Time for which the nozzle still moves after it has stopped dispensing."""
     sliders: dict[str, LiveSlider]
     limits: Mapping[str, tuple[float, int, str]]
-    """Largest figure of a case in the model's domain, its decimals, and the sentence on a larger one, by name."""
+    """Limits of the model's domain, by name: the largest figure, its decimals, and the sentence on a larger figure."""
     unknown: tuple[str, ...]
     """Sentences on parts of the case that the fast model does not include."""
     trial: str

@@ -56,7 +56,7 @@ class SampleFigures(JsonRecord):
     scale_uncertainty: float | None
     """Relative standard uncertainty of the scale; None if it is unknown."""
     scale_residual_mm: float | None
-    """RMS misfit of the scale's control points; None without control points."""
+    """RMS misfit of the scale's control points; None if there are none."""
     camera_tilt_deg: float | None
     """Angle between the camera's axis and the face's normal; None if it is unknown."""
     warnings: tuple[str, ...]
@@ -67,11 +67,11 @@ class FluidFigures(JsonRecord):
     """Figures of the fluid run."""
 
     particles: int | None
-    """Number of particles; None for the fast model, as are the next two."""
+    """Number of particles; None for the fast model."""
     escaped_particles: int | None
-    """Number of particles that passed through a wall; any number but 0 is a fault."""
+    """Number of particles that passed through a wall; any number but 0 is a fault. None for the fast model."""
     spilled_particles: int | None
-    """Number of particles that ran over the sample's edge."""
+    """Number of particles that ran over the sample's edge; None for the fast model."""
     unfit: tuple[str, ...] | None
     """Reasons why the case is outside the fast model's domain; None for particles."""
     volume_ratio: float
@@ -86,11 +86,11 @@ class PredictedPart(JsonRecord):
     """One error of a predicted level, and its standard uncertainty: half the half-width of its 95 % interval."""
 
     name: str
-    """Name in words."""
+    """Name of the error, in words."""
     kind: str
-    """numerics or inputs."""
+    """Kind of the error: numerics or inputs."""
     setting: str
-    """Key of the trial file that declares it; empty if there is no such key."""
+    """Key of the trial file that declares the error; empty if there is no such key."""
     mean_level_mm: float
     """Standard uncertainty of the mean level."""
     place_mm: float
@@ -98,20 +98,20 @@ class PredictedPart(JsonRecord):
 
 
 class PredictedLevel(JsonRecord):
-    """Level of a run without readings, with its band by the numerics and the declared inputs."""
+    """Level of a run without readings, with its band, which is due to the numerics and the declared inputs."""
 
     s_mm: Numbers
-    """Positions along the crack, at which the next five are given."""
+    """Positions along the crack at which level, bands and uncertainties are given."""
     level_mm: Numbers
-    """Predicted level, from the face."""
+    """Predicted level, measured from the face."""
     band_95_mm: Numbers
     """Half-width of the 95 % band of a single place."""
     profile_band_95_mm: Numbers
     """Half-width of the band that contains the whole level in 95 % of cases."""
     numerics_mm: Numbers | None
-    """Standard uncertainty by the numerics; None if it was not computed."""
+    """Standard uncertainty due to the numerics; None if it was not computed."""
     inputs_mm: Numbers | None
-    """Standard uncertainty by the inputs; None if no input is declared."""
+    """Standard uncertainty due to the inputs; None if no input is declared."""
     mean_level_mm: float
     """Mean level along the crack."""
     mean_level_95_mm: tuple[float, float]
@@ -143,16 +143,16 @@ class EarlierTrial(JsonRecord):
     read_fill_ratio: float
     """Share of the room below the face that is filled up to the measured level."""
     computed_heap_mm2: float
-    """Heap above the face by the computed level, in mm³ per mm of crack."""
+    """Heap above the face according to the computed level, in mm³ per mm of crack."""
     read_heap_mm2: float
-    """Heap above the face by the measured level, in mm³ per mm of crack."""
+    """Heap above the face according to the measured level, in mm³ per mm of crack."""
 
 
 class Bias(JsonRecord):
     """Error of one quantity over several trials."""
 
     quantity: Quantity
-    """mean_level_mm, fill_ratio or heap_mm2."""
+    """Name of the quantity: mean_level_mm, fill_ratio or heap_mm2."""
     relative: bool
     """True if bias is a factor and scatter a share; False if both are in the quantity's unit."""
     bias: float = in_unit("that of the quantity; 1 if relative")
@@ -175,7 +175,7 @@ class Expectation(Bias):
     expected: float = OF_QUANTITY
     """Computed value minus the bias, or divided by it if the bias is a factor."""
     expected_95: tuple[float, float] = OF_QUANTITY
-    """Ends of the 95 % interval of the next trial's readings, by Student's t."""
+    """Ends of the 95 % interval of the next trial's readings, according to Student's t."""
 
 
 class EarlierTrials(JsonRecord):
@@ -193,14 +193,14 @@ class Comparison(LevelMetrics):
     headline: tuple[str, ...] = ()
     """Sentences on the gate, the baselines and the earlier use of the readings."""
     outcome: Outcome = "open"
-    """passed, failed, undecided or open: the gate against the mean error and its 95 % interval."""
+    """passed, failed, undecided or open, according to the gate, the mean error and its 95 % interval."""
     passed: bool | None = None
     """True if the mean error keeps the gate; None without a gate, False if a particle escaped."""
     gate: Gate | None = None
-    """Limit declared before the run; None without one."""
+    """Limit declared before the run; None if none was declared."""
     findings: tuple[str, ...] = ()
-    """Conclusions that ASME V&V 20 allows, or that it is not assessed. Without a verdict: only the declared errors that
-    are not used."""
+    """Sentences on the conclusions that ASME V&V 20 allows, or on why it is not assessed. Without a verdict, only
+    sentences on declared errors that are not used."""
     volumes: VolumeComparison | None = None
     """Volumes of the run and of the readings; None if no run was assessed."""
     uncertainty: ErrorUncertainty | None = None
@@ -213,12 +213,12 @@ class Comparison(LevelMetrics):
 
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of the mean error's 95 % interval by the readings, in mm; None if it was not assessed."""
+        """Ends of the mean error's 95 % interval, which is due to the readings, in mm; None if it was not assessed."""
         return None if self.uncertainty is None else self.uncertainty.mean_error_interval_mm
 
     @property
     def worst_at_a_station(self) -> StationError | None:
-        """Worst error at a station; None if the worst error overall is at one, or was not assessed."""
+        """Worst error at a station; None if the worst error overall is at a station, or was not assessed."""
         return None if self.uncertainty is None else self.uncertainty.worst_at_a_station
 
 
@@ -235,37 +235,37 @@ class TrialResult(JsonRecord):
     """Result of a trial: what its run folder contains. A part is None if its stage is not finished."""
 
     version: Literal[2] = 2
-    """Version of this form."""
+    """Version of the form of this record."""
     name: str
     """Name of the trial."""
     folder: str
-    """Run folder."""
+    """Path of the run folder."""
     wall_time_s: float
     """Computing time of all finished stages."""
     stages: tuple[str, ...]
     """Finished stages."""
     computed_by: dict[str, ComputedBy] = Field(default_factory=dict)
-    """Version and numbers by finished stage."""
+    """Version and stage numbers for each finished stage."""
     other_versions: tuple[str, ...] = ()
     """A sentence if a stage was computed with other stage numbers than this version's."""
     edited: tuple[str, ...] = ()
     """Files that were changed after their stage wrote them."""
     sample: SampleFigures | None = None
-    """Figures of digitise."""
+    """Figures of the digitised sample."""
     fluid: FluidFigures | None = None
-    """Figures of simulate."""
+    """Figures of the fluid run."""
     report: str | None = None
     """Path of the report's page."""
     comparison: Comparison | None = None
-    """Comparison with the readings, as in comparison.json; None without readings."""
+    """Comparison with the readings, as in comparison.json; None if there are no readings."""
     prediction: PredictedLevel | None = None
-    """Level of a run without readings, as in prediction.json; None with readings, or without extra runs."""
+    """Level of a run without readings, as in prediction.json; None if there are readings, or no extra runs."""
     earlier_trials: EarlierTrials | None = None
-    """The lab's earlier trials, as in earlier_trials.json; None with fewer than two valid ones."""
+    """The lab's earlier trials, as in earlier_trials.json; None if there are fewer than two valid trials."""
 
     @property
     def numbers(self) -> dict[str, int]:
-        """Stage numbers that the comparison was computed by; empty without one."""
+        """Stage numbers with which the comparison was computed; empty without a comparison."""
         by = self.computed_by.get("validate")
         return {} if by is None else by.stage_numbers
 

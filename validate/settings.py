@@ -29,8 +29,8 @@ OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
 Sign = Literal["up", "down"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 Role = Literal["calibrated-on", "held-out", "undeclared"]
-"""Use of the readings. calibrated-on: the fluid was tuned on them, so the error is a residual and no test. held-out: it
-was not; only such readings can validate."""
+"""Use of the readings. calibrated-on: the fluid was tuned on the readings, so the error is a residual and no test.
+held-out: the fluid was not tuned on them; only such readings can validate."""
 SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
@@ -38,40 +38,42 @@ class Columns(Settings):
     """Columns of a sheet without clear column names, and other facts that the sheet leaves open, as in [readings]."""
 
     s: Text | None = None
-    """Column of the stations: its name in the header, or its letter in a spreadsheet, as "A"."""
+    """Column of the stations: its name in the header, or its letter in a spreadsheet, such as "A"."""
     levels: Annotated[tuple[Text, ...], Field(min_length=1, max_length=256)] | None = None
-    """Columns of readings: names, letters or spans of letters, as ["B", "C"] or ["B:D"]. No other column is read."""
+    """Columns of readings: names, letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is
+    read."""
     repeat: Text | None = None
-    """Column that numbers the readings of a station, if each reading has a row."""
+    """Column that numbers the readings of a station, if each reading has its own row."""
     header_rows: int | None = Field(default=None, ge=0, le=20)
     """Number of header rows; 0 if the sheet begins with readings."""
     transposed: bool | None = None
-    """True if each station has a column; letters then count rows, "A" for the first. Default: decided by the names."""
+    """True if each station has a column. Letters then count rows: "A" is the first one. Default: decided by the
+    names."""
     s_from: Literal["first", "second"] | None = None
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
-    """Rows to ignore: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
+    """Rows to ignore: by number from 1, or by the text of their first cell, such as ["Mittelwert", 9]."""
     missing: tuple[Text, ...] = ()
-    """Words of this sheet for a missing reading, in addition to the usual ones, as ["n. lesbar"]."""
+    """Words of this sheet for a missing reading, in addition to the usual ones, such as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
-    """Part of the sheet to read: cells, as "F2:I30", columns, as "F:I", or rows, as "2:30"."""
+    """Part of the sheet to read: cells such as "F2:I30", columns such as "F:I", or rows such as "2:30"."""
     sign: Sign | None = None
     """Direction of the readings: "up" for levels, "down" for depths, like quantity of [readings]."""
     sheet: Text | None = None
-    """Worksheet, as in [readings]."""
+    """Name of the worksheet, like sheet of [readings]."""
     unit: Unit | None = None
-    """Unit of all columns, as in [readings]."""
+    """Unit of all columns, like unit of [readings]."""
     datum: Datum | None = None
-    """Datum, as in [readings]."""
+    """Datum of the readings, like datum of [readings]."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
-    """Height of the datum above the sample's surface, as in [readings]."""
+    """Height of the datum above the sample's surface, like datum_level_mm of [readings]."""
 
 
 class Declared(Settings):
-    """Facts that a sheet of readings leaves open. Nothing is guessed: a missing one is an error that names it."""
+    """Facts that a sheet of readings leaves open. Nothing is guessed: a missing fact is an error that names it."""
 
     sheet: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """Name of the worksheet, in a workbook with several."""
+    """Name of the worksheet, if the workbook has several."""
     sample: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     """Sample to read, if a column names the sample of each row; spelt as in file names."""
     separator: Separator | None = None
@@ -79,7 +81,8 @@ class Declared(Settings):
     decimal: Decimal | None = None
     """Decimal mark, if "1,234" may mean one and a quarter or more than a thousand."""
     quantity: Quantity | None = None
-    """level counts upward from the datum, depth downward; needed if the header names neither."""
+    """Direction of the readings: level counts upward from the datum, depth downward. Needed if the header names
+    neither."""
     unit: Unit | None = None
     """Unit of the columns whose header names none."""
     columns: Columns | None = None
@@ -90,7 +93,8 @@ class Declared(Settings):
     datum: Datum = "sample_surface"
     """Datum of the readings. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
-    """Height of the datum above the sample's surface. Required for the other two datums: no sheet shows it."""
+    """Height of the datum above the sample's surface. Required if the datum is not the sample's surface: no sheet shows
+    it."""
 
     @field_validator("as_written")
     @classmethod
@@ -142,21 +146,22 @@ class Readings(Declared):
     """Path of the sheet, CSV, XLSX or ODS, absolute or relative to the trial file. Its columns are s_mm and level_1_mm,
     level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from it), or as the lab writes them."""
     data: DataKind
-    """Origin of the readings; only "measured" ones can validate."""
+    """Origin of the readings; only "measured" readings can validate."""
     role: Role
     """Use of the readings: "calibrated-on" if the fluid was tuned on them, "held-out" if not. Every report mentions
     "undeclared"."""
     fitted: tuple[str, ...] | None = None
-    """Settings of the trial that were fitted to these readings, by dotted name, as "fluid.yield_stress_pa"; only with
-    the role "calibrated-on". An empty list declares that none was fitted. Default: undeclared, as reports state."""
+    """Settings of the trial that were fitted to these readings, by dotted name, such as "fluid.yield_stress_pa"; only
+    with the role "calibrated-on". An empty list declares that none was fitted. Default: undeclared, which reports
+    state."""
     state: Literal["wet", "cured"] | None = None
     """State of the sealant at the reading. Cured sealant has lost part of the dispensed volume."""
     shrinkage_percent: float | None = Field(default=None, ge=0, lt=100)
     """Loss of volume from dispensing to reading, if the sealant had cured."""
     resolution_mm: float = Field(default=0.01, gt=0, le=10)
-    """Resolution of the caliper: its last digit. Digital ones have 0.01."""
+    """Resolution of the caliper: its last digit. Digital calipers have 0.01."""
     limit_mm: float = Field(default=0.02, ge=0, le=10)
-    """Limit of the caliper's error. Digital ones up to 150 mm have 0.02."""
+    """Limit of the caliper's error. Digital calipers up to 150 mm have 0.02."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
     """Width of the tip that touches the sealant; it reads the highest point below it."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
@@ -185,7 +190,7 @@ class Readings(Declared):
     def _shrinks_by_curing(self) -> Self:
         if self.shrinkage_percent is not None and self.state != "cured":
             raise ValueError(
-                f'shrinkage_percent = {self.shrinkage_percent:g} without state = "cured": wet sealant has not shrunk'
+                f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured": wet sealant has not shrunk'
             )
         return self
 
@@ -194,10 +199,10 @@ class Gate(Settings):
     """Limits declared before the run."""
 
     mean_error_mm: float = Field(gt=0, le=500)
-    """Largest mean error: area between the simulated and the measured level over the covered length. 1.26 in the
-    paper's best run. No crack is deeper than 500, so a larger limit is meaningless."""
+    """Largest mean error: the area between the simulated and the measured level, divided by the covered length. The
+    paper's best run has 1.26. No crack is deeper than 500, so a larger limit is meaningless."""
     reason: Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
-    """Reason for the limit, such as what the sealant must do; a report prints it, or that it is missing."""
+    """Reason for the limit, such as what the sealant must do. A report prints it, or states that it is missing."""
 
 
 PASS_MM = 0.2
@@ -214,13 +219,14 @@ Standard = Annotated[float, Field(gt=0, le=1000)]
 class Uncertainty(Settings):
     """Standard uncertainties (one standard deviation) of what was set, measured or assumed.
 
-    All are optional, without defaults: an undeclared one is not included, as the report states.
+    All are optional. One that is neither declared nor has a default is not included, as the report states.
     """
 
     differences: Method | None = None
-    """Model of the runs with varied inputs. particles: each input up and down by a design, with the coarser particles.
-    slot: the fast model, 1,000 runs with all inputs drawn at once; the level is still that of the particles. Default:
-    slot if the trial is within the fast model's domain, else particles; a report names the model of each input."""
+    """Model of the runs with varied inputs. particles: each input is raised and lowered according to a design, with the
+    coarser particles. slot: the fast model, 1,000 runs with all inputs drawn at once; the level is still that of the
+    particles. Default: slot if the trial is within the fast model's domain, else particles; a report names the model of
+    each input."""
     speed_mm_s: Standard | None = None
     """Uncertainty of the nozzle's speed. The volume is constant: the flow changes with the speed."""
     volume_ml: Standard | None = None
@@ -228,25 +234,25 @@ class Uncertainty(Settings):
     start_mm: Standard | None = None
     """Uncertainty of the nozzle's starting point, which shifts the whole path along the crack."""
     width_mm: Standard | None = None
-    """Uncertainty of the crack's mean width, which scales all widths. Default: for a width fitted to a thin crack's
-    profile, a quarter of its 95 % interval; else not included."""
+    """Uncertainty of the crack's mean width, which scales all widths. Default: a quarter of the 95 % interval if the
+    width was fitted to a thin crack's profile; otherwise it is not included."""
     wall_angle_deg: Standard | None = None
-    """Uncertainty of the walls' tilt, the same for both."""
+    """Uncertainty of the walls' tilt, the same for both walls."""
     depth_mm: Standard | None = None
     """Uncertainty of the crack's depth, the same along its length."""
     viscosity_percent: Standard | None = None
-    """Uncertainty of the viscosity, or of U."""
+    """Uncertainty of the viscosity, or of U, in percent of its value. Default: that of fluid.material."""
     yield_stress_pa: Standard | None = None
-    """Uncertainty of the yield stress. Default, as for viscosity_percent: that of fluid.material."""
+    """Uncertainty of the yield stress. Default: that of fluid.material."""
     station_mm: Standard | None = None
     """Uncertainty of the origin of the readings' s: all stations shift together."""
     station_each_mm: Standard | None = None
-    """Uncertainty of each station's own position along the crack, as of a caliper that is placed by hand."""
+    """Uncertainty of each station's own position along the crack, for example of a caliper that is placed by hand."""
     common_mm: Standard | None = None
-    """Uncertainty of a station's level that its repeats share, as of a rough bed that is read at one point."""
+    """Uncertainty of a station's level that its repeats share, for example of a rough bed that is read at one point."""
     pass_mm: float | None = Field(default=None, ge=0, le=1000)
-    """Standard deviation of a whole pass, or operator, along the crack, if each column of repeats is one. Default: 0.2,
-    which three passes cannot exclude; 0 declares that repeats are not passes."""
+    """Standard deviation of a whole pass along the crack, or of an operator, if each column of repeats is one pass.
+    Default: 0.2, which three passes cannot exclude; 0 declares that repeats are not passes."""
     repeatability_mm: Standard | None = None
     """Standard deviation of a single reading from earlier work; used only if no station was read twice."""
 
@@ -261,7 +267,7 @@ class Uncertainty(Settings):
         return tuple(sorted(name for name, value in self if value is None and name not in NO_INPUTS))
 
     def with_sample(self, width_mm: float | None, weighed: WeighedCavity | None) -> Self:
-        """Return them completed with the uncertainties of the sample's walls.
+        """Return the uncertainties, completed with those of the sample's walls.
 
         A weighed fill gives width, angle and depth their uncertainties, each with those before it fixed. Without a
         weighed fill, the uncertainty ``width_mm`` of a width fitted to a photo applies unless one is declared.
@@ -273,6 +279,6 @@ class Uncertainty(Settings):
         return self.model_copy(update={"width_mm": width_mm})
 
     def with_paste(self, yield_stress_pa: float, viscosity_percent: float | None) -> Self:
-        """Return them completed with the uncertainties of the measured paste; declared ones take precedence."""
+        """Return the uncertainties, completed with those of the measured paste. Declared ones take precedence."""
         measured = {"yield_stress_pa": yield_stress_pa or None, "viscosity_percent": viscosity_percent or None}
         return self.model_copy(update={key: value for key, value in measured.items() if getattr(self, key) is None})

@@ -17,7 +17,7 @@ NOT_COMPUTED = "not computed by the fast model"
 @with_config(ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
 class PageTable:
-    """A table of the page, each number as text with its unit."""
+    """A table of the page. Each number is text with its unit."""
 
     title: str
     """Title as on the page."""
@@ -42,12 +42,12 @@ def counted(number: int, thing: str) -> str:
 
 
 def signed(number: float, decimals: int) -> str:
-    """Return a number with its sign; one that rounds to 0 has a plus."""
+    """Return a number with its sign. A number that rounds to 0 has a plus."""
     return f"{round(number, decimals) + 0.0:+.{decimals}f}"
 
 
 def span(values: Floats, decimals: int) -> str:
-    """Return one number if all are equal at the written digits, else the least and the greatest."""
+    """Return one number if all are equal at the written digits, else the smallest and the largest."""
     least, most = (f"{value:.{decimals}f}" for value in (values.min(), values.max()))
     return least if least == most else f"{least} to {most}"
 

@@ -181,16 +181,16 @@ def main(
     names: Annotated[list[str] | None, Argument(help="names of cases")] = None,
     keep: Annotated[Path | None, Option(help="keep interFoam's own files there")] = None,
 ) -> None:
-    known = cases()
-    if unknown := {*(names or ())} - {*known}:
+    all_cases = cases()
+    if unknown := {*(names or ())} - {*all_cases}:
         raise BadParameter(f"no case {', '.join(sorted(unknown))}")
     if not names:
-        print(*known, sep="\n")
+        print(*all_cases, sep="\n")
     with tempfile.TemporaryDirectory() as spare:
         for name in names or ():
             folder = (keep or Path(spare)) / name
-            run(known[name], folder)
-            record(known[name], folder)
+            run(all_cases[name], folder)
+            record(all_cases[name], folder)
             print(name, flush=True)
 
 

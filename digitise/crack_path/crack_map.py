@@ -1,4 +1,4 @@
-"""Find all cracks on a search map: lines clearer than plain ground, grown to the cells around that are as dark."""
+"""Find all cracks on a search map: lines clearer than plain ground, extended to adjacent cells that are as dark."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ class CrackMap:
 
 
 def cracks_on(field: DarkMap, joints_px: Sequence[Floats] | None = None) -> CrackMap:
-    """Find the cracks on a search map, apart from joints. Joints are given, or all lines too straight for a crack."""
+    """Find the cracks on a search map, apart from joints. By default every line too straight for a crack is a joint."""
     allowed = field.allowed
     clear, likely = _clear(field, allowed)
     straight = straight_lines(skeletonize(likely)) if joints_px is None else [field.to_work(line) for line in joints_px]
@@ -127,7 +127,7 @@ def _with_evidence(lines: NDArray[np.bool_], clear: Map) -> NDArray[np.bool_]:
 
 
 def _main_line(cells: Integers, worth: Floats, half_width: Floats) -> Integers:
-    """Return the line through a piece's skeleton with the largest sum of worth."""
+    """Return the line through a piece's skeleton that has the largest sum of ``worth``."""
     own = worth[tuple(cells.T)]
     walk, _ = medial_axis.longest_walk(medial_axis.strongest_tree(medial_axis.linked(cells, own), own), 0)
     strong = np.flatnonzero(own[walk] >= LIMITS.fading * np.median(own[walk]))
@@ -146,7 +146,7 @@ def _crack(line: Integers, worth: Floats, half_width: Floats, cells: NDArray[np.
 
 
 def straight_lines(bones: NDArray[np.bool_]) -> list[Floats]:
-    """Return the ends (column, row) of each straight line in a skeleton, (2, 2) each."""
+    """Return each straight line in a skeleton as its two ends, (2, 2). An end is (column, row)."""
     diagonal = float(np.hypot(*bones.shape))
     # A joint strays by a cell to either side; cracks in four photos strayed by 3 to 8, RMS.
     near = widened(bones, 1)

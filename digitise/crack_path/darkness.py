@@ -1,4 +1,4 @@
-"""Make the search map: a small copy of a photo with the darkness and clearness as a line of each cell."""
+"""Make the search map: a small copy of a photo that gives each cell's darkness, and its clearness as part of a line."""
 
 from dataclasses import dataclass, replace
 
@@ -61,7 +61,10 @@ class DarkMap:
         return (np.asarray(points_work, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
 
     def window(self, left: int, top: int, right: int, bottom: int) -> "DarkMap":
-        """Return the part of the map from column ``left`` and row ``top`` up to ``right`` and ``bottom``, excluded."""
+        """Return the part of the map from column ``left`` and row ``top`` up to ``right`` and ``bottom``.
+
+        The last two are not included.
+        """
         part = np.s_[top:bottom, left:right]
         offset_px = (self.offset_px[0] + left / self.scale, self.offset_px[1] + top / self.scale)
         maps = {name: getattr(self, name)[part] for name in ("light", "dark", "even", "ridge", "allowed", "around")}
@@ -69,7 +72,10 @@ class DarkMap:
 
 
 def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: Floats | None = None) -> DarkMap:
-    """Return the search map of the photo, or of a polygon in it; ``found_face_px`` limits it to an unmeasured face."""
+    """Return the search map of the photo, or of a polygon in it.
+
+    ``found_face_px`` is the outline of a face whose size is unknown. The search is then limited to this face.
+    """
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
     left, top = np.maximum(np.floor(corners_px.min(axis=0)), 0).astype(int).tolist()
     right, bottom = np.minimum(np.ceil(corners_px.max(axis=0)) + 1, photo.size_px).astype(int).tolist()
@@ -88,7 +94,7 @@ def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: F
 
 
 def coarser(field: DarkMap, times: int) -> DarkMap:
-    """Return the map with cells ``times`` as large, on which wider cracks differ from their background."""
+    """Return the map with cells ``times`` as wide. On it, wider cracks differ from their background."""
     height, width = field.dark.shape
     size = (max(1, width // times), max(1, height // times))
     allowed = shrunk(field.allowed.astype(np.float32), size) > 0
@@ -138,7 +144,7 @@ def blank_markers(mask: NDArray[np.uint8], photo: Photo, offset_px: tuple[int, i
 
 
 def inner(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the allowed cells less the rim of the map."""
+    """Return the allowed cells that are not on the border of the map."""
     cells = allowed.copy()
     cells[:RIM_PX] = cells[-RIM_PX:] = False
     cells[:, :RIM_PX] = cells[:, -RIM_PX:] = False
@@ -151,7 +157,7 @@ def _shown(light: Map) -> Map:
 
 
 def _around(shown: Map) -> Map:
-    """Return displayed brightness without narrow things. A median keeps the edges of shadows in place."""
+    """Return displayed brightness with narrow features removed. A median keeps the edges of shadows in place."""
     size = min(BACKGROUND_PX, 2 * (min(shown.shape) // 4) + 1)
     # OpenCV has large medians of whole numbers only.
     around = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)

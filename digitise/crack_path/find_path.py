@@ -19,8 +19,8 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 
 EDGES_FOUND = (
-    "the crack was searched for inside the edges of the sample, which the photo shows; "
-    "give face_mm, its size, to have the crack open where it meets them"
+    "the crack was searched for only inside the edges of the sample, which the photo shows; "
+    "if the crack is open at an edge, give face_mm, the size of the face"
 )
 EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05  # Longest stretch with unlike sides without a warning: widths, share of the line
 LEAST_LENGTH = 0.12  # Share of the photo's diagonal between a crack's ends; shorter lines are pores and scratches
@@ -57,7 +57,7 @@ def find_path(
 
 @dataclass(frozen=True)
 class CrackSearch:
-    """The likeliest lines to be the crack, best first, at most ``MOST_RANKED``."""
+    """The lines that are most likely to be the crack, at most ``MOST_RANKED``. The likeliest is first."""
 
     photo: Photo
     wire: LiveWire
@@ -85,16 +85,16 @@ class CrackSearch:
                 warnings.append(f"{line} was left out: it is as straight as a joint")
             else:
                 fine = _long(cracks_on(wire.field, ()).cracks, least_px)
-                warnings.append(f"{line} is as straight as a joint, and there is no other")
+                warnings.append(f"{line} is as straight as a joint, and there is no other line")
         if face_px is not None:
             warnings.insert(0, EDGES_FOUND)
         ranked = sorted([*wide, *fine], key=lambda crack: -crack.score)
         return cls(photo, wire, tuple(ranked[:MOST_RANKED]), tuple(warnings))
 
     def path(self, number: int | None = None) -> CrackPath:
-        """Return the path along the crack with a number, from 1, or along the likeliest one, from left to right.
+        """Return the path along the crack with a number, from 1, or along the likeliest crack, from left to right.
 
-        Raises InputError without such a crack, RivalCracksError if several are about equally likely.
+        Raises InputError if there is no such crack, and RivalCracksError if several are about equally likely.
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:
@@ -104,12 +104,14 @@ class CrackSearch:
             )
         if number is None and len(rivals := [one for one in ranked if one.score > RUNNER_UP * ranked[0].score]) > 1:
             raise RivalCracksError(
-                f"{photo.file}: {len(rivals)} cracks compete, best first, with their share of the best one's score: "
-                f"{self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
+                f"{photo.file}: {len(rivals)} cracks compete (best first, with the score as a share of the best "
+                f"one's): {self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
                 ranked,
             )
         if number is not None and number > len(ranked):
-            raise InputError(f"{photo.file}: photo.crack = {number}, but only {len(ranked)} found: {self._listed()}.")
+            raise InputError(
+                f"{photo.file}: photo.crack = {number}, but only {len(ranked)} were found: {self._listed()}."
+            )
         chosen = ranked[(number or 1) - 1]
         (start_x, start_y), (end_x, end_y) = ends_px = chosen.line_px[[0, -1]]
         try:
@@ -125,7 +127,7 @@ class CrackSearch:
         if unlike_px > max(EDGE_WIDTHS * path.width_px, EDGE_SHARE * float(arc_length(path.points_px)[-1])):
             warnings.append(
                 f"along {unlike_px * photo.mm_per_px:.0f} mm of the found line, one side is far brighter than the "
-                "other, as at the edge of the sample, where the nozzle must not go: look at overlay.png, and give "
+                "other. If it is the edge of the sample, the nozzle must not go there: look at overlay.png, and give "
                 "ends_px or face_mm"
             )
         elif number is None:
@@ -140,10 +142,10 @@ class CrackSearch:
 
 
 def _in(crack: FoundCrack, other: FoundCrack) -> bool:
-    """Return True if most of a line runs inside another crack or along its walls."""
+    """Return True if most of the line of ``crack`` runs inside ``other`` or along its walls."""
     return float(np.median(KDTree(other.line_px).query(crack.line_px)[0])) <= other.width_px
 
 
 def _long(cracks: Sequence[FoundCrack], least_px: float) -> list[FoundCrack]:
-    """Return the cracks with ends at least ``least_px`` apart; the rim of a stain ends at its beginning."""
+    """Return the cracks whose ends are at least ``least_px`` apart. This excludes the rim of a stain: its ends meet."""
     return [crack for crack in cracks if np.linalg.norm(crack.line_px[-1] - crack.line_px[0]) >= least_px]

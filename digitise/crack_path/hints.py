@@ -33,7 +33,10 @@ def listed(points_px: Floats) -> str:
 
 
 def snap_px(photo: Photo) -> float:
-    """Return the largest distance of a point from its crack. It is constant on a screen that shows the whole photo."""
+    """Return the largest allowed distance of a given point from its crack, in px.
+
+    It is always the same on a screen that shows the whole photo.
+    """
     return max(SNAP_PX, SNAP_SHARE * max(photo.size_px))
 
 
@@ -67,7 +70,7 @@ def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel,
         if beside_mm > most_px * photo.mm_per_px:
             raise InputError(
                 f"{photo.file}: the {name} ({x:g}, {y:g}) is {beside_mm:.1f} mm outside the face; "
-                "give the place where the crack meets its edge."
+                "give the place where the crack meets the face's edge."
             )
 
 
@@ -89,7 +92,7 @@ def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
         width, height = photo.size_px
         raise InputError(
             f"{photo.file}: roi_px covers {max(high[0] - low[0], 0):.0f} x {max(high[1] - low[1], 0):.0f} px of the "
-            f"photo of {width} x {height} px; each side needs {LEAST_REGION_PX:g}. Give two opposite corners of a box, "
-            "or the corners of a polygon, in px."
+            f"photo of {width} x {height} px; each side needs {LEAST_REGION_PX:g} px. Give two opposite corners of a "
+            "box, or the corners of a polygon, in px."
         )
     return corners

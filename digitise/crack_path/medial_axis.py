@@ -18,7 +18,7 @@ AT_RIM = 1.5  # Cells from the rim within which a line ends on it: a little more
 
 
 def pieces(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], Integers]:
-    """Return the number of each cell's piece, 0 outside, and the cells in each piece. Corners connect cells."""
+    """Return the number of each cell's piece, 0 outside the mask, and the area of each piece. Corners connect cells."""
     _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     area = stats[:, cv2.CC_STAT_AREA].astype(np.int64)
     area[0] = 0
@@ -48,13 +48,13 @@ def distance_outside(mask: NDArray[np.bool_]) -> Map:
 
 
 def radius(region: NDArray[np.bool_]) -> Floats:
-    """Return the distance of each cell from the nearest cell outside the region; off the picture is outside."""
+    """Return the distance of each cell from the nearest cell outside the region. Cells off the picture are outside."""
     outside = np.pad(~region, 1, constant_values=True)
     return distance_outside(outside)[1:-1, 1:-1].astype(float)
 
 
 def longest_line(region: NDArray[np.bool_]) -> Integers:
-    """Return rows and columns, (n, 2), of the longest path through the region's skeleton; empty for no skeleton."""
+    """Return the longest path through the region's skeleton, (n, 2), as row and column; empty without a skeleton."""
     cells = np.argwhere(skeletonize(region))
     if len(cells) < 2:
         return cells
@@ -65,13 +65,13 @@ def longest_line(region: NDArray[np.bool_]) -> Integers:
 
 
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:
-    """Return the path less half a width at both ends, where a skeleton turns into a corner of a blunt end."""
+    """Return the path without half a width at each end. At a blunt end, a skeleton turns into a corner."""
     back = round(float(np.median(to_rim[tuple(way.T)])))
     return way[back:-back] if 0 < 2 * back < len(way) - 1 else way
 
 
 def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
-    """Return the graph of cells and their eight neighbours. A link is its step's length, times the mean ``worth``."""
+    """Return the graph of cells and their neighbours. A link weighs its length, times the mean ``worth`` if given."""
     row, column = cells.T + 1
     number = np.full((row.max() + 2, column.max() + 2), -1)
     number[row, column] = np.arange(len(cells))
@@ -84,7 +84,7 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
 
 
 def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
-    """Return the spanning tree of the graph without the least worthy link of each loop."""
+    """Return the spanning tree of the graph that omits the link of least worth in each loop."""
     links = coo_array(graph)
     weakness = 1 / (worth[links.row] + worth[links.col])
     tree = coo_array(minimum_spanning_tree(csr_array(coo_array((weakness, (links.row, links.col)), shape=graph.shape))))
@@ -92,7 +92,10 @@ def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
 
 
 def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
-    """Return the longest shortest path in the piece of ``start``, as indices, and its length; exact in a tree."""
+    """Return the longest of the shortest paths in the piece of ``start``, as indices, and its length.
+
+    In a tree the result is exact.
+    """
     far = _farthest(dijkstra(graph, directed=False, indices=start))
     away, before = dijkstra(graph, directed=False, indices=far, return_predecessors=True)
     end = _farthest(away)
@@ -100,10 +103,11 @@ def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
 
 
 def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[tuple[Integers, bool]]:
-    """Return the side lines of a path: lines of the skeleton that leave its part by ``least`` or more, longest first.
+    """Return the side lines of a path: skeleton lines that go beyond the crack around the path, longest first.
 
-    Each is rows and columns, (n, 2), outward from the rim of that part, and True if the line ends on the rim again.
-    Lines past an end of the path are not side lines.
+    A side line reaches at least ``least`` beyond the rim of that crack. Each is given as rows and columns, (n, 2), from
+    that rim outward, with a flag: True if the line ends on the rim again. Lines past an end of the path are not side
+    lines.
     """
     cells = np.argwhere(skeletonize(region))
     trunk = _beside(cells, way) if len(cells) > 1 else cells
@@ -134,7 +138,7 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
 
 
 def _beside(cells: Integers, way: Integers) -> Integers:
-    """Return the walk along a skeleton from one end of ``way`` to the other; ``way`` may be off the middle."""
+    """Return the walk along a skeleton from one end of ``way`` to the other. ``way`` itself may be off the middle."""
     away = np.asarray(KDTree(way).query(cells)[0])
     _, piece = connected_components(linked(cells), directed=False)
     own = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
@@ -146,7 +150,7 @@ def _beside(cells: Integers, way: Integers) -> Integers:
 
 
 def _walked(before: Integers, start: int, end: int) -> Integers:
-    """Return the indices from start to end of a search by its predecessors."""
+    """Return the indices of the path from start to end. ``before`` gives the predecessor of each index."""
     walk = [end]
     while walk[-1] != start:
         walk.append(int(before[walk[-1]]))

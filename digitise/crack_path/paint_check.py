@@ -1,6 +1,6 @@
-"""Compare a painted mask with its photo: a crack is darker than the ground around it, and painted as an area.
+"""Compare a painted mask with its photo: a crack must be darker than the ground around it and painted as an area.
 
-A line a few pixels wide, or one wrong stretch, may pass.
+A painted line a few pixels wide, or one wrong stretch, may not be noticed.
 """
 
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ from sealtwin.core.records import Floats
 
 @dataclass(frozen=True)
 class PaintLimits:
-    """Limits on how a mask may differ from its photo. Widths are the paint's.
+    """Limits on how a mask may differ from its photo. Widths are in units of the paint's width.
 
-    The limits of place were set on 64 real masks, none of which is refused or doubted, and on 258 that were turned,
-    mirrored, shifted or of another photo, 253 of which are refused. Those of width were set on 39 drawn photos: no
-    mask of 89 up to 1.5 times as wide as the crack is doubted, and 38 of 39 three times as wide are. Higher ``few`` and
-    ``some`` refuse and doubt more masks, right ones too.
+    The limits on position were set on 64 real masks and on 258 masks that were turned, mirrored, shifted or of another
+    photo. None of the 64 is refused or doubted, and 253 of the 258 are refused. The limits on width were set on 39
+    drawn photos. None of 89 masks up to 1.5 times as wide as the crack is doubted, and 38 of 39 masks three times as
+    wide are. Higher values of ``few`` and ``some`` refuse and doubt more masks, including right ones.
     """
 
     own: float = 1.2  # Widths from the middle that are this crack's
@@ -75,7 +75,7 @@ def judge_paint(
     first, last = profiles.line_px[[0, -1]]
     fault = (
         f"photo.mask: the painted area from ({first[0]:.0f}, {first[1]:.0f}) to ({last[0]:.0f}, {last[1]:.0f}) px is "
-        f"darker than the photo beside it along only {darker:.0%} of its length, and has {usual:.2f} times its light"
+        f"darker than the photo beside it along only {darker:.0%} of its length, and {usual:.2f} times as bright"
     )
     causes = (
         "Is the mask of another photo, mirrored, shifted, or turned because a program ignored the EXIF orientation? "
@@ -84,7 +84,7 @@ def judge_paint(
     if confirmed or not (darker < LIMITS.few and usual > LIMITS.not_darker):
         return (f"{fault}. {causes}",)
     raise InputError(
-        f"{photo.file}: {fault}. {causes}. If it is right, as on a crack with a light filling, give ends_px, "
+        f"{photo.file}: {fault}. {causes}. If the mask is right, as on a crack with a light filling, give ends_px, "
         "its two ends on the paint."
     )
 
@@ -97,18 +97,18 @@ def _shifted(profiles: Profiles, width_px: float) -> tuple[str, ...]:
     if len(profiles.line_px) < LIMITS.slender * width_px:
         return ()
     shares = _shares(profiles)
-    where = "along the paint,"
+    where = "along the paint"
     aside_px = _aside_px(shares, profiles.offset_px, width_px)
     if not aside_px and len(shares) >= LIMITS.thirds_of:
         thirds_px = [_aside_px(third, profiles.offset_px, width_px) for third in np.array_split(shares, 3)]
         farthest = int(np.argmax(thirds_px))
         aside_px = thirds_px[farthest]
         x, y = profiles.line_px[(2 * farthest + 1) * len(profiles.line_px) // 6]
-        where = f"along a third of the paint, about ({x:.0f}, {y:.0f}),"
+        where = f"along a third of the paint, about ({x:.0f}, {y:.0f}) px"
     if not aside_px:
         return ()
     return (
-        f"photo.mask: the darkest band {where} which is {width_px:.0f} px wide, is {aside_px} px away from it: "
+        f"photo.mask: {where}, the darkest band of its width, {width_px:.0f} px, is {aside_px} px away from it: "
         "is the mask shifted or turned against the photo?",
     )
 
@@ -137,7 +137,7 @@ def _another_width(photo: Photo, profiles: Profiles, width_px: float) -> tuple[s
     painted_mm, dark_mm = width_px * photo.mm_per_px, dark_px * photo.mm_per_px
     return (
         f"photo.mask: the paint is {painted_mm:.2g} mm wide ({width_px:.0f} px), and the dark band along it "
-        f"{dark_mm:.2g} mm ({dark_px:.0f} px): {wrong}? The width is the paint's. Paint from wall to wall, or leave "
+        f"{dark_mm:.2g} mm ({dark_px:.0f} px): {wrong}? The paint gives the width. Paint from wall to wall, or leave "
         "the mask out and give ends_px",
     )
 
@@ -155,7 +155,7 @@ def _dark_px(profiles: Profiles, width_px: float, level: float) -> float:
 
 
 def _shares(profiles: Profiles) -> Floats:
-    """Light over the median of its stretch, (n, m)."""
+    """Light divided by the median of its stretch, (n, m)."""
     light = profiles.mean()
     return light / np.maximum(row_medians(light), 1e-6)[:, None]
 

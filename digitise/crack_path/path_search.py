@@ -56,7 +56,7 @@ class PathLimits:
 LIMITS = PathLimits()
 TAKEN = (
     "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask; or give photo.roi_px, a "
-    "region that the dark crosses and does not line"
+    "region whose border the dark area crosses but does not follow"
 )
 
 
@@ -81,7 +81,7 @@ class PathSearch:
         return darkness >= LIMITS.obvious_darkness and width >= step_costs.WIDE_PX
 
     def result(self) -> CrackPath:
-        """Return the path from the first point in the crack to the last; raise InputError without a path."""
+        """Return the path from the first point in the crack to the last. Raises InputError if there is none."""
         field = self.field
         stops, legs = self._stops.copy(), self._rough
         rough = np.concatenate(legs)
@@ -121,7 +121,7 @@ class PathSearch:
 
     @cached_property
     def _rough(self) -> list[Integers]:
-        """Legs at the cost of wide cracks, good enough to measure the width of any crack."""
+        """Search the legs at the cost of wide cracks. They are good enough to measure the width of any crack."""
         return self._legs(step_costs.cost_of_wide(self.field), self._stops)
 
     def _legs(self, cost: Floats, stops: Integers) -> list[Integers]:
@@ -157,9 +157,10 @@ class PathSearch:
         return f"which is {', '.join(limits) or 'the sample'}; check ends_px, via_px{' and roi_px' * self.in_region}"
 
     def _bare(self, dark: Map, width_px: float) -> NDArray[np.bool_]:
-        """Return True for places along a path in stretches as bright as the ground; ``dark`` is the path's darkness.
+        """Return True for each place of a path that is in a stretch as bright as the ground.
 
-        The line filter does not show such a gap: it is longer than wide, and responds between two lines too.
+        ``dark`` is the path's darkness. The line filter does not show such a gap, because it is longer than it is wide
+        and responds between two lines too.
         """
         usual = float(np.median(dark))
         length = round(max(LIMITS.pale_length, LIMITS.gap_widths * width_px * self.field.scale))
@@ -216,7 +217,7 @@ class PathSearch:
         clearness = float(np.median(self.support()[along]))
         if clearness < LIMITS.least_support:
             fault = (
-                f"is clearer than plain ground by {clearness:.1f} of its spread (a crack by at least "
+                f"is clearer than plain ground by {clearness:.1f} standard deviations (a crack by at least "
                 f"{LIMITS.least_support:g})"
                 if clearness > 0
                 else "is not darker than lines on plain ground are"
@@ -243,7 +244,10 @@ class PathSearch:
         return np.array(moved, dtype=np.int64).reshape(-1, 2)
 
     def _without_spurs(self, legs: list[Integers], limit_px: float) -> Integers:
-        """Join the legs to one path without double parts. A leg may run back on the last by a click's error only."""
+        """Join the legs to one path without double parts.
+
+        A leg may run back along the one before it, but only by as much as a click may be off.
+        """
         cells = legs[0]
         for number, leg in enumerate(legs[1:]):
             back, forth = _common(cells, leg)
@@ -251,9 +255,9 @@ class PathSearch:
             if spur_px > limit_px:
                 x, y = self.points_px[number + 1]
                 raise InputError(
-                    f"{self.photo.file}: behind the via point ({x:g}, {y:g}) the path comes back {spur_px:.0f} px on "
-                    "itself: the point is off the way to the next one. Give via_px in the crack's order, and none on a "
-                    "branch."
+                    f"{self.photo.file}: after the via point ({x:g}, {y:g}) the path runs back {spur_px:.0f} px along "
+                    "itself: the point is not on the way to the next one. Give via_px in the crack's order, and none "
+                    "on a branch."
                 )
             cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
         return cells
@@ -282,12 +286,15 @@ class PathSearch:
 
 
 def leg_margin(apart: float, scale: float) -> int:
-    """Return the cells by which a path between points ``apart`` cells from each other may leave their box."""
+    """Return how far, in cells, a path may leave the box around two points that are ``apart`` cells from each other."""
     return int(np.ceil(max(LIMITS.least_around_px * scale, LIMITS.around * apart)))
 
 
 def _common(there: Integers, back: Integers) -> tuple[int, int]:
-    """Return the index in each at which ``back`` leaves ``there``; it begins at the end of ``there``."""
+    """Return the last index of ``there`` and of ``back`` at which they coincide.
+
+    ``back`` begins at the end of ``there``.
+    """
     apart, nearest = KDTree(there).query(back, distance_upper_bound=LIMITS.same)
     leaves = int(np.flatnonzero(np.isfinite(apart))[-1])
     return int(np.asarray(nearest)[leaves]), leaves
@@ -317,7 +324,7 @@ class LiveWire:
 
     @cached_property
     def support(self) -> Map:
-        """Likeness of the best path through each cell to a line. Slow: computed only when needed."""
+        """Return how line-like the best path through each cell is. Slow: computed only when needed."""
         return support(self.field.even, self.field.allowed)
 
     @cached_property

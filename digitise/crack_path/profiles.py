@@ -33,7 +33,7 @@ class Profiles:
     cuts: NDArray[np.int_]  # First station of each stretch, and one past the last
 
     def mean(self, where: NDArray[np.bool_] | None = None) -> Floats:
-        """Mean light of each stretch at each distance, (stretches, m), or of all samples ``where``, (stretches,)."""
+        """Mean light of each stretch at each distance, (stretches, m), or mean of samples ``where``, (stretches,)."""
         weight = np.isfinite(self.light) if where is None else np.isfinite(self.light) & where
         light = np.where(weight, self.light, 0)
         if where is not None:
@@ -68,18 +68,18 @@ def _softly(photo: Photo, place_px: Floats) -> Map:
 
 
 def finite_median(values: Floats) -> float:
-    """Median of the finite values; NaN without any."""
+    """Median of the finite values; NaN if there are none."""
     finite = values[np.isfinite(values)]
     return float(np.median(finite)) if len(finite) else float("nan")
 
 
 def row_medians(values: Floats) -> Floats:
-    """Median of the finite values in each row, (n,); NaN without any."""
+    """Median of the finite values in each row, (n,). NaN for a row that has none."""
     return np.array([finite_median(row) for row in values])
 
 
 def width_along(photo: Photo, points_px: Floats, rough_px: float) -> float:
-    """Median width in px at half contrast around the darkest place on the path's normals, else ``rough_px``."""
+    """Return the median width in px, at half contrast, of the dark band along a path; ``rough_px`` if few are found."""
     width_px = rough_px
     for reach in REACHES:
         light = _across(photo, points_px, width_px, max(reach * width_px, LEAST_REACH_PX))
@@ -103,7 +103,7 @@ def _across(photo: Photo, points_px: Floats, width_px: float, reach_px: float) -
 
 
 def _between_crossings(light: Map, beside_px: float) -> Floats:
-    """Widths in px at half contrast around the darkest place within ``beside_px``, for rows with both walls."""
+    """Widths in px at half contrast around the darkest place within ``beside_px``, of rows that show both walls."""
     station, column = np.arange(len(light)), np.arange(light.shape[1])
     near = np.abs(column - len(column) // 2) * STEP_PX <= beside_px
     start = np.argmin(np.where(near, light, np.inf), axis=1)

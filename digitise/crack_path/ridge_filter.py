@@ -14,10 +14,10 @@ Stack = NDArray[np.float32]  # One map per direction, (directions, height, width
 
 @dataclass(frozen=True)
 class LineFilter:
-    """Shape of the line filter, its unit of noise, and how far lines are followed. Lengths are pixels of the copy.
+    """Shape of the line filter, its unit of noise, and how far it follows lines. Lengths are pixels of the search map.
 
-    Chosen on drawn photos and on asphalt. A longer filter loses cracks that wander and a shorter one finds
-    grains; a longer stride bridges more gaps.
+    Chosen on drawn photos and on asphalt. A longer filter loses cracks that wander, and a shorter one finds grains. A
+    longer stride bridges more gaps.
     """
 
     directions: int = 8  # Directions over half a turn; sixteen found no more on 45 drawn photos, in twice the time
@@ -46,7 +46,7 @@ FILTER = LineFilter()
 
 
 def strength(even: Map, allowed: NDArray[np.bool_]) -> Map:
-    """Return the best filter response at each pixel in units of the noise; ``even`` is light over its local mean."""
+    """Return the best filter response at each pixel, in units of noise. ``even`` is light divided by its local mean."""
     best = np.zeros_like(even)
     for responses in _octaves(even, allowed):
         np.maximum(best, resized(responses.max(axis=0), even.shape), out=best)
@@ -100,7 +100,7 @@ def _bar(sigma_px: float, direction: int) -> Map:
 
 
 def _noise(responses: Stack, usable: NDArray[np.bool_], sigma_px: float) -> Map:
-    """Return the standard deviation of the responses around each pixel, from their mean size without cracks."""
+    """Return the standard deviation of the responses around each pixel, estimated from their mean size off cracks."""
     few = np.abs(responses[:: FILTER.directions // 4])
     limit = FILTER.loud * float(np.median(few[:, usable])) if usable.any() else 0.0
     size = np.where(usable, np.minimum(few, limit).mean(axis=0), 0).astype(np.float32)
@@ -136,7 +136,7 @@ def _moved(picture: Map, distance_px: float, angle: float) -> Map:
 
 
 def _spread_from(value: Map, usable: NDArray[np.bool_]) -> Map:
-    """Return values as standard deviations of plain ground above its typical value."""
+    """Convert values to standard deviations above the typical value of plain ground."""
     if not usable.any():
         return np.zeros_like(value)
     low, typical, high = np.percentile(value[usable], (FILTER.low, FILTER.typical, FILTER.high))

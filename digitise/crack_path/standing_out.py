@@ -1,4 +1,4 @@
-"""Refuse or doubt a path if the photo does not show a dark line between two equal grounds along it.
+"""Refuse or doubt a path if the photo does not show a dark line between two equally bright sides along it.
 
 Each check compares the light on a path with the light around it. The limits were set on 48 drawn photos and 63 real
 ones with masks: no path on a crack comes near them.
@@ -29,7 +29,7 @@ GROUND = 75  # Percentile of the light across a stretch taken for the ground's
 
 
 def require_dark(photo: Photo, path: CrackPath) -> None:
-    """Raise InputError if a path is not darker than its darker side and runs along something far brighter."""
+    """Raise InputError if a path is not darker than its darker side, and something far brighter runs along it."""
     width_px = path.width_px
     light, own, left, right = _own_and_sides(photo, path, width_px / 2 + NEAR_PX + 1, FAR[0] * width_px + FAR[1])
     ratio = finite_median(own / np.fmax(np.fmin(left, right), 1e-6))
@@ -72,7 +72,7 @@ def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
 
 
 def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
-    """Return a warning if both sides differ by much of the line's darkness, as at a marking or an edge."""
+    """Return a warning if the two sides' difference in brightness is large compared with the darkness of the line."""
     beside_px, reach_px = (widths * path.width_px + more_px for widths, more_px in zip(SIDES, SIDES_PX, strict=True))
     _, own, left, right = _own_and_sides(photo, path, beside_px, reach_px)
     step = finite_median(np.fmin(left, right) - own)
@@ -80,7 +80,7 @@ def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
     if not difference > MOST_UNLIKE * max(step, 0.0):
         return []
     return [
-        f"the two sides of the found line differ by {difference / max(step, 1e-3):.0%} of its darkness, "
+        f"the two sides of the found line differ in brightness by {difference / max(step, 1e-3):.0%} of its darkness, "
         "as at the edge of a marking, a patch or a joint: look at overlay.png, and give ends_px if the "
         "crack is elsewhere"
     ]

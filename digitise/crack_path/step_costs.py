@@ -25,7 +25,7 @@ AROUND = np.argwhere(np.ones((3, 3))) - 1  # Steps to a cell's neighbours and to
 
 
 def voted_lines(voters: NDArray[np.bool_], region: NDArray[np.bool_], cost: Floats) -> NDArray[np.bool_]:
-    """Link the voters by lines one cell wide at least cost; at most ``LONGEST_BRIDGE_PX`` run outside ``region``."""
+    """Link the voters by lines of least cost, one cell wide. At most ``LONGEST_BRIDGE_PX`` are outside ``region``."""
     if not voters.any():
         return voters
     votes = _votes(voters, cost)
@@ -55,32 +55,32 @@ def _votes(voters: NDArray[np.bool_], cost: Floats) -> Integers:
 
 
 def cost_of_thin(field: DarkMap, cells: Integers) -> Floats:
-    """Cost of a step along a thin crack, by its clearness up to that of ``cells``, so that the middle is cheapest."""
+    """Cost of a step along a thin crack. It falls as clearness rises to that of ``cells``: the middle is cheapest."""
     clearest = cv2.dilate(field.ridge, np.ones((1 + 2 * ASIDE, 1 + 2 * ASIDE), np.uint8))
     clear = max(CLEAR, float(np.median(clearest[tuple(cells.T)]))) if len(cells) else CLEAR
     return np.where(field.allowed, 1 / (NOTHING + np.clip(field.ridge, 0, clear) / clear), np.inf)
 
 
 def cost_of_wide(field: DarkMap) -> Floats:
-    """Cost of a step along a wide crack, by its darkness."""
+    """Cost of a step along a wide crack. The darker and clearer a cell, the lower its cost."""
     strength = np.clip(field.ridge, 0, CLEAR) / CLEAR * field.dark / max(field.darkest, LEAST_DARKNESS)
     return np.where(field.allowed, 1 / (0.03 + np.minimum(strength, 1.5) ** 1.5), np.inf)
 
 
 def cost_off_centre(field: DarkMap, cells: Integers, darkness: float) -> Floats:
-    """Cost of a step, least in the middle of the wide crack of typical ``darkness`` that ``cells`` run along."""
+    """Cost of a step along a wide crack of typical ``darkness``, least in the middle. ``cells`` run along the crack."""
     to_rim = _to_rim(field, darkness)
     usual = max(float(np.percentile(_from_middle(to_rim, cells), 75)), 1.0)
     return np.where(field.allowed, off_centre(to_rim, usual), np.inf)
 
 
 def off_centre(to_rim: Floats, usual: float) -> Floats:
-    """Cost of a step by its distance from the rim, relative to the usual distance."""
+    """Cost of a step. It falls as the distance from the rim rises relative to the usual distance."""
     return 1 / (0.03 + np.minimum(to_rim / usual, 1.5) ** 2)
 
 
 def cheapest(cost: Floats, start: Integers, end: Integers, margin: int) -> Integers:
-    """Rows and columns, (n, 2), of the cheapest path. It stays within ``margin`` cells of the box of both ends."""
+    """Rows and columns, (n, 2), of the cheapest path. It stays within ``margin`` cells of the box around both ends."""
     low = np.maximum(np.minimum(start, end) - margin, 0)
     high = np.maximum(start, end) + margin + 1
     near = cost[low[0] : high[0], low[1] : high[1]]
@@ -89,7 +89,11 @@ def cheapest(cost: Floats, start: Integers, end: Integers, margin: int) -> Integ
 
 
 def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:
-    """Return cells along the middle of a region, (n, 2), between the cells nearest to ``ends``, column and row each."""
+    """Return the cells along the middle of a region, (n, 2).
+
+    They lead from the cell nearest to the first of ``ends`` to the cell nearest to the second. Each end is a column and
+    a row.
+    """
     cells = np.argwhere(region)
     start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
     to_rim = radius(region)
@@ -110,7 +114,7 @@ def middle_width(field: DarkMap, cells: Integers, darkness: float) -> float:
 
 
 def _from_middle(to_rim: Floats, cells: Integers) -> Floats:
-    """Distances from the rim along a path, or at the local middle if the path runs along a wall, the clearer line."""
+    """Distances from the rim along a path, or at its local middle if the path follows a wall, the clearer line."""
     own, tops = to_rim[tuple(cells.T)], _uphill(to_rim, cells)
     hugs = 2 * np.median(own) - 1 < THIN_PX and 2 * np.median(tops) - 1 >= WIDE_PX
     return tops if hugs else own
@@ -130,7 +134,11 @@ def _uphill(distance: Floats, cells: Integers) -> Floats:
 
 
 def _to_rim(field: DarkMap, darkness: float) -> Floats:
-    """Distance from the rim: the nearest cell under half as dark as the crack, off the sample or at the border."""
+    """Distance of each cell from the rim.
+
+    The rim is the nearest cell that is less than half as dark as the crack, that is off the sample, or at the map's
+    border.
+    """
     outside = ~((field.dark > darkness / 2) & field.allowed)
     outside[[0, -1]] = True
     outside[:, [0, -1]] = True

@@ -1,1 +1,1 @@
-"""Drawings in and out of CAD: the lines of a DXF file, and a traced crack as one."""
+"""Exchange of drawings with CAD: read the lines of a DXF file, and write a traced crack as one."""

@@ -1,4 +1,4 @@
-"""A drawn crack as a mesh: the sample's block less the crack, with upright walls and a level floor."""
+"""Make a mesh of a drawn crack: the sample's block less the crack, with upright walls and a level floor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,10 +15,11 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 
 FLOOR_MM, MARGIN_MM = 4.0, 12.0
-"""Sample below the crack, and around it if no face is drawn: the defaults of a photo's crack."""
+"""Thickness of the sample below the crack, and width around it if no face is drawn. A photo's crack has the same
+defaults."""
 FACE = "FACE"  # Layer with the edge of the sample, as 'sealtwin export' names it
 OUTLINE, ISLANDS, WALLS = "OUTLINE", "ISLANDS", ("WALL_LEFT", "WALL_RIGHT")
-"""Layers of 'sealtwin export', used if none is named."""
+"""Layers that 'sealtwin export' writes. They are read if no other layer is named."""
 SEGMENTS = 32  # Corners of the round ends of a line with a width
 MOST_SWEPT = 5000  # Most points of such a line, ten times a traced one's: the time grows with their square
 LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that is injected
@@ -48,11 +49,11 @@ def drawn_crack(
     walls: tuple[str, str] | None = None,
     line: tuple[str, float] | None = None,
 ) -> DrawnCrack:
-    """Cut a crack out of a block: inside an ``outline``, between ``walls``, or along a ``line`` of a width in mm.
+    """Cut a crack out of a block: inside an ``outline``, between ``walls``, or along a ``line`` with a width in mm.
 
-    Without any of them, the layers of 'sealtwin export' are used. The block's sides are the closed line of the layer
-    FACE, if there is one. Notes are added to the drawing. Raises InputError if a layer is missing or has other lines,
-    and ShapeError if the lines bound no crack.
+    If none of the three is given, the layers of 'sealtwin export' are used. The block's sides are the closed line of
+    the layer FACE, if there is one. Notes are added to the drawing. Raises InputError if a layer is missing or its
+    lines are of the wrong kind, and ShapeError if the lines bound no crack.
     """
     drawing, centre_mm = layers.drawing, None
     if line is not None:
@@ -60,8 +61,8 @@ def drawn_crack(
         _require_long(drawing, centre_mm)
         if len(centre_mm) > MOST_SWEPT:
             raise InputError(
-                f"{drawing.file}, layer {line[0]}: the line has {len(centre_mm)} points, and up to {MOST_SWEPT} are "
-                "swept by a width. Simplify it, or draw the edge and give it as --outline."
+                f"{drawing.file}, layer {line[0]}: the line has {len(centre_mm)} points; with a width, at most "
+                f"{MOST_SWEPT} are allowed. Simplify it, or draw the edge and give it as --outline."
             )
         disc = CrossSection.circle(line[1] / 2, SEGMENTS)
         swept = [
@@ -90,13 +91,13 @@ def drawn_crack(
         if not (sides ^ crack).area() > 0:
             raise InputError(
                 f"{drawing.file}, layer {FACE}: the sample's edge, {drawing.size(np.reshape(sides.bounds(), (2, 2)))}, "
-                f"is beside the crack, {drawing.size(extent_mm)}. Draw it round the crack, or delete it."
+                f"is outside the crack, {drawing.size(extent_mm)}. Draw it round the crack, or delete it."
             )
     else:
         x_min, y_min, x_max, y_max = crack.bounds()
         sides = box_region((x_min - MARGIN_MM, y_min - MARGIN_MM, x_max + MARGIN_MM, y_max + MARGIN_MM))
     if np.ptp(bounds_mm := np.reshape(sides.bounds(), (2, 2)), axis=0).max() > MOST_MM:
-        raise _of_another_unit(drawing, f"the sample is {drawing.size(bounds_mm)}, and up to {MOST_MM:g} mm", extent_mm)
+        raise _of_another_unit(drawing, f"the sample is {drawing.size(bounds_mm)}; at most {MOST_MM:g} mm", extent_mm)
     block = prism(sides, -depth_mm - FLOOR_MM, 0.0) - prism(crack, -depth_mm, ABOVE_MM)
     mesh = block.to_mesh64()
     vertices_mm = np.asarray(mesh.vert_properties, dtype=float)[:, :3]
@@ -110,9 +111,9 @@ def _region(drawing: Drawing, ring_mm: Floats, islands_mm: Sequence[Floats] = ()
 
 
 def _require_long(drawing: Drawing, crack_mm: Floats) -> None:
-    """Raise InputError for a crack that is too short, as in a wrong unit."""
+    """Raise InputError for a crack that is too short. A wrong unit may be the cause."""
     if np.ptp(crack_mm, axis=0).max() < LEAST_CRACK_MM:
-        what = f"the crack is {drawing.size(crack_mm)}, and {LEAST_CRACK_MM:g} mm or more"
+        what = f"the crack is {drawing.size(crack_mm)}; at least {LEAST_CRACK_MM:g} mm"
         raise _of_another_unit(drawing, what, crack_mm)
 
 
@@ -120,5 +121,5 @@ def _of_another_unit(drawing: Drawing, what: str, crack_mm: Floats) -> InputErro
     longest = float(np.ptp(crack_mm, axis=0).max()) / drawing.per_unit_mm
     fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest * MM[unit] <= MOST_MM - 2 * MARGIN_MM]
     units = " or ".join(f"--units {unit}" for unit in fitting)
-    remedy = f"Give {units} if it is drawn so." if fitting else "Draw it to scale."
+    remedy = f"Give {units} if it is drawn in that unit." if fitting else "Draw it to scale."
     return InputError(f"{drawing.file}: in {drawing.unit}, {drawing.unit_source}, {what} are expected. {remedy}")

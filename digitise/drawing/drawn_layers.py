@@ -1,4 +1,4 @@
-"""Layers of a drawing by their meaning: rings, the largest of which is an edge, or one line from end to end."""
+"""Read layers of a drawing by their meaning: closed lines around and in a crack, or one line from end to end."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ NO_AREA_MM2 = 1e-6  # Area of a closed line that runs back along itself
 
 
 class DrawnLayers:
-    """Lines of a drawing by layer; refusals name file, layer and place."""
+    """Lines of a drawing by layer. Error messages give the file, the layer and the place."""
 
     def __init__(self, drawing: Drawing) -> None:
         self.drawing = drawing
@@ -49,7 +49,7 @@ class DrawnLayers:
         )
 
     def one_ring(self, name: str) -> Floats:
-        """Return the one closed line of a layer. Raises InputError if it has others."""
+        """Return the one closed line of a layer. Raises InputError if the layer has more than one."""
         largest, *others = self.rings(name)
         if others:
             raise InputError(
@@ -59,7 +59,7 @@ class DrawnLayers:
         return largest
 
     def outline(self, name: str) -> list[Floats]:
-        """Return the largest closed line of a layer, and those inside it. Raises InputError if one is not inside."""
+        """Return the closed lines of a layer, the largest first. Raises InputError if another one is not inside it."""
         largest, *stones = self.rings(name)
         self._require_inside(largest, stones, name)
         inside = [number for number in range(1, len(stones)) if not _reaches_beyond(stones[number], stones[:number])]
@@ -71,7 +71,7 @@ class DrawnLayers:
         return [largest, *stones]
 
     def islands(self, largest: Floats, name: str) -> list[Floats]:
-        """Return the closed lines of a layer, all inside the largest of another. Raises InputError if one is not."""
+        """Return the closed lines of a layer. Raises InputError if one of them is not inside ``largest``."""
         stones = self.rings(name)
         self._require_inside(largest, stones, name)
         return stones
@@ -92,7 +92,7 @@ class DrawnLayers:
             )
 
     def way(self, name: str) -> Floats:
-        """Return the one open line of a layer. Raises InputError if it has another one, or a closed one."""
+        """Return the one open line of a layer. Raises InputError if there are several lines, or a closed one."""
         lines = self._lines(name)
         if len(lines) == 1 and not lines[0].closed:
             return self._without_crossing(lines[0].points_mm, name)

@@ -1,4 +1,4 @@
-"""Lines of a drawing; those that meet end to end, as segments of CAD programs do, are joined into one."""
+"""Lines of a drawing. Lines that meet end to end, such as the segments of CAD programs, are joined into one."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ def closes(points_mm: Floats) -> bool:
 
 
 def without_copies(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
-    """Drop lines that are drawn twice, from whichever end or corner."""
+    """Drop repeated copies of lines. A copy may start at the other end, or at another corner."""
     shapes, once = set[bytes](), []
     for line in lines:
         if (key := _shape(line)) not in shapes:
@@ -59,7 +59,7 @@ def _shape(line: DrawnLine) -> bytes:
 
 
 def joined(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
-    """Join open lines that meet end to end; if several meet one, it is joined to the first drawn."""
+    """Join open lines that meet end to end. If several lines meet at an end, the first drawn of them is joined."""
     done, ways = [line for line in lines if line.closed], [line.points_mm for line in lines if not line.closed]
     if not ways:
         return done
@@ -80,7 +80,7 @@ def joined(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
 
 
 def _chain(number: int, ways: Sequence[Floats], near: Sequence[list[int]], waiting: NDArray[np.bool_]) -> Floats:
-    """Return the points of a line and of all lines that continue it, which then no longer wait.
+    """Return the points of a line and of all lines that continue it. Sets ``waiting`` to False for all of these lines.
 
     End 2 n is the first point of line n, and 2 n + 1 its last one.
     """
@@ -110,7 +110,7 @@ def _chain(number: int, ways: Sequence[Floats], near: Sequence[list[int]], waiti
 
 
 def forks(lines: Sequence[DrawnLine]) -> list[Gap]:
-    """Return the places at which more than two open lines meet, so that the next line is not clear."""
+    """Return the places at which more than two open lines meet. There it is not clear which line is the next one."""
     ways = [line.points_mm for line in lines if not line.closed]
     if not ways:
         return []
@@ -124,7 +124,7 @@ def forks(lines: Sequence[DrawnLine]) -> list[Gap]:
 
 
 def gaps(lines: Sequence[DrawnLine]) -> list[Gap]:
-    """Return the gaps between the ends of open lines, the smallest first, each once."""
+    """Return the gaps between the ends of open lines, the smallest first. Each gap is listed once."""
     ways = [line.points_mm for line in lines if not line.closed]
     if not ways:
         return []

@@ -28,7 +28,7 @@ DEEPEST = 16  # Deepest nesting of blocks that is searched
 
 
 class Drawing:
-    """A drawing. Its layers are read on demand; upper and lower case of their names are the same."""
+    """A drawing. Its layers are read on demand, and upper and lower case in their names are equal."""
 
     def __init__(self, file: Path, document: Any, unit: DrawnUnit, unit_source: str) -> None:
         self.file, self.unit_source = file, unit_source
@@ -185,12 +185,12 @@ class Drawing:
                     by_layer = self._in_block(name, ())
                     # A block's lines on layer 0 belong to the layer on which the block is inserted.
                     if count := by_layer[key] * (key != "0") + by_layer["0"] * (key == own):
-                        left_out[f'lines in the block "{name}", which is to be exploded'] += count
+                        left_out[f'lines in the block "{name}" (explode it)'] += count
         for layout in self._document.layouts:
             if layout.name != self._document.modelspace().name:
                 count = sum(_is_line(entity) and str(entity.dxf.get("layer", "0")).upper() == key for entity in layout)
                 if count:
-                    left_out[f'lines on the sheet "{layout.name}", which are to be in model space'] += count
+                    left_out[f'lines on the sheet "{layout.name}" (move them to model space)'] += count
 
     def _in_block(self, name: str, within: tuple[str, ...]) -> "Counter[str]":
         """Return the number of lines in a block and in the blocks inside it, by layer."""
@@ -212,9 +212,9 @@ class Drawing:
 
 
 def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
-    """Open a drawing; a ``given`` unit replaces the drawing's own.
+    """Open a drawing. A ``given`` unit replaces the drawing's own.
 
-    Raises InputError if the file is missing, too large or no DXF, or if the unit is neither stated nor given.
+    Raises InputError if the file is missing, too large or not a DXF, or if the unit is neither stated nor given.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such drawing.")
@@ -231,13 +231,14 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
         raise
     except Exception as fault:  # ezdxf raises many types of errors for a damaged drawing.
         raise InputError(
-            f"{path}: no readable DXF ({str(fault) or type(fault).__name__:.80}). Save it again as DXF R2010 or newer."
+            f"{path}: not a readable DXF ({str(fault) or type(fault).__name__:.80}). Save it again as DXF R2010 or "
+            "newer."
         ) from fault
     return drawing
 
 
 def _unit(path: Path, given: DrawnUnit | None, number: int, system: Any) -> tuple[DrawnUnit, str]:
-    """Return the unit and its source."""
+    """Return the unit of the drawing, and the source of the unit."""
     stated = STATED.get(number)
     unit = stated or ("no unit" if number == 0 else f"unit {number} of $INSUNITS, which is not accepted")
     if given is not None:

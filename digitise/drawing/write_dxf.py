@@ -1,4 +1,4 @@
-"""A traced crack and its nozzle path as a DXF drawing in millimetres, a layer for each kind of line."""
+"""Write a traced crack and its nozzle path as a DXF drawing in millimetres, with one layer for each kind of line."""
 
 import io
 
@@ -23,7 +23,7 @@ LAYERS = {
 
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
-    """Return a DXF (R2010) in mm, x and y as the outline's, z = 0 on the face; the path is a line in space."""
+    """Return a DXF (R2010) in mm. x and y are the outline's, z = 0 is the face, and the path is a line in space."""
     drawing = ezdxf.filemanagement.new("R2010", units=units.MM)
     for name, colour in LAYERS.items():
         drawing.layers.add(name, color=colour)

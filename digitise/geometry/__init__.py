@@ -1,1 +1,1 @@
-"""Lines and regions of the plane, and triangles that meet."""
+"""Geometry of lines and regions in the plane, and of meshes of triangles."""

@@ -27,17 +27,17 @@ class EqualRows:
 
     @property
     def first(self) -> Integers:
-        """First row of each group."""
+        """Index of the first row of each group."""
         return self.order[self.begins]
 
     @property
     def count(self) -> Integers:
-        """Rows in each group."""
+        """Number of rows in each group."""
         return np.diff(np.append(self.begins, len(self.order)))
 
     @property
     def group(self) -> Integers:
-        """Number of each row's group, (n,)."""
+        """Number of the group of each row, (n,)."""
         group = np.empty_like(self.order)
         group[self.order] = np.repeat(np.arange(len(self.begins)), self.count)
         return group
@@ -57,7 +57,7 @@ def directed_edges(faces: Integers) -> Integers:
 
 
 def edge_uses(faces: Integers) -> tuple[Integers, EqualRows]:
-    """Return the directed edges, grouped by the two vertices that they join in either direction."""
+    """Return the directed edges, and groups of those that join the same two vertices in either direction."""
     directed = directed_edges(faces)
     low, high = np.minimum(*directed.T), np.maximum(*directed.T)
     # Sorting is three times as fast with both ends in one number.
@@ -71,7 +71,7 @@ def open_edges(faces: Integers) -> Integers:
 
 
 def neighbours(faces: Integers) -> tuple[Integers, Integers, NDArray[np.bool_]]:
-    """Return the pairs of faces that alone share an edge, and if both are oriented alike, (n,) each."""
+    """Return pairs of faces that share an edge with no third face, and True if both are oriented alike, (n,) each."""
     directed, uses = edge_uses(faces)
     pairs = uses.begins[uses.count == 2]
     one, other = uses.order[pairs], uses.order[pairs + 1]
@@ -91,7 +91,7 @@ def normals(corners: Floats) -> Floats:
 
 
 def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
-    """Return pairs of faces that cross along a segment, (n, 2); coplanar overlap is not searched for."""
+    """Return pairs of faces that cross along a segment, (n, 2). Coplanar overlap is not searched for."""
     triangles = vertices_mm[faces]
     planes = _planes(triangles)
     crossing = [
@@ -126,7 +126,7 @@ def _planes(triangles: Floats) -> Floats:
 
 
 def _across(triangles: Floats, planes: Floats, pairs: Integers) -> Integers:
-    """Return the pairs with a first triangle that crosses the second one's plane by more than a contact."""
+    """Return the pairs whose first triangle crosses the plane of the second by more than a contact."""
     plane = planes[pairs[:, 1]]
     height = np.einsum("nij,nj->ni", triangles[pairs[:, 0]], plane[:, :3]) - plane[:, 3:]
     to_one_side = (height.max(axis=1) <= CONTACT_MM) | (height.min(axis=1) >= -CONTACT_MM)
@@ -151,7 +151,7 @@ def _pierces(edge: Floats, triangle: Floats, normal: Floats) -> NDArray[np.bool_
 
 
 def _close_pairs(triangles: Floats) -> Iterator[Integers]:
-    """Yield pairs of faces with overlapping boxes, (n, 2), first below second, in parts of bounded memory."""
+    """Yield pairs of faces whose boxes overlap, (n, 2), the smaller index first. Each part needs little memory."""
     # Neighbours in the order of a tree's leaves are neighbours in space.
     order = KDTree(triangles.mean(axis=1), leafsize=LEAF_FACES).indices
     levels = int(np.ceil(np.log2(max(1.0, len(order) / LEAF_FACES))))
@@ -202,7 +202,7 @@ def check_mesh(vertices_mm: Floats, faces: Integers, expected_euler: int | None 
 def examine_mesh(
     vertices_mm: Floats, faces: Integers, expected_euler: int | None = None
 ) -> tuple[list[str], MeshFigures | None]:
-    """Return the faults of ``check_mesh`` and the figures behind them; None if the mesh is not closed."""
+    """Return the faults of a mesh, and its figures. The figures are None if the mesh is not closed."""
     if fault := _list_fault(vertices_mm, faces) or _edge_fault(vertices_mm, faces):
         return [fault], None
     crossing, used = intersecting_faces(vertices_mm, faces), np.unique(faces)

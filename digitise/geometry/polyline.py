@@ -11,7 +11,7 @@ AT_ONCE = 64  # Segments that are compared with all others at once: all pairs of
 
 
 def resampled(points: Floats, spacing: float) -> Floats:
-    """Return points at equal steps of arc length, as close to ``spacing`` as fits; both ends stay."""
+    """Return points at equal steps of arc length, as close to ``spacing`` as possible. Both ends stay."""
     s = arc_length(points)
     stations = np.linspace(0, s[-1], max(2, 1 + round(s[-1] / spacing)))
     return at_arc_length(points, s, stations)
@@ -23,7 +23,7 @@ def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
 
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
-    """Smooth along the first axis, sigma in samples; add the smoothed residual ``returns`` times (Tukey)."""
+    """Smooth along the first axis, ``sigma`` in samples, and add the smoothed residual ``returns`` times (Tukey)."""
     smooth = _blurred(values, sigma)
     for _ in range(returns):
         smooth = smooth + _blurred(values - smooth, sigma)
@@ -51,7 +51,7 @@ def left_normals(points: Floats) -> Floats:
 
 
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
-    """Return the polyline with a straight piece at each end, in its mean direction over the last ``over``."""
+    """Return the polyline with a straight piece added at each end, in the mean direction of its last ``over``."""
     s = arc_length(points)
     near, far = points[s <= over], points[s >= s[-1] - over]
     backward = np.arange(spacing, before + spacing / 2, spacing)[::-1, None] * unit(near[0] - near[-1])
@@ -60,7 +60,7 @@ def extended(points: Floats, before: float, after: float, over: float, spacing: 
 
 
 def without_loops(points: Floats) -> Floats:
-    """Return the polyline with each loop's points moved to its crossing; offsets beyond a bend's radius make loops."""
+    """Return the polyline with each loop's points moved to its crossing. Offsets beyond a bend's radius make loops."""
     tight = points.copy()
     for first, second in crossings(points):
         step = np.diff(tight, axis=0)
@@ -69,9 +69,9 @@ def without_loops(points: Floats) -> Floats:
 
 
 def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
-    """Return pairs of crossing segments, each by its first point; of nested loops only the outermost.
+    """Return pairs of crossing segments. A segment is given by the index of its first point.
 
-    Neighbouring segments do not count.
+    Of nested loops only the outermost is returned. Neighbouring segments do not count.
     """
     start = points if closed else points[:-1]
     end = np.roll(points, -1, axis=0) if closed else points[1:]
@@ -99,7 +99,7 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
 
 
 def uncrossed(ring: Floats) -> Floats:
-    """Return the area that a counter-clockwise ring encloses once, as a simple ring; of several, the largest."""
+    """Return the area that a counter-clockwise ring encloses once, as a simple ring. Of several areas, the largest."""
     if not crossings(ring, closed=True):
         return ring
     from manifold3d import CrossSection, FillRule
@@ -118,7 +118,7 @@ def _cross(a: Floats, b: Floats, c: Floats, d: Floats) -> bool:
 
 
 def meeting(first: tuple[Floats, Floats] | Floats, second: tuple[Floats, Floats] | Floats) -> Floats:
-    """Return the intersection of two lines, each a point and a direction."""
+    """Return the intersection of two lines. A line is a point and a direction."""
     (p, u), (q, v) = first, second
     return p + np.linalg.solve(np.column_stack([u, -v]), q - p)[0] * u
 
@@ -181,5 +181,5 @@ def signed_area(ring: Floats) -> float:
 
 
 def unit(vector: Floats) -> Floats:
-    """Return the vector over its length."""
+    """Return the vector divided by its length."""
     return vector / np.linalg.norm(vector)

@@ -1,4 +1,4 @@
-"""Make the crack one clean region of the plane, without the crossings and noise that give slivers in booleans."""
+"""Make the crack one clean region of the plane. Crossings and noise would give slivers in boolean operations."""
 
 from collections.abc import Sequence
 
@@ -16,10 +16,13 @@ ISLAND_MM2 = 0.1  # Area below which an island is noise: a quarter of a particle
 
 
 def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[CrossSection, list[str]]:
-    """Return the region of the ring without its islands, in either orientation, and warnings about omitted loops."""
+    """Return the region inside a ring and outside its islands, and warnings about omitted loops.
+
+    The ring may run clockwise or counter-clockwise.
+    """
     if len(ring_mm) < 3 or not all(np.isfinite(ring).all() for ring in (ring_mm, *islands_mm)):
         raise ShapeError(
-            f"The outline has {len(ring_mm)} points; it needs 3 or more, and finite numbers in its islands too.",
+            f"The outline has {len(ring_mm)} points; give 3 or more, and only finite numbers, also in its islands.",
             "Trace it again.",
             "outline",
         )
@@ -39,7 +42,7 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
         traced -= CrossSection(list(islands_mm), FillRule.NonZero)
     if traced.area() < PIECE_MM2:
         raise ShapeError(
-            f"The outline encloses only {traced.area():.3g} mm² besides its islands: this is not a crack.",
+            f"The outline encloses only {traced.area():.3g} mm² outside its islands: this is not a crack.",
             "Trace it again.",
             "outline",
         )

@@ -158,7 +158,7 @@ def _tiff_values(path: Path) -> str | None:
 
 
 def _inks(path: Path, photo: Image.Image, pixels: NDArray[np.uint8]) -> tuple[str, ...]:
-    """Return a warning if a CMYK file does not state its polarity. Raises InputError if it would be black."""
+    """Return a warning if a CMYK file does not state its polarity. Raises InputError if the photo would be black."""
     if photo.mode != "CMYK" or photo.format != "JPEG" or "adobe" in photo.info:
         return ()
     unsure = "a CMYK JPEG without Adobe's marker: whether its values are of ink or of light is not stated"
@@ -186,7 +186,7 @@ def _check_size(name: Path | str, width: int, height: int) -> None:
     if width * height > MAX_PIXELS:
         raise InputError(f"{name}: {width} x {height} pixels, {TOO_LARGE}")
     if min(width, height) < MIN_SIDE_PX:
-        raise InputError(f"{name}: {width} x {height} pixels; each side needs {MIN_SIDE_PX} or more.")
+        raise InputError(f"{name}: {width} x {height} pixels; each side must have at least {MIN_SIDE_PX}.")
 
 
 def _require_square(path: Path, photo: Image.Image) -> None:
@@ -202,7 +202,7 @@ def _require_square(path: Path, photo: Image.Image) -> None:
 
 
 def _stored_as(photo: Image.Image) -> str:
-    """Return Pillow's name for the format of the pixels in the file, which its mode does not show."""
+    """Return Pillow's name for the pixel format in the file. The mode of the opened image does not show it."""
     tiles = photo.tile if isinstance(photo, ImageFile.ImageFile) else []
     arguments = tiles[0].args if tiles else ()
     return next((part for part in np.atleast_1d(np.array(arguments, dtype=object)) if isinstance(part, str)), "")

@@ -17,7 +17,8 @@ CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
 def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
     """Return the pixels at least half covered by the crack, (height, width).
 
-    Raises InputError, with the ``name`` of the crack, if it is not from a photo of known size, or is a path alone.
+    Raises InputError, which names the crack ``name``, if the crack has no photo of known size, or is a path without
+    walls.
     """
     if outline.seen_in != "photo" or outline.photo_size_px is None:
         raise InputError(f"{name}: this crack is not from a photo of known size; digitise a photo again for its mask.")
@@ -30,7 +31,7 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
 
 
 def mask_png(outline: Outline, name: str) -> bytes:
-    """Return the mask as a PNG, white on black. Raises InputError as ``mask_of``."""
+    """Return the mask of ``mask_of`` as a PNG, white on black. Raises InputError if there is no mask."""
     encoded, png = cv2.imencode(".png", np.where(mask_of(outline, name), 255, 0).astype(np.uint8))
     if not encoded:
         raise RuntimeError("OpenCV could not encode a mask")
@@ -66,7 +67,7 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
 
 
 def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return COCO's uncompressed code: lengths of runs down the columns, the first one outside the mask."""
+    """Return COCO's uncompressed code: lengths of runs down the columns. The first run is outside the mask."""
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat)) + 1
     counts = np.diff(np.concatenate([[0], changes, [len(flat)]])).tolist()
@@ -74,7 +75,7 @@ def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
 
 
 def _islands_px(outline: Outline) -> list[Floats]:
-    """Return the islands in px, by the homography that the outline's points give."""
+    """Return the islands in px. The homography follows from the outline's points in mm and in px."""
     if not outline.islands_mm:
         return []
     view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)

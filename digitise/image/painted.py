@@ -29,8 +29,8 @@ def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str)
 def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     """Read a painted mask, (height, width): the opaque pixels if opacity varies, else the bright ones.
 
-    Raises InputError for another size than ``size_px``, the photo's width and height, for more than two values, or for
-    a mask without a crack.
+    Raises InputError if the size is not ``size_px``, the photo's width and height, if there are more than two values,
+    or if the mask paints no crack.
     """
     with opened(path, MASK) as picture:
         ImageOps.exif_transpose(picture, in_place=True)
@@ -48,7 +48,7 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     if shown.max() < PAINTED:
         _refuse_pale(path, shown, colours, kind)
     painted = shown >= PAINTED
-    hint = f"{kind} of {PAINTED} and more, of 255, is painted"
+    hint = f"pixels with a {kind} of {PAINTED} to 255 are painted"
     if by_opacity:
         hint += ", since its opacity varies; for a mask that is white on black, save it without an alpha channel"
     _soundly_painted(painted, path, hint)
@@ -57,7 +57,7 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     if count[between] > OF_PAINT * np.count_nonzero(painted):
         raise InputError(
             f"{path}: {count[between]} px of the mask have the {kind} {between} of 255, which is neither painted nor "
-            f"unpainted: are these numbers or several classes, as a labelling program writes them? {REMEDY}"
+            f"unpainted. Does the mask contain object or class numbers from a labelling program? {REMEDY}"
         )
     return painted
 
@@ -65,12 +65,12 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
 def _refuse_pale(path: Path, shown: NDArray[np.uint8], colours: NDArray[np.uint8], kind: str) -> None:
     """Raise InputError for a mask without paint."""
     brightest = int(shown.max())
-    fault = f"{path}: the mask paints nothing: {PAINTED} of 255 is painted, its largest {kind} is {brightest} of 255"
+    fault = f"{path}: the mask paints nothing: its largest {kind} is {brightest} of 255, and paint needs {PAINTED}"
     if brightest > 0 and kind == "brightness":
         red, green, blue = colours[int(np.argmax(shown.ravel()))].tolist()
         if not red == green == blue:
-            fault += f", its brightest colour ({red}, {green}, {blue})"
-        fault += ": are these numbers or colours of classes, as a labelling program writes them?"
+            fault += f"; its brightest colour is ({red}, {green}, {blue})"
+        fault += ". Does the mask contain object or class numbers from a labelling program?"
     else:
         fault += "."
     raise InputError(f"{fault} {REMEDY}")

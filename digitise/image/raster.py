@@ -12,12 +12,12 @@ MOST_ROWS = 16384  # Most rows that OpenCV samples at once, a power of two below
 
 
 def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
-    """Gaussian blur."""
+    """Blur a picture by a Gaussian with standard deviation ``sigma_px``."""
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
 
 
 def continued(picture: Map, valid: NDArray[np.bool_], sigma_px: float) -> Map:
-    """Return the Gaussian mean of the valid pixels around each pixel; far from all of them, their median."""
+    """Return the Gaussian mean of the valid pixels around each pixel. Far from all valid pixels, it is their median."""
     weight = valid.astype(np.float32)
     usual = float(np.median(picture[valid])) if valid.any() else 0.0
     mean = (blurred(picture * weight, sigma_px) + FAR * usual) / (blurred(weight, sigma_px) + FAR)
@@ -32,7 +32,7 @@ def shrunk(picture: Map, size_px: tuple[int, int]) -> Map:
 def sampled(
     picture: NDArray, places_px: Floats, how: int = cv2.INTER_LINEAR, beyond: int = cv2.BORDER_REPLICATE
 ) -> NDArray:
-    """Interpolate the picture at places (..., 2); ``how`` and ``beyond`` are OpenCV's."""
+    """Interpolate the picture at places (..., 2). ``how`` and ``beyond`` are OpenCV's modes at pixels and borders."""
     x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
     if x.size == 0:
         return np.zeros(x.shape, dtype=picture.dtype)
@@ -48,7 +48,7 @@ def resized(picture: Map, shape: tuple[int, ...]) -> Map:
 
 
 def moved(picture: Map, x_px: float, y_px: float, how: int, beyond: int) -> Map:
-    """Shift a picture; ``how`` and ``beyond`` are OpenCV's."""
+    """Shift a picture. ``how`` and ``beyond`` are OpenCV's modes of interpolation and of borders."""
     motion, size = np.array([[1, 0, x_px], [0, 1, y_px]]), (picture.shape[1], picture.shape[0])
     return np.asarray(cv2.warpAffine(picture, motion, size, flags=how, borderMode=beyond), dtype=np.float32)
 

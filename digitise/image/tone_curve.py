@@ -24,7 +24,7 @@ Curve = Callable[[Floats], Floats]
 def as_displayed(photo: Image.Image) -> tuple[Image.Image, tuple[str, ...]]:
     """Return the photo in RGB for ``DISPLAY_GAMMA``, and a warning if its file states another tone curve.
 
-    Values stay as they are if the file states no curve or about a camera's.
+    Values do not change if the file states no curve, or one close to a camera's.
     """
     if profile := photo.info.get("icc_profile"):
         return _by_profile(photo, profile)
@@ -57,7 +57,10 @@ def _exponent(light: Floats) -> float:
 
 
 def _stated(photo: Image.Image) -> tuple[Curve, str] | None:
-    """Return the curve from stored value to light, both 0 to 1, that the file states other than by a profile."""
+    """Return the tone curve that the file states outside its ICC profile, from stored value to light, and its source.
+
+    Values and light are from 0 to 1. None if the file states no curve there.
+    """
     if photo.format == "PNG":
         gamma = photo.info.get("gamma")
         return None if "srgb" in photo.info or not gamma else _power(1 / gamma, "PNG gAMA")

@@ -130,7 +130,7 @@ def _upward_points(surface: RepairedSurface) -> Floats:
 def _no_face(share: float) -> ShapeError:
     return ShapeError(
         f"Mesh has no plane face on its upper side: {share:.0%} of the upward surface is in one plane, "
-        f"{SEARCH.least_share:.0%} are needed.",
+        f"at least {SEARCH.least_share:.0%} is needed.",
         "Check mesh.up, the axis that points out of the cracked face, and crop the mesh to the sample.",
         "face",
     )
@@ -152,11 +152,14 @@ class Block:
 
 
 def cut_block(body: Manifold, below_mm: float) -> Block:
-    """Cut the largest block out of a body with a level face at z = 0; sides are upright from ``below_mm`` under it."""
+    """Cut the largest block out of a body with a level face at z = 0.
+
+    The sides of the block must be upright from ``below_mm`` below its face downwards.
+    """
     blocks = list(filter(None, (_block_at(body, yaw_deg, below_mm) for yaw_deg in _directions_deg(body, below_mm))))
     if not blocks:
         raise ShapeError(
-            "Mesh is no block with four upright sides below its face.",
+            "Mesh is not a block with four upright sides below its face.",
             "Check mesh.up, the axis that points out of the cracked face, or cut a block round the crack in the "
             "program that made it.",
             "sides",
@@ -180,7 +183,10 @@ def parted(body: Manifold, cutter: Manifold) -> tuple[Manifold, Manifold]:
 
 
 def _directions_deg(body: Manifold, below_mm: float) -> list[float]:
-    """Return candidate directions of the sides, -45 to 45: 0, the longest edge, and the smallest rectangle around."""
+    """Return candidate directions of the block's sides, from -45 to 45 degrees.
+
+    They are 0, the direction of the longest edge, and that of the smallest rectangle around the body.
+    """
     if not len(edges := _edges(body, -below_mm)):
         return [0.0]
     step = edges[:, 1] - edges[:, 0]
@@ -223,7 +229,7 @@ def _edges(body: Manifold, level_mm: float) -> Floats:
 
 
 def _sides(sections: list[Floats], axis: int) -> tuple[float, float, float] | None:
-    """Return both sides along an axis and the largest excess beyond them; None unless there are two."""
+    """Return the coordinates of both sides along an axis, and the largest excess beyond; None unless both exist."""
     every = np.concatenate(sections)
     lines = np.linspace(every[..., 1 - axis].min(), every[..., 1 - axis].max(), SEARCH.lines + 2)[1:-1]
     met = [_first_and_last(edges, axis, lines) for edges in sections]
@@ -270,10 +276,11 @@ def _side(met: list[Floats]) -> float | None:
 
 
 def _into_crack(off_mm: Floats, scatter_mm: float) -> NDArray[np.bool_]:
-    """Return True for each line into a crack: neighbouring ones beyond the side's roughness, if any of them is deep.
+    """Return True for each line into a crack.
 
-    An oblique crack recedes from the side slowly at first, and a thin one is deep nowhere: its first lines are as near
-    as the chips of a rough edge.
+    Such lines are neighbours beyond the side's roughness, and at least one of them is deep. An oblique crack recedes
+    from the side slowly at first, and a thin crack is deep nowhere: its first lines are as near as the chips of a rough
+    edge.
     """
     rough_mm = SEARCH.rough * scatter_mm
     beyond = off_mm > rough_mm + SEARCH.rounding_mm

@@ -83,7 +83,10 @@ class Cavity:
 
 
 def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cavity:
-    """Return the cavity below an opening, ``below_mm`` under the face, with most points of the path, or the largest."""
+    """Return the cavity below the opening with most points of the path, or below the largest opening without a path.
+
+    Openings are searched for ``below_mm`` under the face.
+    """
     face = box_region(block.face_mm)
     openings = (face - block.body.slice(-below_mm)).decompose()
     mouth, warnings = _chosen(openings, on_path_mm)
@@ -144,7 +147,10 @@ def _points_inside(region: CrossSection, points_mm: Floats) -> int:
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
-    """Draw the crack's mouth dark on a bright face, by the covered share of each pixel; ``image`` is a shaded view."""
+    """Draw the crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers.
+
+    ``image`` is a shaded view of the mesh.
+    """
     low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
     low, high = (
         np.maximum(low - LIMITS.round_mm, -LIMITS.border_mm),
@@ -179,7 +185,7 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
 
 
 def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float) -> NDArray[np.uint8]:
-    """Draw the upward facets from the lowest to the highest, the darker the deeper, (height, width, 3)."""
+    """Draw the upward facets, (height, width, 3), from the lowest to the highest. Deeper facets are darker."""
     size_mm = max(LIMITS.facet_mm, float(np.sqrt(body.surface_area() / LIMITS.facets)))
     facets = corners_mm(body.refine_to_length(size_mm))
     facets = facets[normals(facets)[:, 2] > LIMITS.speck_mm2]
@@ -220,11 +226,13 @@ def read_path(path: Path) -> Floats:
             f"{path}: no such path file; mesh.path is relative to its trial file. Correct it, or remove it."
         )
     if path.stat().st_size > LIMITS.largest_bytes:
-        raise InputError(f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path has some hundred lines.")
+        raise InputError(
+            f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path needs only some hundred lines."
+        )
     try:
         lines = read_text(path, LIMITS.largest_bytes).splitlines()
     except UnicodeDecodeError:
-        raise InputError(f"{path}: no text; a path is x and y in mm, a line for each point.") from None
+        raise InputError(f"{path}: not a text file; write x and y in mm, one line for each point.") from None
     if comma := next((line for line in lines if DECIMAL_COMMAS.match(line)), None):
         raise InputError(f"{path}: its decimals are commas, as in {comma.strip()[:60]!r}. Write decimal points.")
     points, columns = [], [0, 1]

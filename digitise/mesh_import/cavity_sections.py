@@ -1,8 +1,8 @@
-"""Depth of a modelled cavity along its crack, and the area of its sections below every level, whatever its walls.
+"""Compute the depth of a modelled cavity along its crack, and the area of its sections below every level.
 
-The cavity is cut level by level. Each cell of a cut belongs to the place along the crack with the nearest line from
-wall to wall. So sections add up to the cavity, also at oblique ends and in sharp bends, where planes square to the
-centreline miss some of it or meet other parts of the crack.
+The walls may have any shape. The cavity is cut level by level. Each cell of a cut belongs to the place along the crack
+whose line from wall to wall is nearest. So the sections add up to the cavity, also at oblique ends and in sharp bends.
+Planes square to the centreline would miss some of it there, or meet other parts of the crack.
 """
 
 from collections.abc import Callable
@@ -65,7 +65,7 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
 
 
 def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: tuple[int, int]) -> Floats:
-    """Return the share of each cell in a region, (rows, columns); ``to_cells`` maps points to columns and rows."""
+    """Return the share of each cell that a region covers, (rows, columns). ``to_cells`` maps to (column, row)."""
     share = np.zeros(shape[::-1])
     for ring in map(np.asarray, region.to_polygons()):
         # Islands run clockwise.

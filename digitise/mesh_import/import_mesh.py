@@ -57,13 +57,13 @@ def upright(settings: MeshInput) -> Floats:
 
 
 def moved(points_mm: Floats, placed: Floats) -> Floats:
-    """Map points (n, 3) through a (4, 4) transform; without a rotation only the translation rounds them."""
+    """Map points (n, 3) through a (4, 4) transform. If it has no rotation, only the translation rounds the points."""
     turn, step = placed[:3, :3], placed[:3, 3]
     return (points_mm if np.array_equal(turn, np.eye(3)) else points_mm @ turn.T) + step
 
 
 def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
-    """Return the vertices (v, 3) in mm. Raises InputError if their extent is not that of a sample."""
+    """Return the vertices (v, 3) in mm. Raises InputError if their extent is implausible for a sample."""
     places_mm = moved(read.vertices, upright(settings))
     size_mm = np.ptp(places_mm, axis=0)
     if LEAST_MM <= size_mm.max() <= MOST_MM:
@@ -105,8 +105,8 @@ class ImportedSample:
 def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     """Read, repair and level the mesh, find the crack in its face, and trace it in a top view.
 
-    Coordinates are mm, z = 0 on the face, its lower left corner the origin. Raises InputError if the file cannot be
-    read, encloses no block, or does not show exactly one crack.
+    Coordinates are mm. z = 0 is the face, and the origin is its lower left corner. Raises InputError if the file cannot
+    be read, encloses no block, or does not show exactly one crack.
     """
     path, facts = folder / settings.file, list[str]()
     try:
@@ -178,7 +178,7 @@ def _read_block(
 
 
 def _step_of(vertices: Floats) -> float:
-    """Return the step between neighbouring numbers at the farthest vertex; 0 if they have more digits than float32."""
+    """Return the step between float32 numbers at the farthest vertex; 0 if the vertices have more digits."""
     single = vertices.astype(np.float32)
     if not np.array_equal(single, vertices):
         return 0.0
@@ -223,14 +223,17 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
             "opens there, check up, the axis that points out of the cracked face"
         )
     if block.trimmed_mm > 0:
-        notes.append(f"up to {block.trimmed_mm:.2f} mm outside the block's sides were cut off: dams, edges, roughness")
+        notes.append(
+            f"material up to {block.trimmed_mm:.2f} mm outside the block's sides was cut off: dams, edges, roughness"
+        )
     return notes
 
 
 def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm: float) -> Integers:
-    """Return a ``FaceLabel`` for each face, (f,), by planes of the sides and the face.
+    """Return a ``FaceLabel`` for each face of the mesh, (f,), by the planes of the block's sides and of its face.
 
-    Of the patches between them, the lowest is the underside; those within ``below_mm`` of the face are its grain.
+    The remaining faces form patches. The lowest patch is the underside, and patches within ``below_mm`` of the block's
+    face are its grain.
     """
     corners = vertices_mm[faces]
     normal = normals(corners)
@@ -253,7 +256,7 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
 
 
 def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin) -> Solid:
-    """Return the block with dams, ``dam_height_mm`` above the face, over the openings of its crack in the sides."""
+    """Return the block with a dam over each opening of its crack in a side, up to ``dam_height_mm`` above the face."""
     plates = _plates(block, cavity)
     bottom_mm = float(block.body.bounding_box()[2])
     body = block.body
@@ -301,7 +304,7 @@ def _plates(block: Block, cavity: Cavity) -> list[Box]:
 
 
 def _clear(end_mm: float, overlap_mm: float, taken_mm: Floats) -> float:
-    """Move the end of an opening outward until a dam that overlaps it ends near no vertex of the side."""
+    """Move the end of an opening outward until the dam over it does not end near a vertex of the side."""
     step_mm = 2 * CLEAR_MM * float(np.sign(overlap_mm))
     while np.abs(taken_mm - end_mm - overlap_mm).min() < CLEAR_MM:
         end_mm += step_mm
@@ -309,7 +312,10 @@ def _clear(end_mm: float, overlap_mm: float, taken_mm: Floats) -> float:
 
 
 def _spans(along_mm: Floats) -> list[tuple[float, float]]:
-    """Return the spans that triangles cover along a side, (n, 3) of their corners; close spans are joined."""
+    """Return the spans that triangles cover along a side.
+
+    ``along_mm`` is the position of each triangle's corners, (n, 3). Close spans are joined.
+    """
     spans: list[tuple[float, float]] = []
     for begin, *_, end in sorted(np.sort(along_mm, axis=1).tolist()):
         if spans and begin <= spans[-1][1] + 2 * DAM_OVERLAP_MM:

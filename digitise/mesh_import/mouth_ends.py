@@ -29,7 +29,7 @@ class MouthEnd:
 
 
 def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, whole: bool) -> MouthEnd:
-    """Return the end of the crack before the first point of a path; ``whole`` paths lead to the crack's own ends."""
+    """Return the end of the crack before the first point of a path. A ``whole`` path leads to the crack's own ends."""
     leaf_mm = path_mm[0]
     sharp = False
     if whole:
@@ -61,10 +61,11 @@ def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, 
 
 
 def straight_on(ring_mm: Floats, end: MouthEnd, lines_mm: Floats, width_mm: float) -> list[MouthEnd]:
-    """Return the places at which the centreline, continued straight, may meet a blunt end; other ends unchanged.
+    """Return the places at which the centreline, continued straight, may meet a blunt end. Other ends do not change.
 
-    ``lines_mm``, (n, 6), are centreline, left and right wall from this end on. In a bend the line is best continued
-    from near its end, square to the lines from wall to wall, and before a slanted front from farther off, along itself.
+    ``lines_mm``, (n, 6), are centreline, left and right wall from this end on. In a bend the best continuation starts
+    near the end and is square to the lines from wall to wall. Before a slanted front the best one starts farther from
+    the end and follows the line itself.
     """
     if not end.blunt:
         return [end]
@@ -83,13 +84,16 @@ def straight_on(ring_mm: Floats, end: MouthEnd, lines_mm: Floats, width_mm: floa
 
 
 def are_square(lines_mm: Floats) -> NDArray[np.bool_]:
-    """Return True for each station with walls facing each other square to the centreline; lines as ``straight_on``."""
+    """Return True for each station whose walls face each other square to the centreline.
+
+    ``lines_mm``, (n, 6), are centreline, left and right wall.
+    """
     along, across_mm = np.gradient(lines_mm[:, :2], axis=0), lines_mm[:, 2:4] - lines_mm[:, 4:]
     square_mm2 = np.abs(along[:, 0] * across_mm[:, 1] - along[:, 1] * across_mm[:, 0])
     return square_mm2 >= FACING * np.linalg.norm(along, axis=1) * np.linalg.norm(across_mm, axis=1)
 
 
 def ahead_of(path_mm: Floats, over_mm: float) -> Floats:
-    """Return the direction before the first point of a path, from a stretch of it."""
+    """Return the direction out of a path at its first point, measured over the stretch ``over_mm`` behind it."""
     back = int(np.searchsorted(arc_length(path_mm), over_mm))
     return unit(path_mm[0] - path_mm[min(back, len(path_mm) - 1)])

@@ -1,8 +1,8 @@
-"""The line along a crack's mouth, half way between its walls, from the mouth's own polygon.
+"""Find the line along a crack's mouth, half way between its walls, from the mouth's polygon.
 
-Places on both walls that face each other (``wall_pairs``) have their middle on the centreline. In a slot of constant
-width it is the line that the slot was drawn along, in bends with mitred corners too: round an inner corner the pairs
-turn, and the middle advances at half the pace of the outer wall. Before an oblique end it does the same.
+The centreline passes half way between places on both walls that face each other (``wall_pairs``). In a slot of constant
+width it is the line along which the slot was drawn, even in bends with mitred corners: round an inner corner the pairs
+turn, and the middle advances at half the pace of the outer wall. The same happens before an oblique end.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from sealtwin.core.solid_figures import EndKind
 
 @dataclass(frozen=True)
 class LineLimits:
-    """Limits of the line along a mouth; lengths are in widths of the crack if they have no unit.
+    """Limits of the line along a mouth. Lengths without a unit are in widths of the crack.
 
     Each line states what its value rests on. Steps and smoothing set how closely the line follows the walls. The other
     fields decide what is a front, a side crack or a fork, and which mouths are refused.
@@ -60,7 +60,7 @@ LIMITS = LineLimits()
 
 @dataclass(frozen=True)
 class MouthLine:
-    """Stations along the crack; (n, 2) each."""
+    """Centreline and both walls at stations along the crack, (n, 2) each."""
 
     centreline_mm: Floats
     left_mm: Floats
@@ -83,7 +83,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     ring_mm = _outer_ring(mouth.simplify(LIMITS.smooth * width_mm))
     if arc_length(path_mm)[-1] < (LIMITS.min_slenderness - 1) * width_mm:
         raise ShapeError(
-            f"The opening in the face is no crack: it is about {arc_length(path_mm)[-1] + width_mm:.1f} mm long and "
+            f"The opening in the face is not a crack: it is about {arc_length(path_mm)[-1] + width_mm:.1f} mm long and "
             f"{width_mm:.1f} mm wide; a crack is at least {LIMITS.min_slenderness:g} times as long as wide."
         )
     rooms = _side_rooms(ring_mm, path_mm, width_mm)
@@ -119,8 +119,8 @@ def _off_path(side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
     which = f"side arms of {listed} mm are" if len(longest_mm) > 1 else f"a side arm of {listed} mm is"
     more = f" ({len(longest_mm)} in all)" if len(longest_mm) > LIMITS.most_listed else ""
     return (
-        f"{which} not on the path{more}: the cavity includes what is off the path, and all of its sealant is given "
-        "along the path; path.volume_ml sets another volume",
+        f"{which} not on the path{more}: the cavity includes what is off the path, and the sealant for that is given "
+        "along the path too; set path.volume_ml to give another volume",
     )
 
 
@@ -150,8 +150,8 @@ def _require_swept(centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> None
     swept_mm2 = float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
     if abs(swept_mm2 - between_mm2) > LIMITS.unswept * between_mm2:
         raise ShapeError(
-            f"The crack's walls do not face each other along one line: it passes {swept_mm2:.0f} of the "
-            f"{between_mm2:.0f} mm² between them.",
+            f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} of "
+            f"{between_mm2:.0f} mm².",
             "Give mesh.path, a line along the crack's middle that ends in a straight part of it, or crop the mesh.",
             "walls",
         )
@@ -183,14 +183,14 @@ def _lines(ring_mm: Floats, ends: Sequence[MouthEnd], rooms: Sequence[Floats], w
 
 
 def _even(lines_mm: Floats, width_mm: float) -> Floats:
-    """Return lines, the first of which is the centreline, at even stations."""
+    """Return the lines at even stations along the first of them, the centreline."""
     s_mm = arc_length(lines_mm[:, :2])
     stations_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] * LIMITS.stations / width_mm)))
     return at_arc_length(lines_mm, s_mm, stations_mm)
 
 
 def _from_edge(lines_mm: Floats, face_mm: Box) -> Floats:
-    """Return lines with a first part, before an oblique open end, at half a width from the longer wall.
+    """Return the lines with a centreline that keeps half a width from the longer wall before an oblique open end.
 
     The middle between the corners of an oblique opening is off this line by the roughness of the walls.
     """
@@ -236,7 +236,10 @@ def _front(left_mm: Floats, right_mm: Floats, width_mm: float, end: MouthEnd) ->
 
 
 def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, float]:
-    """Return a path through the middle of the ring, at blunt ends into a corner, and the usual width."""
+    """Return a path along the middle of the ring, and the ring's typical width.
+
+    At a blunt end the path turns into a corner.
+    """
     rim_mm = arc_length(np.vstack([ring_mm, ring_mm[:1]]))[-1]
     # The width of a long strip is twice its area over its rim.
     cell_mm = 2 * signed_area(ring_mm) / rim_mm / ACROSS
@@ -265,8 +268,8 @@ def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, flo
 def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Floats]:
     """Return the rims of the side cracks, each from one lip of its mouth to the other.
 
-    The main crack is what circles along the path cover, each as large as fits into the mouth. The rest of the rim is in
-    stretches, each around a room at its side.
+    Circles along the path, each as large as fits into the mouth, cover the main crack. The rest of the rim consists of
+    stretches, and each of them surrounds a room beside the main crack.
     """
     rim_mm = dense(ring_mm, width_mm / ACROSS)
     radius_mm = KDTree(rim_mm).query(path_mm)[0] + LIMITS.clear * width_mm

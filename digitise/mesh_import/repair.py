@@ -35,7 +35,7 @@ class RepairedSurface:
 
     @property
     def volume_mm3(self) -> float:
-        """Enclosed volume; NaN unless the surface nearly closes, which makes its area vector nearly zero."""
+        """Enclosed volume. It is NaN unless the surface nearly closes, so that its area vector is nearly zero."""
         if not len(self.faces):
             return np.nan
         area = mesh_topology.normals(self.vertices_mm[self.faces])
@@ -44,7 +44,7 @@ class RepairedSurface:
         return mesh_topology.mesh_volume_mm3(self.vertices_mm, self.faces)
 
     def mended(self, what: str, count: int, faces: Integers, vertices_mm: Floats | None = None) -> "RepairedSurface":
-        """Return the surface with other faces, and perhaps vertices; a count of 0 is not reported."""
+        """Return the surface with other faces, and vertices if given. The repair is listed unless ``count`` is 0."""
         after = replace(self, faces=faces, vertices_mm=self.vertices_mm if vertices_mm is None else vertices_mm)
         if not count:
             return after
@@ -122,7 +122,7 @@ def _without_repeats(surface: RepairedSurface) -> RepairedSurface:
 
 
 def _facing_alike(surface: RepairedSurface) -> RepairedSurface:
-    """Turn each face to agree with its neighbours, by their majority."""
+    """Turn faces over so that all neighbours agree. In each connected body, the majority of faces stays."""
     one, other, alike = mesh_topology.neighbours(surface.faces)
     count = len(surface.faces)
     # Each face has two nodes, as it is and turned over, and neighbours that disagree are linked crosswise: connected
@@ -168,7 +168,7 @@ def _by_body(values: Floats, body: Integers, bodies: int) -> Floats:
 
 
 def bounded_body(surface: RepairedSurface) -> tuple[Manifold, tuple[Repair, ...]]:
-    """Return the enclosed body and all repairs: overlapping bodies united, hollows filled, crumbs removed."""
+    """Return the enclosed body and all repairs. Overlapping bodies are united, hollows filled, and crumbs removed."""
     sound = without_needles(surface)
     body = Manifold(Mesh64(sound.vertices_mm, sound.faces.astype(np.uint64)))
     if body.status() != Error.NoError:
@@ -228,8 +228,8 @@ def close_holes(surface: RepairedSurface, openings: Openings) -> RepairedSurface
     if small > MOST_OPEN * edges or small != sum(map(len, openings.holes)):
         place = mesh_topology.near(surface.vertices_mm[unclosed[0, 0]])
         raise InputError(
-            f"Mesh is not watertight: {small} of {edges} edges are open, first {place}; up to {MOST_OPEN:.0%} in whole "
-            "rings are closed. Close the holes in the program that made it."
+            f"Mesh is not watertight: {small} of {edges} edges are open, first {place}; only up to {MOST_OPEN:.0%} in "
+            "whole rings are closed. Close the holes in the program that made it."
         )
     filled = _filled(surface, openings.holes, f"holes closed, of {small} open edges")
     return _filled(filled, openings.underside, "missing underside closed")
@@ -275,7 +275,7 @@ def with_base(surface: RepairedSurface, rim: Integers, base_mm: float) -> Repair
 
 
 def closed(surface: RepairedSurface, base_mm: float | None) -> RepairedSurface:
-    """Close holes and give a sheet its base. Raises InputError for a sheet without base_mm or a body with one."""
+    """Close holes and give a sheet its base. Raises InputError for a sheet without base_mm or a body with it."""
     openings = find_openings(surface)
     surface = close_holes(surface, openings)
     if openings.rim is not None and base_mm is not None:

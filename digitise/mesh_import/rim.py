@@ -1,6 +1,6 @@
-"""Places on the rim of a crack's mouth: a ring of corners, counter-clockwise, with a place for each share of an edge.
+"""Places on the rim of a crack's mouth, which is a ring of corners, counter-clockwise.
 
-A place is the number of an edge, counted by its first corner, plus the share of the edge up to it.
+A place is a number: the index of an edge's first corner, plus the share of the edge up to the place.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ Place = float
 
 
 def openings(ring_mm: Floats, face_mm: Box) -> list[tuple[float, float]]:
-    """Return the stretches of the ring on a side of the face, by the numbers of their first and last vertex."""
+    """Return each stretch of the ring that is on a side of the face, as the numbers of its first and last vertex."""
     after_mm = np.roll(ring_mm, -1, axis=0)
     stretches = []
     for side in range(4):

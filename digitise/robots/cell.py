@@ -26,18 +26,19 @@ class Taught(Settings):
     """One point on the face, in the sample's frame and in the robot's."""
 
     sample_mm: tuple[OnFace, OnFace]
-    """x and y as in outline.json: x right and y up in the photo. With face_mm its lower left corner is [0, 0]."""
+    """x and y as in outline.json: x right and y up in the photo. If face_mm is given, the face's lower left corner is
+    [0, 0]."""
     robot_mm: tuple[InCell, InCell, InCell]
-    """Coordinates on the pendant with the nozzle's tip on that point."""
+    """Coordinates that the pendant shows if the nozzle's tip is on that point."""
 
 
 class Reach(Settings):
     """Box in the robot's frame that the nozzle's tip must not leave."""
 
     low_mm: tuple[InCell, InCell, InCell]
-    """Least x, y and z."""
+    """Smallest x, y and z of the box."""
     high_mm: tuple[InCell, InCell, InCell]
-    """Largest x, y and z."""
+    """Largest x, y and z of the box."""
 
     @model_validator(mode="after")
     def _a_box(self) -> Self:
@@ -54,26 +55,29 @@ class Motion(Settings):
     acceleration_mm_s2: float = Field(gt=1, le=50_000)
     """Acceleration of the tip in programs, and the limit for ramps and bends of the path."""
     approach_speed_mm_s: float = Field(default=20.0, gt=0.1, le=250)
-    """Speed to the path and away from it: 50 mm take 2.5 s, time to reach for the stop. 250 is the limit of manual
-    operation in ISO 10218-1."""
+    """Speed to the path and away from it. At 20 mm/s the nozzle needs 2.5 s for 50 mm, long enough to press the stop.
+    250 is the limit of manual operation in ISO 10218-1."""
     safe_height_mm: float = Field(default=50.0, gt=1, le=1000)
-    """Height of the tip above the face before and after the path: five times that of the dams at open ends."""
+    """Height of the tip above the face before and after the path. The default is five times that of the dams at open
+    ends."""
     largest_tilt_deg: float = Field(default=5.0, gt=0, le=30)
-    """Largest angle between nozzle and the face's normal: at 5 degrees, 3 mm above the face, the jet meets it 0.26 mm
-    off the path."""
+    """Largest angle between the nozzle and the face's normal. At 5 degrees, from 3 mm above the face, the jet meets the
+    face 0.26 mm off the path."""
     most_waypoints: int = Field(default=SPEL_POINTS - 2, ge=3, le=100_000)
-    """Waypoints that the controller stores. An Epson point file has a thousand, two of them above the path's ends."""
+    """Number of waypoints that the controller can store. An Epson point file can have a thousand, two of which are
+    above the path's ends."""
 
 
 class Plunger(Settings):
     """Syringe whose plunger the robot itself drives, by one of its axes or as an extruder."""
 
     diameter_mm: float | None = Field(default=None, gt=0.5, le=300)
-    """Inner diameter of the syringe, if a millimetre of the axis is one of the plunger."""
+    """Inner diameter of the syringe, if the plunger moves as far as the axis does."""
     mm3_per_mm: float | None = Field(default=None, gt=1e-4, le=1e5)
-    """Sealant for a millimetre of the axis, if the plunger is geared: weigh the sealant of 10 mm."""
+    """Volume of sealant for each millimetre of the axis, if the plunger is geared. Weigh the sealant of 10 mm to find
+    it."""
     travel_mm: float = Field(gt=0.1, le=1000)
-    """Remaining travel of the plunger; a path that needs more is refused."""
+    """Remaining travel of the plunger. A path that needs more is refused."""
     largest_speed_mm_s: float = Field(gt=0.001, le=500)
     """Largest speed of the plunger."""
 
@@ -85,7 +89,7 @@ class Plunger(Settings):
     @model_validator(mode="after")
     def _one_measure(self) -> Self:
         if (self.diameter_mm is None) == (self.mm3_per_mm is None):
-            raise ValueError("give either diameter_mm or mm3_per_mm, one of the two and not both")
+            raise ValueError("give either diameter_mm or mm3_per_mm, and not both")
         return self
 
 
@@ -96,26 +100,27 @@ class Spel(Settings):
     """curve: Curve and CVMove, one speed all along the crack; move: Move ... CP from point to point, each with its
     speed, for paths whose speed or dose changes."""
     dispenser: Literal["output", "z", "s", "t"]
-    """output: a bit switches a dispenser of constant flow on and off. z, s or t: that axis presses the plunger; on z
-    the arm can no longer lift the nozzle, as in the paper; of the added axes s and t, the other is sent to 0."""
+    """output: a bit switches a dispenser of constant flow on and off. z, s or t: that axis presses the plunger. With z
+    the arm can no longer lift the nozzle, as in the paper. With s or t, the other one of these added axes is sent to 0.
+    """
     output_bit: int | None = Field(default=None, ge=0, le=8191)
     """Number of the bit for dispenser = "output"."""
     axis_start_mm: InCell | None = None
-    """Coordinate of the axis z, s or t with the plunger ready to give."""
+    """Coordinate of the axis z, s or t at which the plunger is ready to give sealant."""
     axis_gives: Literal["+", "-"] = "-"
-    """Direction of the axis, + or -, that presses the plunger: down, for the paper's z."""
+    """Direction of the axis, + or -, that presses the plunger. With the paper's z axis it is down."""
     hand: Literal["right", "left"] = "right"
-    """Posture of the arm; the elbow of a SCARA is on the other side."""
+    """Posture of the arm. The elbow of a SCARA is on the opposite side."""
     u_deg: Angle = 0.0
-    """Angle of the tool about the vertical, constant along the path: a nozzle is round."""
+    """Angle of the tool about the vertical. It is constant along the path, because a nozzle is round."""
     vw_deg: tuple[Angle, Angle] | None = None
     """Angles V and W of a six-axis arm with the nozzle down; omit them for a SCARA."""
     tool: int = Field(default=0, ge=0, le=15)
-    """Number of the tool with the nozzle's tip; 0 is the bare flange."""
+    """Number of the tool whose tip is the nozzle's tip; 0 is the bare flange."""
     local: int = Field(default=0, ge=0, le=15)
-    """Number of the local frame that robot_mm was read in; 0 is the robot's own."""
+    """Number of the local frame in which robot_mm was read; 0 is the robot's own frame."""
     first_point: int = Field(default=0, ge=0, lt=SPEL_POINTS)
-    """Points of the program's robot from this number on are overwritten."""
+    """Number of the first point that the program uses. Points of its robot from this number on are overwritten."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -134,7 +139,7 @@ class Gcode(Settings):
     """Settings of a gantry with an extruder."""
 
     relative_e: bool = False
-    """Write M83 in place of M82. Absolute E shows the dose so far at any line."""
+    """Write relative E (M83) instead of absolute E (M82). Absolute E shows the dose so far at any line."""
     cold_extrusion: bool = False
     """Write M302 P1, without which Marlin silently moves no extruder below 170 degrees."""
 
@@ -143,18 +148,20 @@ class Urscript(Settings):
     """Settings of an arm of Universal Robots."""
 
     blend_mm: float = Field(default=0.4, gt=0.01, le=20)
-    """Radius of the blend at each waypoint: less than half the spacing, which is 1 mm by default. Without a blend the
-    arm would stop at each."""
+    """Radius of the blend at each waypoint. It must be less than half the spacing, which is 1 mm by default. Without a
+    blend the arm would stop at each waypoint."""
     dispenser: Literal["analog", "digital"]
-    """analog: a standard analog output in proportion to the flow; digital: a standard output on and off."""
+    """analog: a standard analog output, proportional to the flow. digital: a standard output that is on or off."""
     port: int = Field(ge=0, le=7)
     """Number of the output: analog 0 or 1, digital 0 to 7."""
     full_flow_mm3_s: float | None = Field(default=None, gt=1e-3, le=1e6)
     """Flow at the output's full level, for dispenser = "analog"."""
     tool_turn_deg: Angle = 0.0
-    """Angle of the tool about the nozzle, from the robot's x axis, for a camera or a cable at its side."""
+    """Angle of the tool about the nozzle, measured from the robot's x axis. It keeps a camera or a cable at the tool's
+    side clear."""
     rotation_vector_rad: tuple[Angle, Angle, Angle] | None = None
-    """Tool orientation in place of tool_turn_deg: rx, ry, rz on the pendant with the nozzle square to the face."""
+    """Tool orientation, used instead of tool_turn_deg. Give rx, ry and rz as the pendant shows them with the nozzle
+    square to the face."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -171,21 +178,22 @@ class RobotCell(Settings):
     """Content of a cell file."""
 
     name: Annotated[str, Field(min_length=1, max_length=80)]
-    """Name of the cell, for the head of its programs."""
+    """Name of the cell, written at the head of its programs."""
     formats: tuple[Format, ...] = Field(min_length=1)
     """Formats that are written unless --format names others."""
     robot_z: Literal["up", "down"] = "up"
     """Direction of the robot's z axis; down if its base hangs from a ceiling."""
     frame_limit_mm: float = Field(default=0.5, gt=0, le=10)
-    """Largest residual of a taught point: a sixth of the paper's 3.1 mm wide crack, and more than the error of a tip
-    touched to a mark by hand."""
+    """Largest residual that a taught point may have. The default is a sixth of the width of the paper's 3.1 mm wide
+    crack, and more than the error of touching a mark by hand."""
     taught: tuple[Taught, ...] = Field(min_length=3, max_length=100)
-    """Three or more points on the face, not in line. A fourth reveals errors that three cannot."""
+    """Three or more points on the face, not all on one line. A fourth reveals errors that three cannot."""
     reach: Reach
     motion: Motion
     plunger: Plunger | None = None
     pump: Pump | None = None
-    """Weighings of the pump. Programs then request what gives the path's flow. Default: it gives what is requested."""
+    """Weighings of the pump. With them, programs request the flow at which the pump gives what the path needs. Default:
+    the pump gives what is requested."""
     spel: Spel | None = None
     gcode: Gcode | None = None
     urscript: Urscript | None = None
@@ -207,7 +215,7 @@ class RobotCell(Settings):
         return settings
 
     def missing_for(self, kind: Format) -> str | None:
-        """Return the table that a format needs and the cell does not have; None if it has all."""
+        """Return the table that a format needs and the cell does not have; None if no table is missing."""
         if kind in ("spel", "gcode", "urscript") and getattr(self, kind) is None:
             return kind
         presses = kind == "gcode" or (kind == "spel" and self.spel is not None and self.spel.dispenser != "output")
@@ -241,7 +249,7 @@ class RobotFrame:
         return sample_mm @ self.rotation.T + self.origin_mm
 
     def error_growth(self, sample_mm: Floats) -> float:
-        """Return the factor on a touch error at the worst of points (n, 2 or 3), sqrt(1 / n + x' S^-1 x)."""
+        """Return the factor by which a touch error grows at the worst point, (n, 2 or 3), sqrt(1 / n + x' S^-1 x)."""
         middle = self.taught_mm.mean(axis=0)
         spread, offset = self.taught_mm - middle, sample_mm[:, :2] - middle
         leverage = 1 / len(spread) + (offset @ np.linalg.inv(spread.T @ spread) * offset).sum(axis=1)
@@ -258,8 +266,8 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float
     spread_mm = np.linalg.svd(sample_mm - sample_mm.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(sample_mm))
     if spread_mm < THINNEST_MM:
         raise InputError(
-            f"{where}: the taught points are within {spread_mm:.2g} mm of a line, which leaves the face's tilt about "
-            f"it open; they must spread by at least {THINNEST_MM:g} mm (RMS) to its sides. Teach a point far from the "
+            f"{where}: the taught points are within {spread_mm:.2g} mm of a line, so the face's tilt about it is "
+            f"unknown; they must spread by at least {THINNEST_MM:g} mm (RMS) to its sides. Teach a point far from the "
             "others, such as a corner of the face."
         )
     middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)

@@ -27,7 +27,8 @@ T_95 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 """Student's factor of a 95 % interval for 1 to 10 degrees of freedom."""
 DOUBTFUL = 0.1  # Relative half-width of a flow's interval that gives a warning, as for all that is measured
 WORTHLESS = 0.5
-"""Half-width that is refused: the crack would get 50 to 150 % of its sealant, from a bare floor to an overflow."""
+"""Relative half-width of the flow's 95 % interval that is refused: the crack would get 50 to 150 % of its sealant, from
+a bare floor to an overflow."""
 ROUNDING = 1e-9  # Relative scatter of equal weighings
 ALIKE = 1e-6  # Relative difference of two numbers that are meant as equal
 
@@ -36,9 +37,10 @@ class Pump(Settings):
     """Weighings of a pump, and the sealant that was weighed."""
 
     file: Path
-    """CSV of asked_mm3_s, weighed_g, time_s and, if it was timed, delay_s; its path is relative to the cell file, or
-    absolute. They are the requested flow, the mass that a cup caught of steady flow in that time, and the time from the
-    request to the first sealant. Give two or more weighings of each of two or more flows."""
+    """CSV with the columns asked_mm3_s, weighed_g, time_s and, if it was timed, delay_s. Its path is absolute or
+    relative to the cell file. asked_mm3_s is the requested flow, weighed_g is the mass that a cup caught of steady flow
+    during time_s, and delay_s is the time from the request to the first sealant. Give two or more weighings of each of
+    two or more flows."""
     density_kg_m3: float = Field(ge=100, le=2e4)
     """Density of the sealant."""
     density_error_kg_m3: float = Field(default=0.0, ge=0, le=2e4)
@@ -47,7 +49,7 @@ class Pump(Settings):
 
 @dataclass(frozen=True)
 class PumpTable:
-    """Flow that a pump gives by the requested flow, linear between weighings."""
+    """Flow that a pump gives as a function of the requested flow, interpolated linearly between weighings."""
 
     name: str  # Of the file, for refusals
     asked_mm3_s: Floats  # (n,), increasing
@@ -61,17 +63,17 @@ class PumpTable:
 
     @property
     def range_mm3_s(self) -> tuple[float, float]:
-        """Least and largest flow that was weighed."""
+        """Smallest and largest flow that was weighed."""
         return float(self.given_mm3_s[0]), float(self.given_mm3_s[-1])
 
     def asked_for(self, wanted_mm3_s: Floats) -> Floats:
-        """Return the request for each flow; 0 for 0. Raises InputError outside the weighed range."""
+        """Return the request for each flow. It is 0 for a flow of 0. Raises InputError outside the weighed range."""
         flows = wanted_mm3_s[wanted_mm3_s > 0]
         low, high = self.range_mm3_s
         if len(flows) and (flows.min() < low * (1 - ALIKE) or flows.max() > high * (1 + ALIKE)):
             wrong = flows.min() if flows.min() < low * (1 - ALIKE) else flows.max()
             raise InputError(
-                f"{self.name}: the path wants {wrong:.4g} mm³/s, and the pump was weighed from {low:.4g} to "
+                f"{self.name}: the path needs {wrong:.4g} mm³/s, but the pump was weighed only from {low:.4g} to "
                 f"{high:.4g}: weigh it at that flow too, or digitise with another path.speed_mm_s or path.volume_ml."
             )
         return np.where(wanted_mm3_s > 0, np.interp(wanted_mm3_s, self.given_mm3_s, self.asked_mm3_s), 0.0)
@@ -81,7 +83,7 @@ class PumpTable:
         return float(np.interp(wanted_mm3_s, self.given_mm3_s, self.delay_s))
 
     def error_95(self, wanted_mm3_s: float) -> float:
-        """Return the relative half-width of the 95 % interval of the given flow, for a wanted flow."""
+        """Return the relative half-width of the 95 % interval of the flow that the pump gives for a wanted flow."""
         place = float(np.interp(wanted_mm3_s, self.given_mm3_s, np.arange(len(self.count))))
         low = min(int(place), len(self.count) - 2)
         share = place - low
@@ -94,8 +96,8 @@ class PumpTable:
     def doubts(self, wanted_mm3_s: Floats) -> tuple[float | None, tuple[str, ...]]:
         """Return the largest relative half-width of the wanted flows, and a warning if it is large.
 
-        None, with a warning, if weighings agree to the last digit and so show no scatter. Raises InputError if the flow
-        is too uncertain.
+        The half-width is None, with a warning, if weighings agree to the last digit and so show no scatter. Raises
+        InputError if the flow is too uncertain.
         """
         if self.scatter < ROUNDING:
             return None, (
@@ -105,12 +107,12 @@ class PumpTable:
         flows = wanted_mm3_s[wanted_mm3_s > 0]
         half = max(self.error_95(float(flows.min())), self.error_95(float(flows.max())))
         scatter = (
-            f"{self.name}: one weighing is {self.scatter:.0%} off its mean (standard deviation), so that the path's "
-            f"flow is known to {half:.0%} (95 %)"
+            f"{self.name}: weighings of one flow scatter by {self.scatter:.0%} (standard deviation), so that the "
+            f"path's flow is known to {half:.0%} (95 %)"
         )
         if half > WORTHLESS:
             raise InputError(
-                f"{scatter}; {WORTHLESS:.0%} are allowed. Weigh more often, for longer, or repair the pump."
+                f"{scatter}; at most {WORTHLESS:.0%} is allowed. Weigh more often, for longer, or repair the pump."
             )
         return half, (f"{scatter}: weigh more often or for longer",) if half > DOUBTFUL else ()
 
@@ -134,7 +136,7 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     times = float(np.median(given / flows))
     if not 1 / MISTYPED < times < MISTYPED:
         raise InputError(
-            f"{path}: by its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
+            f"{path}: according to its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
             f"off by a factor of {MISTYPED:g}. Check the units: asked_mm3_s in mm³/s, weighed_g in g, time_s in "
             "seconds and not minutes, density_kg_m3 of the cell's pump in kg/m³."
         )

@@ -84,21 +84,22 @@ class RobotPath:
         return value > allowed * (1 + rounding), f"{fault}; motion.{key} allows {allowed:g}. {remedy}"
 
     def level_flow_mm3_s(self, dispenser: str, remedy: str) -> float:
-        """Return the only flow besides 0. Raises InputError if there are more, since ``dispenser`` gives only one."""
+        """Return the path's only flow besides 0. Raises InputError if it has more: ``dispenser`` gives only one."""
         flow = self.trajectory.flow_mm3_s[:-1]
         flow = flow[flow > 0]
         if flow.max() > flow.min() * (1 + 10 * ROUNDING):
             raise InputError(
-                f"{self.cell_file}: {dispenser} gives one flow or none, and the path's ranges from {flow.min():.4g} to "
-                f'{flow.max():.4g} mm³/s. Digitise with path.flow = "constant" and either no path.ramp_mm or leads as '
-                f"long as it; or {remedy}."
+                f"{self.cell_file}: {dispenser} gives one flow or none, but that of the path ranges from "
+                f'{flow.min():.4g} to {flow.max():.4g} mm³/s. Digitise with path.flow = "constant" and either no '
+                f"path.ramp_mm or leads as long as it; or {remedy}."
             )
         return float(flow.mean())
 
     def plunger_mm(self, held_mm3: float = 0.0) -> Floats:
-        """Return the plunger's travel at each waypoint, (n,), without ``held_mm3``, given while the nozzle waits.
+        """Return the plunger's travel at each waypoint, (n,).
 
-        Raises InputError if it is too far or too fast.
+        It does not include the volume ``held_mm3``, which is given while the nozzle waits before the path. Raises
+        InputError if the plunger would move too far or too fast.
         """
         plunger = present(self.cell.plunger, "[plunger]")
         way_mm = np.concatenate([[0.0], np.cumsum(self.trajectory.given_mm3)]) / plunger.area_mm2
@@ -132,7 +133,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
         first_mm3_s = float(trajectory.flow_mm3_s[trajectory.giving.start])
         hold_s = pump.delay_at(first_mm3_s)
         if hold_s > 0 and cell.spel is not None and cell.spel.dispenser != "output":
-            delay = f"the pump's delay of {hold_s:.2g} s is not in a SPEL+ program whose axis presses the plunger"
+            delay = f"a SPEL+ program whose axis presses the plunger cannot wait for the pump's delay of {hold_s:.2g} s"
             warnings = (*warnings, f"{delay}; digitise with a path.lead_in_mm, and start the plunger by hand")
         placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
         warnings = (*warnings, *pump.doubts(trajectory.flow_mm3_s)[1])
@@ -157,7 +158,7 @@ def _check_rows(trajectory: Trajectory) -> None:
 
 
 def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
-    """Return the limits of the motion along a path, by its ``trajectory`` over the sample."""
+    """Return the limits of the motion along a path. ``trajectory`` is the same path over the sample."""
     motion, limit = path.cell.motion, path.motion_limit
     count, height_mm = len(trajectory.t_s), trajectory.position_mm[:, 2].max()
     # Each of three pieces, crack and leads, may end with a short step.
@@ -178,7 +179,7 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
         (
             motion.safe_height_mm <= height_mm,
             f"motion.safe_height_mm is {motion.safe_height_mm:g}, and the path itself runs {height_mm:g} mm above the "
-            "face. Give a greater one.",
+            "face. Give a larger motion.safe_height_mm.",
         ),
         limit("largest_speed_mm_s", fastest_mm_s, f"the path runs at {fastest_mm_s:g} mm/s", f"{slower}.", ROUNDING),
         limit("largest_speed_mm_s", approach_mm_s, approach, "Give a lower one."),
@@ -217,12 +218,12 @@ def decimal(value: float, decimals: int) -> str:
 
 
 def points_text(path: RobotPath) -> str:
-    """Return one waypoint a line, x y z in mm of the robot, without a head."""
+    """Return one line for each waypoint, x y z in mm of the robot, without a header."""
     return "".join(" ".join(decimal(value, 4) for value in place) + "\n" for place in path.trajectory.position_mm)
 
 
 def table_text(path: RobotPath) -> str:
-    """Return the columns of trajectory.csv with the robot's x, y and z; each row applies until the next.
+    """Return the columns of trajectory.csv with the robot's x, y and z. A row applies until the next one.
 
     If a pump was weighed, the last column is the requested flow, ``asked_mm3_s``.
     """

@@ -95,7 +95,7 @@ def _along_curve(path: RobotPath, settings: Spel, places: Places, number: int) -
 
 
 def _along_moves(path: RobotPath, settings: Spel, places: Places, number: int) -> tuple[Places, list[str]]:
-    """Write a Move for each waypoint, with its own speed; return as ``_along_curve``."""
+    """Write a Move with its own speed for each waypoint. Return the points from P ``number`` on, and the statements."""
     trajectory = path.trajectory
     speed_mm_s = np.linalg.norm(np.diff(places[:, :3], axis=0), axis=1) / np.diff(trajectory.t_s)
     path.require(*_speed_limits(path, speed_mm_s))
@@ -122,12 +122,12 @@ def _blend(path: RobotPath) -> str:
 
 
 def _wait(path: RobotPath) -> list[str]:
-    """Write the pause for the first sealant."""
+    """Write the statement that waits for the first sealant."""
     return [f"  Wait {decimal(path.hold_s, 3)}"] if path.hold_s > 0 else []
 
 
 def _for_curve(path: RobotPath, crack: Places) -> Places:
-    """Return as many evenly spaced points as a Curve takes. Raises InputError if these are too few for the path."""
+    """Return evenly spaced points, as many as a Curve takes. Raises InputError if these are too few for the path."""
     count = int(np.clip(len(crack), FEWEST_IN_CURVE, MOST_IN_CURVE))
     if count == len(crack):
         return crack
@@ -136,7 +136,7 @@ def _for_curve(path: RobotPath, crack: Places) -> Places:
     thinned = at_arc_length(crack, s_mm, stations)
     off_mm = np.linalg.norm(at_arc_length(thinned, stations, s_mm)[:, :3] - crack[:, :3], axis=1).max()
     fault = (
-        f"a Curve of SPEL+ takes {MOST_IN_CURVE} points, the path has {len(crack)} over the crack, and so few deviate "
+        f"the path has {len(crack)} points over the crack. A Curve of SPEL+ takes {MOST_IN_CURVE}, which would deviate "
         f'from it by {off_mm:.2f} mm; {THINNED_MM:g} are allowed. Set spel.motion = "move".'
     )
     path.require((off_mm > THINNED_MM, fault))
@@ -144,13 +144,13 @@ def _for_curve(path: RobotPath, crack: Places) -> Places:
 
 
 def _evenness_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
-    """Return the limits of speed and dose over the crack, since CVMove has one of each."""
+    """Return the limits of speed and dose over the crack. A CVMove has only one speed and one dose."""
     giving = path.trajectory.giving
     flow_mm3_s = path.trajectory.flow_mm3_s[giving.start : giving.stop - 1]
     return [
         (
             values.max() > values.min() * (1 + EVEN),
-            f"CVMove keeps one {what}, and the path's over the crack ranges from {values.min():.4g} to "
+            f"CVMove keeps one {what}, but that of the path over the crack ranges from {values.min():.4g} to "
             f'{values.max():.4g} {unit}. Set spel.motion = "move"; or digitise with path.flow = "constant" and '
             "either no path.ramp_mm or leads as long as it.",
         )
@@ -165,7 +165,7 @@ def _speed_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
     return [
         (
             speed_mm_s.min() < SLOWEST_MM_S,
-            f"SpeedS takes {SLOWEST_MM_S:g} mm/s or more, and the path has {speed_mm_s.min():.3g}. Digitise with a "
+            f"SpeedS takes {SLOWEST_MM_S:g} mm/s or more, but the path has {speed_mm_s.min():.3g}. Digitise with a "
             "higher path.speed_mm_s, or a coarser path.spacing_mm on a ramp.",
         ),
         path.motion_limit("largest_speed_mm_s", fastest_mm_s, fault, "Digitise with a lower path.speed_mm_s.", EVEN),

@@ -16,7 +16,7 @@ JOINT_SPEED_RAD_S, JOINT_ACCELERATION_RAD_S2 = 0.5, 0.7  # Half of URScript's de
 
 
 def urscript_text(path: RobotPath) -> str:
-    """Return the program, movep along the path. Raises InputError if a limit is exceeded, or blends would overlap."""
+    """Return the program, which uses movep. Raises InputError if a limit is exceeded, or if blends would overlap."""
     settings = present(path.cell.urscript, "[urscript]")
     over_mm, turn = path.over_mm, _tool(path.frame, settings)
     path.require(
@@ -55,7 +55,7 @@ def urscript_text(path: RobotPath) -> str:
 
 
 def _outputs(path: RobotPath, settings: Urscript) -> list[str]:
-    """Return the statements that set the dispenser's output: off, and from each waypoint to the next."""
+    """Return the statements that set the dispenser's output: first off, then one from each waypoint to the next."""
     call = f"  set_standard_{settings.dispenser}_out({settings.port}, "
     flow_mm3_s = np.append(0.0, path.trajectory.flow_mm3_s[:-1])
     if settings.full_flow_mm3_s is None:
@@ -94,7 +94,10 @@ def _blend_limit(path: RobotPath, settings: Urscript) -> Limit:
 
 
 def _tool(frame: RobotFrame, settings: Urscript) -> Rotation:
-    """Return the tool's orientation, z along the nozzle: given, or into the face and turned from the robot's x."""
+    """Return the tool's orientation, with z along the nozzle.
+
+    By default z points into the face, and the tool is turned from the robot's x axis.
+    """
     if settings.rotation_vector_rad is not None:
         return Rotation.from_rotvec(settings.rotation_vector_rad)
     down = -frame.normal

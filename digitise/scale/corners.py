@@ -1,4 +1,4 @@
-"""Corners of a black square to a few hundredths of a pixel, from its edges: blur rounds the corners themselves off."""
+"""Find corners of a black square to a few hundredths of a pixel from its edges, since blur rounds the corners off."""
 
 import cv2
 import numpy as np
@@ -20,7 +20,7 @@ def fit_line(points: Floats) -> tuple[Floats, Floats]:
 
 
 def fit_line_to_most(points: Floats, least: float) -> tuple[Floats, Floats]:
-    """Fit a line to points in order along it, less those farther than three median distances and than ``least``."""
+    """Fit a line to points in order along it, without those off by three median distances and by ``least``."""
     miss = _miss_of_most(points)
     line = np.empty((2, 2))
     for _ in range(5):
@@ -30,7 +30,10 @@ def fit_line_to_most(points: Floats, least: float) -> tuple[Floats, Floats]:
 
 
 def _miss_of_most(points: Floats) -> Floats:
-    """Return distances from the line with the median slope between points half its length apart (Theil, Sen)."""
+    """Return the distances of points from a line, whose slope is the median between points half its length apart.
+
+    The method is that of Theil and Sen.
+    """
     (centre, direction), aside = fit_line(points)
     along = (points - centre) @ direction
     half = len(points) // 2
@@ -59,12 +62,18 @@ def light_across(
 
 
 def quadrilateral(lines: list[Floats]) -> Floats:
-    """Return the corners of four sides, each a point and a direction; corner i is where side i begins, (4, 2)."""
+    """Return the corners of a quadrilateral, (4, 2), from its sides. Corner i is the one at which side i begins.
+
+    A side is a point and a direction.
+    """
     return np.array([meeting(lines[side - 1], lines[side]) for side in range(4)])
 
 
 def refined_corners(brightness: Map, corners_px: Floats, module_px: float) -> Floats | None:
-    """Refine corners that are within half a module, in linear light, (4, 2); None if an edge is hidden."""
+    """Refine corners, (4, 2), that are off by less than half a module. None if an edge is hidden.
+
+    ``brightness`` is linear light.
+    """
     for reach in REACH:
         edges = [_edge(brightness, corners_px, side, reach * module_px) for side in range(4)]
         lines = [edge for edge in edges if edge is not None]
@@ -75,7 +84,7 @@ def refined_corners(brightness: Map, corners_px: Floats, module_px: float) -> Fl
 
 
 def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> Floats | None:
-    """Return the line, a point and a direction, of mean light between black and white; None if too little shows."""
+    """Return the line, a point and a direction, half way between black and white. None if too little of it shows."""
     # Near the corners, blur mixes two edges.
     offset = np.linspace(-reach_px, reach_px, ACROSS)
     foot, outward, light = light_across(brightness, corners_px, side, np.linspace(0.1, 0.9, ALONG), offset)

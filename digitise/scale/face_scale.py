@@ -1,4 +1,4 @@
-"""The scale by the size of the sample's face and its four corners, from its edges or given."""
+"""The scale from the size of the sample's face and its four corners, which are given or detected by its edges."""
 
 from pathlib import Path
 
@@ -39,16 +39,17 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
     aspect, expected = _aspect(corners), size_mm[0] / size_mm[1]
     if not np.isfinite(aspect) or abs(np.log(aspect / expected)) > ASPECT_TOLERANCE:
         raise InputError(
-            f"{file}: the face found is {aspect:.2f} times as wide as high, that of face_mm {expected:.2f}: "
-            "check face_mm (width, height in the photo), or give face_corners_px."
+            f"{file}: the detected face is {aspect:.2f} times as wide as high, but that of face_mm {expected:.2f} "
+            "times: check face_mm (width, height in the photo), or give face_corners_px."
         )
     return corners, bend_px
 
 
 def see_face(brightness: Map) -> Floats | None:
-    """Find the corners in px of a face of unknown size, (4, 2); None if there is no filled one with straight sides.
+    """Find the corners in px of a face of unknown size, (4, 2). None if no filled region has straight sides.
 
-    A face's shadow would be the longest dark line in the photo. All four edges must be inside the photo.
+    Without them, the shadow of a face would be the longest dark line in the photo. All four edges must be inside the
+    photo.
     """
     rough = _rough_corners(brightness, LEAST_PART_UNMEASURED, LEAST_FILLED)
     if rough is None:
@@ -99,7 +100,7 @@ def _rough_corners(brightness: Map, least_part: float = LEAST_PART, least_filled
 
 
 def _aspect(corners: Floats) -> float:
-    """Return the mean width over the mean height of a quadrilateral in order."""
+    """Return the mean width over the mean height of a quadrilateral whose corners are in order."""
     lower, right, upper, left = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
     return float((lower + upper) / (left + right))
 
@@ -114,7 +115,7 @@ def _ordered(corners: Floats) -> Floats:
 
 
 def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
-    """Fit a line through the steepest light along one side, inside of any gap; and its points' distances, px."""
+    """Fit a line through the steepest light along one side, inside any gap. Also return its points' distances, px."""
     reach = max(6.0, 0.012 * max(soft.shape))
     offsets = np.arange(-reach, reach + 0.25, 0.5)
     foot, outward, light = light_across(soft, corners, side, np.linspace(0.04, 0.96, 200), offsets)
@@ -200,8 +201,8 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
     aspect, expected = _aspect(corners_px), settings.face_mm[0] / settings.face_mm[1]
     if max(aspect / expected, expected / aspect) > MOST_FORESHORTENED:
         raise InputError(
-            f"{file}: the face of face_corners_px is {aspect:.2f} times as wide as high, that of face_mm "
-            f"{expected:.2f}; list lower left, lower right, upper right, upper left (px, y down), or correct face_mm "
-            "(width, height in the photo)."
+            f"{file}: the face of face_corners_px is {aspect:.2f} times as wide as high, but that of face_mm "
+            f"{expected:.2f} times; list lower left, lower right, upper right, upper left (px, y down), or correct "
+            "face_mm (width, height in the photo)."
         )
     return corners_px

@@ -1,4 +1,4 @@
-"""A frame of markers to print, to cut out and to lay level with a sample's face; and its table for the trial file."""
+"""Draw a frame of markers to print, cut out and lay level with a sample's face, and its table for the trial file."""
 
 from dataclasses import dataclass
 from io import BytesIO
@@ -42,7 +42,7 @@ INSTRUCTIONS = (
     'Print at 100 % ("actual size", not "fit to page"), on matt paper or card, and glue it flat.',
     "Measure the ruler. If it is not 100.0 mm, multiply every mm of [photo.markers] by its length / 100.",
     "Cut out the opening, and lay the frame level with the cracked face, with this text upright in the photo.",
-    "Each mm above or below the face is 1 mm / distance to the camera of every length: 0.33 % at 300 mm.",
+    "Each mm above or below the face changes every length by 1 mm / distance to the camera: 0.33 % at 300 mm.",
 )
 
 
@@ -102,7 +102,7 @@ def draw_frame(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> 
 
 
 def as_pdf(frame: MarkerFrame) -> bytes:
-    """Return the page as PDF, with the wish that viewers print it unscaled (ISO 32000-1, 12.2: PrintScaling)."""
+    """Return the page as PDF, marked so that viewers print it unscaled (ISO 32000-1, 12.2: PrintScaling)."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_pdf import Name, PdfFile, RendererPdf
 
@@ -163,7 +163,7 @@ def board_around(face_mm: tuple[float, float], size_mm: float, dictionary: str, 
     if apart_mm < needed_mm:
         raise InputError(
             f"{count} markers of {size_mm:g} mm around a face of {width:g} x {height:g} mm would be {apart_mm:.1f} mm "
-            f"apart; with white between they need {needed_mm:.1f}. Give a smaller --size-mm, or --count 4."
+            f"apart; with white between them they need {needed_mm:.1f}. Give a smaller --size-mm, or --count 4."
         )
     places = [(x, y) for y in rows for x in columns if (x, y) != (width / 2, height / 2)]
     markers = tuple(Marker(id=number, x_mm=x, y_mm=y) for number, (x, y) in enumerate(places))
@@ -185,7 +185,7 @@ def _bar(ring_mm: Floats, grey: float) -> Bar:
 
 
 def _ruler(left_mm: float, low_mm: float) -> list[Bar]:
-    """Draw 100 mm from the outer edge of the first mark to that of the last, with a mark every 10 mm."""
+    """Draw a ruler with a mark every 10 mm, 100 mm long from the outer edge of the first mark to that of the last."""
     marks = [
         Bar(left_mm + 10 * i - RULER_THICK_MM / 2, low_mm, RULER_THICK_MM, 3.0 if i % 5 else 4.5) for i in range(1, 10)
     ]

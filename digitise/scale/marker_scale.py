@@ -1,4 +1,7 @@
-"""Printed markers in a photo, and the scale by them: in error by their distance from the face over the camera's."""
+"""Find printed markers in a photo, and the scale that they give.
+
+If the markers are above or below the face, the scale is off by that distance divided by the camera's distance.
+"""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -23,8 +26,9 @@ from sealtwin.core.records import Floats
 class MarkerLimits:
     """Limits of the scale by markers, of the search for them, and of the check that they are level with the face.
 
-    Each line states what its value rests on. Standard uncertainties enter that of the scale. The other fields accept or
-    refuse a photo: stricter ones refuse sound boards in coarse photos, looser ones accept a wrong table.
+    Each line states what its value rests on. Standard uncertainties are part of the scale's uncertainty. The other
+    fields accept or refuse a photo: stricter ones refuse sound boards in coarse photos, looser ones accept a wrong
+    table.
     """
 
     residual_mm: float = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
@@ -62,7 +66,7 @@ DICTIONARY = {
 
 
 def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, face_mm: Box | None) -> Scale:
-    """Fit the scale to the detected markers. Raises InputError if they are too few, double or misplaced."""
+    """Fit the scale to the detected markers. Raises InputError if they are too few, double, or misplaced."""
     size_px, file = pixels.size_px, pixels.file
     corners_px = find_markers(pixels.image, pixels.brightness, board, file)
     markers = [marker for marker in board.markers if marker.id in corners_px]
@@ -79,11 +83,11 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
         worst = markers[int(np.argmax(miss_mm)) // LIMITS.corners].id
         raise InputError(
             f"{file}: markers misfit by {residual_mm:.2f} mm (limit {limit_mm:.2f}); worst: marker {worst}. "
-            f"Check x_mm, y_mm and size_mm, and that all lie flat, level with what is measured"
-            f"{'; or let lens be auto' if settings.lens == 'none' else ''}."
+            f"Check x_mm, y_mm and size_mm, and that all markers are flat and level with the face"
+            f"{'; or set lens to auto' if settings.lens == 'none' else ''}."
         )
     if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
-        raise InputError(f"{file}: by its markers, face_mm is outside the photo: check x_mm, y_mm and face_mm.")
+        raise InputError(f"{file}: according to the markers, face_mm is outside the photo: check them and face_mm.")
     middle_mm = view.to_mm(places)[MIDDLE]
     distance_mm, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)
@@ -105,7 +109,7 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
 
 
 def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> tuple[Fit, Floats]:
-    """Fit a view to the corners of markers, with a lens if they show one; and return its covariance."""
+    """Fit a view to the corners of markers, with a lens if they show one. Return the fit and its covariance."""
     if lens_wanted:
         bent = fit_view(seen_px, true_mm, size_px, lens=True)
         covariance = bent.covariance_by_group(LIMITS.corners)
@@ -120,10 +124,10 @@ def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens
 def check_level(
     brightness: Map, view: View, face_mm: Box | None, given_px: Floats | None, distance_mm: float | None, file: Path
 ) -> tuple[float, tuple[str, ...]]:
-    """Compare the face's edges, detected or given as corners, with their place by the markers.
+    """Compare the face's edges, detected or given as corners, with their place according to the markers.
 
-    Returns the face's size in their plane over face_mm, less 1, or 0, and warnings. Raises InputError if they are too
-    far from level.
+    Returns by what share the face, measured in the markers' plane, is larger than face_mm, and warnings. The share is 0
+    if the edges are not visible or agree. Raises InputError if the markers are too far from level with the face.
     """
     corners_px = given_px
     if corners_px is None and face_mm is not None:
@@ -138,8 +142,8 @@ def check_level(
     if abs(grown) <= LIMITS.sigmas * np.hypot(FACE_MM, LIMITS.edge_px * px_mm) / np.hypot(width_mm, height_mm):
         return 0.0, ()
     comparison = (
-        f"by the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm; face_mm is "
-        f"{width_mm:g} x {height_mm:g}"
+        f"according to the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm; "
+        f"face_mm is {width_mm:g} x {height_mm:g}"
     )
     side = "below" if grown > 0 else "above"
     cause = f"markers {side} the face"
@@ -147,10 +151,10 @@ def check_level(
         cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, {distance_mm:.0f} mm from the camera,"
     if abs(grown) > LIMITS.most:
         raise InputError(
-            f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} cause "
-            "that."
+            f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} "
+            "would cause this."
         )
-    return grown, (f"{comparison}, {abs(grown):.1%} off, as {cause} would be",)
+    return grown, (f"{comparison}, {abs(grown):.1%} off: {cause} would cause this",)
 
 
 def _rule(distance_mm: float | None, unmeasured: bool) -> str:
@@ -178,7 +182,7 @@ def _face_near(brightness: Map, rough_px: Floats) -> Floats | None:
 
 
 def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -> Floats | None:
-    """Fit a line, a point and a direction, where light first differs from the face's, going outward."""
+    """Fit a line, a point and a direction, to the first places outward whose light differs from the face's."""
     offset = np.arange(-reach_px, reach_px + LIMITS.step_px, LIMITS.step_px)
     share = np.linspace(0.06, 0.94, LIMITS.rows)
     foot, outward, light = light_across(brightness, rough_px, side, share, offset, cv2.BORDER_CONSTANT)
@@ -205,7 +209,7 @@ def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -
 
 
 def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, file: Path) -> dict[int, Floats]:
-    """Find markers by id: corners in px, (4, 2), clockwise from the upper left; raise InputError below four."""
+    """Find markers by id: corners in px, (4, 2), clockwise from the upper left. Raises InputError if under four."""
     expected = {marker.id for marker in board.markers}
     rough = _search(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8), board, expected, file)
     cells = _dictionary(board).markerSize + 2
@@ -216,8 +220,9 @@ def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, 
     clear = {number: quad for number, quad in refined.items() if quad is not None}
     if len(clear) < LIMITS.min_markers:
         raise InputError(
-            f"{file}: found {len(clear)} of {len(expected)} markers of {board.dictionary}, need {LIMITS.min_markers} "
-            f"(missing {_listed(expected - set(clear))}). Take a sharp photo that shows them, with white around each."
+            f"{file}: found {len(clear)} of {len(expected)} markers of {board.dictionary}; {LIMITS.min_markers} are "
+            f"needed (missing {_listed(expected - set(clear))}). Take a sharp photo that shows them, with white "
+            "around each."
         )
     return clear
 
@@ -225,7 +230,8 @@ def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, 
 def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, ...]:
     """Return a warning if the photo shows markers, and its scale was ``given`` in another way.
 
-    Their size is unknown: the warning states it by that scale, and the scale by the size that is printed by default.
+    The size of these markers is unknown. The warning states the size that the given scale implies, and the scale that
+    the size printed by default implies.
     """
     small = _at_most(pixels.image, LIMITS.glance_px)
     for dictionary in DICTIONARY:
@@ -250,10 +256,10 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
             f"printed by default, the scale is {by_markers:.4g} mm/px, {abs(off):.1%} {side} {given}"
         )
         if abs(off) <= LIMITS.most_off:
-            return (f"{comparison}; [photo.markers] in its place would show the camera's tilt as well",)
+            return (f"{comparison}; [photo.markers] instead would show the camera's tilt as well",)
         return (
-            f"{comparison}, by which they would be {side_px * mm_per_px:.1f} mm wide: measure one, and correct the "
-            "scale or give [photo.markers] in its place",
+            f"{comparison}. With this scale they are {side_px * mm_per_px:.1f} mm wide: measure one, and correct the "
+            "scale or give [photo.markers] instead",
         )
     return ()
 

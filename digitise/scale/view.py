@@ -1,4 +1,4 @@
-"""View of the face's plane by a camera: the mapping between pixels and millimetres, its fit to points, its spread."""
+"""View of the face's plane by a camera: mapping between pixels and millimetres, its fit to points, its uncertainty."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -88,7 +88,7 @@ class Scale:
 
 
 def places_px(view: View, size_px: tuple[int, int], face_mm: Box | None) -> Floats:
-    """Return points (25, 2) over the face, or over the photo's inner half; the middle one is at ``MIDDLE``."""
+    """Return points (25, 2) spread over the face, or over the photo's inner half. The middle one is at ``MIDDLE``."""
     fifths = np.stack(np.meshgrid(np.linspace(0, 1, 5), np.linspace(0, 1, 5)), axis=-1).reshape(-1, 2)
     if face_mm is not None:
         low, high = np.reshape(face_mm, (2, 2))
@@ -116,7 +116,7 @@ class Fit:
         return self.view_by(self.parameters)
 
     def view_by(self, parameters: Floats) -> View:
-        """Return the view with other parameters."""
+        """Return the view that these parameters describe."""
         to_unit = np.diag([1 / self.unit_px, 1 / self.unit_px, 1.0]) @ _shift(-self.centre_px)
         to_mm = _shift(self.centre_mm) @ np.diag([self.unit_mm, self.unit_mm, 1.0])
         mm_from_px = to_mm @ np.linalg.inv(_homography(parameters)) @ to_unit
@@ -148,7 +148,7 @@ class Fit:
         return np.sqrt(np.einsum("np,pq,nq->n", gradient, covariance, gradient))
 
     def spread_of_scale(self, places_px: Floats, covariance: Floats) -> float:
-        """Return the relative standard deviation of the local scale, RMS over some places in the photo."""
+        """Return the relative standard deviation of the local scale, RMS over ``places_px`` in the photo."""
         spread = self.spread(lambda view: view.mm_per_px_at(places_px), covariance)
         return float(np.sqrt(np.mean((spread / self.view.mm_per_px_at(places_px)) ** 2)))
 
@@ -187,8 +187,8 @@ def find_pose(
 ) -> tuple[float | None, float | None]:
     """Find the camera's distance from the middle of the face, mm, and the tilt of its axis to the normal, degrees.
 
-    They follow from the measured distance, the camera's own focal length, or else perspective (Zhang 2000). If the
-    photo does not show them well enough, the tilt is None and the distance the measured one.
+    They follow from the measured distance, from the camera's own focal length, or else from perspective (Zhang 2000).
+    If the photo does not show them well enough, the tilt is None, and the distance is the measured one.
     """
 
     def read(view: View) -> Floats:
@@ -215,7 +215,7 @@ def _distance_mm(plane: Floats, middle: Floats, focal_px: float) -> float:
 
 
 def _focal_px(plane: Floats) -> float:
-    """Return the focal length for which the face's axes are orthogonal and of equal scale; NaN without one."""
+    """Return the focal length for which the face's axes are orthogonal and of equal scale; NaN if there is none."""
     (u, v), (p, q), (s, t) = plane[:, :2]
     flat, deep = np.array([u * v + p * q, u * u + p * p - v * v - q * q]), np.array([s * t, s * s - t * t])
     # For a camera square to the face both are 0, and any focal length fits.

@@ -1,4 +1,4 @@
-"""The sample as a watertight solid: a block less the crack's cavity, from the outline and a measured depth."""
+"""Build the sample as a watertight solid: a block less the crack's cavity, from the outline and a measured depth."""
 
 from dataclasses import replace
 
@@ -112,7 +112,7 @@ def with_weighed(solid: Solid, weighed: WeighedCavity) -> Solid:
 
 
 def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> Span | None:
-    """Return the cavity's volume at both ends of the width's interval; each wall moves as a whole, at any tilt."""
+    """Return the cavity's volume at both ends of the width's interval. Each wall moves as a whole, at any tilt."""
     if outline.width_95_mm is None:
         return None
     area_mm2 = float(np.trapezoid(shape.depth_at_mm(outline.s_mm), outline.s_mm))
@@ -183,8 +183,8 @@ def _require_room(footprint: Footprint, shape: CrackShape) -> None:
     if max(left_deg, right_deg) == 0:
         remedy = f"no wall_angle_deg of {SMALLEST_DEG}° or more fits"
     raise InputError(
-        f'With tilt = "undercut", walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, {fault}; {remedy}, and '
-        'tilt = "lean" keeps the width.'
+        f'With tilt = "undercut" and walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, {fault}; {remedy}. '
+        'Or choose tilt = "lean", which keeps the width.'
     )
 
 
@@ -216,8 +216,9 @@ def _require_agreement(cavity_mm3: float, variants: TiltVariants, footprint: Foo
         integral_mm3 = cavity_volume_mm3(footprint, shape, FINER)
     if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
         raise InputError(
-            f"The mesh's cavity holds {cavity_mm3:.6g} mm³, the sections of its outline {integral_mm3:.6g} mm³: they "
-            f"may differ by {CAVITY_TOLERANCE:.1%}. Reduce floor_thickness_mm and margin_mm, or choose another tilt."
+            f"The mesh's cavity holds {cavity_mm3:.6g} mm³, but the sections of its outline {integral_mm3:.6g} mm³: "
+            f"they may differ by at most {CAVITY_TOLERANCE:.1%}. Reduce floor_thickness_mm and margin_mm, or choose "
+            "another tilt."
         )
 
 
@@ -229,8 +230,8 @@ def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, va
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
         f"At {_angles(shape)} the walls meet above the requested depth {depth_mm} along "
-        f"{closing.share_above_floor:.0%} of the crack, at {closing.mean:.1f} mm on average over all of it; volume "
-        f"{variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
+        f"{closing.share_above_floor:.0%} of the crack, at {closing.mean:.1f} mm on average over all of it. The volume "
+        f"is {variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
         'tilt = "flare" or "lean", or accept the V.'
     ]
 

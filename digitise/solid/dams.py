@@ -1,4 +1,4 @@
-"""Dams at open ends, like the paper's tape; a check that the cavity leaves the block only there; labels of faces."""
+"""Make dams at open ends, like the paper's tape. Check that the cavity leaves the block only there. Label faces."""
 
 from dataclasses import dataclass
 
@@ -106,7 +106,7 @@ def plates_over(footprint: Footprint, sections: list[CrossSection]) -> tuple[Dam
 
 
 def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
-    """Return the box of a plate over an opening and its overlap, outside the block's side, up to its corners."""
+    """Return the box of a plate outside the block's side, over an opening and its overlap, up to the corners."""
     along = 1 - side % 2
     low = max(float(at_side[:, along].min()) - DAM_OVERLAP_MM, block_mm[along])
     high = min(float(at_side[:, along].max()) + DAM_OVERLAP_MM, block_mm[along + 2])
@@ -116,7 +116,7 @@ def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
 
 
 def sheltered(footprint: Footprint, plates: tuple[Dam, ...]) -> CrossSection:
-    """Return the region of the block that a crack may take: off its sides, or behind a dam."""
+    """Return the region of the block that a crack may occupy: away from the block's sides, or behind a dam."""
     x_min, y_min, x_max, y_max = footprint.block_mm
     safe = box_region((x_min + CLEARANCE_MM, y_min + CLEARANCE_MM, x_max - CLEARANCE_MM, y_max - CLEARANCE_MM))
     for plate in plates:
@@ -137,8 +137,8 @@ def _require_clearance(
         points = np.vstack([polygon for piece in exposed for polygon in piece.to_polygons()])
         away_mm = np.abs(points[:, [0, 1, 0, 1]] - block_mm).min()
         raise InputError(
-            f"Crack mouth or floor comes within {away_mm:.2g} mm of the block side, where no open end is; at least "
-            f"{CLEARANCE_MM} mm must remain. Mark an open end there, or give a larger face_mm or margin_mm."
+            f"Crack mouth or floor comes within {away_mm:.2g} mm of the block's side at a place without an open end; "
+            f"at least {CLEARANCE_MM} mm must remain. Mark an open end there, or give a larger face_mm or margin_mm."
         )
 
 
@@ -149,7 +149,7 @@ def tilted_out(spread_mm: float) -> InputError:
     """Return the refusal of a crack that leaves the sample by its tilt, not by its trace."""
     return InputError(
         f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, which takes the crack to within "
-        f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. {REDUCE_ANGLE}, check "
+        f"{CLEARANCE_MM} mm of the block's side, or through it, at a place without an open end. {REDUCE_ANGLE}, check "
         'depth_mm, or choose tilt = "vertical".'
     )
 

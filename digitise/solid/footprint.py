@@ -1,4 +1,4 @@
-"""Plan view of the crack and its block, one clean region extended past its flat ends; and a floor of changing depth."""
+"""Plan view of the crack and its block: one clean region extended past its flat ends, and a floor of changing depth."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,7 +27,7 @@ ROOM_MM = 10.0  # Margin of the floor around the block: a dam is 4 mm thick
 
 @dataclass(frozen=True)
 class CrackEnd:
-    """One end of the crack: a tip, or flat. A flat end is open at the block's side or cut by a wall across."""
+    """One end of the crack. It is a tip, or it is flat: open at the block's side, or cut by a wall across the crack."""
 
     number: int  # 0 at s = 0, 1 at the far end
     kind: EndKind
@@ -58,7 +58,7 @@ class CrackEnd:
 
     @property
     def to_left(self) -> Floats:
-        """Unit vector to the left of growing s."""
+        """Unit vector to the left of the direction in which s grows."""
         onward = self.outward if self.number else -self.outward
         return np.array([-onward[1], onward[0]])
 
@@ -213,7 +213,7 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
 
 
 def _stopper(end: CrackEnd, reach_mm: float, spread_mm: float) -> CrossSection:
-    """Return the ground beyond a cut end that contains all of its tilted run-out."""
+    """Return the ground beyond a cut end. It contains all of the end's tilted run-out."""
     # The run-out of an oblique cut drifts sideways.
     drift_mm = reach_mm * float(np.linalg.norm(end.run_out))
     side = (drift_mm + reach_mm) * end.across
@@ -272,7 +272,7 @@ def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm:
 
 
 def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]:
-    """Return arc lengths, those of the table included, and the smoothed centreline there, (n,) and (n, 2)."""
+    """Return arc lengths, (n,), including those of the table, and the smoothed centreline at them, (n, 2)."""
     s_mm = arc_length(centreline_mm)
     even_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] / STATION_MM)))
     smooth_mm = smoothed(at_arc_length(centreline_mm, s_mm, even_mm), SMOOTHED_STATIONS)
@@ -286,13 +286,13 @@ def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]
 
 
 def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
-    """Return unit vectors square to the line, (n, 2); the bend continues at its ends."""
+    """Return unit vectors square to the line, (n, 2). The bend of the line continues at its ends."""
     x, y = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1).T
     return np.column_stack([-y, x]) / np.hypot(x, y)[:, None]
 
 
 def _around(places_mm: Floats, box_mm: Box) -> Floats:
-    """Return four corners around the places and the box with its dams, since their corners need a depth too."""
+    """Return four corners around the places and the box with its dams. The corners of dams need a depth too."""
     low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
     high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
     return np.array([low, (high[0], low[1]), high, (low[0], high[1])])

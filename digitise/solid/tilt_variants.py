@@ -1,4 +1,4 @@
-"""Sections, volumes and widths of one outline under each tilt, by its offsets; the solid is checked against them."""
+"""Compute sections, volumes and widths of one outline under each tilt from its offsets, to check the solid."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -64,13 +64,13 @@ def _slopes(shape: CrackShape) -> tuple[float, float]:
 
 
 def _slopes_across(edges_mm: Floats, width_mm: float, shape: CrackShape) -> Floats:
-    """Return the slopes of walls at ``edges_mm`` from the left wall; the centreline is half way across."""
+    """Return the slopes of walls at distances ``edges_mm`` from the left wall. The centreline is half way across."""
     left, right = _slopes(shape)
     return np.where(edges_mm < width_mm / 2, left, right)
 
 
 def _among_stones_mm2(edges_mm: Floats, width_mm: float, depth_mm: float, whole_mm2: float, shape: CrackShape) -> float:
-    """Return the area of a section less its stones; ``edges_mm`` are their sides from the left wall, in pairs."""
+    """Return the area of a section less its stones. ``edges_mm`` are the stones' sides from the left wall, in pairs."""
     if shape.tilt == "funnel":
         edges_mm = np.concatenate([[0.0], edges_mm, [width_mm]])
     closing = _slopes_across(edges_mm, width_mm, shape).reshape(-1, 2).sum(axis=1)
@@ -141,7 +141,7 @@ def _stones(outline: Outline) -> dict[int, Floats]:
 
 
 class Slicer:
-    """Horizontal sections of the cavity at any depth, inside the block, cut ends closed."""
+    """Horizontal sections of the cavity at any depth, inside the block. Cut ends are closed."""
 
     def __init__(self, footprint: Footprint, shape: CrackShape) -> None:
         self._footprint = footprint
@@ -185,7 +185,7 @@ class Slicer:
 
 
 def meeting_share(slicer: Slicer, shape: CrackShape) -> float | None:
-    """Return the largest share of an undercut's move that keeps its parts apart below the face; None if all does.
+    """Return the largest share of an undercut's move that keeps its parts apart below the face; None if all of it does.
 
     Parts that meet leave a hanging stone, or a bridge over the crack. A spike that ends above the floor is neither.
     """
@@ -205,7 +205,7 @@ def _matched(region: CrossSection, within: CrossSection) -> bool:
 
 
 def largest_share(fails: Callable[[float], bool]) -> float | None:
-    """Return the largest share of the walls' move that does not fail, to 1/8192; None if all of the move does not."""
+    """Return the largest share of the walls' move that does not fail, to 1/8192. None if all of it does not fail."""
     if not fails(1.0):
         return None
     low = next((level for level in range(LEVELS - 1, 0, -1) if not fails(level / LEVELS)), 0)
@@ -237,7 +237,7 @@ def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, finer: int = 1) -
 
 @dataclass(frozen=True)
 class TiltVariants:
-    """Widths for the chosen tilt, and volumes for all tilts at its angle; fields of ``SolidFigures``."""
+    """Widths for the chosen tilt, and volumes for all tilts at its angle. They are fields of ``SolidFigures``."""
 
     photo_width_mm: float
     mouth_width_mm: float

@@ -1,6 +1,7 @@
 """Block minus tilted cavity, as unions of wedges: every wall face has exactly the tilt's angle.
 
-Wedges, triangles swept along a wall, are united before they are subtracted: one after the other they leave fins.
+Wedges are triangles swept along a wall. They are united before they are subtracted, because subtracting one after the
+other leaves fins.
 """
 
 import numpy as np
@@ -24,7 +25,7 @@ def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
 
 
 def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
-    """Return the walls that have an angle: those of a flare from its floor up, others from the mouth down."""
+    """Return the walls that have an angle. Those of a flare rise from its floor, others go down from the mouth."""
     left_mm, right_mm = wall_shifts_mm(shape)
     outward = -1.0 if shape.tilt == "funnel" else 1.0
     stretches = []

@@ -1,4 +1,4 @@
-"""The trace page: photos in this machine's browser, one after the other, and the hints given there.
+"""The trace page: it shows photos in this machine's browser, one after the other, and takes the user's hints.
 
 It writes no file itself.
 """
@@ -67,7 +67,7 @@ class Farewell(Settings):
 
 
 class Turn(Settings):
-    """Request to show another photo, by its place in the list."""
+    """Request to show another photo. The photo is given by its place in the list."""
 
     photo: Annotated[int, Field(ge=0)]
 
@@ -113,7 +113,7 @@ class TracePage(PageServer):
 
     @property
     def photos(self) -> list[dict[str, Any]]:
-        """Photos of the list on the page, which is empty if there is only one."""
+        """Photos in the page's list. The list is empty if there is only one photo."""
         if len(self._sheets) == 1:
             return []
         return [

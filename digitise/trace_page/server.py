@@ -103,11 +103,11 @@ class PageServer(ThreadingHTTPServer):
             yield door.as_uri()
 
     def get(self, name: str) -> Content | None:
-        """Return the content of a name; None for other names."""
+        """Return the content with a name; None if there is none."""
         raise NotImplementedError
 
     def post(self, name: str, body: bytes) -> Iterator[dict[str, Any]] | None:
-        """Return lines of JSON, each to be sent at once; None as in ``get``. Raises ValueError for a bad body."""
+        """Return lines of JSON, each to be sent at once; None for an unknown name. Raises ValueError for a bad body."""
         raise NotImplementedError
 
     def process_request(self, request: Any, client_address: Any) -> None:

@@ -70,7 +70,7 @@ class Hints(Settings):
         return cls(**{key: getattr(photo, key) for key in cls.model_fields if key in photo.model_fields_set})
 
     def said(self, keys: frozenset[str] | None = None) -> dict[str, Any]:
-        """Return the hints that were given, of ``keys`` or of all."""
+        """Return the hints that were given; with ``keys``, only those among them."""
         return self.model_dump(mode="json", exclude_none=True, include=None if keys is None else set(keys))
 
 
@@ -102,7 +102,10 @@ def rest_of(photo: PhotoInput) -> dict[str, Any]:
 
 
 def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
-    """Return photo settings with the scale that markers or hints give, or None. Raises InputError for half a scale."""
+    """Return photo settings with the scale that markers or hints give; None if they give no scale.
+
+    Raises InputError for an incomplete scale.
+    """
     given = hints.said(SCALE_KEYS)
     if not rest.get("markers") and not given.keys() - {"scale_is"}:
         return None
@@ -116,7 +119,7 @@ def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
 
 
 class Pyramid:
-    """A photo in tiles at halving sizes, so that a browser fetches only what it shows; the last level is one tile."""
+    """A photo in tiles at halving sizes, so that a browser fetches only what it shows. The last level is one tile."""
 
     def __init__(self, image: Pixels) -> None:
         self._levels = [image]
@@ -157,10 +160,13 @@ class _Scaled(NamedTuple):
 
 
 class TraceSession:
-    """Traces one photo, for any thread; of simultaneous requests only the newest is finished."""
+    """Traces one photo. Any thread may call it; of simultaneous requests only the newest is finished."""
 
     def __init__(self, settings: PhotoInput, folder: Path, hints: Hints) -> None:
-        """Read the photo; ``hints``, not those in ``settings``, are the first. Raises InputError for a bad photo."""
+        """Read the photo. Raises InputError for a bad photo.
+
+        ``hints`` are the first hints, instead of those in ``settings``.
+        """
         self._rest, self.hints = rest_of(settings), hints
         pixels = read_pixels(settings, folder)
         # Messages on the page name the photo without its folder.
@@ -188,9 +194,9 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Yield scale, cracks without ends, path, walls of a smaller copy and walls; the last may be a refusal.
+        """Yield scale, cracks if no ends are given, path, walls of a smaller copy and walls. The last may be a refusal.
 
-        ``revision`` increases with each request; raises OutdatedError if there is a newer one.
+        ``revision`` increases with each request. Raises OutdatedError if there is a newer one.
         """
         self._newest = max(self._newest, revision)
         self._check_newest(revision)
@@ -262,7 +268,7 @@ class TraceSession:
 
 
 def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
-    """Describe the scale; ``corners_px`` are the face's if its edges gave them, so that they can be adjusted."""
+    """Describe the scale. ``corners_px`` are the face's if its edges gave them; the user can then adjust them."""
     photo = with_scale.photo
     refused = with_scale.refused and _for_page(True, with_scale.refused)
     answer: Answer = {"refused": refused, "markers_px": [_rounded(corners) for corners in photo.markers_px]}
@@ -319,7 +325,7 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
 
 
 def _for_page(in_mm: bool, sentence: str) -> str:
-    """Name the page's controls in place of settings, and px in place of mm if there is no scale."""
+    """Replace the settings in a sentence by the page's controls, and mm by px if there is no scale."""
     if not in_mm:
         sentence = re.sub(r"\bmm\b", "px", sentence)
     return re.sub(r"\b(?:photo\.)?([a-z]+(?:_[a-z]+)+|overlay\.png)\b", lambda it: CONTROLS.get(it[1], it[0]), sentence)

@@ -40,7 +40,7 @@ def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], 
             warnings.append(
                 f"the crack goes on beyond the end {listed(inward_px[:1])} px for about "
                 f"{beyond_px * photo.mm_per_px:.1f} mm ({beyond_px:.0f} px), which are not part of the result: give "
-                "its own end in ends_px to have all of it"
+                "the crack's own end in ends_px to include all of it"
             )
     return warnings
 

@@ -50,7 +50,7 @@ TONE_WEIGHTS = np.array([1, 4, 1]) / 6  # Their weights (Gauss-Hermite)
 
 @dataclass(frozen=True)
 class BoxFit:
-    """A fitted crack."""
+    """The result of the fit of a thin crack."""
 
     widths_px: Floats  # (windows,)
     offsets_px: Floats  # (windows,): of the crack's middle from the line
@@ -62,7 +62,7 @@ class BoxFit:
 
 @dataclass(frozen=True)
 class _Shape:
-    """Widths, offsets and blur, the best ones for a darkness and a tone curve."""
+    """Widths, offsets and blur that fit best for a given darkness and tone curve."""
 
     widths_px: Floats
     offsets_px: Floats
@@ -75,7 +75,7 @@ class _Shape:
 def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -> BoxFit:
     """Fit windows of light across a crack about ``width_px`` wide, (windows, places).
 
-    ``ground``, (n, places), is windows next to the crack, which show the noise.
+    ``ground``, (n, places), are windows next to the crack, which show the noise.
     """
     shapes, weights = list[_Shape](), list[Floats]()
     likely = 1 / (1 + np.exp((1 - DARKNESS - MODEL.inner_light) / MODEL.fade))

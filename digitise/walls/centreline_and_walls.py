@@ -88,8 +88,8 @@ def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
     length_px = float(arc_length(path.points_px)[-1])
     if length_px < LIMITS.least_slenderness * path.width_px:
         raise InputError(
-            f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; need "
-            f"{LIMITS.least_slenderness:g} times its width: give ends_px farther apart."
+            f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; it needs "
+            f"{LIMITS.least_slenderness:g} times its width in length: give ends_px farther apart."
         )
     width_px = max(path.width_px, LEAST_WIDTH_PX)
     patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * LIMITS.reach) * width_px)
@@ -125,8 +125,8 @@ def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
     least_px = max(MIN_WIDTH_PX, walls.blur_px / LIMITS.most_blur)
     if width_mm < least_px * photo.mm_per_px:
         raise TooThinError(
-            f"{photo.file}: the crack is {width_mm / photo.mm_per_px:.1f} px wide; need {least_px:.2g} px between its "
-            "walls."
+            f"{photo.file}: the crack is {width_mm / photo.mm_per_px:.1f} px wide; {least_px:.2g} px are needed "
+            "between its walls."
         )
     beyond_mm = (whole_mm[1] - whole_mm[0]) - (span_mm[1] - span_mm[0])
     return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_mm / photo.mm_per_px, missing, beyond_mm)
@@ -144,7 +144,7 @@ def _judged_ends(photo: Photo, patch: Patch, path: CrackPath, walls: Walls) -> E
 
 
 def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
-    """Return the line extended to its tips and past its ends; at an open end its part near the edge is replaced."""
+    """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
         rim_mm = LIMITS.clear * width_mm + 2 * EDGE_PX * photo.mm_per_px
@@ -190,7 +190,7 @@ def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: En
 
 
 def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: Ends) -> Floats:
-    """Return the wall, continued straight past its last step at open ends; rays would draw it along the edge there."""
+    """Return the wall, continued straight past its last step at open ends. Rays would draw it along the edge there."""
     wall_mm = wall_mm.copy()
     if np.count_nonzero(has_step) <= LIMITS.onward:
         return wall_mm
@@ -263,6 +263,6 @@ def _check_found(photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float,
         raise InputError(
             f"{photo.file}: walls not found on {missing:.0%} of the path (at most {MOST_MISSING:.0%}); look at the "
             "photo for shadows and dirt along the crack, and give ends_px of a clearer part, or paint the crack by "
-            "hand in photo.mask, as in coarse ground."
+            "hand in photo.mask, for example if the ground is coarse."
         )
     return missing

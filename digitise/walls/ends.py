@@ -28,8 +28,8 @@ BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front;
 def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm: float, outward: int) -> float:
     """Return the arc length of the tip near ``near_mm`` on a line that runs past it.
 
-    ``outward`` is the direction out of the crack, 1 or -1 along the line. The width is the missing brightness, summed
-    across. At a round tip its square falls linearly to 0.
+    ``outward`` is the direction out of the crack, 1 or -1 along the line. The width at each station is measured by the
+    brightness that is missing across the line. At a round tip, the square of the width falls linearly to 0.
     """
     s_mm, px = arc_length(line_mm), photo.mm_per_px
     inner = np.flatnonzero(walls.both_found & (outward * (s_mm - near_mm) <= 0))

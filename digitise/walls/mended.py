@@ -29,7 +29,7 @@ class Mended(NamedTuple):
     drawn: float
     """Share of both walls' stations that was drawn."""
     warnings: tuple[str, ...] = ()
-    """One for each line drawn far from the wall that it replaces."""
+    """One warning for each line that was drawn far from the wall that it replaces."""
 
 
 def mended(
@@ -84,8 +84,8 @@ def _stretch(
     away_mm, begin, end = nearest[side]
     if away_mm > near_mm:
         raise InputError(
-            f"{where}: it begins or ends {away_mm:.1f} mm from the walls (at most {near_mm:.1f} mm); draw from a place "
-            "on one wall to another place on it."
+            f"{where}: it begins or ends {away_mm:.1f} mm from the walls (at most {near_mm:.1f} mm); draw from one "
+            "place on a wall to another place on the same wall."
         )
     if begin == end:
         raise InputError(f"{where}: it begins and ends at the same place of the wall; draw a longer stretch.")

@@ -64,7 +64,7 @@ def _with_walls_across(
 
 
 def _lips(sides: SideCracks, share: NDArray[np.floating], line_px: Floats, half_px: float) -> Floats | None:
-    """Return both places at which a side crack's rim becomes the main crack's wall, (2, 2); None if not clear."""
+    """Return both places at which a side crack's rim becomes the main crack's wall, (2, 2); None if unclear."""
     width_px, inward_px = sides.width_px, line_px[::-1]
     back = round(min(STARTS * half_px + ALONG * width_px, 0.6 * len(inward_px)))
     start_px = inward_px[-1 - back]
@@ -112,7 +112,7 @@ def _walk(ring: Floats, at: int, inward: Floats, half_px: float) -> Floats:
 
 
 def _lip(rim: Floats, from_opposite: Floats, width_px: float, turns: int) -> Floats | None:
-    """Return the place just beyond the corner between a side crack's rim and the main wall; None without a corner."""
+    """Return the place just beyond the corner between a side crack's rim and the main wall; None without one."""
     if len(rim) < 2:
         return None
     s, window = arc_length(rim), ALONG * width_px
@@ -182,7 +182,10 @@ def _without_side_cracks(
 
 
 def _rings_px(sides: SideCracks, side: FoundSideCrack, parted: NDArray[np.bool_]) -> tuple[Floats, ...]:
-    """Return the rings of a side crack in px, counter-clockwise in mm, and of stones in it, clockwise."""
+    """Return the outline of a side crack and of the stones in it, in px.
+
+    In mm (y up), the crack's ring runs counter-clockwise and those of stones run clockwise.
+    """
     own = holding(
         parted & (distance_outside(_drawn(parted.shape, [side.line_px])) < SWELLING * side.half_px), side.line_px
     )

@@ -32,8 +32,8 @@ JOINED = 0.9  # Least share of a joined side crack's line in the outline; others
 FOUND: dict[PathSource, str] = {
     "ends": "between the given ends",
     "via": "between the given ends, by the given points",
-    "automatic": "AUTOMATIC, look whether it is right",
-    "choice": "by its number among those found",
+    "automatic": "AUTOMATIC: check that it is right",
+    "choice": "chosen by its number",
     "mask": "as painted",
     "mesh": "along the mouth in the mesh",
     "line": "along the given line",
@@ -82,7 +82,7 @@ class Canvas:
         cv2.putText(self.picture, text, _whole(base), FONT, size, colour, pen, cv2.LINE_AA)
 
     def text_size(self, text: str) -> Floats:
-        """Width and height; a little more than OpenCV's, which leave out the last letter's overhang."""
+        """Width and height. They are a little more than OpenCV's, which leave out the last letter's overhang."""
         (width, height), _ = cv2.getTextSize(text, FONT, 0.4 * self.unit, 1)
         return np.array([1.04 * width, height])
 

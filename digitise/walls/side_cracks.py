@@ -42,7 +42,7 @@ class FoundSideCrack:
 
 @dataclass(frozen=True)
 class SideCracks:
-    """All side cracks of a path, and the levels and the region that gave them."""
+    """All side cracks of a path, and the levels and the region in which they were found."""
 
     lines: tuple[FoundSideCrack, ...]
     levels: Contrast
@@ -87,7 +87,7 @@ def find_side_cracks(photo: Photo, path: CrackPath, wall_share: float) -> SideCr
 
 
 def _to_the_tip(cells: Integers, to_rim: Floats, comes_back: bool) -> Floats:
-    """Return the places of cells, extended to the tip; a skeleton ends before a round tip."""
+    """Return the places of cells, extended to the tip, because a skeleton ends before a round tip."""
     places = cells[:, ::-1].astype(float)
     rest = float(to_rim[tuple(cells[-1])])
     behind = places[-1] - places[max(0, len(places) - 3 - round(2 * rest))]
@@ -104,9 +104,10 @@ def with_branches(
     keep: bool,
     least_width_px: float,
 ) -> Outline:
-    """Return the main crack's outline with its side cracks; with ``keep`` those wide enough are joined to its ring.
+    """Return the main crack's outline with its side cracks. With ``keep``, wide enough ones are joined to its ring.
 
-    Ground that joined side cracks enclose is an island.
+    Ground that joined side cracks enclose is an island. ``least_width_px`` is the least width of a side crack that is
+    measured.
     """
     main = CrossSection([outline.outline_mm], FillRule.Positive)
     lines_mm, measured, warnings = [], [], []
@@ -121,8 +122,8 @@ def with_branches(
             warnings.append(f"{_count([line_mm])} is left out: the photo does not show where it leaves the crack")
         elif width_px < least_width_px:
             warnings.append(
-                f"{_count([line_mm])} is left out: it is {width_px:.1f} px wide; need {least_width_px:g} px to measure "
-                "its width"
+                f"{_count([line_mm])} is left out: it is {width_px:.1f} px wide; {least_width_px:g} px are needed to "
+                "measure its width"
             )
         else:
             measured.append((line_mm, rings_mm))

@@ -34,7 +34,10 @@ Crossings = tuple[Crossing | None, Crossing | None]  # Crossings at the first en
 
 
 def edge_crossing(line_mm: Floats, face_mm: Box, at_start: bool) -> Crossing | None:
-    """Return the crossing nearest to the line's middle, before or after it; None without a crossing."""
+    """Return the crossing nearest to the line's middle, on one side of it; None if there is none.
+
+    The side is before the middle if ``at_start``, otherwise after it.
+    """
     s_mm, depth_mm = arc_length(line_mm), depth_inside(line_mm, face_mm)
     outside = np.flatnonzero(depth_mm < 0)
     middle = len(line_mm) // 2
@@ -50,7 +53,7 @@ def edge_crossing(line_mm: Floats, face_mm: Box, at_start: bool) -> Crossing | N
 
 
 def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
-    """Return rays to the left of a line, (n, 2), that reach 1 mm square to it; at open ends they follow the edge."""
+    """Return rays to the left of a line, (n, 2), that reach 1 mm square to it. At open ends they follow the edge."""
     s_mm, along, normal = arc_length(line_mm), tangents(line_mm), left_normals(line_mm)
     shear, turned = np.zeros((2, len(line_mm)))
     for crossing in crossings:
@@ -79,7 +82,7 @@ class Patch:
     mm_per_px: float
 
     def light(self, places_px: Floats) -> Floats:
-        """Brightness at each place; beyond the patch that of its border."""
+        """Brightness at each place. Beyond the patch it is that of the patch's border."""
         return sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC).astype(float)
 
     def on_sample(self, places_px: Floats, places_mm: Floats) -> NDArray[np.bool_]:

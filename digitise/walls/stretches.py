@@ -32,7 +32,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
         return []
     return [
         f"{share:.0%} of the crack is under {MIN_WIDTH_PX:g} px wide, where width and volume are "
-        f"uncertain: {places}; a closer photo measures it"
+        f"uncertain: {places}; take a closer photo to measure it"
     ]
 
 

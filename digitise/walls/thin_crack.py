@@ -83,8 +83,8 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     length_px = float(arc_length(path.points_px)[-1])
     if unlike_length_px(photo, path.points_px, path.width_px) > LIMITS.most_unlike * length_px:
         raise InputError(
-            f"{photo.file}: one side of the path is far brighter than the other, as along a wall of something wide, "
-            f"or along the sample's edge; {IN_ITS_MIDDLE}."
+            f"{photo.file}: one side of the path is far brighter than the other, as if the path followed "
+            f"one wall of a wide gap or the sample's edge; {IN_ITS_MIDDLE}."
         )
     fit = fit_box(light[shown], ground, places_px, path.width_px)
     middle, station = (cuts[1:] + cuts[:-1] - 1) / 2, np.arange(len(line_px))
@@ -102,7 +102,7 @@ def _patch(photo: Photo, path: CrackPath) -> Patch:
 def _windows(
     photo: Photo, patch: Patch, line_px: Floats, places_px: Floats, cuts: NDArray[np.int_]
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the mean light of each window across the line, (windows, places), and which show only the sample."""
+    """Return the mean light of each window across the line, (windows, places), and True if it shows only the sample."""
     place_px = line_px[:, None] + places_px[:, None] * left_normals(line_px)[:, None]
     # The patch is not used: its softening would hide most of a thin crack.
     light = np.maximum(sampled(photo.brightness, place_px, cv2.INTER_CUBIC).astype(float), LIMITS.darkest)
@@ -123,7 +123,7 @@ def _line_px(photo: Photo, path: CrackPath) -> Floats:
 
 
 def _darkest_px(photo: Photo, line_px: Floats, reach_px: float, width_px: float) -> Floats:
-    """Return the distance of the darkest line nearby, to the left of each point of a line."""
+    """Return the signed distance from each point of a line to the darkest line nearby, positive to the left."""
     reach, around = (int(np.ceil(px / STEP_PX)) for px in (reach_px, width_px + LIMITS.near_px))
     places_px = STEP_PX * np.arange(-reach - around, reach + around + 1)
     light = sampled(photo.brightness, line_px[:, None] + places_px[:, None] * left_normals(line_px)[:, None])
@@ -160,7 +160,7 @@ def _placed(photo: Photo, patch: Patch, path: CrackPath, line_px: Floats, widths
 
 
 def _to_the_end(photo: Photo, last_px: Floats, end: PathEnd, ahead: Floats) -> Floats:
-    """Return the crack's tip beyond ``last_px``, or the edge of the face, (1, 2); (0, 2) without either."""
+    """Return the crack's tip beyond ``last_px``, or the edge of the face, (1, 2); empty, (0, 2), if neither exists."""
     onward_px = float((end.place_px - last_px) @ ahead)
     if end.kind == "open" and photo.face_mm is not None:
         steps_px = np.arange(0, LIMITS.most_onward_px, STEP_PX)

@@ -73,7 +73,7 @@ class Walls:
 
 
 def find_walls(strip: Strip, width_mm: float, wall_share: float = 0.5, both_reach_edge: bool = False) -> Walls:
-    """Return both walls, each in the middle of its step from dark to bright, continued over stations without one.
+    """Return both walls, each in the middle of its step from dark to bright. Stations without a step are filled in.
 
     The crack is about ``width_mm`` wide and extends to ``wall_share`` of the contrast to mortar. If that is over a
     half, a wall with a lit rim is midway from the rim's brightness to the mortar's.
@@ -131,10 +131,10 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = 0.5, both_reac
 
 
 def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
-    """Return the distance of each side's wall from the line in px, (sides, stations), to a sample.
+    """Return the distance of each side's wall from the line in px, (sides, stations), to the nearest sample.
 
-    ``excess``, (sides, stations, samples), is negative in the crack. A wall has the least cost: the sum of the excess
-    inside it and of its steps sideways.
+    ``excess``, (sides, stations, samples), is negative in the crack. The wall is the line of least cost. Its cost is
+    the sum of the excess inside it and of its steps sideways.
     """
     most = max(1, round(LIMITS.steepest_wall * station_px / sample_px))
     price = LIMITS.stiffness / station_px * (np.arange(-most, most + 1) * sample_px) ** 2
@@ -167,7 +167,7 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
 
 
 def lit_share(share: Floats, half_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:
-    """Return the brightness of each wall's lit rim as a share of the contrast, (2,); 0 without a rim.
+    """Return the brightness of each wall's lit rim as a share of the contrast, (2,); 0 if there is no rim.
 
     A rim is between half of the contrast, which is at ``half_px``, (2, stations), and ``wall_share``. ``share`` of the
     contrast is (2, stations, samples), from the line outward.
@@ -303,7 +303,7 @@ def _outward(strip: Strip, values: NDArray) -> NDArray:
 
 
 def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:
-    """Return the median brightness of the samples ``where`` at each station, steadied along.
+    """Return the median brightness of the samples ``where`` at each station, median-filtered along the line.
 
     Stations with under three such samples are interpolated from their neighbours.
     """
@@ -312,7 +312,10 @@ def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:
 
 
 def _steadied(values: Floats, over: int) -> Floats:
-    """Return the median across, steadied along, (2, stations), interpolated at stations without values."""
+    """Return the medians across the line, (2, stations), median-filtered along it.
+
+    Stations without values are interpolated.
+    """
     station = np.arange(values.shape[1])
     levels = np.zeros(values.shape[:2])
     for side, level in zip(values, levels, strict=True):

@@ -1,1 +1,1 @@
-"""The cavity below a photo by weight: a liquid poured into the crack in steps, its mass and its level."""
+"""Measure the cavity below a photo by weight: a liquid is poured into the crack in steps of known mass and level."""

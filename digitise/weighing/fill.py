@@ -1,4 +1,4 @@
-"""A liquid weighed into a crack: its properties, and its mass and level in steps, also as a CSV."""
+"""A liquid weighed into a crack: its properties, and its mass and level after each step, also from a CSV."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,25 +20,26 @@ Column = Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_ROWS, 
 
 
 class WeighedFill(Settings):
-    """The table [crack.fill]: the crack's volume by weight. The sample is level, and tape closes its open ends."""
+    """The table [crack.fill]: the crack's volume, from a weighed liquid. Level the sample, and tape its open ends."""
 
     file: Path | None = None
-    """CSV with the columns mass_g and level_mm, a row for each step; a run's folder has the columns in its place."""
+    """CSV with the columns mass_g and level_mm and one row for each step. In a run's folder, the columns replace it."""
     mass_g: Column | None = None
-    """Liquid in the crack after each step, all steps together, on a scale zeroed with the empty sample on it."""
+    """Mass of all liquid in the crack after each step. Zero the scale with the empty sample on it."""
     level_mm: Column | None = None
-    """Level of the liquid from the face, upward: the lowest line of the meniscus; 0 if it is flush with the face."""
+    """Height of the liquid above the face after each step, measured at the lowest line of the meniscus. It is negative
+    below the face, and 0 if the liquid is flush with the face."""
     density_kg_m3: float = Field(default=998.0, ge=500, le=3000)
-    """Density of the liquid; by default that of water at 20 C, within 0.2 %."""
+    """Density of the liquid. The default is that of water at 20 C, within 0.2 %."""
     surface_tension_n_m: float = Field(default=0.030, ge=0, le=0.1)
     """Surface tension of the liquid, which lifts its surface at the walls above its lowest line. Default: water with a
     drop of detergent. Pure water, with 0.073, wets poorly. 0 if the levels are means across the crack."""
     mass_sd_g: float = Field(default=0.05, gt=0, le=100)
-    """Standard deviation of one weighing: half of the last digit of a kitchen scale."""
+    """Standard deviation of one weighing. The default is half of the last digit of a kitchen scale."""
     level_sd_mm: float = Field(default=0.2, gt=0, le=10)
     """Standard deviation of one reading of the level."""
     flush_sd_mm: float = Field(default=0.1, gt=0, le=10)
-    """Standard deviation of a level of 0, which the surface's reflection shows."""
+    """Standard deviation of a level of 0, which the reflection on the liquid's surface shows."""
 
     @model_validator(mode="after")
     def _file_or_columns(self) -> Self:
@@ -46,7 +47,7 @@ class WeighedFill(Settings):
         if self.file is None and len(given) < 2:
             raise ValueError("give file, a CSV with the columns mass_g and level_mm, or both columns")
         if self.file is not None and given:
-            raise ValueError(f"{given[0]} and file, which has that column: give one of the two")
+            raise ValueError(f"{given[0]} and file are both given, and file has that column: give one")
         if given and (fault := _fault(self.mass_g or (), self.level_mm or ())):
             row, column, reason = fault
             raise ValueError(f"{column}, row {row + 1}: {reason}")
@@ -79,7 +80,7 @@ class WeighedFill(Settings):
 
     def _column(self, values: tuple[float, ...] | None) -> Floats:
         if values is None:
-            raise ValueError("the fill is a file that is not read yet; see loaded")
+            raise ValueError("the fill is a file that is not read yet; call loaded first")
         return np.array(values)
 
 
@@ -99,4 +100,4 @@ def _fault(masses_g: Sequence[float], levels_mm: Sequence[float]) -> tuple[int, 
 
 
 FillOrFile = Annotated[WeighedFill, BeforeValidator(lambda given: {"file": given} if isinstance(given, str) else given)]
-"""The table, or only the name of its file."""
+"""The table [crack.fill], or only the name of its file."""

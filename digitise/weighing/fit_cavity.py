@@ -1,4 +1,4 @@
-"""Width, depth and wall angle of a cavity from a liquid weighed into it; the photo and a gauge give the priors.
+"""Fit width, depth and wall angle of a cavity to a liquid weighed into it. The photo and a gauge give the priors.
 
 The volume below a level is that of straight walls between the traced outline and the floor. The unknowns are the mean
 width w of the traced outline, the loss c of width for each millimetre down (c = 2 tan of a wall's angle, negative if
@@ -69,7 +69,8 @@ class _Walls:
     inward: float  # 1 if the tilt closes downward, -1 if it opens downward
     scale_at_mm: Floats = field(default_factory=lambda: np.zeros(1))  # Depths, (m,), increasing
     scale: Floats = field(default_factory=lambda: np.ones(1))
-    """Volume of the solid below each depth over that of the sections: side cracks, tips and bends."""
+    """Volume of the solid below each depth, divided by that of the sections. Side cracks, tips and bends cause the
+    difference."""
 
     def volume_mm3(self, level_mm: Floats, unknown: Floats) -> Floats:
         """Return the volume below each level, (k,), with the walls moved by the unknowns."""
@@ -150,7 +151,7 @@ def _require_likeness(walls: _Walls, fill: WeighedFill) -> None:
     poured_mm3 = float(fill.volume_mm3[-1])
     if not upright_mm3 / LIMITS.unlike < poured_mm3 < LIMITS.unlike * upright_mm3:
         raise InputError(
-            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, and upright walls hold "
+            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, and upright walls contain "
             f"{upright_mm3 / 1e3:.3g} ml there: check that masses are in grams and of the liquid alone, the density, "
             "depth_mm and the photo's scale."
         )
@@ -197,7 +198,7 @@ def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Fl
 def _fit(
     walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free: Booleans, opposed: float = LIMITS.opposed
 ) -> _Fit:
-    """Fit the ``free`` unknowns; the walls ``about`` give the area of the liquid's surface."""
+    """Fit the ``free`` unknowns. The walls ``about`` give the area of the liquid's surface."""
     width_mm = float(walls.width_mm @ walls.along_mm / walls.along_mm.sum())
     capillary_mm = capillary_length_mm(fill.surface_tension_n_m, fill.density_kg_m3)
     lifted_mm = mean_level_mm(fill.levels_mm, width_mm, capillary_mm) - fill.levels_mm
@@ -241,7 +242,7 @@ def _fit(
 
 
 def _against_tilt(walls: _Walls, fill: WeighedFill, prior_sd: Floats, free: Booleans, shape: CrackShape) -> list[str]:
-    """Fit about upright walls, free to open or close; return a finding if they clearly do."""
+    """Fit about upright walls that are free to open or close. Return a finding if they clearly do."""
     fit = _fit(walls, fill, prior_sd, np.zeros(UNKNOWNS), free, opposed=LIMITS.steepest)
     closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
     if abs(closing) <= LIMITS.far * sd:
@@ -250,8 +251,8 @@ def _against_tilt(walls: _Walls, fill: WeighedFill, prior_sd: Floats, free: Bool
     if shape.tilt in AGAINST_EACH_OTHER:
         way, article = ("close", "an") if closes else ("open", "a")
         return [
-            f"The weighed fill needs walls that {way} downward by {angle}, which {article} {shape.tilt} cannot: they "
-            "are taken as upright. Check depth_mm, the photo's width and the levels."
+            f"The weighed fill needs walls that {way} downward by {angle}, but those of {article} {shape.tilt} cannot: "
+            "they are taken as upright. Check depth_mm, the photo's width and the levels."
         ]
     way, other = ("close", '"funnel" or "flare"') if closes else ("open", '"undercut"')
     return [
@@ -263,7 +264,7 @@ def _against_tilt(walls: _Walls, fill: WeighedFill, prior_sd: Floats, free: Bool
 def _other_tilt(
     outline: Outline, shape: CrackShape, fill: WeighedFill, prior_sd: Floats, free: Booleans, fit: _Fit
 ) -> list[str]:
-    """Name each other tilt that fits better and about as well as the best."""
+    """Name each other tilt that fits clearly better than the chosen one, and about as well as the best."""
     misfits: dict[str, float] = {}
     for other in AGAINST_EACH_OTHER:
         turned = shape.model_copy(update={"tilt": other})
@@ -327,7 +328,10 @@ def _result(
 
 
 def _slabs_mm(fill: WeighedFill, walls: _Walls, fit: _Fit) -> tuple[tuple[float, float, float], ...]:
-    """Return depth of the middle, mean width and its standard deviation for the slab that each later step added."""
+    """Return the slab that each step after the first added, if it is high enough to show its width.
+
+    A slab is the depth of its middle, its mean width, and the standard deviation of that width.
+    """
     length_mm = walls.scale[0] * walls.along_mm.sum()
     height_mm, volume_mm3 = np.diff(fit.mean_level_mm), np.diff(fill.volume_mm3)
     middle_mm = -(fit.mean_level_mm[1:] + fit.mean_level_mm[:-1]) / 2

@@ -27,14 +27,14 @@ def capillary_length_mm(surface_tension_n_m: float, density_kg_m3: float) -> flo
 def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, float]:
     """Return the mean level and that at the walls, both over the lowest line.
 
-    In a narrow crack they are (1 - pi / 4) and 1 of half the width; in a wide one the walls lift by sqrt(2) capillary
-    lengths, and the mean by 2 capillary lengths squared over the width.
+    In a narrow crack they are 1 - pi / 4 times and once half the width. In a wide one the walls lift the liquid by
+    sqrt(2) capillary lengths, and the mean is 2 capillary lengths squared over the width.
     """
     if width_mm > MANY * capillary_mm:
         return 2 * capillary_mm**2 / width_mm, capillary_mm * float(np.sqrt(2))
 
     def profile(curvature: float) -> tuple[Floats, Floats]:
-        """Return heights and lengths across of the pieces of half the surface, (k,) each."""
+        """Return the heights of the pieces of half the surface, and their lengths across the crack, (k,) each."""
         # phi = k l sinh(t): the same pieces suit a half circle and an edge far from a flat middle.
         scale = curvature * capillary_mm
         end = np.arcsinh(np.pi / 2 / scale)
@@ -53,9 +53,10 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
 
 
 def mean_level_mm(levels_mm: Floats, width_mm: float, capillary_mm: float) -> Floats:
-    """Return the mean level for each lowest line, (k,).
+    """Return the mean level for each level of the lowest line of the liquid's surface, (k,).
 
-    Near the face the liquid is pinned at the edges of the crack and its surface flattens; at 0 it is level.
+    Near the face, the edges of the crack pin the liquid, and its surface flattens. With the lowest line at the face
+    (0), the surface is flat.
     """
     if capillary_mm == 0:
         return levels_mm

@@ -33,7 +33,7 @@ class PublicNames(SphinxDirective):
 
 
 def without_class_signature(
-    app: Sphinx, what: str, name: str, found: object, options: object, signature: str | None, returned: str | None
+    app: Sphinx, what: str, name: str, value: object, options: object, signature: str | None, returned: str | None
 ) -> tuple[str, None] | None:
     """No signature for classes: users do not construct results, and settings list their keywords in the docstring."""
     return ("", None) if what == "class" else None

@@ -60,13 +60,13 @@ def python_text() -> str:
     """The public names of ``sealtwin`` as Markdown around autodoc's directives, grouped by what they are."""
     groups: dict[str, list[str]] = {"Functions": [], "Settings": [], "Results": [], "Errors": []}
     for name in getattr(sealtwin, "__all__", ()):
-        found = getattr(sealtwin, name)
-        if not inspect.isclass(found):
+        value = getattr(sealtwin, name)
+        if not inspect.isclass(value):
             groups["Functions"].append(f".. autofunction:: sealtwin.{name}")
-        elif issubclass(found, Settings):
+        elif issubclass(value, Settings):
             # Its docstring lists the keywords; pydantic's own members are nobody's concern.
             groups["Settings"].append(f".. autoclass:: sealtwin.{name}")
-        elif issubclass(found, Exception):
+        elif issubclass(value, Exception):
             groups["Errors"].append(f".. autoexception:: sealtwin.{name}")
         else:
             groups["Results"].append(f".. autoclass:: sealtwin.{name}\n   :members:\n   :no-undoc-members:")
@@ -116,9 +116,9 @@ def _settings_in(annotation: Any) -> tuple[type[Settings] | None, bool]:
     if isinstance(annotation, type) and issubclass(annotation, Settings):
         return annotation, False
     for inner in get_args(annotation):
-        found, _ = _settings_in(inner)
-        if found is not None:
-            return found, typing.get_origin(annotation) is tuple
+        settings, _ = _settings_in(inner)
+        if settings is not None:
+            return settings, typing.get_origin(annotation) is tuple
     return None, False
 
 
@@ -140,8 +140,8 @@ def _help(text: str) -> str:
 
 def _paragraph(text: str) -> str:
     """A line that shows a command becomes code."""
-    if found := re.fullmatch(r"(?:Examples?: )?(sealtwin .*)", text):
-        return f"```sh\n{found[1]}\n```"
+    if example := re.fullmatch(r"(?:Examples?: )?(sealtwin .*)", text):
+        return f"```sh\n{example[1]}\n```"
     return escaped(text)
 
 

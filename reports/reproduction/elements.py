@@ -62,10 +62,10 @@ class Elements(Settings):
 
     def page(self) -> str:
         counts = Counter(each.faith for each in self.element)
-        told = ", ".join(f"{counts[faith]} {faith}" for faith in FAITHS)
+        shares = ", ".join(f"{counts[faith]} {faith}" for faith in FAITHS)
         head = "| where | what | faithful? | here | why |\n| --- | --- | --- | --- | --- |"
         rows = "\n".join(each.row() for each in self.element)
-        return f"{INTRODUCTION}\n{len(self.element)} elements: {told}.\n\n{head}\n{rows}\n"
+        return f"{INTRODUCTION}\n{len(self.element)} elements: {shares}.\n\n{head}\n{rows}\n"
 
     def faults(self, root: Path) -> Iterator[str]:
         """Yield a sentence for each file, definition and page of decisions that is not in the checkout ``root``."""
@@ -89,14 +89,14 @@ def read_elements(path: Path) -> Elements:
 @cache
 def defined_in(path: Path) -> frozenset[str]:
     """Return the names of functions, classes and variables that a Python file defines, inner ones among them."""
-    found: set[str] = set()
+    names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         match node:
             case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.AnnAssign(target=ast.Name(id=name)):
-                found.add(name)
+                names.add(name)
             case ast.Assign(targets=targets):
-                found.update(target.id for target in targets if isinstance(target, ast.Name))
-    return frozenset(found)
+                names.update(target.id for target in targets if isinstance(target, ast.Name))
+    return frozenset(names)
 
 
 def main() -> None:

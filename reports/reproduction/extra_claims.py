@@ -183,10 +183,10 @@ def judge_slots(wide: Sequence[Pace], narrow: Pace) -> Finding:
 def _unless_busy(finding: Finding, paces: Sequence[Pace]) -> Finding:
     """Leave a claim of time open where other processes ran beside it, and tell the load."""
     cores = max(pace.others_cores for pace in paces)
-    told = f"{finding.redrawn}; load by others {cores:.2f} cores at most"
+    words = f"{finding.redrawn}; load by others {cores:.2f} cores at most"
     if cores <= QUIET_CORES:
-        return replace(finding, redrawn=told)
-    return replace(finding, redrawn=f"{told}: not judged", judgement="open")
+        return replace(finding, redrawn=words)
+    return replace(finding, redrawn=f"{words}: not judged", judgement="open")
 
 
 def _means(values: Floats) -> Floats:
@@ -211,5 +211,5 @@ def _mean_s(paces: Mapping[float, Sequence[Pace]]) -> dict[float, float]:
 def _straight(paces: Sequence[Pace]) -> float:
     """R² of the line through the frames in which anything moved; 0 where there are too few for one."""
     moving, frame_ms = (np.concatenate(each) for each in zip(*((p.moving, p.frame_ms) for p in paces), strict=True))
-    found = pace_of(moving[moving > 0].astype(float), frame_ms[moving > 0])
-    return 0.0 if found is None else found[2]
+    line = pace_of(moving[moving > 0].astype(float), frame_ms[moving > 0])
+    return 0.0 if line is None else line[2]

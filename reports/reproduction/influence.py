@@ -29,8 +29,8 @@ def stages(surface: Surface, d_cm: float) -> tuple[float, float, float]:
 
 def three_stages(surface: Surface) -> list[bool]:
     """Whether U has a plateau, then lowers the error, then raises it, at each D."""
-    found = [stages(surface, float(d_cm)) for d_cm in np.unique(surface.d_cm)]
-    return [second < 0 and abs(first) < -LEVEL * second and third > 0 for first, second, third in found]
+    slopes = [stages(surface, float(d_cm)) for d_cm in np.unique(surface.d_cm)]
+    return [second < 0 and abs(first) < -LEVEL * second and third > 0 for first, second, third in slopes]
 
 
 def told_stages(surface: Surface) -> str:
@@ -82,8 +82,8 @@ def accurate_regions(surface: Surface) -> list[int]:
 
     grid_mm = surface.on_grid()
     limit_mm = surface.error_mm.min() + ACCURATE * np.ptp(surface.error_mm)
-    found: Any = label(grid_mm <= limit_mm)
-    sizes = np.bincount(found[0].ravel())[1:]
+    regions: Any = label(grid_mm <= limit_mm)
+    sizes = np.bincount(regions[0].ravel())[1:]
     return sorted((int(size) for size in sizes if size >= LEAST_PAIRS), reverse=True)
 
 

@@ -36,19 +36,19 @@ class Kept:
     """What else the page says of it: texts and numbers of its template."""
 
 
-def kept_of(last_run_unix_s: float, findings: Sequence[Finding], told: Mapping[str, Any] | None = None) -> Kept:
+def kept_of(last_run_unix_s: float, findings: Sequence[Finding], words: Mapping[str, Any] | None = None) -> Kept:
     """Return what is kept of findings by runs of this version's stage numbers."""
     date = time.strftime("%Y-%m-%d", time.gmtime(last_run_unix_s))
     computed = [each for each in findings if each.ours != NOT_COMPUTED]
     findings_by_name = {each.name: Found(each.ours, each.redrawn, each.judgement) for each in computed}
-    return Kept(date, dict(NUMBERS), findings_by_name, told or {})
+    return Kept(date, dict(NUMBERS), findings_by_name, words or {})
 
 
 def found_in(claim: AnyClaim[Any], kept: Sequence[Kept]) -> Finding:
     """Return the finding of a claim in the first of those that have it; "not computed yet" where none has."""
     for each in kept:
-        if (found := each.findings.get(claim.name)) is not None:
-            return Finding(claim, claim.stated, found.ours, found.redrawn, found.judgement)
+        if (finding := each.findings.get(claim.name)) is not None:
+            return Finding(claim, claim.stated, finding.ours, finding.redrawn, finding.judgement)
     return not_computed(claim)
 
 
@@ -66,7 +66,7 @@ def read_kept(home: Path) -> dict[str, Kept]:
             stage: Kept(
                 one["computed"],
                 one.get("stage_numbers", {}),
-                {name: Found(**found) for name, found in one["findings"].items()},
+                {name: Found(**finding) for name, finding in one["findings"].items()},
                 one["told"],
             )
             for stage, one in content.items()

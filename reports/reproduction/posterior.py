@@ -73,8 +73,8 @@ def write_trial() -> Path:
     WORK.mkdir(exist_ok=True)
     shutil.copy(source.parent / "photo.jpg", WORK / "photo.jpg")
     header, *rows = (source.parent / "caliper.csv").read_text(encoding="utf-8").splitlines()
-    told = [row for row in rows if float(row.partition(",")[0]) >= TOLD_FROM_MM]
-    files.write_text(WORK / "caliper.csv", "\n".join([header, *told, ""]))
+    stations = [row for row in rows if float(row.partition(",")[0]) >= TOLD_FROM_MM]
+    files.write_text(WORK / "caliper.csv", "\n".join([header, *stations, ""]))
     files.write_text(WORK / "trial.toml", trial_text(trial))
     return WORK / "trial.toml"
 

@@ -66,46 +66,46 @@ def reproduce(home: Path, wanted: Sequence[Part], names: Sequence[str], work: Pa
     The page is written after each study of all pairs and at the end, of what is in ``work`` and, for all else, of what
     is kept in ``home``.
     """
-    said: list[str] = []
+    sentences: list[str] = []
     for stage in stages(wanted):
         if stage.name in names:
-            said += compute(stage, wanted, work, progress)
+            sentences += compute(stage, wanted, work, progress)
             if stage.part is not None and stage.kind is None:
                 write_pages(home, wanted, work, progress)
-    return said + write_pages(home, wanted, work, progress)
+    return sentences + write_pages(home, wanted, work, progress)
 
 
 def write_pages(home: Path, wanted: Sequence[Part], work: Path, progress: Progress) -> list[str]:
     """Write elements.md, what is kept, and README.md and figures/ of the parts that are; the lines to say."""
     files.write_text(home / "elements.md", read_elements(home / ELEMENTS).page())
-    kept, said, missing = read_kept(home), [], {}
+    kept, sentences, missing = read_kept(home), [], {}
     for part in wanted:
-        told = missing_pairs(part, work)
-        if told is None:
+        reason = missing_pairs(part, work)
+        if reason is None:
             kept[part.name], mapped = _study(home, part, work, progress)
-            said.append(mapped.sheet.finding)
+            sentences.append(mapped.sheet.finding)
             if part is wanted[0] or FEEDING not in kept:
                 progress.note("Feeding similaritymeasures unequal samplings.")
                 kept[FEEDING] = replace(kept[part.name], findings={}, told=_fed(mapped.chart))
         elif part.name in kept:
-            said.append(f"{part.title}: as kept from {kept[part.name].computed}, since {told} here.")
+            sentences.append(f"{part.title}: as kept from {kept[part.name].computed}, since {reason} here.")
         else:
-            missing[part.title] = told
-            said.append(f"{part.title}: not on the page, since {told}.")
+            missing[part.title] = reason
+            sentences.append(f"{part.title}: not on the page, since {reason}.")
         if (times := _times(part.folder(work, TIMED))) is not None:
             kept[_timed(part)] = times
     if (slots := _slots(work)) is not None:
         kept[SLOTS] = slots
     if not kept:
-        return said
+        return sentences
     write_kept(home, kept)
     told_of = [_told(part, kept) for part in wanted if part.name in kept]
     if not told_of:
-        return said
+        return sentences
     of_slots = found_in(SLOT_CLAIM, [kept[SLOTS]] if SLOTS in kept else [])
     files.write_text(home / "README.md", page(told_of, missing, of_slots, kept[FEEDING].told))
     _write_claims(home / "figures" / "claims.csv", told_of, of_slots)
-    return [*said, f"Page: {home / 'README.md'}"]
+    return [*sentences, f"Page: {home / 'README.md'}"]
 
 
 def _timed(part: Part) -> str:
@@ -126,8 +126,8 @@ def _study(home: Path, part: Part, work: Path, progress: Progress) -> tuple[Kept
     chart, redrawn = mapped.chart, redraw()
     replicates = _replicates(chart, part.folder(work, SEEDED))
     draws, seen = draws_of(chart, replicates, redrawn), surface_of(chart)
-    found = [judge(claim, seen, draws) for claim in CLAIMS]
-    found += [_damping(chart, part.folder(work, DAMPED), redrawn), _freezing(part.folder(work, FROZEN))]
+    findings = [judge(claim, seen, draws) for claim in CLAIMS]
+    findings += [_damping(chart, part.folder(work, DAMPED), redrawn), _freezing(part.folder(work, FROZEN))]
     drawn = mapped.folder / "figures"
     shown = [name for name, _ in FIGURES if (drawn / f"{name}.svg").is_file()]
     (home / "figures").mkdir(parents=True, exist_ok=True)
@@ -144,7 +144,7 @@ def _study(home: Path, part: Part, work: Path, progress: Progress) -> tuple[Kept
     first = first_readings(chosen.profile, chart.readings)
     study = Study(radius_mm, chart, finer_mm, shown, first, replicates)
     last = max(run.finished_unix_s or 0.0 for run in done_runs(part.folder(work)))
-    return kept_of(last, found, tell(study)), mapped
+    return kept_of(last, findings, tell(study)), mapped
 
 
 def _fed(chart: Chart) -> dict[str, Any]:
@@ -198,24 +198,24 @@ def _slots(work: Path) -> Kept | None:
 def _by(folder: Path, setting: str, values: Sequence[Any]) -> list[list[Finished]] | None:
     """Return the runs of each value, as many of each; None where there are less than two of any."""
     done = done_runs(folder)
-    found = [[finished_run(folder, run) for run in done if run.settings[setting] == value] for value in values]
+    profiles = [[finished_run(folder, run) for run in done if run.settings[setting] == value] for value in values]
     # Where one failed, all are known by as many as the least known value.
-    fewest = min(map(len, found))
-    return [alike[:fewest] for alike in found] if fewest > 1 else None
+    fewest = min(map(len, profiles))
+    return [alike[:fewest] for alike in profiles] if fewest > 1 else None
 
 
 def _paces(folder: Path) -> dict[tuple[str, float], list[Pace]] | None:
     """Return the paces by way of solving and D in cm; None where any is missing."""
     if not holds_study(folder):
         return None
-    found: dict[tuple[str, float], list[Pace]] = {}
+    paces: dict[tuple[str, float], list[Pace]] = {}
     for run in read_plan(folder).runs:
         path = run_path(folder, run.key) / PACE
         if not is_current(path):
             return None
         key = run.settings["solver.viscosity_solve"], float(run.settings["fluid.D_cm"])
-        found.setdefault(key, []).append(read_pace(path))
-    return found
+        paces.setdefault(key, []).append(read_pace(path))
+    return paces
 
 
 def _write_claims(path: Path, parts: Sequence[Told], slots: Finding) -> None:
@@ -224,16 +224,16 @@ def _write_claims(path: Path, parts: Sequence[Told], slots: Finding) -> None:
     rows = [
         (
             title,
-            found.name,
-            found.paper,
-            found.ours,
-            found.redrawn,
-            found.judgement,
+            finding.name,
+            finding.paper,
+            finding.ours,
+            finding.redrawn,
+            finding.judgement,
             claim.words,
             claim.place,
             claim.how,
         )
-        for title, found in [*of, ("straight cracks, preset paper", slots)]
-        for claim in (found.claim,)
+        for title, finding in [*of, ("straight cracks, preset paper", slots)]
+        for claim in (finding.claim,)
     ]
     write_sheet(path, columns, rows)

@@ -85,8 +85,8 @@ def page(parts: Sequence[Told], missing: Mapping[str, str], slots: Finding, feed
         keep_trailing_newline=True,
     )
     claims = [
-        {"claim": found[0].claim, "paper": found[0].paper, "found": found}
-        for found in zip(*(part.findings for part in parts), strict=True)
+        {"claim": each[0].claim, "paper": each[0].paper, "found": each}
+        for each in zip(*(part.findings for part in parts), strict=True)
     ]
     judgements = sum(len(part.findings) for part in parts) + 1  # The slots' beside them
     return environment.get_template("page.md.j2").render(
@@ -112,21 +112,21 @@ def _share_error(share: float) -> str:
 
 
 def _listed(part: Told) -> dict[str, Any]:
-    told = part.study.told
+    words = part.study.told
     return {
-        **told,
+        **words,
         "name": part.name,
         "title": part.title,
         "computed": part.study.computed,
         "computed_by": number_words(part.study.stage_numbers or dict.fromkeys(NUMBERS, UNNUMBERED)),
         "timed": None if part.times is None else part.times.computed,
-        "not_computed": [found.name for found in part.findings if found.ours == NOT_COMPUTED],
+        "not_computed": [finding.name for finding in part.findings if finding.ours == NOT_COMPUTED],
         "claims": len(part.findings),
         "judged": [
             (judgement, [finding for finding in part.findings if finding.judgement == judgement])
             for judgement in get_args(Judgement)
         ],
-        "figures": [(name, caption) for name, caption in FIGURES if name in told["shown"]],
+        "figures": [(name, caption) for name, caption in FIGURES if name in words["shown"]],
     }
 
 
@@ -174,14 +174,14 @@ def _again(chart: Chart, replicates: Replicates) -> dict[str, Any]:
         }
         for pair, errors_mm in zip(replicates.pairs, other_mm, strict=True)
     ]
-    found: dict[str, Any] = {"seeds": other_mm.shape[1], "rows": rows, "gaps": []}
+    scatter: dict[str, Any] = {"seeds": other_mm.shape[1], "rows": rows, "gaps": []}
     for name, pair in (("nearest of ours", chart.best.at), ("nearest of the paper's", NEAREST)):
         if pair in replicates.pairs and pair != CHOSEN:
             chosen_mm, nearest_mm = (other_mm[replicates.pairs.index(each)] for each in (CHOSEN, pair))
             doubt_mm = np.hypot(chosen_mm.std(ddof=1), nearest_mm.std(ddof=1)) / np.sqrt(len(chosen_mm))
             gap = f"{chosen_mm.mean() - nearest_mm.mean():+.2f} mm, standard uncertainty {doubt_mm:.2f} mm"
-            found["gaps"].append((f"{name}, {_named(pair)}", gap))
-    return found
+            scatter["gaps"].append((f"{name}, {_named(pair)}", gap))
+    return scatter
 
 
 def _named(pair: Pair) -> str:

@@ -1,1 +1,1 @@
-"""The functions and classes that ``import sealtwin`` offers, in terms of the stages beneath."""
+"""The functions and classes that ``import sealtwin`` offers. They call the stages."""

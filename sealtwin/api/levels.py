@@ -35,11 +35,12 @@ OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit")
 class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
-    ``s_mm`` and ``level_mm`` are (n,), the mean of each station; ``repeats_mm`` is (n, r), NaN if one is missing.
+    ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm`` is (n, r), with
+    NaN for a missing reading.
     """
 
     settings: Readings
-    """Declared facts about how they were taken."""
+    """Declared facts about how the readings were taken."""
     sha256: str
     """Hash of the file, or of the array's bytes."""
 
@@ -78,13 +79,14 @@ def read_readings(
     ----------
     readings
         A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array or a list of
-        rows, (n, 1 + r), in mm: arc length along the crack, then r levels of each station, NaN if one is missing. Cells
-        of an array have a spreadsheet's names: "B4" is the reading [3, 1].
+        rows, (n, 1 + r), in mm: arc length along the crack, then r levels of each station, with NaN for a missing one.
+        Cells of an array are named as in a spreadsheet: "B4" is the reading [3, 1].
     columns
         For an array or a list, the names of its columns as in the header of a sheet, for example ``["s_cm", "depth 1
         [mm]", "remark"]``: the rows are then read as a sheet. For a file, the table [readings.columns].
     crack, solid
-        The crack and its solid, to refuse stations and levels outside them. Without them neither is checked.
+        The crack and its solid. A station outside the crack or a level outside the solid is an error; without ``crack``
+        or ``solid`` it is not checked.
 
     Returns
     -------
@@ -99,7 +101,7 @@ def read_readings(
     Warns
     -----
     RuntimeWarning
-        The ``doubts`` of the result, one warning for each.
+        One warning for each of the result's ``doubts``.
     """
     given = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
@@ -120,7 +122,9 @@ def read_readings(
         profile, digest = _read_rows(readings, list(columns or ()), settings, length_mm, depth_mm)
     else:
         if useless := [name for name in OF_A_FILE if given[name] is not None]:
-            raise InputError(f"read_readings: {useless[0]} with an array: it is about the format of a file. Omit it.")
+            raise InputError(
+                f"read_readings: {useless[0]} is about the format of a file, and an array has none. Omit it."
+            )
         numbers = _as_numbers(readings)
         profile, digest = take_readings(numbers, settings, length_mm, depth_mm), sha256_of(numbers)
     warn(profile.doubts)
@@ -207,9 +211,10 @@ def compare(
     Parameters
     ----------
     level, readings, crack, solid
-        Results of the other functions. Readings may be a plain ``Profile``, with nothing declared about them.
+        Results of the other functions. Readings may also be a plain ``Profile``; nothing is then declared about them.
     gate_mm, gate_reason
-        Largest mean error in mm, declared before the run, and its reason; without it nothing passes or fails.
+        Largest mean error in mm, declared before the run, and its reason. Without a gate the comparison neither passes
+        nor fails.
     uncertainty
         Standard uncertainties of the inputs by the names of the table [uncertainty], for example
         ``{"station_mm": 1.0}``; inputs without one are not included, and the report lists them.
@@ -275,7 +280,7 @@ def plot_levels(
         What to draw: a simulated level, readings, or both. ``result`` adds the 95 % band of the readings, and the best
         flat level unless the readings were held out.
     solid
-        The solid, to draw the crack's floor; default: that of ``result``.
+        Solid whose floor is drawn; default: the solid of ``result``.
     ax
         Axes of matplotlib to draw on; default: those of a new pyplot figure. On axes of your own the level has the next
         colour of their cycle, limits only grow, and the title stays.
@@ -293,7 +298,7 @@ def plot_levels(
         There is nothing to draw.
     """
     if level is None and readings is None:
-        raise InputError("plot_levels: neither level nor readings; give one of them to draw.")
+        raise InputError("plot_levels: there is nothing to draw; give level, readings or both.")
     from matplotlib import pyplot
 
     from validate.figures.levels import draw_levels
@@ -314,5 +319,5 @@ def plot_levels(
                 ax.set_ylim(min(limits[1][0], ax.get_ylim()[0]), max(limits[1][1], ax.get_ylim()[1]))
     figure = axes.get_figure()
     if figure is None:
-        raise InputError("plot_levels: ax belongs to no figure; give axes of a figure, or omit ax.")
+        raise InputError("plot_levels: ax is not part of a figure; give axes of a figure, or omit ax.")
     return figure

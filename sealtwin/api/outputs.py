@@ -1,4 +1,4 @@
-"""Output files: the report as page, PDF and JSON, as the commands write it, and robot programs."""
+"""Output files: robot programs, and the report as page, PDF and JSON. The commands write the same report."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -42,9 +42,9 @@ def write_report(
     folder
         Folder for the files; files of an earlier call are replaced.
     crack, solid, path, run, result
-        Results of the other functions; without a comparison the report shows only the simulation.
+        Results of the other functions. Without ``result`` the report shows only the simulation.
     name, note
-        Title of the report, by default the folder's name, and facts that a reader must know about this trial.
+        Title of the report (default: the folder's name), and a text with what a reader must know about this trial.
 
     Returns
     -------
@@ -54,8 +54,8 @@ def write_report(
     Raises
     ------
     InputError
-        ``result`` is of another level than that of ``run``; ``path`` is not from ``plan_path``, or ``crack`` not from
-        ``trace_crack`` or ``import_mesh``; or the folder is a run folder, whose report 'sealtwin validate' writes.
+        ``result`` compares another level than that of ``run``; ``path`` is not from ``plan_path``, or ``crack`` not
+        from ``trace_crack`` or ``import_mesh``; or the folder is a run folder, whose report 'sealtwin validate' writes.
     """
     from digitise.trajectory import with_path
     from digitise.walls.overlay import draw_overlay
@@ -72,10 +72,10 @@ def write_report(
     target = Path(folder)
     require_folder(target)
     if (target / MANIFEST).is_file():
-        raise InputError(f"{target}: a run folder, whose report 'sealtwin validate' writes; give another folder.")
+        raise InputError(f"{target} is a run folder: 'sealtwin validate' writes its report. Give another folder.")
     profile = measure_profile(run, crack, solid)
     if result is not None and not np.array_equal(result.level.level_mm, profile.level_mm):
-        raise InputError("write_report: result is of another level than that of run; give the run that was compared.")
+        raise InputError("write_report: result is a comparison of another run's level; give the run that was compared.")
     readings = None if result is None else result.readings
     sheet, hashes = None, {crack.photo.file.name: crack.sha256}
     if isinstance(readings, LevelReadings):
@@ -145,7 +145,7 @@ def write_robot_program(
     Raises
     ------
     InputError
-        The cell has a fault or no table for a format, the path exceeds one of its limits, or the crack was found
+        The cell has a fault or no table for a format, the path exceeds one of the cell's limits, or the crack was found
         automatically and is not confirmed.
     """
     from digitise.robots.cell import FORMATS
@@ -173,7 +173,7 @@ def write_robot_program(
 
 
 def _cell(given: "FilePath | Mapping[str, Any]") -> "tuple[RobotCell, str, dict[str, str]]":
-    """Return the cell, its name for messages, and the hash of its file by name."""
+    """Return the cell, its name for messages, and the hash of its file by file name. A mapping has no hash."""
     from digitise.robots.cell import RobotCell
     from sealtwin.trial.robot_files import read_cell
 

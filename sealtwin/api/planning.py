@@ -24,8 +24,8 @@ class FlowPlan:
     """A plan that was checked by particle runs: what ``plan_flow`` returns.
 
     ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row is valid until the time of
-    the next. ``s_mm`` and ``level_mm``, (m,), are the level after the pour, ``half_width_mm`` is that of its 95 % band;
-    None if the plan has one seed.
+    the next. ``s_mm`` and ``level_mm``, (m,), are the level after the pour. ``half_width_mm`` is the half-width of the
+    level's 95 % band; it is None if the plan has only one seed.
     """
 
     folder: Path

@@ -122,8 +122,8 @@ def inject(
     Returns
     -------
     Run
-        The particles at the end: ``position_mm`` (n, 3) in mm, and in ``health`` figures of numerical quality. On one
-        CPU the same input gives bit-identical results.
+        The particles at the end of the run: ``position_mm``, (n, 3), in mm. ``health`` has figures of numerical
+        quality. On one CPU the same input gives bit-identical results.
 
     Raises
     ------

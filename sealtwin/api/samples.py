@@ -26,7 +26,7 @@ class SamplePhoto(Shown, Photo):
     """A photo with its scale: what ``read_photo`` returns."""
 
     settings: PhotoInput
-    """Settings with which it was read: scale and hints."""
+    """Settings with which the photo was read: scale and hints."""
     sha256: str
     """Hash of the file, or of the array's bytes."""
 
@@ -142,9 +142,9 @@ def trace_crack(
     Returns
     -------
     CrackOutline
-        The crack in mm and px; ``s_mm`` is the length along the centreline from the first end. If the crack is narrower
-        than 8 px, its width is fitted to its profile (``width_source`` "fit", with ``width_95_mm``); if narrower than
-        2 px, it is a path without walls ("none").
+        The crack in mm and px. ``s_mm`` is the length along the centreline from the first end. If the crack is narrower
+        than 8 px, its width is fitted to its profile (``width_source`` "fit", with ``width_95_mm``); if narrower than 2
+        px, it is a path without walls ("none").
 
     Raises
     ------
@@ -360,5 +360,5 @@ def _decoded(given: FilePath | NDArray[np.uint8], name: str) -> "Decoded":
 
 
 def _name_of(given: FilePath | NDArray[np.uint8], name: str) -> Path:
-    """Return the path that was given; for an array the argument's name, for messages."""
+    """Return the path that was given. For an array, return the argument's name, so that messages can name it."""
     return Path(name) if isinstance(given, np.ndarray) else file_of(given, name)

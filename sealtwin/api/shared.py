@@ -21,13 +21,13 @@ __all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
 
 FilePath = str | PathLike[str]
 Points = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
-"""(n, 2)."""
+"""Points of a photo, or rows of a station and a value, (n, 2)."""
 
 Table = TypeVar("Table", bound=Settings)
 
 
 def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any], **replaced: Any) -> Table:
-    """Return a table of settings from a function's ``locals()``, some replaced; None means the default.
+    """Return a table of settings made from a function's ``locals()`` and from ``replaced``. None means the default.
 
     Raises InputError, whose text begins with ``function``, for a value that is not allowed.
     """
@@ -36,7 +36,7 @@ def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any],
 
 
 class WarnedProgress(Progress):
-    """Silent progress that collects warnings, for a function to issue as Python warnings."""
+    """Progress that prints nothing, and collects warnings so that a function can issue them as Python warnings."""
 
     def __init__(self) -> None:
         self.sentences: list[str] = []
@@ -58,7 +58,7 @@ def path_or_none(given: FilePath | None) -> Path | None:
 def file_of(given: FilePath, name: str) -> Path:
     """Return the file that an argument gives. Raises InputError with the argument's ``name`` if it does not exist."""
     if not isinstance(given, str | PathLike):
-        raise InputError(f"{name}: a {type(given).__name__}; give a file's path or a NumPy array.")
+        raise InputError(f"{name}: expected a file's path or a NumPy array, found {type(given).__name__}.")
     path = Path(given)
     if not path.is_file():
         raise InputError(f"{path}: no such file; {name} must be an existing file.")
@@ -73,5 +73,5 @@ def sha256_of(content: Path | NDArray[Any]) -> str:
 
 
 def content_of(record: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass by name, not copied, to build a record of a subclass."""
+    """Return the fields of a dataclass by name, to build a record of a subclass. The values are not copied."""
     return {field.name: getattr(record, field.name) for field in fields(record)}

@@ -43,17 +43,17 @@ class TrialRun:
 
     @property
     def mean_error_mm(self) -> float | None:
-        """Mean error against the readings in mm; None without readings."""
+        """Mean error against the readings in mm; None if there are no readings."""
         return self.result.comparison and self.result.comparison.mean_error_mm
 
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of its 95 % interval in mm; None without readings."""
+        """Ends of the 95 % interval of the mean error, in mm; None if there are no readings."""
         return self.result.comparison and self.result.comparison.interval_95_mm
 
     @property
     def verdict(self) -> str | None:
-        """Headline of the report; None without readings."""
+        """Headline of the report; None if there are no readings."""
         return self.result.comparison and self.result.comparison.verdict
 
     @property
@@ -114,7 +114,7 @@ def run_trial(
     Returns
     -------
     TrialRun
-        Figures, and the records of each stage. A missed gate does not raise: see ``gate_passed``.
+        Figures, and the records of each stage. A missed gate is not an error: see ``gate_passed``.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def run_trial(
     else:
         if source is not None:
             raise InputError(
-                "run_trial: source with a trial file: its files are in the trial file's folder. Omit source."
+                "run_trial: names in a trial file are relative to its own folder, so source has no effect. Omit source."
             )
         settings, home = load_trial(Path(trial)), Path(trial).parent
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
@@ -160,10 +160,10 @@ class SweepResult:
 
     folder: Path
     rows: tuple[dict[str, Any], ...]
-    """One row for each run, in the order of the grid: the settings that vary, state, figures and, if it failed, the
-    reason; also in runs.csv."""
+    """One row for each run, in the order of the grid: the settings that vary, its state, its figures, and the reason if
+    it failed. The file runs.csv has the same rows."""
     best: dict[str, Any] | None
-    """Number, settings and mean error in mm of the run nearest to the readings; None without readings."""
+    """Number, settings and mean error in mm of the run nearest to the readings; None if there are no readings."""
 
     @property
     def failed(self) -> tuple[dict[str, Any], ...]:
@@ -173,7 +173,7 @@ class SweepResult:
     def column(self, name: str) -> Floats:
         """Return a column of numbers, (runs,); NaN for missing values. Raises InputError for an unknown name."""
         if name not in self.rows[0]:
-            raise InputError(f"column: no {name!r}; the columns are {', '.join(self.rows[0])}.")
+            raise InputError(f"column: there is no column {name!r}; the columns are {', '.join(self.rows[0])}.")
         return np.array([np.nan if row[name] is None else row[name] for row in self.rows], dtype=float)
 
 
@@ -205,7 +205,7 @@ def sweep(
     fixed
         Settings of all runs that replace the trial's, for example ``{"solver.radius_mm": 0.6}``.
     name
-        Name of the study; default: that of the trial's folder and file, with "-sweep".
+        Name of the study; default: <folder of the trial file>-<name of the trial file>-sweep.
     device, jobs
         Device of the fluid runs, as in ``run_trial``, and number of processes; default: one for each core, or one on a
         GPU.
@@ -220,7 +220,7 @@ def sweep(
     Raises
     ------
     InputError
-        Invalid settings of any run, before the first one starts; or the folder is that of another sweep.
+        A run has an invalid setting (all are checked before the first run), or the folder is that of another sweep.
 
     Warns
     -----
@@ -259,7 +259,7 @@ class CalibrationResult:
 
     @property
     def identified(self) -> dict[str, bool]:
-        """True for each setting whose 90 % interval became at most half as wide."""
+        """True for each setting whose 90 % interval is at most half as wide as before the calibration."""
         return {one["setting"]: one["identified"] for one in self.content["free"] if isinstance(one, dict)}
 
 
@@ -289,14 +289,14 @@ def calibrate(
     budget
         Runs of each trial, 40 or more.
     out
-        The folder; default: reports/<trial>-calibrated.
+        The calibration's folder; default: reports/<trial>-calibrated.
     device, jobs, progress
         As in ``sweep``.
 
     Returns
     -------
     CalibrationResult
-        Posterior, which settings it determines, and the predictions. Without posterior if no setting reproduces the
+        Posterior, which settings it determines, and the predictions. There is no posterior if no setting reproduces the
         readings.
 
     Raises
@@ -304,12 +304,12 @@ def calibrate(
     InputError
         A trial, a setting or a role cannot be used.
     NumericalError
-        Over a quarter of the runs failed or have a volume off by over 5 %.
+        Over a quarter of the runs failed or have a volume error over 5 %.
 
     Warns
     -----
     RuntimeWarning
-        As ``sweep`` does.
+        The model cannot represent the sealant of a run, or results are unreliable: one warning for each reason.
     """
     files = [trials] if isinstance(trials, str | PathLike) else list(trials)
     ranges = [f"--free={name}={low:.12g}:{high:.12g}" for name, (low, high) in free.items()]
@@ -365,7 +365,8 @@ def write_map(
     Warns
     -----
     RuntimeWarning
-        Another version of digitise or simulate computed the runs; or as ``sweep`` does.
+        Another version of digitise or simulate computed the runs, the model cannot represent the sealant of a run, or
+        results are unreliable.
     """
     from sealtwin.lab.held_out import note_use
     from sealtwin.study.study_map import PAGE, map_study

@@ -1,1 +1,1 @@
-"""Command line, one file for each group of commands."""
+"""The command line. Each group of commands has its own file."""

@@ -1,4 +1,4 @@
-"""Answers of the commands: results on stdout, narration on stderr, an exit code, one message for each fault."""
+"""Answers of the commands: results on stdout, narration on stderr, an exit code, and one message for each fault."""
 
 import functools
 import inspect
@@ -52,14 +52,14 @@ class Command:
     as_json: bool = False
     quiet: bool = False
     stdout: TextIO = field(default_factory=lambda: sys.stdout)
-    """Standard output, for the result only: prints by libraries go to stderr."""
+    """Standard output, which receives only the result. What libraries print goes to stderr."""
 
     def say(self, text: str) -> None:
         if not self.quiet:
             print(text, file=sys.stderr)
 
     def warn(self, text: str) -> None:
-        """Print a warning, also with --quiet."""
+        """Print a warning, even with --quiet."""
         print(text, file=sys.stderr)
 
     def reply(self, answer: Answer) -> None:
@@ -130,9 +130,9 @@ class CheckedCommand(TyperCommand):
 def answers(
     *names: str, needs: Sequence[str] = (), device: bool = False, quiet: bool = True, as_json: bool = True
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Make a command of a function of a ``Command``: add options of output and device, turn faults into exit codes.
+    """Turn a function of a ``Command`` into a command: add options for output and device, turn faults into exit codes.
 
-    The function's parameter ``settings`` becomes --set and the everyday options in ``names``; those in ``needs`` are
+    The function's parameter ``settings`` becomes --set and the everyday options in ``names``. Options in ``needs`` are
     required.
     """
     ends = [("device", str, DEVICE, "auto")] if device else []
@@ -166,7 +166,7 @@ def _shown(own: inspect.Parameter, names: Sequence[str], needs: Sequence[str]) -
 
 
 def removed_options() -> dict[str, dict[str, str]]:
-    """Return the new spelling of removed options, by command and option."""
+    """Return the new spelling of each removed option, by command and option."""
     return tomllib.loads(files("sealtwin").joinpath("templates/removed_options.toml").read_text(encoding="utf-8"))
 
 
@@ -198,7 +198,10 @@ def ending(command: Command) -> Iterator[None]:
 
 
 def open_missing_streams() -> None:
-    """Open streams that were closed at the start, as by ``2>&-``: the next opened file would receive their output."""
+    """Open streams that were closed at the start, for example by ``2>&-``.
+
+    Otherwise the next file that is opened would receive their output.
+    """
     while (spare := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(spare)

@@ -30,7 +30,10 @@ def doctor(command: Command) -> None:
 
 
 def _packages() -> str:
-    """Other distributions have packages with these names, and pip lets them overwrite ours."""
+    """Check that the packages are sealtwin's own.
+
+    Other distributions have packages with these names, and pip lets them overwrite ours.
+    """
     from sealtwin.packages_check import PACKAGES, require_own_packages
 
     require_own_packages()
@@ -38,7 +41,7 @@ def _packages() -> str:
 
 
 def _photo() -> str:
-    """Draw a marker and detect it: a common fault is an OpenCV without aruco."""
+    """Draw a marker and detect it. This fails if OpenCV was built without aruco, which is a common fault."""
     import cv2
     import numpy as np
 
@@ -76,7 +79,7 @@ def _fluid() -> str:
         raise RuntimeError(f"a lattice of 8 x 8 x 8 has {pairs} touching pairs on {device}, not {3 * 7 * 8 * 8}")
     turns = turns_of_a_recording(device)
     if turns != SIDE:
-        raise RuntimeError(f"a recorded loop of {SIDE} turns took {turns} on {device}")
+        raise RuntimeError(f"a recorded loop of {SIDE} turns made {turns} turns on {device}")
     return f"kernels compiled, run and recorded on {device}"
 
 

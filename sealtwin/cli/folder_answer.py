@@ -33,7 +33,7 @@ MOST_FAULTS = 200  # Faults on a terminal, which keeps some thousand lines
 
 
 def batch_answer(batch: Batch) -> Answer:
-    """Answer with a table of the digitised photos, and the reason for each failed one."""
+    """Answer with a table of the digitised photos, and the reason for each failed photo."""
     broad = max((len(row.folder) for row in batch.rows), default=0)
     lines = [
         f"{row.folder:<{broad}}  {_or_dash(row.mean_width_mm, 8)} {row.length_mm:9.1f} {_or_dash(row.cavity_ml, 9)} "
@@ -53,7 +53,7 @@ def batch_answer(batch: Batch) -> Answer:
 
 
 def _or_dash(value: float | None, broad: int) -> str:
-    """Return a number with two decimals; a dash if a path without walls has none."""
+    """Return a number with two decimals, or a dash for None: a path without walls has no width and no volumes."""
     return f"{'-':>{broad}}" if value is None else f"{value:{broad}.2f}"
 
 
@@ -95,7 +95,10 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
 
 
 def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueFault]) -> Answer:
-    """Answer of 'sealtwin ingest'; ``faults`` are of the check: they prevent runs of samples, or put these in doubt."""
+    """Answer of 'sealtwin ingest'.
+
+    Each of ``faults`` was found by the check: it prevents a sample's run, or is a doubt.
+    """
     first, second = ingest_answer(ingested, faults), batch_answer(batch)
     code = first.exit_code or second.exit_code or (SOME_FAILED if faults else 0)
     code = BUG if BUG in (first.exit_code, second.exit_code) else code
@@ -190,7 +193,7 @@ def _pairing_row(outcome: SampleOutcome, not_sound: Set[str]) -> list[str]:
 
 
 def _begin(sentence: str) -> str:
-    """Return the word before a fault of a sample: "in doubt" if the readings can be confirmed as they are."""
+    """Return the words that begin the line of a fault: "in doubt" if the readings can be confirmed, else "failed"."""
     return "in doubt: " if OR_ANSWER in sentence else "failed: "
 
 
@@ -242,7 +245,7 @@ def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the lines of a table; columns are as wide as their widest cell, up to ``BROADEST``."""
+    """Return the lines of a table. Columns are as wide as their widest cell, but at most ``BROADEST``."""
     cells = [
         [cell if len(cell) <= BROADEST else f"...{cell[-BROADEST + 3 :]}" for cell in row] for row in (head, *rows)
     ]

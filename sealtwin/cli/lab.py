@@ -61,7 +61,7 @@ def lab(
 ) -> None:
     """Query a lab's catalogue: list LAB, show LAB SAMPLE, export LAB --out FILE.csv."""
     if (action == "show") != (sample is not None):
-        raise typer.BadParameter("show needs a sample; list and export take none")
+        raise typer.BadParameter("show needs a sample; list and export do not take one")
     if (action == "export") != (out is not None):
         raise typer.BadParameter("export needs --out; list and show do not take it")
     from sealtwin.cli.folder_answer import list_answer, show_answer

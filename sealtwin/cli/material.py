@@ -22,7 +22,7 @@ METHODS = {
     **dict.fromkeys(("cone_mm", "early"), ("spread",)),
     **dict.fromkeys(("asked_mm3_s", "speed_mm_s", "start_mm"), ("bead",)),
 }
-"""Methods that take an option. Each option except early is a field of the method's table."""
+"""Methods that take each option. Each option except early is a field of the method's table."""
 
 
 @answers("markers", "face_mm")
@@ -42,18 +42,20 @@ def material(
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
     ] = None,
     mass_g: Annotated[
-        Number, number_option("Mass of the paste on the plate; default: that of the full cone.", 0.001, 100_000)
+        Number, number_option("Mass of the paste on the plate; default: the mass of the full cone.", 0.001, 100_000)
     ] = None,
     mass_error_g: Annotated[
-        Number, number_option("Its standard uncertainty; default: 0.1, for a bead 0.03.", 1e-6, 10_000)
+        Number, number_option("Standard uncertainty of the mass; default: 0.1 g, or 0.03 g for a bead.", 1e-6, 10_000)
     ] = None,
     density_error_kg_m3: Annotated[
-        Number, number_option("Standard uncertainty of the density; default: 1 % of it.", 1e-6, 20_000)
+        Number, number_option("Standard uncertainty of the density; default: 1 % of the density.", 1e-6, 20_000)
     ] = None,
     edge_n_m: Annotated[
-        Number, number_option("Coefficient lambda of surface tension; default: 0.005 N/m, cement paste.", 0, 0.1)
+        Number, number_option("Coefficient lambda of surface tension; default: 0.005 N/m, for cement paste.", 0, 0.1)
     ] = None,
-    edge_error_n_m: Annotated[Number, number_option("Its standard uncertainty; default: 0.0015 N/m.", 0, 0.1)] = None,
+    edge_error_n_m: Annotated[
+        Number, number_option("Standard uncertainty of lambda; default: 0.0015 N/m.", 0, 0.1)
+    ] = None,
     early: Annotated[
         list[str] | None,
         option(
@@ -66,7 +68,10 @@ def material(
     speed_mm_s: Annotated[Number, number_option("Speed of the nozzle that laid the bead.", 0.01, 5000)] = None,
     start_mm: Annotated[
         Text,
-        option("Start of that nozzle, from the opening's lower left corner, to measure the pump's delay.", "X,Y"),
+        option(
+            "Start of the nozzle's path, from the frame opening's lower left corner, to measure the pump's delay.",
+            "X,Y",
+        ),
     ] = None,
     date: Annotated[Text, option("Day of the measurement; default: today.", "YYYY-MM-DD")] = None,
 ) -> None:
@@ -87,7 +92,7 @@ def material(
     if method == "rheometer":
         others = [*settings, *others]
     if others:
-        raise typer.BadParameter(f"{others[0]} is no option of {method}")
+        raise typer.BadParameter(f"{others[0]} is not an option of {method}")
     if method == "rheometer":
         from sealtwin.core.settings import checked
         from sealtwin.material.by_rheometer import material_of_table
@@ -96,7 +101,7 @@ def material(
         measured = MeasuredPaste(material_of_table(source, checked(PasteOnPlate, source, paste), data, when))
     else:
         if "photo.data" in settings:
-            raise typer.BadParameter("--set photo.data and --data: give one of them")
+            raise typer.BadParameter("--set photo.data and --data are both given; give one of them")
         measured = _of_photo(method, source, {**settings, "photo.data": data}, paste, when, command.say)
     from sealtwin.core.files import write_unless_other
     from sealtwin.material.paste import material_text
@@ -146,9 +151,9 @@ def _photo_and_time(text: str) -> tuple[Path, float]:
     try:
         seconds = read_number(time)
     except ValueError as fault:
-        raise typer.BadParameter(f"--early {text}: {fault}; as photo.jpg@1.5") from None
+        raise typer.BadParameter(f"--early {text}: {fault}; write it as in photo.jpg@1.5") from None
     if not name or not 0.05 <= seconds <= 3600:
-        raise typer.BadParameter(f"--early {text}: give a photo and 0.05 to 3600 seconds, as photo.jpg@1.5")
+        raise typer.BadParameter(f"--early {text}: give a photo and 0.05 to 3600 seconds, as in photo.jpg@1.5")
     return Path(name).resolve(), seconds
 
 
@@ -158,13 +163,13 @@ def _three(text: str) -> list[float]:
     except ValueError:
         sizes = []
     if len(sizes) != 3:
-        raise typer.BadParameter(f"--cone-mm {text}: expected three sizes in mm with x between, {CONE}")
+        raise typer.BadParameter(f"--cone-mm {text}: expected three sizes in mm with x between them, such as {CONE}")
     if not all(0.5 <= size <= 1000 for size in sizes):
         raise typer.BadParameter(f"--cone-mm {text}: each size must be 0.5 to 1000 mm")
     if sizes[1] > sizes[0]:
         raise typer.BadParameter(
             f"--cone-mm {text}: the larger end of the cone is below, so {sizes[1]:g} comes before {sizes[0]:g}. Give "
-            f"inner diameter below, inner diameter above, height, {CONE}"
+            f"inner diameter below, inner diameter above and height, such as {CONE}"
         )
     return sizes
 
@@ -175,4 +180,4 @@ def day_of(text: str | None) -> day:
     try:
         return day.fromisoformat(text)
     except ValueError:
-        raise InputError(f"--date {text:.40}: expected a day, as 2026-11-21.") from None
+        raise InputError(f"--date {text:.40}: expected a day such as 2026-11-21.") from None

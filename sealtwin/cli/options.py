@@ -13,7 +13,7 @@ import typer
 from sealtwin.core.errors import InputError, present
 
 Given = dict[str, Any]
-"""Settings of a trial by dotted name, which replace those of its file."""
+"""Settings of a trial by dotted name. They replace those of the trial's file."""
 
 
 def option(help: str, metavar: str | None = None, *names: str) -> Any:
@@ -22,7 +22,7 @@ def option(help: str, metavar: str | None = None, *names: str) -> Any:
 
 
 def flag(name: str, help: str) -> Any:
-    """Describe an option without a value; naming it avoids a second option "--no-..."."""
+    """Describe an option without a value. Giving its name avoids a second option "--no-..."."""
     return typer.Option(name, help=help)
 
 
@@ -45,7 +45,7 @@ def read_number(text: str, *, comma: bool = True) -> float:
     """Return a finite number; ``comma`` is False if commas separate numbers. Raises ValueError."""
     text = text.strip()
     if not WRITTEN.fullmatch(text) or ("," in text and not comma):
-        raise ValueError("expected a number, as 0.1" + (" or 0,1" if comma else ""))
+        raise ValueError("expected a number such as 0.1" + (" or 0,1" if comma else ""))
     if THOUSANDS.fullmatch(text):
         raise ValueError(f"{text.replace(',', '.')} or {text.replace(',', '')}? Write it without the comma")
     value = float(text.replace(",", "."))
@@ -128,14 +128,17 @@ def along(text: str, option: str) -> float | list[list[float]]:
             raise InputError(f"{place}: s_mm = {row[0]:g} after {rows[-1][0]:g}; list the rows by increasing s_mm.")
         rows.append(row)
     if not rows:
-        raise InputError(f"{path}: no rows below its header; give s_mm and {column} in each, in mm.")
+        raise InputError(f"{path}: no rows below its header; give s_mm and {column} in every row, in mm.")
     if len(rows) > MOST_STATIONS:
         raise InputError(f"{path}: {len(rows)} rows below its header; at most {MOST_STATIONS} are read.")
     return rows
 
 
 def board(path: str, _: str = "") -> dict[str, Any]:
-    """Return the table [photo.markers] of a TOML file of 'sealtwin markers'. Raises InputError if it is missing."""
+    """Return the table [photo.markers] of a TOML file that 'sealtwin markers' wrote.
+
+    Raises InputError if it is missing.
+    """
     from digitise.settings import MarkerBoard
     from sealtwin.core.settings import Settings, read_settings
 
@@ -168,7 +171,7 @@ def _size(text: str, option: str) -> list[float]:
 
 
 class Everyday(NamedTuple):
-    """An everyday option, which is a setting."""
+    """An option of the command line that gives one setting of a trial."""
 
     key: str  # Dotted name of its setting; the setting's docstring is the help
     metavar: str | None  # None: the values that the setting allows
@@ -204,7 +207,7 @@ SET = typer.Option(
 
 
 def parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
-    """Yield the parameters of everyday options, those in ``needs`` without a default, and of --set."""
+    """Yield the parameters of everyday options and of --set. Those in ``needs`` have no default."""
     for name in names:
         option, needed = OPTIONS[name], name in needs
         shown = typer.Option(spelt(name), metavar=option.metavar, help=option.key)
@@ -219,10 +222,10 @@ def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Paramet
 
 
 def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
-    """Return settings by dotted name, from everyday options by parameter and from texts "table.key=value".
+    """Return settings by dotted name, read from everyday options and from texts "table.key=value".
 
-    Names of files become absolute. Raises typer.BadParameter for unreadable texts and for a setting that is given
-    twice, InputError for a file that cannot be used.
+    ``options`` has their values by parameter. Names of files become absolute. Raises typer.BadParameter for unreadable
+    texts and for a setting that is given twice, and InputError for a file that cannot be used.
     """
     given = {name: text for name, text in options.items() if text is not None}
     settings = {OPTIONS[name].key: OPTIONS[name].read(text, spelt(name)) for name, text in given.items()}
@@ -253,12 +256,12 @@ def _setting(text: str) -> tuple[str, Any]:
     from sealtwin.trial.trial_file import Trial
 
     if not (parts := SETTING.fullmatch(text)):
-        raise typer.BadParameter(f"--set {text:.80}: expected TABLE.KEY=VALUE, as crack.tilt=flare")
+        raise typer.BadParameter(f"--set {text:.80}: expected TABLE.KEY=VALUE, as in crack.tilt=flare")
     key, value = parts[1], parts[2].strip()
     # Commands check settings by their names, so a whole table is refused.
     if key in Trial.model_fields and table_of(Trial, (key, "")) is not None:
         raise typer.BadParameter(
-            f"--set {text:.80}: {key} is a table; give its settings one by one, as {key}.KEY=VALUE"
+            f"--set {text:.80}: {key} is a table; give its settings one by one, in the form {key}.KEY=VALUE"
         )
     if "," in value and WRITTEN.fullmatch(value) and takes_list(Trial, key):
         raise typer.BadParameter(f"--set {text:.80}: {value.replace(',', '.')} or [{value}]? Write one of them")
@@ -266,7 +269,7 @@ def _setting(text: str) -> tuple[str, Any]:
 
 
 def _with_whole_names(key: str, value: Any) -> Any:
-    """Return a setting's value with absolute names of files, also inside a table."""
+    """Return a setting's value, in which names of files become absolute, even inside a table."""
     from sealtwin.core.settings import names_file
     from sealtwin.trial.trial_file import Trial
 

@@ -25,7 +25,7 @@ def markers(
     paper: Annotated[Literal["a4", "a3", "letter"], option("Size of the paper, portrait or landscape.")] = "a4",
     toml: Annotated[File, option("Also write the table for the trial file here.", "FILE")] = None,
 ) -> None:
-    """Write a frame of markers to print, cut out and lay level with the face; prints its table for the trial file.
+    """Write a frame of markers to print, cut out and lay level with the face. Prints its table for the trial file.
 
     Example: sealtwin markers --face-mm 160x40 --out frame.pdf
     """
@@ -35,7 +35,7 @@ def markers(
     from sealtwin.core.files import write_unless_other
 
     if toml is not None and toml.resolve() == out.resolve():
-        raise typer.BadParameter(f"--toml {toml}: the same file as --out")
+        raise typer.BadParameter(f"--toml {toml} is the same file as --out; give another name")
     face = two_numbers(face_mm, "x", "--face-mm")
     frame = draw_frame(face, board_around(face, size_mm, dictionary, int(count)), paper)
     table = board_toml(frame)
@@ -60,7 +60,7 @@ def trace(
     ],
     settings: Given,
     port: Annotated[int | None, count_option("Port of the page; default: any free port.", 1024, 65535)] = None,
-    no_browser: Annotated[bool, flag("--no-browser", "Print the page's address, open no browser.")] = False,
+    no_browser: Annotated[bool, flag("--no-browser", "Print the page's address and do not open a browser.")] = False,
 ) -> None:
     """Click a crack's ends on its photo, check and correct its walls, and save.
 

@@ -16,22 +16,24 @@ def plan(
     trial: Annotated[Path, argument("TRIAL", "A trial.toml with a path, and a sealant that does not age.")],
     settings: Given,
     out: Annotated[File, option("The plan's folder; default: reports/<trial name>-plan.", "DIR")] = None,
-    cell: Annotated[File, option("The robot's cell file; the plan keeps its limits and its pump's.", "FILE")] = None,
+    cell: Annotated[
+        File, option("The robot's cell file; the plan keeps within its limits and those of its pump.", "FILE")
+    ] = None,
     posterior: Annotated[
-        File, option("Draws of the sealant: a CSV whose header names settings, as fluid.yield_stress_pa.", "CSV")
+        File, option("Draws of the sealant: a CSV whose header names settings, such as fluid.yield_stress_pa.", "CSV")
     ] = None,
     flow_max_mm3_s: Annotated[Number, number_option("Largest flow, if no cell sets it.", 0.01, 1e6)] = None,
-    margin_mm: Annotated[float, number_option("Level to aim at, below the face.", 0, 100)] = 0.0,
+    margin_mm: Annotated[float, number_option("Level to aim at, as a distance below the face.", 0, 100)] = 0.0,
     knots: Annotated[int, count_option("Places along the path at which flow and speed are chosen.", 3, 40)] = 8,
     verify: Annotated[int, count_option("Rounds of search and particle run.", 1, 10)] = 3,
-    seeds: Annotated[int, count_option("Particle runs of the best plan; its band needs two.", 1, 20)] = 3,
+    seeds: Annotated[int, count_option("Particle runs of the best plan; its 95 % band needs at least two.", 1, 20)] = 3,
     keep_speed: Annotated[bool, flag("--keep-speed", "Plan only the flow, at the trial's speed.")] = False,
     jobs: Annotated[int, count_option("Processes for particle runs.", 1, 512)] = 1,
 ) -> None:
     """Plan flow and speed along a crack, so that it is full and nothing overspills.
 
-    Searches with the fast model, checks the plan with particles, and searches again, corrected by the difference.
-    After an interruption, repeat the command to continue.
+    Searches with the fast model, checks the plan with particles, corrects the fast model by the difference, and
+    searches again. After an interruption, repeat the command to continue.
 
     Example: sealtwin plan trial.toml --cell cell.toml
     """
@@ -59,15 +61,16 @@ def loop(
     command: Command,
     folder: Annotated[Path, argument("PLAN", "The folder of a finished plan.")],
     emulate: Annotated[
-        File, option("Simulate the corrected pour with particles, with these faults.", "faults.toml")
+        File, option("Simulate the corrected pour with particles and with the faults in this file.", "faults.toml")
     ] = None,
     replay: Annotated[File, option("Compute the steps of a log again, and compare.", "LOG")] = None,
     seed: Annotated[int, count_option("Seed of the particles and the sensor.", 0, 2**31 - 1)] = 1,
     uncorrected: Annotated[bool, flag("--uncorrected", "Pour the plan without corrections, to compare.")] = False,
 ) -> None:
-    """Correct a plan's flow during the pour from the measured level, with a top-up pass; emulated, or from a log.
+    """Correct a plan's flow during the pour according to the measured level, with a top-up pass.
 
-    A controller calls the function sealtwin.loop_step. The first call computes its tables.
+    The command emulates such a pour, or replays a log. A controller calls the function sealtwin.loop_step. The first
+    call computes its tables.
 
     Example: sealtwin loop reports/crack-plan --emulate faults.toml
     """

@@ -33,7 +33,8 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
         "Draw them without crossings and without points closer than 1 µm.",
     ),
 }
-"""Fault of a drawing by the kind of its mesh's fault, empty if the mesh's own text fits, and the remedy."""
+"""Fault of a drawing and its remedy, by the kind of the mesh's fault. An empty text means that the mesh's own text
+fits."""
 
 
 @answers("units", needs=("units",))
@@ -57,7 +58,9 @@ def digitise(
     command: Command,
     targets: Annotated[
         list[Path],
-        argument("TRIAL|PHOTO...", "A trial.toml, or a photo with the options below; also several, or a folder."),
+        argument(
+            "TRIAL|PHOTO...", "A trial.toml, or a photo with the options below. You may also give several, or a folder."
+        ),
     ],
     settings: Given,
     out: Out = None,
@@ -90,7 +93,7 @@ def digitise(
             "in the photo's folder; 'sealtwin trace' writes one"
         )
     if out is None:
-        raise typer.BadParameter("several photos need --out, a folder for all of them")
+        raise typer.BadParameter("several photos need --out, the folder for all of them")
     from sealtwin.cli.folder_answer import batch_answer
 
     command.reply(batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=jobs)))
@@ -103,7 +106,7 @@ def export(
     formats: Annotated[
         str,
         option(
-            "mask: a PNG of the photo's size, white where the crack is; coco: one JSON of all; dxf: lines in mm.",
+            "mask: a PNG of the photo's size with the crack in white; coco: one JSON file for all; dxf: lines in mm.",
             "mask,coco,dxf",
             "--format",
         ),
@@ -139,7 +142,7 @@ def import_dxf(
     outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
     walls: Annotated[
         tuple[str, str] | None,
-        option("Two layers with a wall each, as an open line; default: WALL_LEFT WALL_RIGHT.", "LAYER LAYER"),
+        option("Two layers, each with one wall as an open line; default: WALL_LEFT WALL_RIGHT.", "LAYER LAYER"),
     ] = None,
     line: Annotated[Text, option("Layer with the crack's middle as an open line; needs --width-mm.", "LAYER")] = None,
     width_mm: Annotated[Number, number_option("Width of the crack along that line.")] = None,
@@ -156,9 +159,9 @@ def import_dxf(
     Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
     """
     if (line is None) != (width_mm is None):
-        raise typer.BadParameter("--line and --width-mm need each other: a line has no width")
+        raise typer.BadParameter("give both --line and --width-mm or neither: a line has no width of its own")
     if sum(given is not None for given in (outline, walls, line)) > 1:
-        raise typer.BadParameter("--outline, --walls and --line: give one of them")
+        raise typer.BadParameter("give only one of --outline, --walls and --line")
     if walls is not None and walls[0].upper() == walls[1].upper():
         raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: give two different layers, one for each wall")
     for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
@@ -184,7 +187,7 @@ def require_depth(given: dict[str, Any]) -> None:
 
 
 def _is_of_one_photo(name: str) -> bool:
-    """Return True for places in a photo and for pictures, which differ from photo to photo."""
+    """Return True for a setting that differs from photo to photo: a place in the photo, or the name of a picture."""
     from sealtwin.core.settings import names_file
     from sealtwin.trial.trial_file import Trial
 

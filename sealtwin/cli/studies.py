@@ -56,7 +56,7 @@ def map(
     any_volume: Annotated[
         bool, flag("--any-volume", 'Include runs whose volume error is over 5 %, as with preset "paper".')
     ] = False,
-    fills: Annotated[bool, option("Run about nine runs again, to draw how they fill.")] = True,
+    fills: Annotated[bool, option("Compute about nine runs again, to draw how the crack fills.")] = True,
 ) -> None:
     """Draw a study of two settings with the paper's figures: levels, map of the error, influences, fills, cost.
 
@@ -97,7 +97,7 @@ def sweep(
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
     batch: Annotated[
         int | None,
-        count_option(f"Runs in one launch, if only the fluid differs; default: 1, {LAUNCH} on a GPU.", 1, 4096),
+        count_option(f"Runs in one launch, if only the fluid differs; default: 1, or {LAUNCH} on a GPU.", 1, 4096),
     ] = None,
     scheduler: Annotated[
         Text,
@@ -127,7 +127,7 @@ def sweep(
     """
     if example is not None:
         if targets:
-            raise typer.BadParameter("--example with a study: --example only writes a study file")
+            raise typer.BadParameter("--example only writes a study file; give it without a study")
         from sealtwin.trial.starter_files import write_example_study
 
         write_example_study(example)
@@ -151,7 +151,7 @@ def sweep(
         command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
         return
     if len(targets) != 1:
-        raise typer.BadParameter(f"{len(targets)} studies: give one")
+        raise typer.BadParameter(f"{len(targets)} studies are given; give one")
     from sealtwin.core.cluster import cores
     from sealtwin.lab.held_out import note_study
     from simulate.device import choose_device, describe_device
@@ -194,7 +194,7 @@ def calibrate(
         list[str],
         option(
             "An unknown setting, with its range; may be repeated, up to 6. A measured setting has its value and "
-            "uncertainty in the trial as prior; any other is equally likely within its range.",
+            "uncertainty in the trial as prior; for any other, all values in the range are equally likely.",
             "SETTING=LOW:HIGH",
         ),
     ],
@@ -226,7 +226,7 @@ def calibrate(
 
     ranges = _ranges(free)
     if twice := sorted(ranges.keys() & settings.keys()):
-        raise typer.BadParameter(f"--set {twice[0]} and --free, which determines it; give one of them")
+        raise typer.BadParameter(f"{twice[0]} is given by both --set and --free; give one of them")
     for file in hold_out or []:
         facts_above(load_trial(file, settings), file.parent)
     chosen = choose_device(command.device)
@@ -259,18 +259,18 @@ def _ranges(given: list[str]) -> dict[str, tuple[float, float]]:
         low, colon, high = limits.partition(":")
         try:
             if not (name and colon):
-                raise ValueError("expected SETTING=LOW:HIGH, as fluid.yield_stress_pa=3:60")
+                raise ValueError("expected SETTING=LOW:HIGH, as in fluid.yield_stress_pa=3:60")
             ends = read_number(low, comma=False), read_number(high, comma=False)
         except ValueError as fault:
             raise typer.BadParameter(f"--free {text:.80}: {fault}") from None
         if name in ranges:
-            raise typer.BadParameter(f"--free {name}: given twice")
+            raise typer.BadParameter(f"--free {name} is given twice; give it once")
         ranges[name] = ends
     return ranges
 
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:
-    """Return the text of a sweep, from its --json object."""
+    """Return the lines that describe a sweep, made from its --json object."""
     from sealtwin.core.progress import in_words
 
     runs, total, best = swept["runs"], swept["runs_of_study"], swept["best"]
@@ -308,7 +308,7 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
 
 
 def mapped_lines(mapped: "Mapped") -> list[str]:
-    """Return the text of a map."""
+    """Return the lines that describe a map."""
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.sheet.cautions,
@@ -322,7 +322,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 
 def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
-    """Return the text of a comparison of runs."""
+    """Return the lines that describe a comparison of runs."""
     from validate.figures.side_by_side import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]

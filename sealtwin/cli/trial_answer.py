@@ -1,4 +1,4 @@
-"""Stages run by a command, and their output: the content of run.json, and text."""
+"""Run stages for a command, and print their result: the content of run.json, or text."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -29,7 +29,7 @@ def run_trial(
 ) -> None:
     """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
-    Without a trial file, ``file`` is a photo or a mesh, and ``trial`` its trial.
+    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made.
     """
     from sealtwin.lab.held_out import facts_above
     from sealtwin.trial import pipeline
@@ -51,7 +51,7 @@ def resume(
     threads: int = 1,
     uncertainty: bool = False,
 ) -> None:
-    """Run one stage of a run folder's trial and print the result; ``uncertainty`` first makes the extra runs.
+    """Run one stage of a run folder's trial and print the result. ``uncertainty`` makes the extra runs first.
 
     ``settings`` by dotted name replace those of RUN/trial.toml, which then records them.
     """
@@ -78,7 +78,7 @@ def _reply(command: Command, result: "TrialResult", stages: "Sequence[StageName]
 
 
 def result_lines(result: "TrialResult", last: "StageName") -> list[str]:
-    """Return the text of a result, after a command whose last stage was ``last``."""
+    """Return the lines that describe a result, after a command whose last stage was ``last``."""
     lines = [*result.other_versions]
     if result.sample is not None:
         lines += _sample(result.sample)

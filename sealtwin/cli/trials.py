@@ -55,7 +55,7 @@ def robot(
     formats: Annotated[
         str | None,
         option(
-            "txt, csv, spel, gcode, urscript; all: those that the cell has tables for; default: its formats.",
+            "txt, csv, spel, gcode, urscript, or all that the cell has tables for; default: the cell's formats.",
             "A,B|all",
             "--format",
         ),
@@ -73,7 +73,7 @@ def robot(
     """
     if example is not None:
         if folder is not None or cell is not None:
-            raise typer.BadParameter("--example with RUN or --cell: --example only writes a cell file")
+            raise typer.BadParameter("--example only writes a cell file; give it without RUN and --cell")
         from sealtwin.trial.starter_files import write_example_cell
 
         write_example_cell(example)
@@ -131,8 +131,8 @@ def quick(
 ) -> None:
     """Go from a photo and a depth to mesh, path, fluid run and report, with the fluid and nozzle of 'sealtwin init'.
 
-    Settings that you do not give are assumed: printed, marked in DIR/trial.toml and listed in the report. Correct them
-    there and continue with 'sealtwin run'.
+    Settings that you do not give are assumed. They are printed, marked in DIR/trial.toml and listed in the report.
+    Correct them there and continue with 'sealtwin run'.
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
@@ -144,7 +144,7 @@ def quick(
     text, assumed = quick_trial(photo, folder, settings, caliper)
     write_quick_trial(trial, text)
     run = folder / "run"
-    command.warn(f"Assumed, since not given: {', '.join(assumed)}.")
+    command.warn(f"Assumed, because you did not give them: {', '.join(assumed)}.")
     command.say(f"Correct them in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
     run_trial(command, trial, run, ALL_STAGES)
 
@@ -187,10 +187,10 @@ def validate(
         bool,
         flag(
             "--uncertainty",
-            "First make extra runs, stored in RUN/uncertainty: three each with finer, equal and coarser particles, and "
-            "runs with each input of the table uncertainty changed by its declared uncertainty, with the model that "
-            "its key differences names. Takes 10 to 15 times the computing time of RUN, on all cores. Without "
-            "readings the level is a prediction with a 95 % band.",
+            "First make extra runs, stored in RUN/uncertainty: three runs each with finer, equal and coarser "
+            "particles, and runs in which each input of the table uncertainty is changed by its declared uncertainty. "
+            "The table's key differences names the model of these runs. Takes 10 to 15 times the computing time of "
+            "RUN, on all cores. Without readings the level is a prediction with a 95 % band.",
         ),
     ] = False,
 ) -> None:

@@ -7,15 +7,15 @@ STRETCH = 16  # Number of segments of a polyline that are searched together; it 
 
 
 def arc_length(points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance along an open polyline from its first point, (n,)."""
+    """Return the distance of each point of an open polyline from the first one, measured along the polyline, (n,)."""
     steps = np.linalg.norm(np.diff(points_mm, axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def arc_length_at(points_mm: NDArray[np.float64], polyline_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Arc length of the nearest point of a polyline, (n,). The polyline is extended straight beyond its ends.
+    """Return the arc length at which a polyline, extended straight beyond its ends, is nearest to each point, (n,).
 
-    One pass over the segments, each with those points to which a segment of its stretch may be the nearest.
+    Each segment is compared only with the points to which a segment of its stretch may be the nearest.
     """
     begins_mm, steps = arc_length(polyline_mm), np.diff(polyline_mm, axis=0)
     last = len(steps) - 1

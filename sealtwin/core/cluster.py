@@ -29,7 +29,7 @@ from urllib.parse import urlsplit
 from sealtwin.core.errors import InputError
 
 TRIES = 3  # Number of workers that a task may kill before it counts as lost
-KILLED = f"{TRIES} worker processes were killed while they computed it, most likely as memory ran out"
+KILLED = f"{TRIES} worker processes were killed while they computed it, most likely because memory ran out"
 NOT_STARTED = "no worker process could start; a script must call sealtwin below: if __name__ == '__main__'"
 WORKER_ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"),
@@ -45,13 +45,13 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Lost:
-    """Outcome of a task whose workers were killed, or could not start."""
+    """Outcome of a task that raised an exception, or whose workers were killed or could not start."""
 
     reason: str
 
 
 def cores() -> int:
-    """Number of processor cores that this process may use."""
+    """Return the number of processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -62,7 +62,7 @@ def run_tasks(
     scheduler: str | None = None,
     numbers: Callable[[], Any] = dict,
 ) -> Iterator[tuple[Item, Result | Lost]]:
-    """Call ``function`` for every task, and yield each result when it is there.
+    """Call ``function`` for every task, and yield each result as soon as it is available.
 
     Args:
         function: Function at the top level of a module, which a worker imports. It should catch its own exceptions.
@@ -72,7 +72,7 @@ def run_tasks(
             killed. 0 computes in this process.
         scheduler: Address of a Dask scheduler; its workers are used instead.
         numbers: Function at the top level of a module that returns the stage numbers of its machine. Each worker must
-            have those of this process.
+            have the same numbers as this process.
 
     Raises:
         InputError: The scheduler does not respond, lacks workers, disappears, or is not encrypted; Dask is not
@@ -103,7 +103,7 @@ def _outcome(future: Future[Result], scheduler: str | None) -> Result | Lost:
         return future.result()
     except CancelledError:
         raise InputError(
-            f"{scheduler}: the connection to the scheduler was lost; the same command computes the rest."
+            f"{scheduler}: the connection to the scheduler was lost; repeat the command to compute the rest."
         ) from None
     except Exception as fault:
         return _lost(fault)
@@ -114,7 +114,7 @@ def _lost(fault: Exception) -> Lost:
 
 
 class LocalExecutor(ThreadPoolExecutor):
-    """Threads with a worker process each, so that a process that ends costs only its own task.
+    """Threads, each with a worker process of its own, so that a process that is killed costs only its own task.
 
     ProcessPoolExecutor would wait forever for a process that was killed while it sent its result.
     """
@@ -208,7 +208,7 @@ def _worker_environment() -> Iterator[None]:
 
 
 def _work(connection: Any, parent: Any) -> None:
-    """Compute tasks until a connection is closed. If the parent's is closed, end even during a task."""
+    """Compute tasks until ``connection`` is closed. If ``parent`` is closed, end at once, even during a task."""
     Thread(target=_end_with, args=(parent,), daemon=True).start()
     with suppress(EOFError, OSError):
         while True:
@@ -263,7 +263,7 @@ def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[tuple[Executo
         client: Any = Client(address, timeout=CONNECT_S)
     except (OSError, ValueError, TypeError, MemoryError, TimeoutError) as fault:
         # The answer of another kind of server, such as a dashboard, is read as the length of a huge message.
-        reason = str(fault) or f"silent for {CONNECT_S:g} s"
+        reason = str(fault) or f"it sent nothing for {CONNECT_S:g} s"
         raise InputError(
             f"--scheduler {address}: no scheduler answers there ({reason}). 'dask scheduler' starts one; for tls:// "
             "Dask's configuration (distributed.comm.tls) names the credentials."
@@ -316,5 +316,6 @@ def _require_workers(client: Any, address: str, numbers: Callable[[], Any]) -> N
         if other := {worker: theirs for worker, theirs in answers.items() if theirs != own}:
             worker, theirs = next(iter(other.items()))
             raise InputError(
-                f"--scheduler {address}: {worker} has {what} {theirs}, here is {own}. Install one version everywhere."
+                f"--scheduler {address}: {worker} has {what} {theirs}, but this machine has {own}. Install one version "
+                "everywhere."
             )

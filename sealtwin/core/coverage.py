@@ -1,4 +1,4 @@
-"""Area coverage of a ring on a grid: the share of each cell that it covers."""
+"""Area coverage of a ring on a grid: the share of each cell that the ring covers."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ ROWS_PER_PX = 8  # Sub-rows of a cell; with 8, edges are right to better than 0.
 
 
 def coverage(ring: Floats, size_px: tuple[int, int]) -> NDArray[np.float32]:
-    """Return the share of each pixel inside a ring, (height, width). OpenCV's fill adds half a pixel all around."""
+    """Return the share of each pixel that is inside a ring, (height, width). OpenCV's fill would add half a pixel."""
     width, height = size_px
     start, end = ring, np.roll(ring, -1, axis=0)
     low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])

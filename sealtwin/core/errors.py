@@ -1,4 +1,4 @@
-"""Errors as one tree; each leaf has its exit code.
+"""Errors form one tree. Each leaf has an exit code.
 
 SealtwinError              a fault that the user can correct: shown without a traceback
 ├── InputError        3    a photo, a sheet, a mesh or a setting that cannot be used
@@ -34,14 +34,14 @@ ShapeKind = Literal[
 ]
 """Part of a sample that is at fault: the crack's outline; the plane face, the upright sides or the size of the block; a
 mouth that is missing, leads through the underside or exists twice; walls that do not face each other or are too close;
-a given path off the crack; a body that cannot be cut."""
+a given path that is not on the crack; a body that cannot be cut."""
 
 
 class ShapeError(InputError):
     """Shape that is not a sample with one crack.
 
-    The stage describes the fault, and a command may replace ``remedy`` by one of its own for the ``kind`` of fault,
-    since it may have made a shape that its user did not draw.
+    The stage describes the fault. A command that made the shape may replace ``remedy`` by its own for the ``kind`` of
+    fault, because its user did not draw the shape.
     """
 
     def __init__(self, wrong: str, remedy: str = "", kind: ShapeKind = "", file: Path | None = None) -> None:
@@ -55,13 +55,13 @@ class BusyError(InputError):
 
 
 class NumericalError(SealtwinError):
-    """NaN, overflow or runaway density; the message names the quantity, the frame and the particle."""
+    """NaN, overflow or runaway density in a fluid run. The message names the quantity, the frame and the particle."""
 
     exit_code = 4
 
 
 def present(value: Kind | None, name: str) -> Kind:
-    """Return a value that an earlier check guarantees. Raises ValueError, a bug, if it is None."""
+    """Return a value that an earlier check guarantees to exist. Raises ValueError if it is None, which is a bug."""
     if value is None:
         raise ValueError(f"{name} is missing")
     return value
@@ -74,10 +74,10 @@ def as_text(path: Path) -> str:
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Put ``path`` into an OSError from within.
+    """Put ``path`` into an OSError that the block raises.
 
-    The error of a full disk names no file, and others name a temporary one. Without a file's name, a fault of the
-    machine would be reported as a bug.
+    The error of a full disk names no file, and other errors name a temporary file. Without a file's name, a fault of
+    the machine would be reported as a bug.
     """
     try:
         yield

@@ -33,8 +33,8 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and move it to ``path`` if the block ends without an error.
 
-    It has the suffix of ``path``, by which writers choose their format, but not the stem, which may be as long as a
-    name can be.
+    It has the suffix of ``path``, because writers choose their format by the suffix. It does not have the stem, which
+    may already be as long as a name can be.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{TEMPORARY_MARK}-{os.getpid()}-{secrets.token_hex(4)}{path.suffix}")
@@ -49,7 +49,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def is_temporary(path: Path) -> bool:
-    """Return True for a name from ``replacing``: a file that a killed process did not finish."""
+    """Return True for a name that ``replacing`` made: a file that a killed process did not finish."""
     return TEMPORARY.fullmatch(path.name) is not None
 
 
@@ -68,7 +68,7 @@ def write_if_new(path: Path, content: bytes) -> None:
 
 
 def write_unless_other(contents: Mapping[Path, bytes]) -> None:
-    """Write files. Raises InputError, before writing any, if one exists with another content, which would be lost."""
+    """Write files. If one of them exists with other content, raises InputError before any is written."""
     for path, content in contents.items():
         if path.exists() and read_bytes(path) != content:
             raise InputError(f"{path}: already exists and is not overwritten; give another name, or move it away.")
@@ -92,7 +92,7 @@ def write_json(path: Path, content: Any) -> None:
 def as_json(content: Any) -> str:
     """Return JSON that any reader accepts: NaN and infinity become null.
 
-    Indented, with each list of numbers on one line.
+    The text is indented, with each list of numbers on one line.
     """
     text = json.dumps(_plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     return NUMBERS.sub(lambda match: " ".join(match.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
@@ -119,7 +119,7 @@ def parse_json(text: str) -> Any:
 
 
 def _is_finite(content: Any) -> bool:
-    """Return False if a number is infinite, as 1e999 is when read."""
+    """Return False if a number is infinite. JSON has no infinity, but 1e999 is read as one."""
     if isinstance(content, float):
         return math.isfinite(content)
     parts = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
@@ -143,7 +143,7 @@ def sha256(path: Path) -> str:
 
 
 def read_text(path: Path) -> str:
-    """Read a text that a stage wrote. Raises InputError as ``read_bytes``, and if it is not UTF-8."""
+    """Read a text that a stage wrote. Raises InputError if it is not UTF-8, and whatever ``read_bytes`` raises."""
     try:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as fault:
@@ -159,7 +159,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int = 6) -> None:
-    """Write a CSV of numbers with one header line, units in the names; NaN becomes an empty field."""
+    """Write a CSV of numbers below one header line, with units in the names. NaN becomes an empty field."""
     # One format for a whole row: one call for each number takes six times as long.
     line = ",".join([f"%.{decimals}f"] * len(columns)) + "\n"
     body = "".join(line % tuple(row.tolist()) for row in rows)
@@ -225,7 +225,7 @@ def _cell(value: str | float | None) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Convert arrays to lists, numpy scalars to Python's, NaN and infinity to None."""
+    """Convert arrays to lists, NumPy scalars to Python numbers, NaN and infinity to None."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

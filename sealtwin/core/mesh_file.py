@@ -1,6 +1,7 @@
-"""Triangles of a mesh file: STL, PLY, GLB and 3MF by trimesh, OBJ and OFF, with their polygons, by our own readers.
+"""Readers of mesh files. STL, PLY, GLB and 3MF are read with trimesh, OBJ and OFF with our own readers.
 
-trimesh gets the bytes of the file and no resolver, so it cannot open a second file: a material, a texture, a buffer.
+trimesh gets the bytes of the file and no resolver, so it cannot open a second file such as a material, a texture or a
+buffer.
 """
 
 import importlib.util
@@ -24,10 +25,12 @@ from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.records import Floats, Integers
 
 LARGEST_BYTES = 200_000_000
-"""Largest file that is read: twice a binary STL of two million triangles. Larger texts should be saved as binary."""
+"""Largest file that is read: twice the size of a binary STL of two million triangles. Larger texts should be saved as
+binary."""
 LARGEST_MODEL = 300_000_000  # Largest 3MF after unpacking: two million triangles take 240 MB of XML
 MOST_TRIANGLES = 2_000_000
-"""A face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. To repair and check so many takes 2 GB."""
+"""Largest number of triangles: those of a face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. Repairing
+and checking so many takes 2 GB of memory."""
 LARGEST_NUMBER = 2**31 - 1
 BEYOND_ANY_UNIT = 1e9  # A kilometre in microns
 
@@ -64,7 +67,7 @@ class Triangles:
 
 
 def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
-    """Read the triangles of an STL, PLY, OBJ, OFF, GLB or 3MF file, in the file's own numbers.
+    """Read the triangles of an STL, PLY, OBJ, OFF, GLB or 3MF file, in the file's own unit and axes.
 
     Raises InputError if the file is missing or too large, its format does not match its suffix, or it lacks triangles
     or has a number that is not finite. The message ends with ``remedy`` if the content is at fault.
@@ -77,8 +80,8 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
         raise InputError(f"{path}: {INSTEAD.get(kind, 'not a supported mesh format')}. Give one of {names}.")
     if (size := path.stat().st_size) > LARGEST_BYTES:
         raise InputError(
-            f"{path}: {size / 1e6:.0f} MB; {LARGEST_BYTES / 1e6:.0f} MB are allowed. Simplify or crop the mesh, or "
-            "save it as a binary file."
+            f"{path}: {size / 1e6:.0f} MB; at most {LARGEST_BYTES / 1e6:.0f} MB are allowed. Simplify or crop the "
+            "mesh, or save it as a binary file."
         )
     if kind == ".3mf" and importlib.util.find_spec("lxml") is None:
         raise InputError(f"{path}: 3MF needs lxml: install sealtwin[3mf], or save the mesh as STL.")
@@ -116,11 +119,13 @@ def fill_ring(ring: Floats) -> Integers:
 
 def _refuse_too_many(count: int) -> None:
     if count > MOST_TRIANGLES:
-        raise UnreadableError(f"it has {count} triangles, {MOST_TRIANGLES} are allowed: simplify or crop the mesh")
+        raise UnreadableError(
+            f"it has {count} triangles; at most {MOST_TRIANGLES} are allowed: simplify or crop the mesh"
+        )
 
 
 def _checked(vertices: Floats, polygons: Sequence[Integers], unit: FileUnit | None = None) -> Triangles:
-    """Return the triangles of polygons, given as one array (n, corners) for each number of corners."""
+    """Return the triangles of polygons. ``polygons`` has one array (n, corners) for each number of corners."""
     _refuse_too_many(sum(len(rings) * (rings.shape[1] - 2) for rings in polygons))
     if not any(map(len, polygons)):
         raise UnreadableError("it has no triangle")
@@ -138,7 +143,7 @@ def _checked(vertices: Floats, polygons: Sequence[Integers], unit: FileUnit | No
 
 
 def _halved_or_filled(vertices: Floats, rings: Integers) -> Integers:
-    """Return triangles (f, 3) of polygons (n, corners). Each is inside its polygon."""
+    """Return triangles (f, 3) of polygons (n, corners). Each triangle is inside its polygon."""
     if rings.shape[1] == 3:
         return rings
     if rings.shape[1] > 4:
@@ -152,7 +157,7 @@ def _halved_or_filled(vertices: Floats, rings: Integers) -> Integers:
 
 
 def _grouped(faces: Iterable[Sequence[int]]) -> list[Integers]:
-    """Group faces by their number of corners. Those with fewer than three are omitted."""
+    """Group faces by their number of corners. Faces with fewer than three corners are omitted."""
     if isinstance(faces, np.ndarray) and faces.ndim == 2:
         return [faces.astype(np.int64)] if faces.shape[1] > 2 else []
     alike: dict[int, list[Sequence[int]]] = {}
@@ -185,7 +190,7 @@ def _read_stl(content: bytes) -> Triangles:
     named = len(re.findall(rb"^[ \t]*vertex\b", content, re.IGNORECASE | re.MULTILINE))
     if not is_binary and named != len(corners):
         raise UnreadableError(
-            f"it is cut short: it names {named} corners, of which {len(corners)} are three numbers in a solid"
+            f"it is cut short: it lists {named} corners, but only {len(corners)} are three numbers in a finished solid"
         )
     return _checked(corners, [np.arange(len(corners)).reshape(-1, 3)])
 
@@ -200,15 +205,15 @@ def _is_binary_stl(content: bytes) -> bool:
     more = len(content) - 84 - 50 * count
     if more > 0:
         raise UnreadableError(
-            f"its header counts {count} triangles, and {more} {'byte' if more == 1 else 'bytes'} more follow them"
+            f"its header counts {count} triangles, but {more} {'byte follows' if more == 1 else 'bytes follow'} them"
         )
     if more < 0:
-        raise UnreadableError(f"its header counts {count} triangles, and the file ends {-more} bytes before their end")
+        raise UnreadableError(f"its header counts {count} triangles, but the file ends {-more} bytes before their end")
     return True
 
 
 def _in_ascii(text: bytes) -> bytes:
-    """Replace each byte that is not ASCII, as in a name or a comment, by a question mark."""
+    """Replace each byte that is not ASCII, for example in a comment, by a question mark."""
     return text.decode("ascii", "replace").encode("ascii", "replace")
 
 
@@ -224,7 +229,7 @@ def _read_ply(content: bytes) -> Triangles:
     loaded = _parsed(lambda: load_ply(io.BytesIO(content), skip_materials=True, fix_texture=False))
     elements = loaded["metadata"]["_ply_raw"]
     if not {"vertex", "face"} <= elements.keys() or "vertices" not in loaded:
-        raise UnreadableError(f"it has no vertices and faces, but {', '.join(elements) or 'nothing'}")
+        raise UnreadableError(f"it must have vertices and faces, but has {', '.join(elements) or 'nothing'}")
     # trimesh cuts polygons into fans, which is wrong for those that are not convex: take the rows of the file.
     table = elements["face"].get("data")
     named = [name for name in ("vertex_indices", "vertex_index") if name in elements["face"]["properties"]]
@@ -233,7 +238,9 @@ def _read_ply(content: bytes) -> Triangles:
         faces = faces["f1"]
     for rows, element in ((loaded["vertices"], "vertex"), (faces, "face")):
         if len(rows) != elements[element]["length"]:
-            raise UnreadableError(f"its header names {elements[element]['length']} of {element}, {len(rows)} follow")
+            raise UnreadableError(
+                f"its header gives {elements[element]['length']} of {element}, but {len(rows)} follow"
+            )
     if loaded["vertices"].dtype == object:
         raise UnreadableError("a vertex is not three numbers")
     return _checked(loaded["vertices"].astype(float), _grouped(faces))
@@ -259,9 +266,9 @@ def _read_3mf(content: bytes) -> Triangles:
     entries: list[zipfile.ZipInfo] = _parsed(lambda: zipfile.ZipFile(io.BytesIO(content)).infolist())
     models = sum(entry.filename.lower().endswith(".model") for entry in entries)
     if models != 1:
-        raise UnreadableError(f"it has {models} models, one is read: save all parts as one object")
+        raise UnreadableError(f"it has {models} models, but only one can be read: save all parts as one object")
     if (size := sum(entry.file_size for entry in entries)) > LARGEST_MODEL:
-        raise UnreadableError(f"it unpacks to {size} bytes, {LARGEST_MODEL} are allowed")
+        raise UnreadableError(f"it unpacks to {size} bytes; at most {LARGEST_MODEL} are allowed")
     return _placed(content, "3mf", None)
 
 
@@ -300,11 +307,11 @@ def _read_off(content: bytes) -> Triangles:
     counts = _integers(lines[0][1:3] or [word for line in lines[1:2] for word in line[:2]])
     rest = lines[1 if len(lines[0]) > 1 else 2 :]
     if len(counts) < 2 or min(counts) < 0 or len(rest) < sum(counts):
-        raise UnreadableError(f"its header names {counts} vertices and faces, but {len(rest)} lines follow")
+        raise UnreadableError(f"its header gives {counts} vertices and faces, but {len(rest)} lines follow")
     rows = rest[counts[0] : sum(counts)]
     sizes = _integers([words[0] for words in rows])
     if short := [(size, words) for size, words in zip(sizes, rows, strict=True) if not 0 <= size < len(words)]:
-        raise UnreadableError(f"a face of {short[0][0]} corners lists {len(short[0][1]) - 1}")
+        raise UnreadableError(f"a face of {short[0][0]} corners lists {len(short[0][1]) - 1} vertices")
     faces = [_integers(words[1 : size + 1]) for size, words in zip(sizes, rows, strict=True)]
     return _checked(_coordinates(words[:3] for words in rest[: counts[0]]), _grouped(faces))
 

@@ -16,8 +16,8 @@ Bounds = Mapping[str, tuple[float, float]]
 def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[int, int]) -> dict[str, list[float]]:
     """Read a CSV with columns of ``bounds`` in any order, including all of ``needed``.
 
-    ``rows`` is the smallest and largest number of rows. Returns the numbers by column, and as ``row`` their rows in the
-    file. Raises InputError.
+    ``rows`` is the smallest and largest number of rows. Returns the numbers by column; the key ``row`` has the number
+    of each row in the file. Raises InputError.
     """
     others = [name for name in bounds if name not in needed]
     names = [", ".join(needed)] if needed else []
@@ -28,12 +28,14 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     if not path.is_file():
         raise InputError(f"{path}: no such file; expected {expected}.")
     if path.stat().st_size > LARGEST_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; a table has up to {rows[1]} rows.")
+        raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; a table may have up to {rows[1]} rows.")
     try:
         text = read_text(path, LARGEST_BYTES)
         lines = [(line, row) for line, row in enumerate(csv.reader(io.StringIO(text)), start=1) if any(row)]
     except UnicodeDecodeError as fault:
-        raise InputError(f"{path}, byte {fault.start + 1}: not in UTF-8; expected {expected}. Save it so.") from None
+        raise InputError(
+            f"{path}, byte {fault.start + 1}: not in UTF-8; expected {expected}. Save it in UTF-8."
+        ) from None
     except csv.Error as fault:
         raise InputError(f"{path}: not readable CSV ({fault}); expected {expected}.") from None
     if not lines:
@@ -50,7 +52,9 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     columns: dict[str, list[float]] = {name: [] for name in header}
     for line, row in lines[1:]:
         if len(row) != len(header):
-            raise InputError(f"{path}, row {line}: {len(row)} cells for {len(header)} columns ({','.join(row):.60}).")
+            raise InputError(
+                f"{path}, row {line}: {len(row)} cells, but the header has {len(header)} columns ({','.join(row):.60})."
+            )
         for name, cell in zip(header, row, strict=True):
             try:
                 # Python would read 1_5 as 15.

@@ -13,15 +13,16 @@ from pathlib import Path
 from sealtwin.core.errors import InputError, as_text, naming
 
 LARGEST_BYTES = 200_000_000
-"""Limit of a table, a JSON file or a frame: two million particles. A larger file would fill the memory."""
+"""Largest table, JSON file or frame that is read: two million particles. A larger file would fill the memory."""
 LARGEST_HASHED_BYTES = 10_000_000_000
-"""Limit of a file that is read in pieces, larger than any input of a stage. A sparse file may be almost endless."""
+"""Largest file that is read in pieces; no input of a stage is as large. A sparse file may be almost endless."""
 
 
 def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
     """Raise InputError if a path, or the target of a link, is a folder, a device or a pipe, or is too large.
 
-    Raises FileNotFoundError, or another OSError, as opening would, with the name of the file.
+    Raises FileNotFoundError or another OSError, with the name of the file, if the path does not exist or cannot be
+    reached.
     """
     with naming(path):
         status = path.stat()
@@ -41,28 +42,28 @@ def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
 
 @contextmanager
 def opened(path: Path, largest_bytes: int = LARGEST_BYTES) -> Iterator[io.BufferedReader]:
-    """Open a file for reading. Raises as ``require_plain``."""
+    """Open a file for reading. Raises whatever ``require_plain`` raises."""
     require_plain(path, largest_bytes)
     with path.open("rb") as content:
         yield content
 
 
 def read_bytes(path: Path, largest_bytes: int = LARGEST_BYTES) -> bytes:
-    """Read a file. Raises as ``require_plain``."""
+    """Read a file. Raises whatever ``require_plain`` raises."""
     with naming(path), opened(path, largest_bytes) as content:
         return content.read()
 
 
 def read_text(path: Path, largest_bytes: int = LARGEST_BYTES) -> str:
-    """Read a text in UTF-8, with or without a byte-order mark, with line feeds for all kinds of line ends.
+    """Read a UTF-8 text, with or without a byte-order mark. All line ends become line feeds.
 
-    Raises UnicodeDecodeError, and as ``require_plain``.
+    Raises UnicodeDecodeError, and whatever ``require_plain`` raises.
     """
     return io.TextIOWrapper(io.BytesIO(read_bytes(path, largest_bytes)), encoding="utf-8-sig").read()
 
 
 def copy(source: Path | str, target: Path | str) -> Path | str:
-    """Copy a file for ``shutil.copytree``. Raises as ``require_plain``."""
+    """Copy a file for ``shutil.copytree``. Raises whatever ``require_plain`` raises."""
     require_plain(Path(source))
     shutil.copy2(source, target)
     return target

@@ -23,7 +23,7 @@ class Pace:
         self._reports: deque[tuple[float, float]] = deque()  # Steps done and time, for the later half
 
     def left_s(self, done: float, now_s: float) -> float | None:
-        """Return the expected time left after ``done`` steps; None before a tenth of the remaining steps is done."""
+        """Return the expected time left after ``done`` steps, or None until a tenth of the remaining steps is done."""
         if not self._reports:
             self._first = done
         if not self._reports or done > self._reports[-1][0]:
@@ -37,7 +37,10 @@ class Pace:
 
 
 class Progress(AbstractContextManager["Progress"]):
-    """Base class, silent. Stages call ``start``, ``expect``, ``advance``, ``note`` and ``warn``, and never print."""
+    """Base class, which shows nothing.
+
+    Stages call ``start``, ``expect``, ``advance``, ``note`` and ``warn``, and never print.
+    """
 
     def start(self, title: str, total: int, done: int = 0) -> None:
         """Begin work of ``total`` equal steps, including ``done`` steps by an earlier process."""
@@ -76,7 +79,7 @@ class _Timed(Progress):
         self._expected = left_s, time.monotonic()
 
     def _left(self, done: int) -> str:
-        """Return the remaining time in words; empty without an estimate, or at the end."""
+        """Return the remaining time in words, or an empty text if there is no estimate or the work is done."""
         now_s = time.monotonic()
         left_s = self._pace.left_s(done, now_s)
         if self._expected is not None:
@@ -86,7 +89,7 @@ class _Timed(Progress):
 
 
 class QuietProgress(Progress):
-    """Progress that shows warnings only, for a command with --quiet. Python code warns by ``warnings``."""
+    """Progress that shows warnings only, for a command with --quiet. The Python interface uses ``warnings``."""
 
     def warn(self, text: str) -> None:
         print(text, file=sys.stderr, flush=True)
@@ -156,7 +159,7 @@ def progress_for_stderr(quiet: bool) -> Progress:
 
 
 def in_words(time_s: float) -> str:
-    """Return a time in seconds below two minutes, in minutes below two hours, else in hours."""
+    """Return a time as text: in seconds below two minutes, in minutes below two hours, else in hours."""
     if time_s < 120:
         return f"{time_s:.0f} s"
     return f"{time_s / 60:.0f} min" if time_s < 7200 else f"{time_s / 3600:.1f} h"

@@ -1,4 +1,4 @@
-"""Files of a run folder: records are written to them and read from them."""
+"""Write records to the files of a run folder, and read them back."""
 
 from dataclasses import fields
 from functools import cache
@@ -26,7 +26,7 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class Result(BaseModel):
-    """Base of checked JSON files: exact types and finite numbers. Further keys are accepted."""
+    """Base class of JSON files that are checked: types must be exact and numbers finite. Further keys are accepted."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="allow", allow_inf_nan=False)
 
@@ -84,7 +84,7 @@ class Simulation(Result, FilledBy):
     @model_validator(mode="after")
     def _has_sealant(self) -> Self:
         if not self.particles and self.has_particles:
-            raise ValueError("particles is 0, and there is no bed")
+            raise ValueError("particles is 0, but there is no bed of the fast model")
         return self
 
     @property
@@ -150,14 +150,14 @@ def write_solid(folder: Path, solid: Solid) -> None:
 
 
 def read_solid(folder: Path) -> Solid:
-    """Read the geometry from crack.ply, in the order of the labels, and the rest from solid.json."""
+    """Read the geometry from crack.ply, whose faces are in the order of the labels, and the rest from solid.json."""
     path = folder / "solid.json"
     content = read_record(SolidFile, path)
     mesh = read_mesh(folder / "crack.ply", "Digitise again.")
     with files.understood(path):
         if len(content.face_label) != len(mesh.faces):
             raise ValueError(
-                f"face_label has {len(content.face_label)} labels for the {len(mesh.faces)} faces of crack.ply"
+                f"face_label has {len(content.face_label)} labels, but crack.ply has {len(mesh.faces)} faces"
             )
         if content.tilt == "modelled" and not content.sections.by_level:
             raise ValueError("sections.below_mm2 is missing: the areas between the walls of the mesh below each level")
@@ -246,7 +246,7 @@ def read_profile(folder: Path) -> Profile:
     path = folder / "profile.csv"
     rows = files.read_table(path, PROFILE_COLUMNS, finite=True)
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
-        raise InputError(f"{path}: expected two rows or more, in which s_mm grows from row to row. Simulate again.")
+        raise InputError(f"{path}: expected two rows or more, with s_mm increasing from row to row. Simulate again.")
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
 
 
@@ -266,7 +266,7 @@ def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN, *, strict: bo
 def as_record(
     kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN, *, strict: bool | None = None
 ) -> Kind:
-    """Return a JSON text as a record. Raises InputError as ``read_record``, naming ``where``."""
+    """Read a JSON text as a record. Raises InputError as ``read_record`` does, but with ``where`` for the file."""
     try:
         record: Kind = _adapter(kind).validate_json(text, strict=strict)
         # A field of any value takes NaN and infinity, which this reading refuses.
@@ -283,7 +283,7 @@ def as_record(
 
 
 def _rounded(value: Any) -> Any:
-    """Round arrays, and those in a tuple, to five decimals; return everything else unchanged."""
+    """Return an array, or a tuple of arrays, rounded to five decimals. Any other value is returned unchanged."""
     if isinstance(value, tuple):
         return tuple(_rounded(item) for item in value)
     return np.round(value, 5) if isinstance(value, np.ndarray) else value

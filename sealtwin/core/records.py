@@ -50,11 +50,11 @@ def _points(value: Any) -> Floats:
 
 
 def _require_as_long(record: object, first: str, *others: str) -> None:
-    """Raise ValueError unless these arrays of a record are as long as the first. None is skipped."""
+    """Raise ValueError unless the arrays ``others`` of a record are as long as the array ``first``. None is skipped."""
     length = len(getattr(record, first))
     for name in others:
         if (values := getattr(record, name)) is not None and len(values) != length:
-            raise ValueError(f"{name} has {len(values)} rows for the {length} of {first}")
+            raise ValueError(f"{name} has {len(values)} rows, but {first} has {length}")
 
 
 AS_LIST = PlainSerializer(np.ndarray.tolist, when_used="json")
@@ -76,8 +76,8 @@ in mm. An automatic path is a proposal until a person has looked at it.
 WidthSource = Literal["walls", "fit", "gauge", "none"]
 """Source of a crack's width.
 
-walls: measured between the walls; fit: fitted to the blurred profile of a crack too thin for walls; gauge: given, as by
-a gauge; none: a path alone, with both walls on the centreline.
+walls: measured between the walls; fit: fitted to the blurred profile of a crack too thin for walls; gauge: given, for
+example as measured with a gauge; none: a path without walls, for which both walls are on the centreline.
 """
 
 DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
@@ -107,7 +107,7 @@ class Outline(Shown):
     """Crack on the face of a sample, in plan view.
 
     ``left_wall`` is on the left in the direction of growing s (mm frame, y up). At an oblique open end, one wall
-    repeats its last point, on the edge of the face, while the other wall goes on to the edge.
+    reaches the edge of the face before the other. It then repeats its last point until the other wall reaches the edge.
     """
 
     centreline_mm: Points  # (n, 2), first row at s = 0
@@ -137,7 +137,7 @@ class Outline(Shown):
     photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None of an outline made by hand
     width_source: WidthSource = "walls"
     width_95_mm: tuple[float, float] | None = None
-    """95 % interval of the mean width, without the scale's uncertainty; None if the method gives none."""
+    """95 % interval of the mean width, without the scale's uncertainty; None if the method gives no interval."""
 
     def __post_init__(self) -> None:
         _require_as_long(self, "centreline_mm", "left_wall_mm", "right_wall_mm")
@@ -156,7 +156,10 @@ class Outline(Shown):
 
     @property
     def shown_px(self) -> Floats:
-        """Lower and upper corner of the part of the photo that a report shows, (2, 2); may be outside the photo."""
+        """Lower and upper corner of the part of the photo that a report shows, (2, 2).
+
+        A corner may be outside the photo.
+        """
         around_px = SHOWN_AROUND * float(np.ptp(self.outline_px, axis=0).max())
         return np.array([self.outline_px.min(axis=0) - around_px, self.outline_px.max(axis=0) + around_px])
 
@@ -210,7 +213,7 @@ class Outline(Shown):
 
     @property
     def width_doubt_mm(self) -> float | None:
-        """Standard uncertainty of the mean width, a quarter of its 95 % interval; None without an interval."""
+        """Standard uncertainty of the mean width: a quarter of its 95 % interval's length; None without an interval."""
         return None if self.width_95_mm is None else (self.width_95_mm[1] - self.width_95_mm[0]) / 4
 
 
@@ -231,7 +234,7 @@ class Sections:
         if self.below_mm2 is not None:
             levels = 0 if self.levels_mm is None else len(self.levels_mm)
             if levels < 2 or self.below_mm2.shape[1:] != (levels,):
-                raise ValueError("below_mm2 should have a column for each of levels_mm, two or more")
+                raise ValueError("below_mm2 should have one column for each of levels_mm, and at least two")
 
     @property
     def by_level(self) -> bool:
@@ -255,9 +258,9 @@ class Sections:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solid(Shown):
-    """Sample: a block less the crack's cavity, with dams at open ends. Watertight, faces outward.
+    """Sample: a block minus the crack's cavity, with dams at open ends. It is watertight, and its faces point outward.
 
-    Compared by identity, so that it can be the key of a cache.
+    Solids are compared by identity, so that a solid can be the key of a cache.
     """
 
     vertices_mm: Floats  # (v, 3)
@@ -281,7 +284,7 @@ class Solid(Shown):
         }
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
-        """Depth of the cavity's floor at each arc length along the centreline, (n,)."""
+        """Return the depth of the cavity's floor at each arc length along the centreline, (n,)."""
         return np.interp(s_mm, self.sections.s_mm, self.sections.depth_mm)
 
 
@@ -326,7 +329,7 @@ class Trajectory(Shown):
 
     @property
     def giving(self) -> slice:
-        """Waypoints from the first sealant to the last, without leads; all of them if the path gives no sealant."""
+        """Waypoints from the first sealant to the last, without leads. All waypoints if the path gives no sealant."""
         flowing = np.flatnonzero(self.flow_mm3_s[:-1] > 0)
         return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, len(self.t_s))
 
@@ -385,7 +388,7 @@ class Run(Shown, Bed, FilledBy):
 
     @property
     def share_below_face(self) -> float:
-        """Share of the sealant on the sample that is below the face; 0 without sealant."""
+        """Share of the sealant on the sample that is below the face; 0 if there is no sealant."""
         if self.fast_fill is not None:
             return self.fast_fill.in_crack_mm3 / (self.fast_fill.in_crack_mm3 + self.fast_fill.above_face_mm3)
         height_mm = self.position_mm[~self.spilled, 2]
@@ -404,7 +407,7 @@ class ParticleState(IntEnum):
 
 @dataclass(frozen=True)
 class Frame:
-    """Particles that have left the nozzle, in that order, at one moment of a fluid run."""
+    """Particles that have left the nozzle at one moment of a fluid run, in the order in which they left it."""
 
     t_s: float
     position_mm: Floats  # (n, 3)
@@ -455,7 +458,7 @@ class Profile(Shown):
 class Sample:
     """A digitised crack, its solid and the nozzle's path: all that a run takes from a photo or a mesh.
 
-    Compared by identity, so that it can be the key of a cache. It can be pickled.
+    Samples are compared by identity, so that a sample can be the key of a cache. A sample can be pickled.
     """
 
     outline: Outline

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 GRAVITY_M_S2 = 9.81
 SURFACE_TENSION_N_M = 0.072
-"""Surface tension of water in air at 25 °C: that of a paste is rarely measured. The simulation has none."""
+"""Surface tension of water in air at 25 °C, since that of a paste is rarely measured. The simulation has no surface
+tension."""
 
 
 class Regime(NamedTuple):
@@ -22,9 +23,9 @@ def regime_of(
     nozzle_mm: float,
     width_mm: float,
 ) -> Regime:
-    """Compute the numbers from the speed of the sealant in the nozzle and the width of the crack.
+    """Return the numbers for the speed of the sealant in the nozzle and the width of the crack.
 
-    Without a viscosity, only the Bond number is computed.
+    Without a viscosity or a speed, only the Bond number is computed.
     """
     bond = density_kg_m3 * GRAVITY_M_S2 * (1e-3 * width_mm) ** 2 / SURFACE_TENSION_N_M
     if not viscosity_m2_s or speed_mm_s == 0:
@@ -35,5 +36,5 @@ def regime_of(
 
 
 def standing_stress_pa(density_kg_m3: float, width_mm: float) -> float:
-    """Yield stress above which upright walls carry the weight of paste between them: rho g w / 2 on each side."""
+    """Return the yield stress above which upright walls carry the weight of the paste between them, rho g w / 2."""
     return density_kg_m3 * GRAVITY_M_S2 * 1e-3 * width_mm / 2

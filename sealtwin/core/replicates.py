@@ -11,7 +11,7 @@ from sealtwin.core.records import Floats
 def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: str) -> None:
     """Raise InputError if two replicates have the same level, bit by bit.
 
-    ``names`` are the runs of the levels. The message begins with ``where``.
+    ``names`` has the name of each level's run. The message begins with ``where``.
     """
     earlier: list[Floats] = []
     for number, level_mm in enumerate(levels_mm):

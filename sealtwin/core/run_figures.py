@@ -1,4 +1,4 @@
-"""Figures of a run other than its particles: numerical health, and the fill by the fast model."""
+"""Figures of a run other than its particles: numerical health, and the fill that the fast model computes."""
 
 from typing import Annotated, Any, Literal, get_args
 
@@ -15,7 +15,7 @@ Known = Annotated[
 
 
 class RunHealth(BaseModel):
-    """Numbers that a run records about itself; None for one that was not recorded or does not exist.
+    """Numbers that a run records about itself. A number is None if it was not recorded or does not exist.
 
     Labels and units of all are in the report's table of numerical health.
     """
@@ -75,16 +75,16 @@ class FastFill(BaseModel):
 
 
 class FilledBy:
-    """The method of a run, as its record shows it."""
+    """Base class of the records of a run. It states whether the run was computed with particles or the fast model."""
 
     fast_fill: FastFill | None  # None for a run of particles
 
     @property
     def has_particles(self) -> bool:
-        """False for the fast model, which computes no numbers of particles."""
+        """False for the fast model, which has no particles."""
         return self.fast_fill is None
 
     @property
     def unfit(self) -> tuple[str, ...]:
-        """Reasons why the run's method is unfit for the case, a sentence each; empty for particles."""
+        """Reasons why the fast model is unfit for the case, one sentence each; empty for particles."""
         return () if self.fast_fill is None else self.fast_fill.unfit

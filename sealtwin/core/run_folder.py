@@ -1,4 +1,4 @@
-"""Run folder: its lock, and its manifest: the stages, their inputs and the files that they wrote."""
+"""Run folder: its lock, and its manifest, which lists the stages, their inputs and the files that they wrote."""
 
 import json
 import os
@@ -38,7 +38,7 @@ PACKAGES = (
 
 
 class RunFolder:
-    """Folder that this process has locked, as ``open_folder`` yields it, or that is open for reading."""
+    """Folder that this process has locked with ``open_folder``, or has opened for reading with ``look_into``."""
 
     def __init__(self, path: Path, manifest: dict[str, Any]) -> None:
         self.path = path
@@ -50,11 +50,11 @@ class RunFolder:
         return entry.get("key") == key and not self._changed(entry)
 
     def settings_of(self, stage: str) -> dict[str, Any] | None:
-        """Return the settings of a finished ``stage``, else None."""
+        """Return the settings of ``stage``, or None if it is not finished."""
         return self.manifest["stages"].get(stage, {}).get("settings")
 
     def numbers_of(self, stage: str) -> dict[str, int]:
-        """Return the stage numbers by which ``stage`` was computed; empty if it is not finished."""
+        """Return the stage numbers with which ``stage`` was computed. The result is empty if it is not finished."""
         return self.manifest["stages"].get(stage, {}).get("stage_numbers", {})
 
     def edited(self, stage: str) -> list[str]:
@@ -200,11 +200,11 @@ def require_folder(path: Path) -> None:
 
 
 def refuse_links(path: Path) -> None:
-    """Raise InputError if a folder in ``path`` is a link to one outside it, into which files would be written."""
+    """Raise InputError if a folder in ``path`` is a link to a folder outside: files would be written there."""
     for part in path.iterdir() if path.is_dir() else ():
         if part.is_symlink() and part.is_dir() and not part.resolve().is_relative_to(path.resolve()):
             raise InputError(
-                f"{part}: a link to a folder elsewhere, into which files would be written. Replace it by a folder."
+                f"{part}: a link to a folder elsewhere, and files would be written there. Replace it by a folder."
             )
 
 
@@ -215,7 +215,7 @@ def foreign_names(path: Path) -> list[str]:
 
 
 def refuse_foreign(path: Path, maker: str, names: Sequence[str] | None = None) -> None:
-    """Raise InputError if a folder has any files, or the files ``names``: a user's files are not mixed with ours."""
+    """Raise InputError if a folder has files of a user. ``names`` are these files; by default any file counts."""
     if foreign := foreign_names(path) if names is None else names:
         raise InputError(f"{path}: has files that no {maker} wrote ({', '.join(foreign[:3])}); give another --out.")
 
@@ -257,7 +257,7 @@ def _read_manifest(path: Path) -> dict[str, Any]:
 
 
 def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
-    """Return True for the entry of a stage whose outputs, which are deleted with it, are all below the folder."""
+    """Return True for a valid entry of a stage. Its outputs are deleted with it, so they must be inside the folder."""
     home = folder.resolve()
     files = [Path(os.path.normpath(home / name)) for name in entry["outputs"]]
     below = all(home in file.parents and file.parent.resolve().is_relative_to(home) for file in files)

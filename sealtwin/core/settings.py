@@ -1,4 +1,4 @@
-"""Settings files: TOML, checked against a model; every fault is reported in one sentence."""
+"""Settings files in TOML, which are checked against a model. Every fault is reported in one sentence."""
 
 import difflib
 import json
@@ -22,11 +22,14 @@ if TYPE_CHECKING:
 else:
 
     class KeywordTables(type(BaseModel)):
-        """Construction by keywords, checked like a file and documented by the fields. None counts as absent."""
+        """Metaclass of tables whose keywords are checked like a file. Their help comes from the fields.
+
+        None counts as absent.
+        """
 
         def __call__(cls, *unnamed: Any, **values: Any) -> BaseModel:
             if unnamed:
-                raise InputError(f"{cls.__name__}: give settings by name, as {next(iter(cls.model_fields))}=...")
+                raise InputError(f"{cls.__name__}: give settings by name, as in {next(iter(cls.model_fields))}=...")
             return checked(cls, Path(cls.__name__), values)
 
         @property
@@ -35,7 +38,7 @@ else:
 
 
 class _ByDefault:
-    """Default in a signature; its value is in the docstring."""
+    """Placeholder for a default in a signature. The docstring has its value."""
 
     def __repr__(self) -> str:
         return "..."
@@ -67,15 +70,15 @@ __all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "read_
 Table = TypeVar("Table", bound=Settings)
 
 LARGEST_BYTES = 200_000
-"""Limit of a settings file; usual ones have some kilobytes."""
+"""Largest settings file that is read; usual files have some kilobytes."""
 DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
-"""Dotted key of 16 parts or more. TOML makes a table for each part: thousands would take gigabytes."""
+"""Dotted key of 17 parts or more. TOML makes a table for each part: thousands would take gigabytes."""
 MOST_FAULTS = 8
 """Largest number of faults that are reported at once."""
 LONGEST_VALUE = 60
 """Largest number of characters of a faulty value that are shown."""
 BRANCH = r"float|int|str|one|several|literal\[.*|constrained-.*"
-"""Names of a union's branches: pydantic's own, and the tags of settings of one number or several."""
+"""Names of a union's branches: those that pydantic gives, and the tags of settings that take one number or several."""
 
 
 def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> Table:
@@ -89,7 +92,7 @@ def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> 
 
 
 def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
-    """Read a TOML file without checking its keys. Arguments and errors as ``read_settings``."""
+    """Read a TOML file without checking its keys. Arguments and errors are those of ``read_settings``."""
     if path.is_dir():
         raise InputError(f"{path}: a folder; give the {name}.")
     if not path.is_file():
@@ -99,7 +102,9 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
     try:
         text = read_text(path, LARGEST_BYTES)
         if DEEP_KEY.search(text):
-            raise InputError(f"{path}: a key of more than 16 parts; a {name} has tables of a level or two.")
+            raise InputError(
+                f"{path}: a dotted key has more than 16 parts; tables in a {name} are at most two levels deep."
+            )
         return tomllib.loads(text)
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text in UTF-8; a {name} is TOML. {starter}.") from None
@@ -110,10 +115,10 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
 def checked(
     kind: type[Table], path: Path, content: Mapping[str, Any], origin: Callable[[str], str] | None = None
 ) -> Table:
-    """Return ``content`` as settings. Raises InputError as ``read_settings``.
+    """Return ``content`` as settings. Raises InputError for a key or a value that is not allowed.
 
-    Lists, tuples and NumPy arrays are equivalent; None counts as absent. Faults name ``path``, or ``origin`` of the
-    dotted key if ``content`` comes from several files.
+    Lists, tuples and NumPy arrays are equivalent; None counts as absent. Messages begin with ``path``, or with
+    ``origin(dotted_key)`` if ``content`` comes from several files.
     """
     if as_text(path) != str(path):
         raise InputError(f"{as_text(path)}: its name is not UTF-8, so no trial file can name it; rename it.")
@@ -123,7 +128,7 @@ def checked(
         text = json.dumps(given, default=as_json)
     except ValueError:
         # Python reads hexadecimal numbers of any length, but does not write so many digits.
-        raise InputError(f"{path}: a whole number has thousands of digits; no setting takes that.") from None
+        raise InputError(f"{path}: a whole number has thousands of digits; no setting takes such a number.") from None
     try:
         return kind.model_validate_json(text)
     except ValidationError as fault:
@@ -141,7 +146,7 @@ def as_json(value: Any) -> Any:
 
 
 def _sentences(kind: type[Settings], named: Callable[[str], str], errors: list[ErrorDetails]) -> list[str]:
-    """Return one sentence for each place in the file; the branches of a union report the same value."""
+    """Return one sentence for each place in the file. Branches of a union report the same value; these are merged."""
     places: dict[str, list[ErrorDetails]] = {}
     for error in errors:
         # pydantic adds the branch of a union to the place of an error.
@@ -186,7 +191,7 @@ def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[
 
 
 def table_of(kind: type[Settings], location: Sequence[int | str]) -> type[Settings] | None:
-    """Return the table of the key at a location in a file; parts of it that no table has are skipped."""
+    """Return the table of the key at a location in a file. Parts of the location that no table has are skipped."""
     table: type[Settings] | None = kind
     for part in location[:-1]:
         if table is not None and part in table.model_fields:
@@ -222,7 +227,7 @@ def _has(annotation: Any, kind: type) -> bool:
 
 
 def dotted_names(kind: type[Settings]) -> list[str]:
-    """Return the names of all settings of a file, with table.key for one in a table."""
+    """Return the dotted names of all settings of a file: ``table.key`` for a setting in a table."""
     names: list[str] = []
     for name, field in kind.model_fields.items():
         table = _settings_in(field.annotation)

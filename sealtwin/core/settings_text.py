@@ -27,7 +27,7 @@ KINDS: dict[Any, tuple[str, str]] = {
     Path: ("path of a file", "paths of files"),
     Any: ("any value", "any values"),
 }
-"""Names of types, for one and for several."""
+"""Names of types, singular and plural."""
 BOUNDS = {"gt": "above", "ge": "from", "lt": "below", "le": "up to"}
 WIDTH = 100  # Characters of a line of help()
 REFUSED = "Raises\n------\nInputError\n    A keyword is unknown, or its value is not allowed."
@@ -35,7 +35,7 @@ REFUSED = "Raises\n------\nInputError\n    A keyword is unknown, or its value is
 
 @cache
 def described(kind: type) -> dict[str, str]:
-    """Return the docstring of each field of a table or a record by name, base classes included.
+    """Return the docstring of each field of a table or a record by name, including those of its base classes.
 
     Read from the source when first needed: pydantic's ``use_attribute_docstrings`` would add 45 ms to each start.
     """
@@ -108,7 +108,7 @@ def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
 
 
 def meaning(kind: Table) -> str:
-    """Return the docstring of a table, or an inherited one, without its fields."""
+    """Return the docstring of a table without its fields. If it has none, it is that of its base class."""
     return inspect.cleandoc(next(filter(None, (vars(base).get("__doc__") for base in kind.__mro__)), ""))
 
 
@@ -128,7 +128,7 @@ def _entry(kind: Table, name: str, default: Any = None) -> str:
 
 
 def keywords_of(*kinds: Table) -> Callable[[Function], Function]:
-    """Document the arguments of a function that are settings, by the fields of their tables.
+    """Document those arguments of a function that are settings, with the docstrings of their fields.
 
     Their defaults, None in the code, are replaced in help() by the defaults of the fields. An argument that the
     docstring describes keeps that text.

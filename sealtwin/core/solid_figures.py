@@ -100,8 +100,8 @@ class WeighedCavity:
     wall_angle_deg: float
     depth_mm: float
     steps: tuple[tuple[float, float, float], ...]
-    """Lower triangular root of the covariance of width, angle and depth. Column i is the change of quantity i, and of
-    those after it, by one standard deviation of quantity i, given those before it."""
+    """Lower triangular root of the covariance of width, angle and depth. Column i has the changes of quantity i and of
+    the quantities after it for one standard deviation of quantity i, with the quantities before it fixed."""
     volume_95_mm3: Span
     findings: tuple[str, ...] = ()  # Contradictions between fill, photo and interpretation of the tilt
 
@@ -119,7 +119,7 @@ class WeighedCavity:
 @with_config(ConfigDict(strict=True, allow_inf_nan=False))
 @dataclass(frozen=True, kw_only=True)
 class SolidFigures:
-    """Figures of a solid; None or empty for one that does not apply. They are keys of solid.json, without None."""
+    """Figures of a solid. A figure that does not apply is None or empty. solid.json has those that are not None."""
 
     photo_width_mm: float | None = None  # Mean width of the crack as traced
     photo_width_95_mm: Span | None = None  # Its 95 % interval, and the interval of the cavity's volume that follows

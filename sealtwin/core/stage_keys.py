@@ -16,7 +16,7 @@ UNNUMBERED = 0
 
 
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: Mapping[str, int]) -> str:
-    """Return the key of a result: of its inputs, its settings, the package version and the ``numbers`` of stages."""
+    """Return the key of a result, made from its inputs, its settings, the package version and the stage numbers."""
     return content_key(
         {"inputs": dict(inputs), "settings": dict(settings), "version": _own_version(), "numbers": dict(numbers)}
     )
@@ -33,7 +33,7 @@ def number_words(numbers: Mapping[str, int]) -> str:
 
 
 def other_numbers(recorded: Mapping[str, int], own: Mapping[str, int]) -> str:
-    """Return how ``recorded`` stage numbers differ from ``own``, as words to follow "computed by"; empty if equal."""
+    """Return how ``recorded`` stage numbers differ from ``own``, in words to follow "computed by". "" if equal."""
     numbers = {stage: recorded.get(stage, UNNUMBERED) for stage in own}
     before = {stage: number for stage, number in numbers.items() if number != own[stage]}
     now = {stage: own[stage] for stage in before}

@@ -21,11 +21,11 @@ TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "
 BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'
 LENGTH = struct.Struct("<Q")
 RESUMED = ", and checkpoint.npz if the run is not finished; then simulate again."
-"""End of a remedy. A resumed run reads the frames that it has written, and would stop at the same fault again."""
+"""End of a remedy. A resumed run reads the frames that it has written, so it would stop at the same fault again."""
 
 
 def write_frame(path: Path, frame: Frame) -> None:
-    """Write one .vtp: a vertex for each particle, with its state. Millimetres and seconds."""
+    """Write one .vtp with a vertex for each particle and the particle's state, in millimetres and seconds."""
     count = len(frame.position_mm)
     names = ("speed_mm_s", "velocity_mm_s", "age_s", "density")
     of_points = {name: getattr(frame, name).astype("<f4") for name in names} | {"state": frame.state.astype("u1")}
@@ -106,7 +106,7 @@ def read_collection(path: Path) -> list[tuple[float, Path]]:
 
 
 def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:
-    """Return an array of the appended data, a row for each particle."""
+    """Return an array of the appended data, with one row for each particle."""
     begin, dtype = int(array.attrib["offset"]), TYPES[array.attrib["type"]]
     (size,) = LENGTH.unpack_from(data, begin)
     values = np.frombuffer(data, dtype, size // dtype.itemsize, begin + LENGTH.size)
@@ -115,7 +115,7 @@ def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:
 
 
 def _plain_name(name: str) -> str:
-    """Return the name of a frame's file. Raises ValueError for a path: frames are in the collection's folder."""
+    """Return the name of a frame's file. Raises ValueError for a path, since frames are in the collection's folder."""
     if not re.fullmatch(r"[\w.-]+\.vtp", name):
         raise ValueError(f"it names {name!r:.60}")
     return name

@@ -1,4 +1,4 @@
-"""Points sorted into cells, for neighbour search: the fluid anew in each substep, the walls once."""
+"""Sort points into cells for the neighbour search: those of the fluid in each substep, those of the walls once."""
 
 from typing import Any
 
@@ -16,12 +16,15 @@ NEIGHBOURS = 128  # Slots of a list, a multiple of 16. Fluid at rest fills about
 WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times as many.
 ENTRIES = 70  # Initial room of packed lists, in entries per row; fluid at rest, with its padding, fills 58 to 65
 MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
-"""Entries of a block with full lists, in sixteens."""
+"""Number of entries of a block with full lists, divided by sixteen."""
 SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
 
 
 def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool, lanes: int = 1) -> Any:
-    """Return empty neighbour lists for up to ``rows`` movers, ``packed`` for a CPU; ``lanes`` threads share a row."""
+    """Return empty neighbour lists for up to ``rows`` movers.
+
+    They are ``packed`` for a CPU. On a GPU ``lanes`` threads share a row.
+    """
     lists = Neighbours()
     lists.room, lists.lanes = int(packed), lanes
     lists.lacking = wp.zeros(1, dtype=int, device=device)
@@ -33,7 +36,7 @@ def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: 
 
 
 def make_room(lists: Any, sixteens: int) -> None:
-    """Give the lists empty stores; packed lists get room for ``sixteens`` times sixteen entries per block."""
+    """Give the lists empty stores. Packed lists get room for 16 times ``sixteens`` entries per block."""
     if lists.room:
         lists.room = sixteens
     lists.lacking.zero_()
@@ -48,7 +51,7 @@ def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
     """Return a store with a value for each entry of the lists, and its windows of ``slots`` values, in two dimensions.
 
     In packed lists a window begins at every sixteenth entry. On a GPU each row has a window of its own. If threads
-    share a row its slots are adjacent; if not, the same slots of different rows are.
+    share a row, the slots of a row are adjacent. Otherwise the same slots of different rows are adjacent.
     """
     rows, device = len(lists.fluid_count), lists.fluid_count.device
     if not lists.room:
@@ -61,16 +64,16 @@ def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
 
 
 def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:
-    """Return windows on a store, which they do not keep alive; ``steps`` are the entries between windows and slots."""
+    """Return windows on a store, and do not keep it alive. ``steps`` are the entries between windows and slots."""
     size = wp.types.type_size_in_bytes(store.dtype)
     strides = steps[0] * size, steps[1] * size
     return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=strides, device=store.device)
 
 
 class CellGrid:
-    """A box of cells for each of ``runs`` clouds with equal numbers of points; points outside belong to border cells.
+    """A box of cells for each of ``runs`` clouds with equal numbers of points. Points outside belong to border cells.
 
-    Points that are lost or not released yet, by ``status``, are not in a cell.
+    Points whose ``status`` is lost or not yet released are not in a cell.
     """
 
     def __init__(
@@ -84,7 +87,10 @@ class CellGrid:
         runs: int = 1,
         in_order: bool | None = None,
     ) -> None:
-        """``in_order``: the device takes one point after the other, as a CPU does. None: decided by the device."""
+        """Prepare the cells. ``in_order`` is True if the device takes one point after the other, as a CPU does.
+
+        None: decided by the device.
+        """
         device, points = str(position.device), len(position)
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
         in_all = runs * int(count.prod())

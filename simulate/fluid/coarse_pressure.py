@@ -1,7 +1,7 @@
 """The pressure on two levels: each particle's own part, and a smooth part that is solved for in the whole crack.
 
-A plain iteration spreads pressure by about one neighbour, so that a deep column remains compressed after a few of them.
-Here every iteration also solves for the smooth part of all multipliers (``kernels.coarse_pressure``).
+A plain iteration spreads pressure by about one neighbour, so that a deep column remains compressed after a few
+iterations. Here every iteration also solves for the smooth part of all multipliers (``kernels.coarse_pressure``).
 """
 
 import math
@@ -18,24 +18,23 @@ from simulate.fluid.state import State
 from simulate.kernels import coarse_pressure as device_code
 
 SPACING = 2.0
-"""Spacing of nodes over h. The densest 1 % of a column at rest is too dense by 1.7 %; with 1.25 or 1.6 by 2.0 to 2.2 %.
-"""
+"""Spacing of nodes divided by h. The densest 1 % of a column at rest is too dense by 1.7 %. With a spacing of 1.25 or
+1.6 it would be too dense by 2.0 to 2.2 %."""
 OUTSIDE = 0.25
-"""Distance of the nearest nodes beyond the floor and the crack's first end, over the spacing. With 0.75 the densest 1 %
-is too dense by 2.0 %, because particles on the floor have a small weight at the nodes on either side.
+"""Distance of the nearest nodes beyond the floor and beyond the crack's first end, divided by the spacing. With 0.75
+the densest 1 % is too dense by 2.0 %, because particles on the floor have a small weight at the nodes on either side.
 """
 STEP = 0.6  # Share of a particle's own Jacobi step; with 1 the surface of a fluid without drag never rests (3 cm/s)
 SWEEPS, OVERSHOOT = 3, 1.5  # Sweeps and factor of the over-relaxation; 2 or 20 sweeps settle a column as well
 LEAST_WEIGHT = 3.0  # Least weight of particles at a node: nodes with less would support spray (prototype)
 AT_ONCE = 0.5
-"""Share of the last substep's remaining compression that is corrected at once. With 1 a surface that was hit keeps
-moving at 1 to 2 cm/s, with this at 0.7.
-"""
+"""Share of the compression left by the last substep that is corrected at once. With 1 a surface that was hit keeps
+moving at 1 to 2 cm/s, with 0.5 at 0.7 cm/s."""
 LANES = 256  # Threads of the block that solves a run's nodes on a GPU
 
 
 class CoarsePressure:
-    """Changes all movers' multipliers. All runs are solved at once, independently of each other."""
+    """Changes the multipliers of all movers. All runs are solved at once, independently of each other."""
 
     def __init__(
         self,
@@ -81,12 +80,15 @@ class CoarsePressure:
         ]
 
     def begin(self, rows: int) -> None:
-        """Set the smooth part to 0 and find each mover's nodes; call it after a substep's prediction."""
+        """Set the smooth part to 0 and find each mover's nodes. Call it after the prediction of a substep."""
         self.nodes.total.zero_()
         self._locate(rows)
 
     def change(self, iteration: int, rows: int) -> None:
-        """Store each mover's change of multiplier with its position, by its density; iterations count from 0."""
+        """Store each mover's change of multiplier, which follows from its density, together with its position.
+
+        Iterations count from 0.
+        """
         if iteration == 0:
             # Positions change too little within a substep to need another matrix.
             self.nodes.sums.zero_()
@@ -99,8 +101,9 @@ class CoarsePressure:
 def map_arc_length(centreline: Floats, low: Floats, high: Floats, spacing: float, device: str) -> tuple[Any, Floats]:
     """Return the arc-length map of the rectangle from ``low`` to ``high``, (2,) each, and its range of arc lengths.
 
-    A position has the arc length of the nearest point of the centreline, (n, 2); the first and last piece are extended.
-    All lengths have one unit. Directions are those of the line smoothed over ``spacing``, without a trace's roughness.
+    A position has the arc length of the nearest point of the centreline, (n, 2), whose first and last piece are
+    extended. All lengths have one unit. Directions are those of the line smoothed over ``spacing``, without a trace's
+    roughness.
     """
     pieces = max(1, math.ceil(arc_length(centreline)[-1] / (spacing / 2)))
     even = np.linspace(0.0, arc_length(centreline)[-1], pieces + 1)
@@ -119,7 +122,10 @@ def map_arc_length(centreline: Floats, low: Floats, high: Floats, spacing: float
 
 
 def _lattice(reach: Floats, floor: float, top: float, spacing: float, device: str) -> Any:
-    """Return nodes around the arc lengths ``reach``, (2,), and from ``floor`` to ``top``; an even number each way."""
+    """Return nodes around the arc lengths ``reach``, (2,), and from ``floor`` to ``top``.
+
+    Their number is even in both directions.
+    """
     before = math.ceil(max(0.0, -reach[0] / spacing - OUTSIDE))
     # The outermost nodes are never next to a particle.
     low = np.array([0.0, floor]) - (OUTSIDE + 1) * spacing - np.array([before * spacing, 0.0])

@@ -1,4 +1,4 @@
-"""Faults that end a run: marked by particle on the device, reported by run on the host."""
+"""Faults that end a run. The device marks them by particle, the host reports them by run."""
 
 from typing import NamedTuple
 
@@ -14,9 +14,8 @@ from simulate.setup.signed_distance import Barrier
 
 FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m: faster particles have energy from numerical errors
 DENSEST = 2.5
-"""Largest density over the rest density. Sound runs, also overfull and thick ones, stayed below 1.5; a little above
-this limit lists of 128 neighbours are full.
-"""
+"""Largest density divided by the rest density. Sound runs, also overfull and thick ones, stayed below 1.5. A little
+above this limit, lists of 128 neighbours are full."""
 UNSOLVED = 0  # Kind of fault of a run whose viscosity was not solved; the other kinds are the kernels'
 SENTENCES = {
     UNSOLVED: f"The viscosity solve did not converge in {ITERATIONS_AT_MOST} iterations.",
@@ -44,10 +43,10 @@ class FaultChecks:
         self._state, self._unsolved = state, unsolved
         limits = (FASTEST_CM_S, DENSEST, support, barrier.clearance)
         self.look = launcher.bind(pressure.inspect, state.particles, *limits, barrier.grid)
-        """Check the movers; it takes the number of their rows."""
+        """Check the movers. Its argument is the number of their rows."""
 
     def found(self) -> dict[int, RunFault]:
-        """Return the first fault of each run with a fault, by the number of the run."""
+        """Return the first fault of each run that has one. The keys are the numbers of the runs."""
         faults = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._unsolved.numpy())}
         if self._state.fault.numpy().any():
             for run, own in enumerate(self._state.by_release(self._state.fault).reshape(self._state.runs, -1)):

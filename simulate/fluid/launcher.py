@@ -19,8 +19,8 @@ LEAST_SLICE = 3000  # Least rows of a slice: handing a smaller one to a thread t
 class Launcher:
     """Binds kernels to their arguments once, so that a launch is cheap and a GPU can record it.
 
-    Warp's kernels release Python's lock, so that threads can launch slices of the same rows at the same time. Handing
-    over a slice takes some 50 us on a virtual machine.
+    Warp's kernels release Python's lock, so that threads can launch slices of the same rows at the same time. Passing a
+    slice to another thread takes some 50 us on a virtual machine.
     """
 
     def __init__(self, device: str, threads: int = 1, lanes: int = 1) -> None:
@@ -30,15 +30,15 @@ class Launcher:
         self.kernels = 0  # Number of launches so far, without the scans of Warp's own library
 
     def bind(self, kernel: Any, *inputs: object, shared: bool = False, lanes: int = 1) -> "RowLaunch":
-        """Return a launch over rows; the kernel's arguments are the ``Span`` of a slice's rows, then ``inputs``.
+        """Return a launch over rows. The kernel's arguments are the ``Span`` of a slice's rows, then ``inputs``.
 
-        One thread of a CPU takes all rows of a slice, in a loop within the kernel: reading the arguments for each row
+        On a CPU one thread takes all rows of a slice, in a loop within the kernel: reading the arguments for each row
         would take up to a third of a kernel's time.
 
         On a GPU a row has a block of ``lanes`` threads or, if the kernel's rows are ``shared``, as many threads as the
         launcher has lanes.
 
-        The arrays among ``inputs`` may be written to later, but not replaced. Arrays of a struct may be replaced, until
+        The arrays among ``inputs`` may be written to later, but not replaced. Arrays of a struct may be replaced until
         a frame is recorded, because a launch reads the struct.
         """
         lanes = self.lanes if shared else self._block(lanes)
@@ -47,10 +47,11 @@ class Launcher:
         return RowLaunch(self, commands, inputs, lanes)
 
     def bind_whole(self, kernel: Any, count: int, *inputs: object, lanes: int | None = None) -> Callable[[], None]:
-        """Return a launch over ``count`` threads in one piece, for kernels without rows, or over blocks of ``lanes``.
+        """Return a launch in one piece over ``count`` threads, or over ``count`` blocks of ``lanes`` threads.
 
-        In blocks ``wp.tid()`` is a block and its thread, and tiles add up. A CPU's blocks have one thread each, unless
-        Warp is set to give them more. The module of ``kernel`` is compiled for each number of lanes.
+        It is for kernels without rows. In blocks, ``wp.tid()`` is a block and its thread, and tiles add up. A CPU's
+        blocks have one thread each, unless Warp is set to give them more. The module of ``kernel`` is compiled for each
+        number of lanes.
         """
         width = None if lanes is None else self._block(lanes)
         command = self._record(kernel, count if width is None else (count, width), inputs, width)
@@ -66,7 +67,7 @@ class Launcher:
         return 1 if self.device == "cpu" and not wp.config.enable_cpu_blocks else lanes
 
     def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """Return a launch over the first points in one piece, which takes their number."""
+        """Return a launch in one piece over the first points. Its argument is their number."""
         command = self._record(kernel, 1, inputs)
 
         def launch(count: int, _inputs: object = inputs) -> None:
@@ -77,10 +78,10 @@ class Launcher:
         return launch
 
     def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0, block: int = 1) -> None:
-        """Launch kernels over the same rows, one after the other in each slice; slices do not wait for each other.
+        """Launch kernels over the same rows, one after the other in each slice. Slices do not wait for each other.
 
-        A kernel must not read what another one writes in other rows. ``each`` is a row's work relative to a particle's;
-        slices are whole blocks of ``block`` rows.
+        A kernel must not read what another one writes in other rows. ``each`` is the work for a row, relative to a
+        particle's. Slices are whole blocks of ``block`` rows.
         """
         if not rows:
             return
@@ -109,7 +110,7 @@ class Launcher:
 
 
 class RowLaunch:
-    """A kernel with its arguments, one recorded command for each slice."""
+    """A kernel with its arguments, as one recorded command for each slice."""
 
     def __init__(self, launcher: Launcher, commands: list[Any], inputs: object, lanes: int) -> None:
         self._launcher, self.commands, self._lanes = launcher, commands, lanes
@@ -118,7 +119,7 @@ class RowLaunch:
         self._inputs = inputs
 
     def __call__(self, rows: int, each: float = 1.0, block: int = 1) -> None:
-        """Launch over the rows from 0 to ``rows``, as ``Launcher.launch``."""
+        """Launch over the rows from 0 to ``rows``. ``each`` and ``block`` are those of ``Launcher.launch``."""
         self._launcher.launch(rows, self, each=each, block=block)
 
     def cut(self, part: int, begin: int, end: int) -> Any:
@@ -147,7 +148,7 @@ class _Helper:
         Thread(target=_help, args=(self._tasks,), daemon=True).start()
 
     def begin(self, commands: Sequence[Any]) -> None:
-        """Hand launches over, with a new queue for the answer: after Ctrl-C the old one may not be empty."""
+        """Pass commands to the thread. Their answer has a new queue: after Ctrl-C the old one may not be empty."""
         self._answer = SimpleQueue()
         self._tasks.put((commands, self._answer))
 

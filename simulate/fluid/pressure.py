@@ -17,21 +17,18 @@ from simulate.setup.signed_distance import Barrier
 LONGEST_CORRECTION = 0.25  # Longest correction of one iteration, over h
 CARRIED_OVER = int(pressure.CARRIED_OVER)
 CARRIED = 0.5
-"""Share of the multipliers that pressure carries over to the next substep. More delays the response: with 0.7 a column
-of water oscillates with growing amplitude, with 0.8 one of 300 mm2/s does.
-"""
+"""Share of the multipliers that pressure carries over to the next substep. A larger share delays the response: with 0.7
+a column of water oscillates with growing amplitude, and with 0.8 so does a column of 300 mm2/s."""
 VISCOUS, THICK = 1.0, 100.0
-"""Range of damping in which pressure carries over. Thinner fluids become restless by it; sealant does not collapse
-under the nozzle at 190, and does from 340 on.
-"""
+"""Range of damping in which pressure carries over. It makes thinner fluids restless. Thick sealant does not collapse
+under the nozzle at a damping of 190, and does from 340 on."""
 CARRYING = 3
-"""Iterations if pressure carries over: as calm as 4 that start at zero, with two thirds of their compression; 2 are not
-calm.
-"""
+"""Number of iterations if pressure carries over. They are as calm as 4 iterations that start at zero, and leave two
+thirds of their compression. 2 iterations are not calm."""
 
 
 class Iterations(NamedTuple):
-    """Iterations of a run's pressure in a substep."""
+    """Share carried over, and number of iterations, of a run's pressure in a substep."""
 
     carried: float  # Share of the last substep's multipliers at the start
     number: int
@@ -45,7 +42,7 @@ def iterations_of(damping: float, alone: int) -> Iterations:
 
 
 class Pressure:
-    """The pressure of all runs, on one level or, with ``coarse``, on two."""
+    """The pressure of all runs. It has one level or, with ``coarse``, two."""
 
     def __init__(
         self,
@@ -61,7 +58,10 @@ class Pressure:
         iterations: Sequence[Iterations],
         coarse: CoarsePressure | None,
     ) -> None:
-        """``iterations`` and ``as_solved`` are by run; ``as_solved`` is True if particles move after viscosity."""
+        """Bind the kernels. ``iterations`` and ``as_solved`` have an item for each run.
+
+        ``as_solved`` is True for a run whose particles move after viscosity.
+        """
         self.smoothing, self.coarse = smoothing, coarse
         carried, numbers = zip(*iterations, strict=True)
         self._carries, self._most = any(carried), max(numbers)
@@ -104,14 +104,14 @@ class Pressure:
         self._densities[iteration](rows)
 
     def correct(self, rows: int, iteration: int | None = None) -> None:
-        """Move by Eq. 3: in the last iteration (default) as walls allow, in others as the nearest plane allows."""
+        """Move by Eq. 3. The last iteration (default) moves as walls allow, others as the nearest plane allows."""
         number = self._most - 1 if iteration is None else iteration
         self._corrections[number](rows)
         self._shifts[number](rows)
 
 
 def smoothing_of(support: float, mass: float, wall_mass: float, relaxation: float) -> Any:
-    """Return the constants of Eqs 1 to 3: h, the masses over the rest density in cm3, and epsilon h^2."""
+    """Return the constants of Eqs 1 to 3: h, the masses divided by the rest density in cm3, and epsilon h^2."""
     poly6, spiky = 315 / (64 * math.pi * support**9), -45 / (math.pi * support**6)
     smoothing = pressure.Smoothing()
     smoothing.support, smoothing.mass = support, mass

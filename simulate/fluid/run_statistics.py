@@ -1,4 +1,4 @@
-"""Statistics of a run while it is computed: density errors, number of movers, iterations of the viscosity."""
+"""Statistics of a run while it is computed: density errors, number of movers, iterations of the viscosity solve."""
 
 from array import array
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from simulate.fluid.solver import FluidSolver
 
 
 class RunStatistics:
-    """Figures for the health of each run, collected in frames with movers."""
+    """Collects figures on the health of each run, in frames that have movers."""
 
     def __init__(self, runs: int) -> None:
         self._runs = runs

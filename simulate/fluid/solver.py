@@ -25,32 +25,30 @@ from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
 SHORT_FALL = 0.03
-"""``FALL`` if pressure starts at zero. In longer substeps a fluid that freezes by age is compressed by a tenth, and
-boils with two-level pressure.
-"""
+"""``FALL`` if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is compressed by
+a tenth, and boils with two-level pressure."""
 MORE_ROOM = 9 / 8  # Factor by which the room of packed lists grows if it is too small
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
-"""Shear in 1/s below which the viscosity of paste with a yield stress is constant: the least that float32 allows."""
+"""Shear rate in 1/s below which the viscosity of paste with a yield stress is constant. It is the lowest that float32
+allows."""
 QUIET_SHEAR = 0.015
-"""A particle may sleep below this shear rate in 1/s, and below this rate times h in speed, 0.06 R per second. With 0.1
-paste that flows back along a slope falls asleep too early, up to 1.4 mm from its place (``benchmarks/sleep.py``).
-"""
+"""A particle may sleep below this shear rate in 1/s, and below this rate times h in speed, which is 0.06 R per second.
+With 0.1 paste that flows back along a slope falls asleep too early, up to 1.4 mm from its place
+(``benchmarks/sleep.py``)."""
 PATIENCE_S = 0.5
-"""Time below ``QUIET_SHEAR`` before a particle sleeps. With 0.45, paste of 20 Pa with carried-over pressure falls
-asleep while it sags, and its bed is off by 0.14 mm instead of 0.06 mm (``benchmarks/sleep.py``).
-"""
+"""Time that a particle must be below ``QUIET_SHEAR`` before it sleeps. With 0.45, paste of 20 Pa with carried-over
+pressure falls asleep while it sags, and its bed is off by 0.14 mm instead of 0.06 mm (``benchmarks/sleep.py``)."""
 AGAIN_S = 0.15  # The same for a woken particle, so that paste beside a flow goes back to sleep soon
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a particle
 RENUMBERED = 50_000
-"""Number of a run's particles from which they are renumbered by cells; smaller arrays fit a processor's cache."""
+"""Smallest number of a run's particles that are renumbered by cells. Smaller arrays fit a processor's cache."""
 RENUMBER_EVERY = 32  # Frames; with 16 a frame takes as long, with 256 a tenth longer
 ROWS_ALIKE = 128  # Recordings are made for multiples of so many rows: empty rows cost less than more recordings
 MOST_SHARED = 30_000
-"""Largest number of rows with a GPU's warp each; with more, a row has a thread. On an H200 a frame of 24,750 rows takes
-8.9 ms by warps and 9.7 ms by threads, a frame of 49,500 rows 15.2 ms and 13.0 ms.
-"""
+"""Largest number of rows that have a GPU's warp each. With more rows, a row has one thread. On an H200 a frame of
+24,750 rows takes 8.9 ms by warps and 9.7 ms by threads, a frame of 49,500 rows 15.2 ms and 13.0 ms."""
 MOST_RECORDED = 8000  # Rows above which a CPU replays nothing: launches then take less than 2 % of a substep
 
 
@@ -62,7 +60,7 @@ class Domain(NamedTuple):
 
 
 def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
-    """Return the user's number of substeps, or as many as are needed for a short fall in each.
+    """Return the user's number of substeps. By default, it is enough for a short fall in each substep.
 
     Raises InputError if the user's number is smaller and the pressure has two levels.
     """
@@ -74,7 +72,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
         if settings.substeps < many and settings.pressure == "two-level":
             raise InputError(
                 f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
-                f"{frame_s * 1e3:.3g} ms need at least {many}, or the fluid boils. Give as many, or leave it out."
+                f"{frame_s * 1e3:.3g} ms need at least {many}, or the fluid boils. Give as many, or leave substeps out."
             )
         return settings.substeps
     return few if iterations_for(settings, fluid, frame_s, few).carried else many
@@ -90,12 +88,15 @@ def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: 
 
 
 def lanes_for(rows: int, device: str) -> int:
-    """Return the threads per particle's sums: a warp on a GPU, unless there are enough particles for a thread each."""
+    """Return the number of threads that share a particle's sums.
+
+    On a GPU they are a warp, unless there are enough particles to give each thread its own.
+    """
     return int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
 
 
 class FluidSolver:
-    """The solver of one run, or of several at once that share geometry and schedule.
+    """The solver of one run, or of several runs that are computed at once and share geometry and schedule.
 
     It touches no files and prints nothing.
     """
@@ -141,7 +142,8 @@ class FluidSolver:
         as_solved = [fluid.moves_as_solved for fluid in fluids]
         self._any_as_solved = any(as_solved)
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
-        """True if the viscosity of particles depends on their shear or age, and is computed in each substep."""
+        """True if the viscosity of particles depends on their shear rate or age. It is then computed in each substep.
+        """
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
         self.viscosity = Viscosity(
             *shared,
@@ -186,7 +188,7 @@ class FluidSolver:
         self._out = state.count
         # Explicit passes need the host in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
-        """True if frames are recorded and replayed, without data for the host in between."""
+        """True if frames are recorded and replayed. No data then pass to the host in between."""
         self._renumbers = device == "cpu" and state.particles_per_run >= RENUMBERED
         self._recorded: Any = None
         self._one_thread = device == "cpu" and threads == 1
@@ -235,13 +237,13 @@ class FluidSolver:
 
     @property
     def recorded(self) -> bool:
-        """True if a frame has been recorded, which is then replayed."""
+        """True if a frame has been recorded. Later frames are then replayed."""
         return self._recorded is not None
 
     def advance(self, frame: int) -> list[Integers]:
         """Compute a frame: release, freezing, all substeps, fault checks. Return the viscosity's iterations by substep.
 
-        On a GPU a frame is recorded once and then replayed without data for the host; the list is then empty.
+        On a GPU a frame is recorded once and then replayed without data for the host. The list is then empty.
         """
         if self._renumbers and frame % RENUMBER_EVERY == 0:
             self._renumber()
@@ -279,7 +281,7 @@ class FluidSolver:
         self.state.renumber(order[np.argsort(order // self.state.particles_per_run, kind="stable")])
 
     def begin_frame(self, frame: int) -> None:
-        """Release the particles of a frame, and freeze those that reach the freezing age."""
+        """Release the particles of a frame, and freeze particles that reach the freezing age."""
         state = self.state
         # Of one run only the released particles are read; of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
@@ -296,9 +298,9 @@ class FluidSolver:
             self.find_movers()
 
     def step(self, *, recorded: bool = False) -> Integers:
-        """Advance the movers by one substep; return the viscosity's iterations or passes, by run.
+        """Advance the movers by one substep. Return the iterations or passes of the viscosity, by run.
 
-        If frames are replayed the numbers are not read from the device, and are 0. ``recorded`` allows a CPU to replay
+        If frames are replayed, the numbers are not read from the device and are 0. ``recorded`` allows a CPU to replay
         the launches after the lists: all kernels have been loaded, and the solver's parts have not been replaced.
         """
         self.predict()
@@ -312,7 +314,7 @@ class FluidSolver:
         return np.zeros(self.state.runs, dtype=np.int64) if self.replays else self.viscosity.iterations()
 
     def _project(self, rows: int) -> Integers:
-        """Compute the rest of a substep after the lists; return the explicit passes, by run."""
+        """Compute the rest of a substep after the lists. Return the explicit passes by run."""
         if self.measures:
             self.viscosity.measure_shear(rows)
         self.pressure.solve(rows)
@@ -336,7 +338,7 @@ class FluidSolver:
         wp.capture_launch(self._projections[rows])
 
     def lasting(self) -> dict[str, Any]:
-        """Return the arrays that a substep needs from the one before, by their names in a checkpoint."""
+        """Return the arrays that a substep needs from the one before it. Keys are their names in a checkpoint."""
         return {**self.state.lasting(), "swelling": self.state.swelling}
 
     def resume(self, done: int) -> None:
@@ -353,7 +355,7 @@ class FluidSolver:
         self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 
     def count_movers(self) -> int:
-        """Return the present number of movers; the host waits for it. Raises RuntimeError if it exceeds the rows."""
+        """Return the present number of movers. The host waits for it. Raises RuntimeError if it exceeds the rows."""
         moving, room = self.movers.number(), len(self.lists.fluid_count)
         if moving > room:
             raise RuntimeError(f"{moving} particles move, and there is room for {room}.")
@@ -373,7 +375,7 @@ class FluidSolver:
             self._list(self.rows, block=int(neighbours.BLOCK))
 
     def make_room(self, sixteens: float) -> None:
-        """Give each block of packed lists room for ``sixteens`` times sixteen entries; the lists become empty."""
+        """Give each block of packed lists room for 16 times ``sixteens`` entries. The lists become empty."""
         if self.lists.room:
             self._projections.clear()
             make_room(self.lists, int(sixteens))
@@ -383,7 +385,7 @@ class FluidSolver:
         self._update_velocity(self.rows)
 
     def give_up(self, run: int) -> None:
-        """Remove a run for good, with its particles that are not released yet."""
+        """Remove a run for good, together with its particles that are not released yet."""
         state = self.state
         state.status[state.own(run)].fill_(int(status.GIVEN_UP))
         self.faults.forget(run)

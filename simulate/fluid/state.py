@@ -29,17 +29,18 @@ KEPT_AS = {
     "released_in": "release_frame",
     "quiet_s": "quiet_s",
 }
-"""Arrays that are needed after a substep, by their names in a checkpoint; some of those names are older."""
+"""Arrays that later substeps need, by their names in a checkpoint. Some of these names are older than the attributes.
+"""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
-"""Free ball of a particle for which walls have not been searched yet: no position is in it or near it."""
+"""Free ball of a particle for which walls have not been searched yet. No position is in it or near it."""
 
 
 class State:
-    """All particles, run by run; the ``runs`` share one schedule.
+    """All particles, run by run. The ``runs`` share one schedule.
 
-    They start in the order of release; ``renumber`` changes the order of released ones, and ``number`` has their places
-    in the order of release. Values that this class returns by particle are in the order of release. Particles that are
-    not released yet have the position and velocity of their release.
+    Particles start in the order of release. ``renumber`` changes the order of the released ones, and ``number`` is each
+    one's place in the order of release. Values that this class returns by particle are in the order of release.
+    Particles that are not released yet have the position and velocity of their release.
     """
 
     def __init__(self, schedule: Schedule, device: str, runs: int = 1) -> None:
@@ -61,7 +62,7 @@ class State:
         self.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
         self.quiet_s = wp.zeros(count, dtype=float, device=device)
         self.fault = self.column(int)
-        """Faults of each particle so far, a bit for each kind."""
+        """Faults of each particle so far. Each kind of fault is one bit."""
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.swelling = wp.full(runs, 1.0, dtype=float, device=device)
         self.particles = device_code.Particles()  # The struct of these arrays that kernels take
@@ -77,7 +78,7 @@ class State:
 
     @property
     def count(self) -> int:
-        """Number of all particles, released or not; as an index, the dummy particle after them."""
+        """Number of all particles, released or not. As an index, it is the dummy particle that follows them."""
         return self.runs * self.particles_per_run
 
     def own(self, run: int) -> slice:
@@ -85,16 +86,19 @@ class State:
         return slice(run * self.particles_per_run, (run + 1) * self.particles_per_run)
 
     def released(self, frame: int) -> int:
-        """Return the number of a run's released particles after a frame's release."""
+        """Return the number of a run's particles that are released by the end of a frame's release."""
         return int(self._released[min(frame, len(self._released) - 1)])
 
     def release_by(self, released: Integers, frame: int) -> None:
-        """Release by another list, which may change later; particles are released at ``frame`` unless placed."""
+        """Release by another list, which may change later.
+
+        Particles are released at ``frame``, unless ``place`` sets another frame.
+        """
         self._released = released
         self.release_frame.fill_(frame)
 
     def place(self, own: slice, position_cm: Floats, velocity_cm_s: Floats, frame: int) -> None:
-        """Set place, velocity and frame of release of particles; only on a CPU, where numpy() is a view."""
+        """Set position, velocity and frame of release of some particles. Only for a CPU, where numpy() is a view."""
         self.position.numpy()[own, :3] = position_cm
         self.particles.previous_position.numpy()[own] = position_cm
         for velocity in (self.velocity, self.earlier_velocity):
@@ -102,21 +106,24 @@ class State:
         self.release_frame.numpy()[own] = frame
 
     def lasting(self) -> dict[str, Any]:
-        """Return the arrays that are needed after a substep, by their names in a checkpoint."""
+        """Return the arrays that later substeps need. Keys are their names in a checkpoint."""
         return {key: getattr(self, name) for key, name in KEPT_AS.items()}
 
     def column(self, dtype: type) -> Any:
-        """Return an array of zeros, one per particle, which is renumbered with the particles."""
+        """Return an array of zeros with one value per particle. It is renumbered with the particles."""
         self._columns.append(wp.zeros(self.count, dtype=dtype, device=self.device))
         return self._columns[-1]
 
     def renumber(self, order: Integers) -> None:
-        """Move particle ``order[k]`` to place k, for k < n, (n,); particles stay within their run's places."""
+        """Move particle ``order[k]`` to place k, for each k in 0 to n - 1.
+
+        ``order`` is (n,). Particles stay within their run's places.
+        """
         for column in self._columns:
             column[: len(order)].assign(column.numpy().take(order, axis=0))
 
     def by_release(self, column: wp.array) -> Any:
-        """Return a copy of the values by particle, in the order of release."""
+        """Return a copy of an array by particle, sorted into the order of release."""
         values, place = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
         ordered = np.empty_like(values)
         ordered[place] = values
@@ -143,10 +150,10 @@ def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
 
 
 class MoversList:
-    """The list of particles that move, remade in each frame: particles are released, freeze, fall asleep or wake."""
+    """The list of particles that move. It is made anew in each frame, since particles start and stop moving."""
 
     def __init__(self, state: State, launcher: Launcher, in_order: bool | None = None) -> None:
-        """``in_order``: one thread takes all particles in order, as on a CPU. None: decided by the device."""
+        """Prepare the list. With ``in_order`` one thread takes all particles in order, as on a CPU. None: by device."""
         device = state.device
         self._state, self._sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order

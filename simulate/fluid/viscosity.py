@@ -1,7 +1,7 @@
 """The viscosity of a substep: Eq. 5 by backward Euler (one linear solve), or in q explicit passes as printed.
 
-With a yield stress or a flow index the viscosity is K gamma^(n - 1) + tau / gamma, over the density, with the shear
-gamma of the last substep (one lagged Picard pass), also between the fluid and rough walls.
+With a yield stress or a flow index the viscosity is K gamma^(n - 1) + tau / gamma, divided by the density. gamma is the
+shear rate of the last substep (one lagged Picard pass). The same holds between the fluid and rough walls.
 """
 
 import math
@@ -20,7 +20,8 @@ from simulate.setup.rheology import DAMPS, Rheology, kinematic_viscosity, no_sli
 
 OF_THE_RIGHT = 2e-2  # Largest residual over the right side: a fifth of the error of a coarser time step
 OF_THE_CHANGE = 1e-2
-"""Largest residual over that of the velocity without viscosity: else the solve ends before a thin fluid is slowed."""
+"""Largest residual, as a share of the residual of the velocity without viscosity. With more, the solve would end before
+a thin fluid is slowed."""
 ITERATIONS_AT_MOST = 5000  # Limit of the conjugate gradients; paste of 10,000 Pa takes up to 1,300
 STABLE = 0.9  # Largest part of a velocity that one explicit pass may remove: above 1 it overshoots, at 2 it explodes
 AT_WALLS = 5.0  # Largest part of a velocity that walls on three sides remove, over D / h
@@ -30,9 +31,10 @@ FRESH_SHEAR = 10.0  # Shear in 1/s of a particle just released: its neighbours a
 def explicit_parts(
     paste: Rheology, support: float, frame_s: float, substeps: int, *, shears_per_s: tuple[float, float], lasts_s: float
 ) -> tuple[float, float, float]:
-    """Return the largest parts of a velocity that viscosity, yield stress and D remove in a substep; they may exceed 1.
+    """Return the fractions of a velocity that viscosity, yield stress and D each remove in one explicit substep.
 
-    ``shears_per_s`` are the slowest shear and that of a jet. Lengths are in cm.
+    They are the largest, and may exceed 1. ``shears_per_s`` are the slowest shear rate and that of a jet. Lengths are
+    in cm.
     """
     step_s = frame_s / substeps
     per_viscosity = DAMPS * step_s / support**2
@@ -45,7 +47,7 @@ def explicit_parts(
 
 
 class Viscosity:
-    """Both solves, with the same weights of pairs. All runs are solved at once, independently of each other."""
+    """Both solves of the viscosity, with the same weights of pairs. All runs are solved at once, independently."""
 
     def __init__(
         self,
@@ -67,7 +69,7 @@ class Viscosity:
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         sticks = np.repeat(paste.sticks.numpy(), state.particles_per_run)
         self.system, self._search = code.System(), code.Search()
-        """The linear system that was solved last."""
+        """The linear system that was solved last, and its search."""
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
         self.system.at_walls, self.system.shear = state.column(float), state.column(float)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
@@ -90,17 +92,17 @@ class Viscosity:
         self.measure_shear = launcher.bind(
             pairs.measure_shear, self._particles, lists, support, paste, *fresh, self.system, shared=True
         )
-        """Measure the shear by the last substep's velocities, before they change."""
+        """Measure the shear rates from the velocities of the last substep, before they change."""
         self.bind_weights(lists)
         self._bind_search()
 
     @property
     def unsolved(self) -> Any:
-        """1 for each run with a solve that ended above its goal."""
+        """Return an array by run: 1 if a solve of the run ended above its goal."""
         return self._search.unsolved
 
     def make_room(self, lists: Any) -> None:
-        """Give the links of pairs as much room as the lists have."""
+        """Give the links of pairs as much room as the lists of neighbours have."""
         if lists is not self._lists:
             raise RuntimeError("the viscosity has other lists, which get no new stores")
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
@@ -131,13 +133,13 @@ class Viscosity:
         self._end = [by_parts(code.sum_left, particles, search), by_parts(code.shift_all, particles, search)]
 
     def _bind_by_parts(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """Return a launch over the parts of all runs, which takes the number of rows."""
+        """Return a launch over the parts of all runs. Its argument is the number of rows."""
         parts = self._state.runs * int(code.CHUNKS)
         launch = self._launcher.bind(kernel, *inputs, lanes=code.LANES)
         return lambda rows: launch(parts, rows / parts)
 
     def solve_implicit(self, rows: int) -> None:
-        """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
+        """Solve backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
 
         The device decides on further iterations, so that a recorded solve takes as many as it needs.
         """
@@ -174,7 +176,7 @@ class Viscosity:
         return passes
 
     def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
-        """Make one of q passes; it is stable if the diagonal of A is at most about 1.95 q."""
+        """Make one of q passes. It is stable if the diagonal of A is at most about 1.95 q."""
         kernel = self._pairs.pass_velocity
         inputs = (self._lists, self._support, self._paste, self.system, passes, before, after)
         self._launcher.bind(kernel, self._particles, *inputs, shared=True)(rows)

@@ -1,6 +1,6 @@
-"""Device code that measures the beds of all runs at once, where their particles are. Millimetres, mm/s.
+"""Device code that measures the beds of all runs at once, without copying particles to the host. Millimetres, mm/s.
 
-Double precision, and sums of a fixed order: over blocks of threads, and over the parts of each run.
+It uses double precision. Sums have a fixed order: over blocks of threads, and over the parts of each run.
 """
 
 import warp as wp
@@ -11,7 +11,7 @@ from simulate.kernels.vessel import Lines, Liquid, raise_over
 
 LANES = 64  # Threads of a GPU's block: as in most launches, since each width has the whole module compiled
 PARTS = wp.constant(32)
-"""Parts of a run that are summed up one by one; the host adds them. One run alone then fills a quarter of a GPU."""
+"""Parts of a run that are summed up separately; the host adds the sums. One run alone then fills a quarter of a GPU."""
 
 wp.set_module_options({"enable_backward": False})
 
@@ -33,20 +33,20 @@ class Sizes:
 
 @wp.struct
 class Beds:
-    """Measured figures, and arrays for measuring them."""
+    """Measured figures, and the arrays that are needed to measure them."""
 
     lies: wp.array[int]  # 1 for a particle on the sample that is not in flight; by particle
     count: wp.array2d[wp.vec4i]
-    """Numbers of particles on the bed, moving, both, and both and flowing; by run and part."""
+    """Numbers of particles that are on the bed, that move, that do both, and that do both and flow; by run and part."""
     length_mm: wp.array2d[wp.float64]  # Wet length of the vertical lines, by run and part
     ceiling_mm: wp.array[wp.float64]  # End of the free stretch above each crossing
     liquid: Liquid
-    """The tops of a batch of runs, run by run."""
+    """The tops of the liquid in a batch of runs, one run after the other."""
 
 
 @wp.func
 def is_here(particles: Particles, i: int):
-    """True for a released particle that is not lost; particles that are not released have another status."""
+    """True for a released particle that is not lost. Particles that are not released have another status."""
     x = particles.position[i]
     return particles.status[i] <= FROZEN and wp.isfinite(wp.vec3(x[0], x[1], x[2]))
 
@@ -74,7 +74,10 @@ def find_lying(
     sizes: Sizes,
     beds: Beds,  # out: lies
 ):
-    """``profile.settled``: a block of threads searches the bed below a falling particle; other blocks end at once."""
+    """``profile.settled`` on the device, with one block of threads per particle.
+
+    The block of a falling particle searches for the bed below it. Other blocks end at once.
+    """
     i, lane = wp.tid()
     here = is_here(particles, i)
     if not here or not falls(particles, sizes, i):
@@ -131,7 +134,7 @@ def raise_surfaces(
     first_run: int,
     beds: Beds,  # in, out: the liquid's tops
 ):
-    """``vessel.raise_surface`` for a batch of runs."""
+    """Raise the surfaces of a batch of runs to their particles, as ``vessel.raise_surface`` does."""
     k = wp.tid()
     i = first_run * particles.per_run + k
     if beds.lies[i] == 0:
@@ -148,7 +151,7 @@ def sum_lines(
     first_run: int,
     beds: Beds,  # out: length_mm of a batch of runs
 ):
-    """Length of the vertical lines from the foot of each wet stretch to its top, or to its ceiling."""
+    """Sum the lengths of the vertical lines, from the foot of each wet stretch to its top or its ceiling."""
     part, lane = wp.tid()
     run = part // PARTS
     crossings = lines.z_mm.shape[0]

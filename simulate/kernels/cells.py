@@ -11,9 +11,9 @@ NEARLY_ONE = wp.constant(1.0001)  # Squared distance of lines to search, over a 
 
 @wp.struct
 class CellArrays:
-    """Points sorted by cell, x fastest, so that three cells along x are one range of points.
+    """Points sorted by cell, x fastest. Three adjacent cells along x are then one range of points.
 
-    Each run has its own cells; the walls have one set of cells for all runs.
+    Each run has its own cells. The walls have one set of cells for all runs.
     """
 
     corner: wp.vec3
@@ -44,7 +44,7 @@ def cells_per_run(cells: CellArrays):
 
 @wp.func
 def cell_along(x: float, corner: float, size: float, count: int):
-    """Cell index along an axis. Points outside the grid belong to border cells, so that neighbours are adjacent."""
+    """Return the cell index along an axis. Points outside the grid belong to border cells: neighbours are adjacent."""
     return wp.clamp(int(wp.floor((x - corner) / size)), 0, count - 1)
 
 
@@ -63,7 +63,7 @@ def count_in_cells(
     status: wp.array[int],
     sorting: Sorting,  # out: cell, rank and count
 ):
-    """Find the cell of each point, -1 for points without one, and count the points of each cell."""
+    """Find the cell of each point, and count the points of each cell. A point without a cell has -1."""
     i = wp.tid()
     sorting.cell[i] = -1
     if status[i] <= FROZEN:
@@ -90,7 +90,7 @@ def put_in_order(
     sorting: Sorting,
     cells: CellArrays,  # out: x, y, z and number
 ):
-    """Sort the points of each cell by their number."""
+    """Sort the points within each cell by their number."""
     i = wp.tid()
     key = sorting.cell[i]
     if key < 0:
@@ -108,7 +108,10 @@ def put_in_order(
 
 @wp.func
 def beside(x: float, corner: float, size: float, cell: int, at: int):
-    """Return the least distance along an axis, over ``size``, from ``x`` in ``cell`` to a point in cell ``at``."""
+    """Return the least distance along an axis from ``x`` to a point in cell ``at``, divided by ``size``.
+
+    ``x`` is in ``cell``.
+    """
     part = (x - corner) / size - float(cell)
     if at < cell:
         return wp.max(part, 0.0)

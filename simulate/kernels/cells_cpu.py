@@ -72,5 +72,5 @@ def sort_in_order(
     points: Points,  # out: cell and rank
     cells: CellArrays,  # out
 ):
-    """Sort the first points, in a launch of one thread; within a cell they keep their order."""
+    """Sort the first points in a launch of one thread. Within a cell they keep their order."""
     sort_points(rows.end, cells, points)

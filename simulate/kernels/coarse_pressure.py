@@ -15,13 +15,12 @@ from simulate.kernels.status import Particles, Span, end_of
 wp.set_module_options({"enable_backward": False})
 
 UNIT = wp.constant(float(2**40))
-"""The integer for a sum of 1. Sums of a collapsed fluid stay a thousand times below the largest integer."""
+"""Integer that represents a sum of 1. Sums of a collapsed fluid stay a thousand times below the largest integer."""
 WEIGHT = wp.constant(5)
 OLD = wp.constant(6)
 SUMS = wp.constant(7)
-"""Columns of a node's sums: couplings to itself, to the nodes above, ahead below, ahead, ahead above; the weight of its
-particles; their old compression.
-"""
+"""Columns of a node's sums: couplings to itself and to the nodes above, ahead below, ahead, and ahead above; then the
+weight of its particles, and their old compression."""
 COLOURS = wp.constant(4)
 
 
@@ -37,7 +36,10 @@ class ArcLengthMap:
 
 @wp.struct
 class Nodes:
-    """A lattice in arc length and height for each run, height fastest; no particle is next to its outermost nodes."""
+    """A lattice of nodes in arc length and height for each run, height fastest.
+
+    No particle is next to an outermost node.
+    """
 
     low: wp.vec2
     spacing: float
@@ -74,7 +76,7 @@ def locate(
     nodes: Nodes,
     coarse: CoarseRows,  # out
 ):
-    """Find each mover's nodes for a substep, and the compression after the last substep."""
+    """Find each mover's nodes for a substep, and its compression after the last substep."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         here = particles.position[i]
@@ -97,7 +99,10 @@ def locate(
 
 @wp.func
 def shape(part: wp.vec2, along: wp.vec2, corner: int):
-    """Gradient of phi times the spacing, and phi, of a corner of a cell: 0 below, 1 above, 2 and 3 the same ahead."""
+    """Return the gradient of phi times the spacing, and phi, at a corner of a cell.
+
+    Corners are 0 below, 1 above, and 2 and 3 below and above at the next arc length.
+    """
     ahead = float(corner // 2)
     above = float(corner % 2)
     s = ahead * part[0] + (1.0 - ahead) * (1.0 - part[0])
@@ -108,7 +113,7 @@ def shape(part: wp.vec2, along: wp.vec2, corner: int):
 
 @wp.func
 def response(shape: wp.vec4, slope: wp.vec3):
-    """B times the spacing; ``slope`` is twice the particle's own gradient, times the spacing."""
+    """Return B times the spacing. ``slope`` is twice the particle's own gradient, times the spacing."""
     return wp.vec3(shape[0], shape[1], shape[2]) + shape[3] * slope
 
 
@@ -123,7 +128,7 @@ def sum_matrix(
     nodes: Nodes,  # out: sums
     coarse: CoarseRows,
 ):
-    """Sum up the effects of the nodes' multipliers on the sums of C at other nodes, times the spacing squared."""
+    """Sum the effects of the nodes' multipliers on the sums of C at other nodes, times the spacing squared."""
     row = wp.tid()
     if row >= particles.mover_count[0]:
         return
@@ -149,7 +154,7 @@ def sum_excess(
     nodes: Nodes,  # out: excess
     coarse: CoarseRows,
 ):
-    """Sum up t_i phi_a C_i, also of loose fluid, with C < 0."""
+    """Sum t_i phi_a C_i, including the terms of loose fluid with C < 0."""
     row = wp.tid()
     if row >= particles.mover_count[0]:
         return
@@ -176,7 +181,7 @@ def wait_for_block(): ...
 
 @wp.func
 def pull(nodes: Nodes, a: int, up: int):
-    """Sum of the eight neighbours' couplings times their changes."""
+    """Return the sum of the eight neighbours' couplings, each times the neighbour's change."""
     matrix = nodes.matrix
     change = nodes.change
     total = matrix[a, 1] * change[a + 1] + matrix[a - 1, 1] * change[a - 1]
@@ -196,11 +201,11 @@ def solve(
     least: float,
     at_once: float,
 ):
-    """Projected over-relaxation in four colours, with multipliers of at most 0. A block of threads solves a run.
+    """Solve for the nodes by projected over-relaxation in four colours, one block of threads per run.
 
-    The matrix is computed from its sums if they were ``summed`` since the last iteration. A share ``at_once`` of the
-    compression after the last substep is corrected. Nodes with less than ``least`` weight of particles are not solved
-    for, so that spray falls freely.
+    Multipliers are at most 0. The matrix is computed from its sums if they were ``summed`` since the last iteration. A
+    share ``at_once`` of the compression after the last substep is corrected. Nodes with less than ``least`` weight of
+    particles are not solved for, so that spray falls freely.
     """
     run, lane = wp.tid()
     first = run * nodes.per_run
@@ -239,10 +244,10 @@ def change_multipliers(
     iteration: float,
     step: float,
 ):
-    """Change each multiplier by the particle's own part and its nodes' part; the sum stays at most 0.
+    """Change each multiplier by the particle's own part and its nodes' part. The sum stays at most 0.
 
-    The own part is a Jacobi step with the factors and the momentum of Legendre's polynomials: n steps act as far as
-    n^2 / 2 plain steps.
+    The own part is a Jacobi step with the factors and the momentum of Legendre's polynomials: n steps have the effect
+    of n^2 / 2 plain steps at most.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]

@@ -1,7 +1,7 @@
 """Device code of the conjugate gradients that solve the viscosity's linear system, for all runs at once.
 
 Runs are independent: each has the same bits with any number of threads and of other runs. On a GPU a block of threads
-sums up a part of a run, or all its parts: each thread takes every 64th row (``LANES``), and a tile adds up the threads'
+sums up a part of a run, or all its parts. Each thread takes every 64th row (``LANES``), and a tile adds up the threads'
 sums in an order that depends on the block's width only. On a CPU a block has one thread, which takes all rows.
 """
 
@@ -13,14 +13,14 @@ from simulate.kernels.status import Particles, Span
 wp.set_module_options({"enable_backward": False})
 
 CHUNKS = wp.constant(64)
-"""Parts of a run with a sum each: the same on all devices and with any number of threads."""
+"""Number of parts of a run that have their own sums. It is the same on all devices and with any number of threads."""
 
 ROUNDS = wp.constant(1.0e-5)
-"""Share of a curvature below which a difference of two float32 sums may be rounding."""
+"""Share of a curvature below which the difference of two float32 sums may be rounding only."""
 
 UNIT_ROUNDOFF = wp.constant(6.0e-8)  # Of float32
 ROUNDINGS = wp.constant(16.0)
-"""Least goal of a residual, over that of one rounding of each velocity; a sum has 40 pairs."""
+"""Least goal of a residual, divided by the residual of one rounding of each velocity. A sum has 40 pairs."""
 
 LANES = 64  # Threads of a GPU's block: a part has up to 230 rows in one run of the paper, and 12 in each of its 132
 
@@ -35,7 +35,7 @@ class System:
     """The linear system (I + A) v_new = v of backward Euler on Eq. 5, by row."""
 
     links: wp.array2d[wp.vec3h]
-    """Links of each pair, ``pair_sums.couple``, in the slots of the fluid's neighbour lists."""
+    """Links of each pair (``pair_sums.couple``), in the slots of the fluid's neighbour lists."""
     drag: wp.array[float]  # By the walls
     restraint: wp.array[float]  # Drag by the walls and by neighbours at rest
     inverse: wp.array[Symmetric]  # Of a particle's own block of I + A
@@ -45,7 +45,7 @@ class System:
 
 @wp.struct
 class Search:
-    """Conjugate gradients as arranged by Chronopoulos and Gear: vectors by row, scalars by run.
+    """Conjugate gradients in the form of Chronopoulos and Gear: vectors by row, scalars by run.
 
     The residual times the inverses of the particles' own blocks (Jacobi's preconditioner) is by particle, because the
     matrix is applied to it.
@@ -79,7 +79,7 @@ def times(it: Symmetric, by: wp.vec3):
 
 @wp.func
 def rows_of(particles: Particles, part: int):
-    """Return the first row of a part of a run, and one past its last."""
+    """Return the first row of a part of a run, and the row after its last one."""
     run = part // CHUNKS
     first = particles.first_row[run]
     rows = particles.first_row[run + 1] - first
@@ -106,7 +106,7 @@ def squares_of(particles: Particles, system: System, search: Search, row: int):
 
 @wp.func
 def keep_sum(search: Search, part: int, lane: int, own: Sums):
-    """Store the sum over the threads of a part's block; all must call this."""
+    """Store the sum over the threads of a part's block. All threads must call it."""
     total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
     if lane == 0:
         search.partial[part // CHUNKS, part % CHUNKS] = total
@@ -114,7 +114,7 @@ def keep_sum(search: Search, part: int, lane: int, own: Sums):
 
 @wp.func
 def whole_sum(search: Search, run: int, lane: int):
-    """Return the sum over the parts of a run to all threads of a block; all must call this."""
+    """Return the sum over the parts of a run to all threads of a block. All threads must call it."""
     own = Sums(0.0)
     for chunk in range(lane, CHUNKS, wp.block_dim()):
         own += search.partial[run, chunk]
@@ -123,7 +123,7 @@ def whole_sum(search: Search, run: int, lane: int):
 
 @wp.func
 def begins_run(part: int, begin: int):
-    """Return whether a part is the first of its run, or the first that a thread takes."""
+    """Return True if a part is the first of its run, or the first that a thread takes."""
     return part == begin or part % CHUNKS == 0
 
 
@@ -153,7 +153,11 @@ def begins_at_guess(squares: Sums):
 
 @wp.func
 def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_the_change: float, at_most: int):
-    """Choose the start, and the goal by shares of the right side and of the residual without viscosity."""
+    """Choose the start and the goal.
+
+    The goal is at most the share ``of_the_right`` of the right side, and at most the share ``of_the_change`` of the
+    residual without viscosity, unless that share is below rounding.
+    """
     # Stiff sealant that moves as a whole has a residual by rounding only: of velocities times the matrix, whose size is
     # the ratio of their squares in both norms.
     rounded = ROUNDINGS * UNIT_ROUNDOFF * squares[4]
@@ -171,8 +175,8 @@ def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_t
 def ask_for_more(search: Search, run: int, at_most: int):
     """Request another iteration while a residual is above its goal.
 
-    After ``at_most`` iterations, or if the residual is not finite, for instance by a link above float16's range, the
-    run counts as unsolved.
+    The run counts as unsolved after ``at_most`` iterations, or if the residual is not finite. A link above float16's
+    range can cause that.
     """
     if search.error[run] <= search.goal[run]:
         return
@@ -185,7 +189,10 @@ def ask_for_more(search: Search, run: int, at_most: int):
 
 @wp.func
 def start_row(particles: Particles, system: System, search: Search, row: int, warm: int):
-    """Begin at the guess, which is in the array of the scaled residual, or at the velocity without viscosity."""
+    """Start a row at the guess or, if not ``warm``, at the velocity without viscosity.
+
+    The guess is in the array of the scaled residual.
+    """
     i = particles.mover[row]
     r = search.residual[row]
     if warm == 1:
@@ -247,7 +254,7 @@ def sum_curvature(
 
 @wp.func
 def way_of(search: Search, run: int, along: float):
-    """Return the step to the least energy along the next direction, and the last direction's share in it."""
+    """Return the step of least energy along the next direction, and the share of the last direction in it."""
     curvature = along
     turn = search.turn[run]
     if turn > 0.0:
@@ -261,7 +268,7 @@ def way_of(search: Search, run: int, along: float):
 
 @wp.func
 def advance_row(particles: Particles, system: System, search: Search, row: int, length: float, turn: float):
-    """Turn the direction and take the step; return the square of the new residual."""
+    """Update a row's direction and take the step. Return r . M^-1 r of the new residual r."""
     i = particles.mover[row]
     direction = particles.scaled_residual[i] + turn * search.direction[row]
     pull = search.product[row] + turn * search.pull[row]
@@ -306,7 +313,7 @@ def find_turn(
     at_most: int,
     search: Search,  # in, out
 ):
-    """Store the length of the step, the share of its direction in the next one, and whether there is a next one."""
+    """Store the length of the step and the share of its direction in the next one, and whether there is a next one."""
     lane = wp.tid() % wp.block_dim()
     for run in range(runs.begin + wp.tid() // wp.block_dim(), runs.end, runs.step):
         if is_solved(search, run):

@@ -1,4 +1,4 @@
-"""Device code: the signed distance to the solid by its grid, and moves that cannot cross the solid. Centimetres.
+"""Device code: the signed distance to the solid from its grid, and moves that cannot cross the solid. Centimetres.
 
 Distances are positive in the open and negative in the solid.
 """
@@ -16,17 +16,18 @@ OUTSIDE = wp.constant(-3)
 BESIDE = wp.constant(1.0e3)  # Distance at places next to the sample's block, outside the grid
 ROUNDED = wp.constant(2.0)  # Each part of the normal if the nearest surface is not a plane
 AS_PLANE = wp.constant(0.1)
-"""Distance from the last search for walls, over the clearance, within which a wall counts as the same plane."""
+"""A wall counts as the same plane up to this distance from the last search for walls, divided by the clearance."""
 NEARBY = wp.constant(0.5)
-"""The same for a prediction. Farther away another wall may be the nearest."""
+"""A prediction uses the stored plane up to this distance from the last search for walls, divided by the clearance.
+Farther away another wall may be nearer."""
 LARGEST = wp.constant(3.0e38)  # Numbers that are not below it count as not finite
 PIECES = wp.constant(256)
-"""Largest number of pieces of a move. A longer move ends early, but the run stops before for its speed."""
+"""Largest number of pieces of a move. A longer move ends early, but its speed would end the run before."""
 
 
 @wp.struct
 class Distance:
-    """Exact distances on the nodes of blocks near the surface; elsewhere, the distance at the block's centre."""
+    """Exact distances on the nodes of blocks near the surface. Other blocks have the distance at their centre."""
 
     corner: wp.vec3
     spacing: float
@@ -46,7 +47,7 @@ def block_at(solid: Distance, a: int, b: int, c: int) -> int:
 
 @wp.func
 def row_at(solid: Distance, a: int, b: int, c: int) -> int:
-    """Row of a block's nodes, or FAR, FACE or OUTSIDE the grid."""
+    """Return the row of a block's nodes; or FAR, FACE or OUTSIDE (the grid)."""
     if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
         return int(OUTSIDE)
     return solid.row[block_at(solid, a, b, c)]
@@ -56,7 +57,7 @@ def row_at(solid: Distance, a: int, b: int, c: int) -> int:
 def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
     """Return gradient and signed distance. The gradient is a unit vector for distances between 0 and ``below``.
 
-    Elsewhere it may be 0.
+    At other distances it may be 0.
 
     Outside the grid the solid is the half-space below z = 0 within the footprint of the sample's block.
     """
@@ -111,7 +112,7 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
 
 @wp.func
 def rounded_at(solid: Distance, x: wp.vec3) -> bool:
-    """Return whether the walls around a position are not a plane, as in a corner or at an edge."""
+    """Return True if the walls around a position are not a plane, for example in a corner or at an edge."""
     u = (x - solid.corner) / (solid.spacing * float(BLOCK))
     row = row_at(solid, int(wp.floor(u[0])), int(wp.floor(u[1])), int(wp.floor(u[2])))
     if row < 0:
@@ -149,20 +150,20 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float):
 
 @wp.func
 def slide(plane: wp.vec4, start: wp.vec3, step: wp.vec3, clearance: float):
-    """Return the step that keeps the clearance from a plane wall."""
+    """Return the part of a step that keeps the clearance from a plane wall."""
     normal = wp.vec3(plane[0], plane[1], plane[2])
     return step + wp.max(clearance - (wp.dot(normal, start + step) - plane[3]), 0.0) * normal
 
 
 @wp.func
 def is_plane(beside: wp.vec4) -> bool:
-    """Return whether a particle's nearest wall is a plane, and not rounded or undetermined."""
+    """Return True if a particle's nearest wall is a plane, and not rounded or undetermined."""
     return beside[0] != ROUNDED and beside[0] * beside[0] + beside[1] * beside[1] + beside[2] * beside[2] > 0.0
 
 
 @wp.func
 def is_number(x: float) -> bool:
-    """``isfinite`` without a call of C's library."""
+    """Return True for a finite number. It is ``isfinite`` without a call of C's library."""
     return wp.abs(x) < LARGEST
 
 
@@ -212,9 +213,10 @@ def move_for_now(
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """``move`` for a prediction, which the last move of the substep replaces.
+    """Return the part of ``step`` that walls allow, for a prediction. The last move of the substep replaces it.
 
-    It stores a plane from nearby, which replaces the walls in the moves between the two.
+    It stores the plane of a wall nearby, which replaces the walls in the moves between the prediction and the last
+    move.
     """
     squared = wp.length_sq(step)
     if squared == 0.0 or not is_number(squared):
@@ -243,7 +245,10 @@ def move_along(
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """``move`` with a search for walls, apart because a call copies ``solid``, which few moves need."""
+    """Return the part of ``step`` that walls allow, after a search for walls.
+
+    It is separate from ``move`` because a call copies ``solid``, which few moves need.
+    """
     length = wp.length(step)
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
@@ -270,7 +275,7 @@ def move_along(
 
 @wp.func
 def near_free(ball: wp.vec4, x: wp.vec3, clearance: float) -> bool:
-    """Return whether a position is nearer to the middle of a free ball than all walls are."""
+    """Return True if a position is nearer to the middle of a free ball than any wall is."""
     return wp.length(x - wp.vec3(ball[0], ball[1], ball[2])) < ball[3] + clearance
 
 
@@ -280,6 +285,6 @@ def sample_distance(
     point: wp.array[wp.vec3],
     distance: wp.array[float],  # out
 ):
-    """Signed distance at ``point``, by the grid."""
+    """Return the signed distance at ``point``, interpolated in the grid."""
     i = wp.tid()
     distance[i] = distance_at(solid, point[i], 0.0)[3]

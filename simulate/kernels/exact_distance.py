@@ -1,6 +1,6 @@
-"""Device code: signed distances by the solid's mesh, for the grid of ``distance``. Centimetres.
+"""Device code: signed distances from the solid's mesh, for the grid of ``distance``. Centimetres.
 
-Warp's query of the nearest point is exact, except next to needles, of which the face around a crack has many: there it
+Warp's query of the nearest point is exact, except next to needles, of which the face around a crack has many. There it
 returns up to 0.08 mm too much. The nodes of the grid have another search, which takes half the time.
 """
 
@@ -16,7 +16,7 @@ NOT_OWN = wp.constant(-1.0)  # Square of the distance at a node that another blo
 
 @wp.struct
 class Places:
-    """Places to measure the exact signed distance at."""
+    """Places at which the exact signed distance is measured."""
 
     point: wp.array[wp.vec3]
     nearby: wp.array[float]  # Distance at another place near each, or zero
@@ -26,7 +26,7 @@ class Places:
 
 @wp.struct
 class Blocks:
-    """Blocks of the grid that have nodes, and the distances at these."""
+    """Blocks of the grid that have nodes, and the distances at these nodes."""
 
     number: wp.array[wp.vec3i]
     distance: wp.array2d[float]  # By row and node
@@ -37,7 +37,7 @@ def measure_places(
     mesh: wp.uint64,
     places: Places,  # out: distance, NaN if no triangle is within reach
 ):
-    """Exact signed distance, negative if a ray crosses the surface an odd number of times."""
+    """Measure the exact signed distance. It is negative if a ray crosses the surface an odd number of times."""
     i = wp.tid()
     x = places.point[i]
     nearby = places.nearby[i]
@@ -51,10 +51,10 @@ def measure_places(
 
 @wp.func
 def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, nearby: float, away: float) -> float:
-    """Return the distance ``size`` at ``x`` with its sign; ``nearby`` is the distance at a place within ``away``.
+    """Return the distance ``size`` at ``x`` with its sign. ``nearby`` is the distance at a place within ``away``.
 
-    If both are far from the surface, it cannot be between them. Else a ray decides, which takes as long as a search for
-    the nearest triangle.
+    If both places are far from the surface, it cannot be between them. Otherwise a ray decides, which takes as long as
+    a search for the nearest triangle.
     """
     if size + wp.abs(nearby) > away:
         return wp.sign(nearby) * size
@@ -66,7 +66,7 @@ def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, nearby: float, away: flo
 
 @wp.func
 def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
-    """Return the row of a block whose first nodes are the last ones of block ``own``, or ``own`` without one."""
+    """Return the row of a block whose first nodes are the last ones of block ``own``; ``own`` if it has no nodes."""
     row = row_at(solid, a, b, c)
     return wp.where(row >= 0, row, own)
 
@@ -81,7 +81,7 @@ def squared_from_edge(p: wp.vec3, q: wp.vec3, x: wp.vec3) -> float:
 
 @wp.func
 def squared_from_triangle(p: wp.vec3, q: wp.vec3, r: wp.vec3, x: wp.vec3) -> float:
-    """Return the squared distance from a triangle: from its plane if above its inside, else from its nearest edge."""
+    """Return the squared distance from a triangle: from its plane if ``x`` is above it, else from its nearest edge."""
     normal = wp.normalize(wp.cross(q - p, r - p))
     inside = wp.min(
         wp.min(wp.dot(wp.cross(normal, q - p), x - p), wp.dot(wp.cross(normal, r - q), x - q)),
@@ -99,10 +99,10 @@ def measure_nodes(
     shared: bool,
     blocks: Blocks,  # out: distance
 ):
-    """Exact signed distance at the nodes of blocks.
+    """Measure the exact signed distance at the nodes of blocks.
 
-    Nodes of several blocks are measured by one block; a second launch, ``shared``, copies them to the others. The few
-    triangles that can be nearest to a node are searched once for all nodes of a block.
+    Nodes of several blocks are measured by one block, and a second launch, ``shared``, copies them to the others. The
+    few triangles that can be nearest to a node are searched once for all nodes of a block.
     """
     row = wp.tid()
     block = blocks.number[row]

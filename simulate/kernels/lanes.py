@@ -1,6 +1,6 @@
-"""Device code for rows with the 32 threads of a GPU's warp each: a thread is a lane, and the warp is a block.
+"""Device code for rows with the 32 threads of a GPU's warp each. A thread is a lane, and the warp is a block.
 
-In a block of another width, and on a CPU, each row has one thread, with lane 0.
+On a CPU, and in a block of another width, each row has one thread, with lane 0.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ WARP = wp.constant(32)  # Threads that run in step, so that their sums need no s
 
 @wp.func_native(f"return WP_TILE_BLOCK_DIM == {int(WARP)} ? {int(WARP)} : 1;")
 def lanes() -> int:
-    """Number of threads of a row, a constant for the compiler; on a GPU ``wp.block_dim()`` is not."""
+    """Return the number of threads of a row, a constant for the compiler. ``wp.block_dim()`` is not, on a GPU."""
     ...
 
 
@@ -30,7 +30,7 @@ def lane() -> int: ...
 
 @wp.func
 def over_lanes(own: Any):
-    """Return the sum over the threads of a row to all of them; all must call this."""
+    """Return the sum over the threads of a row to all of them. All threads must call it."""
     total = own
     if lanes() > 1:
         total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
@@ -46,5 +46,5 @@ return wp::vec2i(0, mark);
 #endif
 """)
 def count_marks(mark: int) -> wp.vec2i:
-    """Return the number of marks, each 0 or 1, of the lanes before this one and of all; all must call this."""
+    """Return the number of marks (0 or 1) of the lanes before this one, and of all lanes. All threads must call it."""
     ...

@@ -1,6 +1,6 @@
 """Device code that lists the neighbours of a row: the search through the cells around it, for any device.
 
-``listing_cpu`` has the same search for CPUs; tests compare the two.
+``listing_cpu`` has the same search for CPUs. Tests compare the two.
 """
 
 import warp as wp
@@ -17,7 +17,7 @@ ROWS = wp.constant(1)  # Rows that are listed together
 
 @wp.func
 def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.array2d[int], row: int):
-    """List the points of a run's cells that are nearer than a cell's size, without ``self``; return their number.
+    """List the points of a run's cells that are nearer than a cell's size, without ``self``. Return their number.
 
     Points beyond the row's last slot are only counted. The order is the same for any number of lanes.
     """
@@ -60,7 +60,7 @@ def list_rows(
     wall_cells: CellArrays,
     near: Neighbours,  # out; counts are of all points, also of those without a slot
 ):
-    """List the fluid and the wall particles near the movers of some rows, each row in a window of its own."""
+    """List the fluid and the wall particles near the movers of some rows. Each row has a window of its own."""
     for row in range(first, last):
         i = particles.mover[row]
         here = particles.position[i]

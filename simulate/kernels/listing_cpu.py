@@ -1,4 +1,4 @@
-"""The search of ``listing`` for CPUs, eight or sixteen points at a time; same names, arguments and meaning.
+"""The search of ``listing`` for CPUs, eight or sixteen points at a time. Names, arguments and meaning are the same.
 
 A thread lists a block of rows. Rows are sorted by cell, and the points around a cell are copied together once for all
 of its rows. The lists follow each other, and each is padded with a dummy point to a multiple of sixteen entries, as the

@@ -1,4 +1,4 @@
-"""Device code of moving particles: release, freezing by age, and their list, in the order of memory or of the cells.
+"""Device code for particles that move: release, freezing by age, and their list in the order of memory or of cells.
 
 A CPU lists them in one pass. A GPU marks the movers, sums up the marks, and lists each mover at the place of its sum.
 """
@@ -78,9 +78,9 @@ def list_in_order(
     order: Order,
     by_cell: int,
 ):
-    """List the movers among the first points in memory, or among the first of the cells, by one thread of a CPU.
+    """List the movers among the first points, in the order of memory or, if ``by_cell``, of the cells.
 
-    By cell each run has the rows that the list in memory's order gave it.
+    One thread of a CPU does it. By cell, each run has the rows that the list in the order of memory gave it.
     """
     list_first(points.end, particles, order, by_cell)
 
@@ -104,7 +104,10 @@ def list_marked(
     order: Order,
     by_cell: int,
 ):
-    """List the movers in memory's order, with the rows of each run, or by cell in the same rows."""
+    """List the movers in the order of memory, with the rows of each run.
+
+    If ``by_cell``, list them in the order of the cells, in the same rows.
+    """
     k = wp.tid()
     i = k
     if by_cell == 1:

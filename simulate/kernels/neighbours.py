@@ -1,4 +1,4 @@
-"""Device code of the neighbours: a list for each particle that moves."""
+"""Device code of the neighbour lists: one list for each particle that moves."""
 
 from types import ModuleType
 from typing import Any
@@ -19,9 +19,9 @@ NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists, far from all 
 class Neighbours:
     """Lists of the fluid and wall particles near each mover.
 
-    For a CPU's loops the lists follow each other in one store, in windows that begin at multiples of sixteen entries;
-    ``BLOCK`` rows share ``room`` times sixteen entries, and a thread takes whole blocks. On a GPU each row has a window
-    of its own, and ``room`` is 0.
+    For a CPU's loops the lists follow each other in one store, in windows that begin at multiples of sixteen entries.
+    ``BLOCK`` rows share 16 times ``room`` entries, and a thread takes whole blocks. On a GPU each row has a window of
+    its own, and ``room`` is 0.
     """
 
     store: wp.array[int]
@@ -44,7 +44,7 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
 
     @wp.func(module=module)
     def cut(count: wp.array[int], row: int, slots: int):
-        """Limit a list's count to its slots; return whether there were more."""
+        """Limit the length of a list to its slots. Return True if the list was longer."""
         total = count[row]
         count[row] = wp.min(total, slots)
         return total > slots

@@ -1,7 +1,7 @@
 """Device code of the inner loops: sums over a particle's neighbours. Centimetres and seconds.
 
 These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, many neighbours at a time; tests
-compare the two. A list's ``row`` is its window in the store of all lists; entries after the first ``count`` are
+compare the two. The window of a list in the store of all lists is its ``row``. Entries after the first ``count`` are
 padding. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
 """
 
@@ -13,33 +13,32 @@ from simulate.kernels.status import RESTS
 wp.set_module_options({"enable_backward": False})
 
 ALONG = wp.constant(37.7)
-"""Weight of a pair in the viscosity over that of Eq. 5, for the same viscosity of the fluid.
+"""Weight of a pair in the viscosity, divided by the weight in Eq. 5 for the same viscosity of the fluid.
 
-5, because a pair pulls only along its own line, times the ratio of the fourth moments of exp(-u^2) and (1 - u^2)^3, u =
-0 to 1, is 36.2. The rest was fitted to shear waves: neighbours keep a distance.
-"""
+A pair pulls only along its own line, which gives a factor of 5. The ratio of the fourth moments of exp(-u^2) and (1 -
+u^2)^3, u = 0 to 1, makes it 36.2. The rest was fitted to shear waves, because neighbours keep a distance."""
 NEAREST_WALL = wp.constant(0.16)
-"""Least squared distance of a wall particle, over h^2, in the drag of walls; fluid at rest is at 0.22."""
+"""Least squared distance of a wall particle in the drag of walls, divided by h^2. Fluid at rest is at 0.22."""
 
 DensitySums = wp.types.vector(length=5, dtype=wp.float32)
-"""Sum of (h^2 - r^2)^3; three sums of (h - r)^2 times the unit offset; sum of (h - r)^4."""
+"""Sums over neighbours: one of (h^2 - r^2)^3, three of (h - r)^2 times the unit offset, and one of (h - r)^4."""
 CoupleSums = wp.types.vector(length=13, dtype=wp.float32)
-"""Sums of the pairs' weights times the products xx, yy, zz, xy, yz, zx of their directions; the weights of neighbours
-at rest; and ``sum_pulled`` of the velocity, and of the guess.
-"""
+"""Sums over neighbours. The first six are the pairs' weights times the products xx, yy, zz, xy, yz, zx of their
+directions. The seventh is the weights of neighbours at rest. Three and three are ``sum_pulled`` of the velocity and of
+the guess."""
 GradientSums = wp.types.vector(length=15, dtype=wp.float32)
-"""Sums of the offsets' products xx, yy, zz, xy, yz, zx; and of the velocities' differences times the offsets."""
+"""Sums of the products xx, yy, zz, xy, yz, zx of the offsets, and of the velocities' differences times the offsets."""
 DragSums = wp.types.vector(length=6, dtype=wp.float32)
-"""D's sum over walls; no-slip drag of a fluid of viscosity 1; the same times the distance, and times the offsets."""
+"""Sums over walls: D of Eq. 5, ``stick``, ``distance_weight``, and ``distance_weight`` times the offsets."""
 WallSums = wp.types.vector(length=4, dtype=wp.float32)
-"""The first four of DensitySums, each wall particle weighted by its share."""
+"""Sums of the first four of ``DensitySums`` over wall particles, each weighted by its share."""
 
 
 @wp.func
 def spike(support: float, distance: float):
-    """(h - r)^2 / r: times the offset, this is proportional to the gradient of (h - r)^3.
+    """Return (h - r)^2 / r. Times the offset, it is proportional to the gradient of (h - r)^3.
 
-    Zero for two particles at one position, whose direction is undefined.
+    It is zero for two particles at one position, whose direction is undefined.
     """
     depth = wp.max(support - distance, 0.0)
     if distance == 0.0:
@@ -99,7 +98,7 @@ def sum_correction(
     support: float,
     resting: float,
 ):
-    """Sum of (lambda_i + lambda_j) (h - r)^2 times the unit offset; for a particle at rest lambda_j is ``resting``."""
+    """Sum (lambda_i + lambda_j) (h - r)^2 times the unit offset. For a particle at rest lambda_j is ``resting``."""
     total = wp.vec3(0.0)
     for slot in range(lane(), count, lanes()):
         other = position[listed[row, slot]]
@@ -113,7 +112,7 @@ def sum_correction(
 
 @wp.func
 def gauss(squared: float, support: float):
-    """exp(-r^2/h^2), cut off at h: the weight as printed in the paper, for its U and D."""
+    """Return exp(-r^2/h^2), cut off at h. It is the weight as printed in the paper, for its U and D."""
     if squared >= support * support:
         return 0.0
     return wp.exp(-squared / (support * support))
@@ -121,10 +120,10 @@ def gauss(squared: float, support: float):
 
 @wp.func
 def stick(squared: float, support: float):
-    """Weight of a wall particle in the no-slip drag of a fluid of viscosity 1, in the cube of h.
+    """Return the weight of a wall particle in the no-slip drag of a fluid of viscosity 1, a number times h^3.
 
-    One layer of these weights, a radius deep, replaces the pairs that a wall cuts off, for fluid with a speed in
-    proportion to the distance from the wall, up to three radii. A fit, to 2 % (decision 0111).
+    One layer of these weights, a radius deep, replaces the pairs that a wall cuts off. It is a fit for fluid whose
+    speed is in proportion to the distance from the wall, up to three radii, and is good to 2 % (decision 0111).
     """
     share = wp.max(squared / (support * support), NEAREST_WALL)
     rest = wp.max(1.0 - share, 0.0)
@@ -133,7 +132,10 @@ def stick(squared: float, support: float):
 
 @wp.func
 def distance_weight(squared: float, support: float):
-    """Weight of ``stick`` times the distance from the wall, each summed over a plane wall; in the fourth power of h."""
+    """Return a weight, a number times h^4, for the product of ``stick`` and the distance from the wall.
+
+    Both have the same sum over a plane wall.
+    """
     share = wp.max(squared / (support * support), NEAREST_WALL)
     rest = wp.max(1.0 - share, 0.0)
     return support * support * support * support * rest * ((0.12740 - 0.01363 / share) / share - 0.08634)
@@ -141,7 +143,7 @@ def distance_weight(squared: float, support: float):
 
 @wp.func
 def near(squared: float, support: float):
-    """(1 - r^2/h^2)^3: the weight of a pair in the viscosity."""
+    """Return (1 - r^2/h^2)^3, the weight of a pair in the viscosity."""
     rest = wp.max(1.0 - squared / (support * support), 0.0)
     return rest * rest * rest
 
@@ -157,7 +159,7 @@ def sum_gradient(
     moves: wp.vec3,
     support: float,
 ):
-    """Sums of a linear fit to the velocities around a particle, with the pairs' weights in the viscosity."""
+    """Sum the terms of a linear fit to the velocities around a particle, with the weights of pairs in the viscosity."""
     sums = GradientSums()
     for slot in range(lane(), count, lanes()):
         j = listed[row, slot]
@@ -239,7 +241,7 @@ def sum_printed(
     viscosity: float,
     support: float,
 ):
-    """Sum of U m/rho_j W_v of Eq. 5 times the difference of velocities, and of the weight itself.
+    """Sum U m/rho_j W_v of Eq. 5 times the difference of velocities, and this weight itself.
 
     Two different viscosities are replaced by their harmonic mean.
     """
@@ -265,7 +267,7 @@ def sum_drag(
     here: wp.vec4,
     support: float,
 ):
-    """Sum of D in Eq. 5, share times Gaussian over the wall particles, and of the no-slip drag."""
+    """Sum D of Eq. 5 (share times Gaussian over the wall particles), and the terms of the no-slip drag."""
     sums = DragSums()
     for slot in range(lane(), count, lanes()):
         other = wall[listed[row, slot]]
@@ -290,7 +292,7 @@ def sum_pulled(
     count: int,
     own: wp.vec3,
 ):
-    """Sum of the links times the velocities' difference along them; particles at rest have velocity 0."""
+    """Sum the links times the velocities' difference along them. Particles at rest have velocity 0."""
     total = wp.vec3(0.0)
     for slot in range(lane(), count, lanes()):
         link = wp.vec3(links[row, slot])

@@ -1,4 +1,4 @@
-"""The sums of ``pair_sums`` for CPUs, eight or sixteen neighbours at a time; same names, arguments and meaning.
+"""The sums of ``pair_sums`` for CPUs, eight or sixteen neighbours at a time. Names, arguments and meaning are the same.
 
 They use vectors of the C++ compiler and, if present, two instructions of AVX2 or AVX-512: a rough inverse root, and one
 that packs the neighbours. On two cores of an EPYC the plain loops take eight to twelve times as long
@@ -95,7 +95,7 @@ NEAR = """
 
 
 def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
-    """A block that adds ``terms`` to ``sums`` for each listed point of the array ``over``, and returns the sums.
+    """Return a block that adds ``terms`` to ``sums`` for each listed point of the array ``over``, and returns the sums.
 
     ``sums`` are names, or factors times names: a factor multiplies the whole sum.
     """

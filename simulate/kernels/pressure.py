@@ -35,14 +35,14 @@ TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)
 
 CARRIED_OVER = wp.constant(-1)
-"""Number, in place of an iteration's, of the move by the pressure carried over from the last substep."""
+"""Value in place of an iteration's number. It marks the move by the pressure carried over from the last substep."""
 UNDONE = wp.constant(0.6)
 UNDONE_RANGE = wp.constant(0.3)
-"""Compression, over the rest density, that pressure corrects in a substep. From UNDONE on a share of its displacement
-is kept after viscosity has acted, from UNDONE_RANGE more all of it. Beds that flow or rest are compressed less.
-"""
+"""Range of compression, relative to the rest density, that pressure corrects in a substep. From UNDONE on, a share of
+its displacement is kept after viscosity has acted, and from UNDONE + UNDONE_RANGE on all of it. Beds that flow or rest
+are compressed less."""
 MOST_BY_WALLS = wp.constant(0.6)
-"""Largest share of walls in a density; a corner of two walls has 0.43 (1 - 0.75^2), one of three 0.58."""
+"""Largest share of walls in a density. A corner of two walls has 0.43 (1 - 0.75^2), and one of three has 0.58."""
 
 
 @wp.struct
@@ -60,7 +60,7 @@ class Smoothing:
 
 @wp.struct
 class Effort:
-    """Start and number of iterations of each run's pressure in a substep, by run, and an iteration's moves, by row."""
+    """Start and number of iterations of the pressure in a substep, by run, and the moves of an iteration, by row."""
 
     carried: wp.array[float]  # Share of the last substep's multipliers
     iterations: wp.array[int]
@@ -70,7 +70,7 @@ class Effort:
 
 @wp.func
 def takes_part(effort: Effort, run: int, iteration: int) -> bool:
-    """Return whether a run's particles move in an iteration, or by the carried-over pressure."""
+    """Return True if a run's particles move in an iteration, or by the carried-over pressure."""
     if iteration == CARRIED_OVER:
         return effort.carried[run] > 0.0
     return iteration < effort.iterations[run]
@@ -92,7 +92,10 @@ def predict(
     clearance: float,
     solid: Distance,
 ):
-    """V + (g - eta v) dt, x* = x + v dt, as walls allow (Eq. 4; Algorithm 1, line 2), and the carried-over pressure."""
+    """Compute v + (g - eta v) dt and x* = x + v dt, as walls allow (Eq. 4; Algorithm 1, line 2).
+
+    The multiplier starts at the share of the last substep's that pressure carries over.
+    """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         x = xyz(particles.position[i])
@@ -116,10 +119,11 @@ def shift(
     clearance: float,
     solid: Distance,
 ):
-    """Move by the pressure's correction: in a run's last iteration as walls allow, in others as the nearest plane.
+    """Move by the pressure's correction.
 
-    The last move starts at the substep's first position, so that walls stop also what planes did not. Runs that move
-    ``as_solved`` make the last move later.
+    The last iteration of a run moves as walls allow, others as the nearest plane allows. The last move starts at the
+    substep's first position, so that walls stop also what planes did not. Runs that move ``as_solved`` make the last
+    move later.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -150,7 +154,7 @@ def shift(
 
 @run_kernel
 def update_velocity(rows: Span, particles: Particles, step_s: float):
-    """V = (x - x0) / dt, and a guess of it after viscosity: the last two substeps' velocities, extrapolated."""
+    """Compute v = (x - x0) / dt, and a guess of v after viscosity, extrapolated from the last two substeps."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         # Read before the guess takes its memory.
@@ -170,11 +174,11 @@ def move_as_solved(
     clearance: float,
     solid: Distance,
 ):
-    """X = x0 + v dt with the velocity after viscosity.
+    """Move to x = x0 + v dt with the velocity after viscosity.
 
-    Eq. 5 changes velocities after positions have moved by v + g dt: without this a bank at rest slides in each substep,
-    and liquid of any viscosity falls at g dt (decision 0155). A thick fluid also reverses pressure's displacement of a
-    few particles; if that displacement corrected much compression, it is kept.
+    Eq. 5 changes velocities after positions have moved by v + g dt. Without this move, a bank at rest slides in each
+    substep, and liquid of any viscosity falls at g dt (decision 0155). A thick fluid also reverses pressure's
+    displacement of a few particles. If that displacement corrected much compression, it is kept.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -197,7 +201,7 @@ def inspect(
     clearance: float,
     solid: Distance,
 ):
-    """Mark particles with a fault, and those that spilled over the edge or escaped through a wall.
+    """Mark particles with a fault, and particles that spilled over the edge or escaped through a wall.
 
     Walls are not searched near a free ball.
     """
@@ -227,7 +231,7 @@ def inspect(
 
 @wp.struct
 class Constraint:
-    """Density rho_i of a particle, and its gradients with the positions (Eqs 1 and 2)."""
+    """Density rho_i of a particle, and its gradients with respect to the positions (Eqs 1 and 2)."""
 
     density: float
     volume: float  # m / rho_i
@@ -261,7 +265,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         row: int,
         here: wp.vec4,
     ):
-        """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
+        """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
         h = kernel.support
         near = neighbours
         sums = sum_density(position, near.fluid, near.fluid_at[row], near.fluid_count[row], here, h)
@@ -285,9 +289,9 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         effort: Effort,
         iteration: int,
     ):
-        """Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps); it stays at most 0.
+        """Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps). It stays at most 0.
 
-        If pressure is not carried over, lambda_i is the paper's: each iteration starts at 0.
+        If pressure is not carried over, lambda_i is that of the paper, and each iteration starts at 0.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
@@ -314,10 +318,10 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         kernel: Smoothing,
         coarse: CoarseRows,  # out: slope, yielding and compression
     ):
-        """Density, and each particle's data for the coarse level.
+        """Compute the density, and each particle's data for the coarse level.
 
-        Walls respond to a multiplier, but not to its gradient: only the fluid neighbours of a particle near a wall
-        contribute to it, and so the particle has a larger share in its nodes' multipliers.
+        Walls respond to a multiplier, but not to its gradient. Only the fluid neighbours of a particle near a wall
+        contribute to the gradient, and so the particle has a larger share in its nodes' multipliers.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
@@ -346,12 +350,12 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         effort: Effort,  # out: correction
         iteration: int,
     ):
-        """dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
+        """Compute dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
 
-        lambda is the position's fourth number: the multiplier, or its change in an iteration on two levels.
+        lambda is the fourth number of ``position``: the multiplier, or its change in an iteration on two levels.
 
-        A particle at rest does not move: its multiplier is taken as the particle's own or, as in the paper, as 0, which
-        makes it half as hard as it should be.
+        A neighbour at rest does not move. Its multiplier lambda_j is taken as lambda_i or, as in the paper, as 0, which
+        makes the neighbour half as hard as it should be.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]

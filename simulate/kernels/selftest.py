@@ -1,4 +1,4 @@
-"""Device code of 'sealtwin doctor': a test that this machine compiles and runs kernels."""
+"""Device code of 'sealtwin doctor': it tests that this machine compiles and runs kernels."""
 
 import warp as wp
 
@@ -11,7 +11,7 @@ def count_pairs(
     step_k: int,
     count: wp.array(dtype=int),  # out
 ):
-    """Count the points of a cubic lattice that have another one a step away."""
+    """Count the points of a cubic lattice that have another point one step away."""
     i, j, k = wp.tid()
     if i + step_i < side and j + step_j < side and k + step_k < side:
         count[(i * side + j) * side + k] += 1
@@ -23,7 +23,7 @@ def count_turn(
     turns: wp.array[int],  # in, out
     more: wp.array[int],  # out
 ):
-    """One turn of a loop that is ended by the device."""
+    """Count one turn of a loop. The device decides when the loop ends."""
     turns[0] = turns[0] + 1
     if turns[0] < at_most:
         more[0] = 1

@@ -1,4 +1,4 @@
-"""Device code of sleep below the yield stress: waking neighbours, and falling asleep."""
+"""Device code of sleep below the yield stress: particles wake their neighbours, and fall asleep."""
 
 import warp as wp
 
@@ -22,9 +22,10 @@ def wake(
     near: Neighbours,
     system: System,
 ):
-    """Wake the sleeping neighbours of a particle that is fast, or that flowed for ``restless_s``.
+    """Wake the sleeping neighbours of a particle that is fast, or that has flowed for ``restless_s``.
 
-    They count as quiet for ``rested_s``, until they flow. Several threads may write to a neighbour; all write the same.
+    A woken particle counts as quiet for ``rested_s``, until it flows. Several threads may write to the same neighbour;
+    all of them write the same value.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         # Equal for most particles, which do not have a neighbour at rest.

@@ -1,4 +1,4 @@
-"""Device code of the particles, their status and the list of those that move, and of the rows of a launch."""
+"""Device code of the particles, of their status, and of the rows of a launch."""
 
 import warp as wp
 
@@ -18,42 +18,41 @@ RESTS = wp.constant(1.0e30)
 
 @wp.struct
 class Particles:
-    """All particles, run by run. Centimetres and seconds."""
+    """All particles, one run after the other. Centimetres and seconds."""
 
     per_run: int
     position: wp.array[wp.vec4]
-    """Position, and the multiplier of the density constraint: RESTS for a particle at rest (decision 0089)."""
+    """Position, and the multiplier of the density constraint, which is RESTS for a particle at rest (decision 0089)."""
     previous_position: wp.array[wp.vec3]  # Position before the substep
     velocity: wp.array[wp.vec3]
     earlier_velocity: wp.array[wp.vec3]  # Velocity after the last substep but one
     scaled_residual: wp.array[wp.vec3]
-    """Residual over the diagonal in the viscosity's solve, and the guess before it. Zero for a particle at rest."""
+    """Residual over the diagonal in the solve of the viscosity; before the solve, the guess. Zero for a particle at
+    rest."""
     moved: wp.array[wp.vec3]
-    """Displacement in this substep so far, in the memory of ``scaled_residual``, which is unused until pressure ends.
-    The difference of two float32 positions would have errors of some thousandths of a mm/s in the velocity.
-    """
+    """Displacement so far in this substep. It shares its memory with ``scaled_residual``, which is unused until
+    pressure ends. The difference of two float32 positions would have errors of some thousandths of a mm/s in the
+    velocity."""
     free: wp.array[wp.vec4]
-    """Centre and radius of a ball with the clearance from all walls, of the last search for walls."""
+    """Centre and radius of a ball that has the clearance from all walls, from the last search for walls."""
     wall: wp.array[wp.vec4]
-    """Unit normal and offset of the nearest wall's plane, of the same search; 0 if walls are far, ROUNDED if they are
-    not a plane.
-    """
+    """Unit normal and offset of the nearest wall's plane, from the last search for walls. It is 0 if walls are far, and
+    ROUNDED if they are not a plane."""
     density: wp.array[float]  # Density over the rest density
     density_before: wp.array[float]  # The same before the substep's pressure
     pressed: wp.array[wp.vec4]
-    """Gradient of the walls' density with the particle's position, and the sum of the multipliers of a substep's
-    iterations, which may be carried over to the next substep.
-    """
+    """Gradient of the walls' density with respect to the particle's position, and the sum of the multipliers of a
+    substep's iterations. The sum may be carried over to the next substep."""
     volume_and_viscosity: wp.array[wp.vec2]
-    """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""
+    """Volume m/rho in cm3, and weight of the particle's pairs in the viscosity."""
     status: wp.array[int]
     release_frame: wp.array[int]
     frame: wp.array[int]  # Number of the frame that runs, or ran last; -1 before the first
     quiet_s: wp.array[float]
-    """Time for which a particle has been quiet; if negative, for which it has flowed."""
+    """Time for which a particle has been quiet. If negative, its size is the time for which the particle has flowed."""
     fault: wp.array[int]  # Faults so far, one bit each
     swelling: wp.array[float]
-    """Factor of each run on the scheme's weight of a particle in the density sum."""
+    """Factor on the scheme's weight of a particle in the density sum, by run."""
     mover: wp.array[int]  # List of the particles that move, run by run
     mover_count: wp.array[int]
     first_row: wp.array[int]  # First row of each run in that list, and one past the last row
@@ -61,7 +60,7 @@ class Particles:
 
 @wp.struct
 class Span:
-    """Rows, parts or runs of a launch. A thread, or block, takes every ``step``-th: one on a GPU, all on a CPU."""
+    """Rows, parts or runs of a launch. A thread or block takes every ``step``-th: one on a GPU, all on a CPU."""
 
     begin: int
     end: int

@@ -25,7 +25,7 @@ class Lines:
 
 @wp.struct
 class Liquid:
-    """The particles, and the liquid's top above each of the crossings."""
+    """The particles, and the top of the liquid above each crossing."""
 
     position_mm: wp.array[wp.vec3d]
     top_mm: wp.array[wp.float64]
@@ -40,9 +40,9 @@ def raise_over(
     reach_mm: wp.float64,
     lines: Lines,
 ):
-    """Raise the liquid to ``half_mm`` above a particle at upward crossings of the lines of cells within reach.
+    """Raise the liquid to ``half_mm`` above a particle, at upward crossings of the lines of cells within reach.
 
-    The stretch of a line at the particle's height is raised. ``tops`` is the place of the first crossing's top.
+    Only the stretch of a line at the particle's height is raised. ``tops`` is the place of the first crossing's top.
     """
     size = lines.cell_mm
     reach = int(wp.ceil(reach_mm / size))
@@ -78,5 +78,5 @@ def raise_surface(
     reach_mm: wp.float64,
     lines: Lines,
 ):
-    """Raise the liquid above each upward crossing to ``half_mm`` above all particles near the cell's line."""
+    """Raise the liquid above each upward crossing to ``half_mm`` above the highest particle near the cell's line."""
     raise_over(liquid, 0, liquid.position_mm[wp.tid()], half_mm, reach_mm, lines)

@@ -1,8 +1,8 @@
 """Device code of the viscosity: Eq. 5 of the paper, its implicit form, and a yield stress in it. Centimetres, seconds.
 
-A particle's ``viscosity`` is the weight of its pairs in a substep: U of Eq. 5 over h sqrt(pi), or the weight equivalent
-to a viscosity and a yield stress. In the implicit form a pair pulls along its line, with the mean of both volumes,
-which conserves momentum and angular momentum (decision 0111); the explicit passes are Eq. 5 as printed.
+A particle's ``viscosity`` is the weight of its pairs in a substep: U of Eq. 5 over h sqrt(pi), or the weight that is
+equivalent to a viscosity and a yield stress. In the implicit form a pair pulls along its line, with the mean of both
+volumes, which conserves momentum and angular momentum (decision 0111). The explicit passes are Eq. 5 as printed.
 """
 
 from types import ModuleType
@@ -19,10 +19,11 @@ from simulate.kernels.status import Particles, Span, end_of
 wp.set_module_options({"enable_backward": False})
 
 WALL_MOMENT = wp.constant(0.057)
-"""Weight of a wall in the fit for shear, over h and ``stick``'s weights: that of the pairs that the wall cuts off."""
+"""Weight of a wall in the fit of the shear rate, over h and the weights of ``stick``. It is that of the pairs that the
+wall cuts off."""
 LEAST_MOMENT = wp.constant(6.0e-5)
-"""Moment, over h^5, below which neighbours do not determine a gradient along a direction: a thousandth of a liquid's.
-"""
+"""Moment, divided by h^5, below which neighbours do not determine a gradient along a direction. It is a thousandth of a
+liquid's moment."""
 
 
 @wp.struct
@@ -30,9 +31,8 @@ class Paste:
     """Constants of each run's fluid, by the number of the run, and factors of all runs."""
 
     by_age: wp.array2d[wp.vec2]
-    """Weight of pairs without a yield stress, at a shear of 1/s, and yield stress over density in cm2/s2, by run and
-    age in frames; the last age is used for all later ones.
-    """
+    """Weight of pairs without a yield stress, at a shear rate of 1/s, and yield stress over density in cm2/s2. Both are
+    by run and age in frames; the last age is used for all later ones."""
     flow_index: wp.array[float]  # Power of the shear in the stress: 1 for a viscosity independent of shear
     drag: wp.array[float]  # D of Eq. 5 in a substep over h sqrt(pi).
     sticks: wp.array[float]  # 1 for a fluid that sticks to walls by its viscosity, 0 for one with a given D
@@ -52,13 +52,13 @@ class ViscosityKernels(NamedTuple):
 
 @wp.func
 def not_slower(paste: Paste, gamma: float):
-    """Return the shear, smoothly limited from below by the slowest."""
+    """Return the shear rate with a smooth lower limit at the slowest one."""
     return wp.sqrt(gamma * gamma + paste.slowest_shear * paste.slowest_shear)
 
 
 @wp.func
 def thinning(paste: Paste, run: int, gamma: float):
-    """Return the viscosity at a shear over that at 1/s, gamma^(n - 1)."""
+    """Return the viscosity at a shear rate, divided by that at 1/s: gamma^(n - 1)."""
     if paste.flow_index[run] == 1.0:
         return 1.0
     return wp.pow(not_slower(paste, gamma), paste.flow_index[run] - 1.0)
@@ -66,7 +66,7 @@ def thinning(paste: Paste, run: int, gamma: float):
 
 @wp.func
 def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float, support: float):
-    """Return the shear, sqrt(2 D:D), of a linear fit to the velocities around a particle, 0 at walls."""
+    """Return the shear rate, sqrt(2 D:D), of a linear fit to the velocities around a particle. At walls they are 0."""
     fit = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
     changes = wp.mat33(sums[6], sums[7], sums[8], sums[9], sums[10], sums[11], sums[12], sums[13], sums[14])
     normal = wp.normalize(wp.vec3(walls[3], walls[4], walls[5]))
@@ -86,8 +86,8 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
 def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solved: bool) -> ViscosityKernels:
     """Return the kernels of the viscosity that sum over pairs, with the inner loops of ``loops``.
 
-    ``explicit`` is the Warp module of the explicit passes' kernel. ``skips_solved``: do not compute the products of
-    runs that are solved, which saves time if runs share the threads of a GPU.
+    ``explicit`` is the Warp module of the explicit passes' kernel. With ``skips_solved`` the products of runs that are
+    solved are not computed, which saves time if runs share the threads of a GPU.
 
     Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
     """
@@ -105,7 +105,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         frame_s: float,
         system: System,  # out: shear, at_walls
     ):
-        """Shear by the velocities of the last substep, and Herschel and Bulkley's viscosity at that shear.
+        """Measure the shear rate from the last substep's velocities, and Herschel and Bulkley's viscosity at it.
 
         gamma^2 is the dissipation by a viscosity of 1, in pairs and at walls.
         """
@@ -153,7 +153,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         system: System,  # out: links, drag, restraint and inverse
         search: Search,  # out: residual of the velocity without viscosity, and that of the guess in ``product``
     ):
-        """The links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
+        """Compute the links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             near = neighbours
@@ -198,7 +198,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         system: System,
         search: Search,  # out: product and curvature
     ):
-        """(I + A) of backward Euler on Eq. 5, times the scaled residual."""
+        """Compute (I + A) of backward Euler on Eq. 5, times the scaled residual."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             if wp.static(skips_solved) and is_solved(search, i // particles.per_run):
@@ -224,7 +224,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         before: wp.array[wp.vec3],
         after: wp.array[wp.vec3],  # out
     ):
-        """One of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
+        """Make one of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             near = neighbours

@@ -1,4 +1,4 @@
-"""The schedule of a run: position, velocity and frame of each particle's release, made before the run starts."""
+"""Make the schedule of a run before it starts: position, velocity and frame of each particle's release."""
 
 import math
 from dataclasses import dataclass
@@ -13,17 +13,18 @@ from simulate.setup.rheology import NEVER
 
 PARTICLES_AT_MOST = 1_000_000  # Largest number of particles; if none freezes their neighbour lists take 3 GB
 RELEASED_AT_MOST = 100_000
-"""Largest number of particles of a release; seven in the paper. A lattice of four times as many is made to pack it."""
+"""Largest number of particles of a release. The paper has seven. To pack them, a lattice of four times as many is made.
+"""
 LEAST_SHIFT = 0.25
-"""Largest shift of a lone particle over its radius, if the bore of the nozzle allows less."""
+"""Largest shift of a lone particle, divided by its radius. It applies if the bore of the nozzle allows less."""
 ROUNDING = 1e-9  # Tolerance that keeps a whole number of frames from being rounded up
 
 
 class Outlet:
-    """The particles that leave the nozzle together, at each release in other places about its axis.
+    """The particles that leave the nozzle together, in other places about its axis at each release.
 
-    Equal discs would stack up like coins. A disc of several particles is turned, a lone particle is shifted within the
-    bore; both follow from the seed.
+    Equal discs would stack up like coins. A disc of several particles is turned, and a lone particle is shifted within
+    the bore. Both follow from the seed.
     """
 
     def __init__(self, radius_mm: float, diameter_mm: float, seed: int) -> None:
@@ -55,7 +56,7 @@ class Schedule:
     frame_of: Integers  # (n,)
     released: Integers  # (frames,): number of released particles, the frame's own release included
     frame_s: float
-    """Time in which the largest flow fills one release (Eq. 6), shortened to divide the path's time evenly."""
+    """Time in which the largest flow fills one release (Eq. 6). It is shortened to divide the path's time evenly."""
     release: int  # Number of particles in a full release
     dispensed_mm3: float
 
@@ -65,7 +66,7 @@ class Schedule:
 
 
 def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
-    """Plan N particles by Eq. 6, in full discs, each released once the path's volume exceeds that of the ones before.
+    """Plan N particles by Eq. 6, in full discs. Each is released once the path has given more than all before it.
 
     Raises InputError if the path gives no sealant.
     """
@@ -81,7 +82,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     if particles > PARTICLES_AT_MOST:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: {asked_mm3[-1]:g} mm3 of sealant need {particles} particles, "
-            f"{PARTICLES_AT_MOST} are allowed. Take a larger radius."
+            f"and at most {PARTICLES_AT_MOST} are allowed. Take a larger radius."
         )
     if (diameter_mm / 2 / radius_mm) ** 2 > RELEASED_AT_MOST:
         raise InputError(
@@ -94,7 +95,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     if frames > PARTICLES_AT_MOST:
         raise InputError(
             f"trajectory: its largest flow, {flow_mm3_s.max():g} mm3/s over {trajectory.duration_s:g} s, needs "
-            f"{frames} frames, {PARTICLES_AT_MOST} are allowed. Give a steadier flow, or a larger radius."
+            f"{frames} frames, and at most {PARTICLES_AT_MOST} are allowed. Give a steadier flow, or a larger radius."
         )
     frame_s = trajectory.duration_s / frames
     ends_s = trajectory.t_s[0] + frame_s * np.arange(1, frames + 1)
@@ -126,7 +127,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
 
 
 def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -> Floats:
-    """Return the mean flow of each frame, weighted by volume and not by time, mm³/s; NaN in a frame without sealant.
+    """Return the mean flow of each frame in mm³/s, weighted by volume and not by time; NaN if it gives no sealant.
 
     A frame in which the flow begins has little sealant, but at full flow.
     """
@@ -140,9 +141,10 @@ def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -
 
 
 def pack_disc(disc_radius: float, radius: float) -> Floats:
-    """Return the centres of as many circles of a hexagonal lattice as fit a disc, (n, 2), at least one.
+    """Return the centres of the circles of a hexagonal lattice that fit a disc, (n, 2). There is at least one.
 
-    The disc is centred on a circle, between two circles and between three; the best of these is returned.
+    The centre of the disc is tried on a circle, between two circles and between three circles. The lattice with most
+    circles is returned.
     """
     reach = math.ceil(disc_radius / radius) + 1
     a, b = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
@@ -158,14 +160,14 @@ LAUNCHES = 250  # Moving particles that take as long as the launches of a subste
 
 
 class ParticleCounts(NamedTuple):
-    """Numbers of particles of one run, by frame."""
+    """Numbers of particles of one run in each frame."""
 
     out: Integers  # (frames,): number of released particles
     moving: Integers  # (frames,): largest number that can move: those that are not frozen by age
 
     @property
     def frames(self) -> int:
-        """Number of frames to the end of settling."""
+        """Number of frames up to the end of settling."""
         return len(self.out)
 
     @property
@@ -175,7 +177,7 @@ class ParticleCounts(NamedTuple):
 
 
 def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCounts:
-    """Return the numbers of a run. Particles freeze in the order in which they were released."""
+    """Return the numbers of particles of a run. Particles freeze in the order in which they were released."""
     settling = math.ceil(settle_s / schedule.frame_s - ROUNDING)
     out = np.pad(schedule.released, (0, settling), mode="edge")
     ages = frames_to_freeze(fluid, schedule.frame_s)

@@ -11,20 +11,18 @@ from sealtwin.core.records import Floats
 from simulate.kernels import viscosity as device_code
 
 LAW = 0.1185
-"""nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Confirmed to 5 % by shear waves.
-"""
+"""Factor of nu = LAW U h^4 / dt. It is half the second moment of the weight over h^4, with lengths in cm. Shear waves
+confirmed it to 5 %."""
 RUBS = 0.010
-"""Viscosity that particles add as they push past each other, over R^2 / dt at the substep of ``FALL``. Measured to a
-factor of two in shear waves of 30 to 300 mm/s and in channels (decision 0111).
-"""
+"""Viscosity that particles add as they push past each other, divided by R^2 / dt, at the substep of ``FALL``. It was
+measured to a factor of two in shear waves of 30 to 300 mm/s and in channels (decision 0111)."""
 FALL = 0.035
-"""Largest fall from rest in one substep, g dt^2 over h, if pressure carries over; a larger one compresses the column.
-It gives the shipped trial 3 substeps.
-"""
+"""Largest fall from rest in one substep, g dt^2 over h, if pressure carries over. A larger one compresses the column.
+It gives the shipped trial 3 substeps."""
 DAMPS = 33.0
-"""Damping over nu dt / h^2 of particles packed as a liquid: a third of the sum of their weights."""
+"""Damping of particles packed as a liquid, divided by nu dt / h^2. It is a third of the sum of their weights."""
 SWINGS = 10.0
-"""Shear in 1/s of a column of weak paste that oscillates under its own pressure."""
+"""Shear rate in 1/s in a column of weak paste that oscillates under its own pressure."""
 CM2_IN_M2 = 1e4
 NEVER = 2**30  # Frames to freeze of sealant that does not freeze
 
@@ -43,9 +41,8 @@ class Rheology(NamedTuple):
     frames_to_freeze: int = NEVER
     physical: bool = False  # True if its viscosity was given in physical units, not as the paper's U
     by_age: Floats | None = None
-    """U and yield stress by age in frames, (n, 2); the last row is valid for all later ages. None if only the
-    stiffening changes them.
-    """
+    """U and yield stress by age in frames, (n, 2). The last row is valid for all later ages. None if only stiffening
+    changes them."""
 
     @property
     def course(self) -> Floats:
@@ -56,7 +53,7 @@ class Rheology(NamedTuple):
 
     @property
     def thickens(self) -> bool:
-        """True if the viscosity depends on the shear."""
+        """True if the viscosity depends on the shear rate."""
         return self.yields or self.flow_index != 1
 
     @property
@@ -65,20 +62,20 @@ class Rheology(NamedTuple):
 
     @property
     def moves_as_solved(self) -> bool:
-        """True if particles move after viscosity has acted, and not before as in the paper's Algorithm 1."""
+        """True if particles move after viscosity has acted. In the paper's Algorithm 1 they move before it acts."""
         return self.yields or self.physical
 
     def damping(self, support: float, frame_s: float, substeps: int) -> float:
-        """Share of a particle's speed, among neighbours at rest, that viscosity removes in a substep, to first order.
+        """Share of a particle's speed that viscosity removes in a substep, to first order, among neighbours at rest.
 
-        The least over all ages, at a shear of ``SWINGS``. ``support`` is h in cm.
+        It is the smallest over all ages, at a shear rate of ``SWINGS``. ``support`` is h in cm.
         """
         thin, tau = self.course.T
         kinematic = kinematic_viscosity(1.0, support, frame_s) * SWINGS ** (self.flow_index - 1) * thin + tau / SWINGS
         return float(DAMPS * kinematic.min() * frame_s / substeps / support**2)
 
     def reached_cm2_s2(self, age_s: float) -> float:
-        """Return the largest yield stress up to an age, over the density."""
+        """Return the largest yield stress up to an age, divided by the density."""
         given = max(float(self.course[:, 1].max()), self.yield_cm2_s2)
         return max(given, min(self.yield_most_cm2_s2, given + self.stiffening_cm2_s3 * age_s))
 
@@ -88,7 +85,7 @@ class Rheology(NamedTuple):
 
 
 def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
-    """Return the kinematic viscosity of Eq. 5 with U = ``weight``, applied once in ``step_s``; cm2/s."""
+    """Return the kinematic viscosity, in cm2/s, of Eq. 5 with U = ``weight`` that is applied once in ``step_s``."""
     return LAW * weight * support**4 / step_s
 
 
@@ -103,7 +100,7 @@ def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
 
 
 def added_viscosity(radius: float, step_s: float) -> float:
-    """Return the kinematic viscosity in cm2/s that particles add to any fluid; ``radius`` in cm.
+    """Return the kinematic viscosity in cm2/s that particles add to any fluid. ``radius`` is in cm.
 
     With substeps shorter than those of ``FALL`` particles push more often, and add more.
     """
@@ -128,7 +125,7 @@ def no_slip_weight(kinematic: float, support: float, step_s: float) -> float:
 def paste_on_device(
     fluids: Sequence[Rheology], support: float, step_s: float, substeps: int, slowest_shear_per_s: float, device: str
 ) -> Any:
-    """Return the constants of each run for a substep of ``step_s``; below ``slowest_shear_per_s`` paste creeps."""
+    """Return the constants of each run for a substep of ``step_s``. Paste creeps below ``slowest_shear_per_s``."""
     # The weight of Eq. 5 is exp(-r^2/h^2) / (h sqrt(pi)); its divisor is part of these constants.
     shape = math.sqrt(math.pi) * support
 

@@ -1,4 +1,4 @@
-"""The signed distance to the solid: exactly by its mesh, and by a grid that is fast enough for each substep."""
+"""The signed distance to the solid: exact, from its mesh, and from a grid that is fast enough for each substep."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,16 +15,18 @@ from simulate.kernels import exact_distance
 Mask = NDArray[np.bool_]
 CM = 0.1  # Centimetres per millimetre: kernels use centimetres
 CLEARANCE = 0.86
-"""Clearance of a particle's centre from a wall over its radius, at which fluid rests on calibrated walls."""
+"""Clearance of a particle's centre from a wall, divided by its radius. Fluid rests on calibrated walls at this
+distance."""
 MARGIN_MM = 12.0
-"""Width of the face around the mouth that the grid covers; farther out sealant rests on the plane z = 0."""
+"""Width of the face around the mouth that the grid covers. Farther out, sealant rests on the plane z = 0."""
 RAISED_MM = 1e-3  # Height over the face above which a vertex is not due to rounding
 ROUND = 0.15  # Largest distance, over the radius, of walls from the plane that replaces them
 EVERYWHERE_MM = 1e7  # Search distance that reaches all triangles
 SLACK = 1.001  # Factor on a length that may have been rounded down
 COARSE = 4  # Blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
-"""Largest number of blocks of 64 cells: 1.6 m of a crack as in the paper, at its radius, and 3 GB at worst."""
+"""Largest number of blocks of 64 cells. It is enough for 1.6 m of a crack like the paper's at the paper's radius, and
+takes 3 GB at worst."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +39,11 @@ class Barrier:
     device: str
 
     def exact_mm(self, points_mm: Floats) -> Floats:
-        """Return the signed distance from the mesh, (n,): negative inside the solid."""
+        """Return the signed distance from the mesh, (n,). It is negative inside the solid."""
         return exact_distance_mm(self.mesh, points_mm, self.device)
 
     def sampled_mm(self, points_mm: Floats) -> Floats:
-        """Return the signed distance by the grid, (n,); far from the surface its size is a lower bound."""
+        """Return the signed distance from the grid, (n,). Far from the surface, its absolute value is a lower bound."""
         points = wp.array(points_mm * CM, dtype=wp.vec3, device=self.device)
         distance = wp.empty(len(points_mm), dtype=float, device=self.device)
         wp.launch(device_code.sample_distance, len(points_mm), inputs=[self.grid, points, distance], device=self.device)
@@ -49,7 +51,7 @@ class Barrier:
 
 
 def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Barrier:
-    """Build the distances in a box around the crack, on blocks near the surface only.
+    """Build the distances in a box around the crack. Only blocks near the surface have nodes.
 
     Raises InputError if the box has too many blocks for the radius.
     """
@@ -60,8 +62,8 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     blocks = _blocks(solid, outline, radius_mm)
     if (count := int(np.prod(blocks, dtype=float))) > BLOCKS_AT_MOST:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks, {BLOCKS_AT_MOST} are "
-            "allowed. Take a larger radius, or simulate a shorter piece of the crack."
+            f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks; at most {BLOCKS_AT_MOST} "
+            "are allowed. Take a larger radius, or simulate a shorter piece of the crack."
         )
     half_diagonal_mm = np.sqrt(3) / 2 * block_mm
     number = np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -90,7 +92,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
 def _at_centres(
     mesh: wp.Mesh, low: Floats, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float, device: str
 ) -> Floats:
-    """Return the distance at each block's centre, (b,), or, above ``near_mm``, a lower bound of it.
+    """Return the distance at each block's centre, (b,). Above ``near_mm`` it is only a lower bound.
 
     Single blocks are measured only if their group of ``COARSE`` cubed is near the surface.
     """
@@ -131,7 +133,7 @@ def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers, device: str) -> Floats:
 
 
 def _off_plane(nodes_mm: Floats) -> Floats:
-    """Return the largest difference of each block's node distances, (b, NODES), from those of a plane, (b,)."""
+    """Return the largest difference of each block's node distances, (b, NODES), from those of a fitted plane, (b,)."""
     side = np.arange(device_code.BLOCK + 1) - device_code.BLOCK / 2
     away = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
     away = away.astype(nodes_mm.dtype)
@@ -152,7 +154,7 @@ def _blocks(solid: Solid, outline: Outline, radius_mm: float) -> Integers:
 
 
 def grid_fits(solid: Solid, outline: Outline, radius_mm: float) -> bool:
-    """Return whether the distance grid around a crack can be as fine as a radius requires."""
+    """Return True if the distance grid around a crack can be as fine as a radius requires."""
     return bool(np.prod(_blocks(solid, outline, radius_mm), dtype=float) <= BLOCKS_AT_MOST)
 
 
@@ -180,7 +182,10 @@ def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:
 
 
 def _beside_mm(mesh: wp.Mesh, points_mm: Floats, nearby_mm: Floats, away_mm: Floats, device: str) -> Floats:
-    """Return the exact signed distance, (n,), of points ``away_mm`` from others with distance ``nearby_mm``."""
+    """Return the exact signed distance of points, (n,).
+
+    They are ``away_mm`` from other points, whose distance is ``nearby_mm``.
+    """
     places = exact_distance.Places()
     places.point = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
     places.nearby = wp.array(nearby_mm * CM, dtype=float, device=device)

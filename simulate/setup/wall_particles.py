@@ -1,4 +1,4 @@
-"""Wall particles: one layer, a radius deep in the solid, that complete the density and drag the fluid."""
+"""Wall particles: one layer, a radius deep in the solid. They complete the density and drag the fluid."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,17 +15,18 @@ from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, bu
 from simulate.vessel import whole_numbers
 
 TURN = np.arctan((np.sqrt(5) - 1) / 2)
-"""Angle of the golden ratio: it is far from simple slopes, so that no row of points is along an edge."""
+"""Angle by which the lattice of points is turned, from the golden ratio. It is far from simple slopes, so that no row
+of points is along an edge."""
 SHIFT = np.array([np.sqrt(2) - 1, np.sqrt(3) - 1])
-"""Offset of the lattice from the origin, in steps, so that a corner of the sample at the origin is not a node."""
+"""Offset of the lattice from the origin, in steps. With it, a corner of the sample at the origin is not a node."""
 OFF_NODE = 1e-3
-"""Scatter of points around their nodes, in steps: without it rounding would decide between two equally near points."""
+"""Scatter of points around their nodes, in steps. Without it, rounding would decide between two equally near points."""
 LEVEL = 0.99  # Vertical part of a normal above which the plane counts as horizontal and its first axis is x
 CANDIDATES = 20  # Candidates per chosen particle; more do not make the layer more even
 PARTS, LEAST_PART = 12, 2000
 """Number of parts into which the candidates are divided, and the least number of candidates in a part."""
 NEAREST = 0.78
-"""Least distance of two wall particles over 2R: a greedy choice then has no hole wider than one particle."""
+"""Least distance of two wall particles, divided by 2R. A greedy choice then has no hole wider than one particle."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,13 @@ class WallParticles:
     """Wall particles on the device."""
 
     position_and_share: Any
-    """Position in cm, and share: a particle's part of the surface over (2R)^2, 1 on average for any triangles."""
+    """Position in cm, and share: a particle's part of the surface divided by (2R)^2. It is 1 on average for any
+    triangles."""
 
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Barrier and wall particles of a crack. Runs only read them, so that a study builds them once."""
+    """Barrier and wall particles of a crack. Runs only read them, so that a study builds them only once."""
 
     barrier: Barrier
     walls: WallParticles
@@ -51,7 +53,7 @@ def enclose(solid: Solid, outline: Outline, radius_mm: float, device: str) -> En
 
 
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> WallParticles:
-    """Cover all that sealant can touch evenly. It does not depend on a seed: the layer is part of the geometry."""
+    """Cover evenly all that sealant can touch. The layer is part of the geometry and does not depend on a seed."""
     spacing_mm = 2 * radius_mm
     touched = solid.face_label != FaceLabel.OUTSIDE
     label, triangles_mm = solid.face_label[touched], solid.vertices_mm[solid.faces[touched]]
@@ -71,7 +73,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
 
 
 def calibrated_wall_mass(radius: float) -> float:
-    """Return psi of calibrated walls over the rest density, in the cube of the radius' unit.
+    """Return psi of calibrated walls, divided by the rest density, in the cube of the radius' unit.
 
     For a particle at the clearance a flat layer of spacing 2R, R deep, then adds as much density as the half of the
     kernel that a wall cuts off: about 0.22 / W(0). The paper's solver has 1 / W(0), which keeps the fluid 1.45 R away.
@@ -91,12 +93,12 @@ def calibrated_wall_mass(radius: float) -> float:
 
 
 def source_wall_mass(radius: float) -> float:
-    """Return psi over the rest density in the paper's solver: 1 / W(0)."""
+    """Return psi in the paper's solver, divided by the rest density: 1 / W(0)."""
     return 64 * np.pi * (4 * radius) ** 3 / 315
 
 
 def _normals(triangles_mm: Floats) -> Floats:
-    """Return outward normals, (f, 3); of length 0 for a triangle without area."""
+    """Return outward normals, (f, 3). A triangle without area has a normal of length 0."""
     across = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
     length = np.linalg.norm(across, axis=1)
     return across / np.where(length > 0, length, 1.0)[:, None]
@@ -112,7 +114,8 @@ def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
 def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
     """Choose points greedily in the order of ``lot``, so that two of them are at least ``apart`` from each other.
 
-    Points are chosen part by part. Most are near one chosen before and dropped, so that their pairs are never listed.
+    Points are chosen part by part. Most of them are near one that was chosen before, and are dropped before their pairs
+    are listed.
     """
     # Nodes of two planes may have the same lot; they are then ordered by place.
     rest = points[np.lexsort((*points.T, lot))]
@@ -128,7 +131,7 @@ def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
 
 
 def _chosen(points: Floats, apart: float) -> Floats:
-    """Choose greedily in the order of ``points``."""
+    """Choose points greedily in the order given, so that two of them are at least ``apart`` from each other."""
     count = len(points)
     pairs = KDTree(points).query_pairs(apart, output_type="ndarray")
     earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
@@ -148,7 +151,7 @@ class SurfacePoints:
 
 
 def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
-    """Return a point for each square of ``spacing_mm`` on triangles (f, 3, 3); none on triangles without area."""
+    """Return a point for each square of ``spacing_mm`` on triangles (f, 3, 3). Triangles without area get none."""
     normal = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
     length = np.linalg.norm(normal, axis=1)
     face = np.flatnonzero(length > 0)
@@ -168,7 +171,7 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
 
 
 def _lots(node: Integers) -> NDArray[np.uint64]:
-    """Return a pseudo-random number for each pair of whole numbers, (n,): the mixer of splitmix64."""
+    """Return a pseudo-random number for each pair of whole numbers, (n,), by the mixer of splitmix64."""
     row, column = node.astype(np.uint64).T
     mixed = row * np.uint64(0x9E3779B97F4A7C15) + column * np.uint64(0xC2B2AE3D27D4EB4F)
     for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
@@ -177,7 +180,7 @@ def _lots(node: Integers) -> NDArray[np.uint64]:
 
 
 def _axes(normal: Floats) -> Floats:
-    """Return two unit vectors in each plane, (f, 2, 3), which depend on its normal only."""
+    """Return two unit vectors in the plane of each triangle, (f, 2, 3). They depend only on its normal."""
     along = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
     level = np.abs(normal[:, 2]) > LEVEL
     along[level] = np.array([1.0, 0.0, 0.0]) - normal[level, :1] * normal[level]
@@ -188,7 +191,7 @@ def _axes(normal: Floats) -> Floats:
 
 
 def _crossed(corner: Floats, row: Integers) -> tuple[Integers, Integers]:
-    """Return the first and last whole number in each triangle (n, 3, 2), along the line of first coordinate ``row``."""
+    """Return the first and last whole number in each triangle (n, 3, 2), on the line of first coordinate ``row``."""
     low, high = np.full(len(row), np.inf), np.full(len(row), -np.inf)
     for one, other in ((0, 1), (1, 2), (2, 0)):
         a, b = corner[:, one], corner[:, other]

@@ -44,7 +44,7 @@ class Filled:
     level_mm: Floats  # Surface in the middle of the crack, relative to the face, at the middles of the cells
     dispensed_mm3: float
     in_flight_mm3: float
-    """Dispensed, but not yet landed when the run ends."""
+    """Volume that is dispensed but has not landed when the run ends."""
     steps: int
     newton_steps: int
 
@@ -59,7 +59,7 @@ class Filled:
 
     @property
     def mass_error(self) -> float:
-        """Error of the bed's volume, over the dispensed volume."""
+        """Error of the bed's volume, divided by the dispensed volume."""
         return abs(self.bed_mm3 + self.in_flight_mm3 - self.dispensed_mm3) / self.dispensed_mm3
 
 
@@ -115,7 +115,7 @@ def fill(
 
 
 def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
-    """Return the ends of the time steps: equal while sealant flows, growing while the bed settles."""
+    """Return the ends of the time steps, which are equal while sealant flows and grow while the bed settles."""
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     times_s = np.linspace(begin_s, end_s, steps + 1)
     left_s = trajectory.t_s[-1] + settle_s - end_s
@@ -212,12 +212,12 @@ class _Bed:
         self.height_mm = sections.height_mm(self.area_mm2)
 
     def _push(self, height_mm: Floats) -> Floats:
-        """Return the push at the faces towards larger s, in Pa/mm."""
+        """Return the push at the faces in Pa/mm, positive towards larger s."""
         level_mm = self._sections.bottom_mm + height_mm
         return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
 
     def _flow(self, through: Conduits, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the flow through the faces towards larger s, and its derivative with the push."""
+        """Return the flow through the faces, positive towards larger s, and its derivative with respect to the push."""
         return through.flow_mm3_s(self._push(height_mm))
 
     def _faces(self, height_mm: Floats) -> Conduits:
@@ -227,7 +227,7 @@ class _Bed:
 
 
 def _net(flow: Floats) -> Floats:
-    """Return the outflow of each cell less its inflow."""
+    """Return the outflow of each cell minus its inflow."""
     net = np.empty(len(flow) + 1)
     net[0], net[1:-1], net[-1] = flow[0], flow[1:] - flow[:-1], -flow[-1]
     return net

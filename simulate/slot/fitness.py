@@ -17,7 +17,7 @@ STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 
 
 class Limit(NamedTuple):
-    """The largest value of a case's number in the model's domain."""
+    """Largest value that a number of a case may have in the model's domain."""
 
     most: float
     digits: int  # Decimals of a number in the sentence
@@ -49,42 +49,42 @@ LIMITS = {
         "{} mm are allowed.",
     ),
 }
-"""Limits of the numbers that depend on settings, by name in ``Fitness``; the report's live page uses them too."""
+"""Limits of the numbers that depend on settings. Keys are fields of ``Fitness``. The report's live page uses them too.
+"""
 MOST_MISFIT = 0.05
-"""Largest difference of areas below a level between a mesh's sections and trapezoids, and of the sections' volume from
-the crack's. At a depth of 10 mm levels are then wrong by half a millimetre.
-"""
+"""Largest difference between the areas below a level of a mesh's sections and of trapezoids, and between the volumes of
+the sections and of the crack, as shares. At a depth of 10 mm levels are then wrong by half a millimetre."""
 MOST_HELD_MM, MOST_DRAGGED = 0.5, 0.25
-"""Largest step of the level that narrow places support in addition to the sections, and largest length that they add to
-the way of a liquid, over the crack's. At both limits a fill with narrow places is off by at most 0.6 mm (decision
-0175).
-"""
+"""Largest step of the level that narrow places may support in addition to the sections, and largest length that they
+may add to the way of a liquid, divided by that of the crack. At both limits a fill with narrow places is off by at most
+0.6 mm (decision 0175)."""
 
 
 @dataclass(frozen=True)
 class Fitness:
-    """The numbers of a case that are limited in the model's domain."""
+    """Numbers of a case on which the model's domain sets limits."""
 
     slope: float
     """Slope at which the walls support the paste, at the mean filled depth."""
     mound_mm: float
-    """Height of the mound under the nozzle's last place, the larger one of: slope times the bed's depth, supported by
-    the walls, and 4 tau / rho g, supported by the paste itself."""
+    """Height of the mound under the nozzle's last place. It is the larger of two: slope times the bed's depth, which
+    the walls support, and 4 tau / rho g, which the paste itself supports."""
     fill: float
-    """Dispensed volume over the crack's."""
+    """Dispensed volume divided by the volume of the crack."""
     most_pa: float
     """Largest yield stress within the model's domain, rounded down to two digits."""
     above_mm: float = 0.0
-    """Highest level of the bed over the face; 0 if it is below."""
+    """Highest level of the bed above the face; 0 if it is below the face."""
     misfit: float = 0.0
-    """Difference of areas below a level between a mesh's sections and this model's trapezoids, as a share."""
+    """Difference between the areas below a level of a mesh's sections and of this model's trapezoids, as a share."""
     left_out: float = 0.0
-    """Share of the crack's volume outside this model's sections: side cracks, and space under closed tips with walls
-    that open downward. Below 0 if the sections have more volume than the crack."""
+    """Share of the crack's volume that is outside this model's sections: side cracks, and space under closed tips with
+    walls that open downward. It is negative if the sections have more volume than the crack."""
     held_mm: float = 0.0
-    """Step of the level that stones, walls across and necks support, in addition to the sections there."""
+    """Step of the level that stones, walls across and necks support, in addition to the sections at their places."""
     dragged: float = 0.0
-    """Length of crack with the same drag on a liquid as those places add, over the length of the crack."""
+    """Length of crack that would drag a liquid as much as stones, walls across and necks do, divided by the length of
+    the crack."""
     narrowest_mm: float = 0.0
     """Arc length of the place that adds most drag."""
     goes_on_mm: float | None = None
@@ -92,7 +92,7 @@ class Fitness:
 
     @property
     def unfit(self) -> tuple[str, ...]:
-        """Sentences on why the model is unfit; none if it is fit."""
+        """Sentences on why the model is unfit. There are none if it is fit."""
         numbers = {name: getattr(self, name) for name in LIMITS}
         sentences = [
             LIMITS[name].sentence.format(f"{number:.{LIMITS[name].digits}f}", f"{LIMITS[name].most:g}")
@@ -103,7 +103,7 @@ class Fitness:
 
     @property
     def of_the_crack(self) -> tuple[str, ...]:
-        """Sentences on why the crack's shape makes the model unfit, at this fill and with this paste."""
+        """Sentences on why the crack's shape makes the model unfit at this fill and with this paste."""
         sentences = []
         if self.misfit > MOST_MISFIT:
             sentences.append(
@@ -133,7 +133,7 @@ class Fitness:
             return f"{place} close the crack below the level of the sealant"
         effects = []
         if self.held_mm > MOST_HELD_MM:
-            effects.append(f"hold a step of the level of up to {self.held_mm:.2g} mm ({MOST_HELD_MM:g} are allowed)")
+            effects.append(f"support a step of the level of up to {self.held_mm:.2g} mm ({MOST_HELD_MM:g} are allowed)")
         if self.dragged > MOST_DRAGGED:
             effects.append(
                 f"slow the flow as {float(f'{self.dragged:.2g}'):g} times the crack's length would "
@@ -143,7 +143,7 @@ class Fitness:
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
-    """Return the numbers of a case without its level: means along the crack, with all cells filled to one share."""
+    """Return the numbers of a case, except its level. They are means, with all cells filled to one share."""
     sections = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
     fill = trajectory.dispensed_mm3 / sections_mm3
@@ -170,7 +170,10 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
 
 
 def _held(sections: Trapezoids, fill: float, held_mm: float) -> tuple[float, float]:
-    """Return the slope and the mound of paste with ``held_mm`` = tau / rho g in sections filled to a share."""
+    """Return the slope that walls support and the height of the mound, in sections filled to a share.
+
+    ``held_mm`` is tau / rho g of the paste.
+    """
     area_mm2 = fill * sections.full_mm2
     height_mm = sections.height_mm(area_mm2)
     slope = held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))

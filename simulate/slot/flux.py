@@ -8,7 +8,8 @@ from sealtwin.core.records import Floats, Integers
 from simulate.slot.sections import Trapezoids
 
 DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
-"""Friction of rectangular ducts over that of plates: polynomial in short side over long side (Shah and London 1978)."""
+"""Coefficients of a polynomial in short side over long side. It gives the friction of rectangular ducts divided by that
+of plates (Shah and London 1978)."""
 
 
 GRAVITY_M_S2 = 9.81
@@ -16,14 +17,14 @@ GRAVITY_M_S2 = 9.81
 
 @dataclass(frozen=True)
 class HerschelBulkley:
-    """Stress tau + K gamma^n; particles add a share of the pressure."""
+    """Paste with the stress tau + K gamma^n. Particles add a share of the pressure to it."""
 
     density_kg_m3: float
     yield_stress_pa: float
     consistency_pa_s_n: float
     flow_index: float = 1.0
     friction: float = 0.0
-    """Share of the pressure that resists shear, as between grains; 0 for paste."""
+    """Share of the pressure that resists shear, as it does between grains. It is 0 for paste."""
 
     @property
     def weight_pa_mm(self) -> float:
@@ -33,21 +34,24 @@ class HerschelBulkley:
 
 @dataclass(frozen=True)
 class Conduits:
-    """The faces between cells as conduits: the flow through each by its push, (k,) each.
+    """The faces between cells as conduits, (k,). They give the flow through each face for its push.
 
-    It is the flow of a Bingham or Herschel-Bulkley paste between plates, with two radii of the section in place of half
-    the gap: one for its yield stress, one for its viscous flow.
+    It is the flow of a Bingham or Herschel-Bulkley paste between plates. Two radii of the section replace half the gap:
+    one for its yield stress, one for its viscous flow.
     """
 
     area_mm2: Floats
     threshold: Floats
     """Push above which the paste flows, in Pa/mm."""
     rate: Floats
-    """Mean speed over the push to the power 1/n, without a yield stress."""
+    """Mean speed without a yield stress, divided by the push to the power 1/n."""
     power: float
 
     def flow_mm3_s(self, push: Floats) -> tuple[Floats, Floats]:
-        """Return the flow by each push in Pa/mm, of either sign, and its derivative, continuous and at least 0."""
+        """Return the flow for each push in Pa/mm, of either sign, and its derivative.
+
+        The derivative is continuous and at least 0.
+        """
         size = np.abs(push)
         m = self.power
         moves = size > self.threshold
@@ -77,5 +81,8 @@ def conduits(
 
 
 def _rounder(side_by_side: Floats) -> Floats:
-    """Return the viscous flow through a rectangular duct over that between plates of the same area over perimeter."""
+    """Return the viscous flow through a rectangular duct, divided by that between plates.
+
+    The plates have the same ratio of area to perimeter.
+    """
     return 1 / np.polynomial.polynomial.polyval(side_by_side, DUCT)

@@ -12,9 +12,9 @@ from sealtwin.core.records import Floats
 from simulate.slot.sections import Trapezoids
 
 MOUND, CROWN = 4.0, 2.0
-"""Heights of a mound and of a crown over tau / rho g."""
+"""Heights of a mound and of a crown, divided by tau / rho g."""
 MOST = 0.5
-"""Largest share of the sealant in a mound: in a short crack a larger one would have no bed under it."""
+"""Largest share of the sealant that is in a mound. In a short crack a larger mound would have no bed under it."""
 
 
 def mound_mm2(
@@ -34,8 +34,9 @@ def mound_mm2(
 
 
 def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
-    """Return the level in the middle of the crack over the mean across it, (n,): a third of a parabola's height.
+    """Return the level in the middle of the crack minus the mean across it, (n,): a third of a parabola's height.
 
-    It is at most the height of the bed, and 0 from the face on: above it paste slumps next to the mouth.
+    It is at most the height of the bed. It is 0 from the face on, because above the face paste slumps next to the
+    mouth.
     """
     return np.clip(np.minimum(height_mm, depth_mm - height_mm), 0.0, CROWN * held_mm / 3)

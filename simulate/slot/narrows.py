@@ -17,20 +17,19 @@ LEVELS = 96  # Layers of a cut, from the deepest floor to the face
 TOLERATED = 0.05  # Share by which a cell may resist more: the allowed error of a trapezoid
 SLIVER_MM = 0.01  # Gaps up to this width are ignored: nothing flows through
 BEYOND, NEAREST_MM, PROBES = 0.5, 0.05, 16
-"""Distance beyond an end over the depth, more than walls of 25 degrees open, its least value, and the number of cuts up
-to there. The crack ends if one of the cuts is closed.
-"""
+"""Search beyond an end of the crack: its distance divided by the depth (more than walls of 25 degrees open), the least
+distance, and the number of cuts up to there. The crack ends if one of the cuts is closed."""
 TINY = float(np.finfo(np.float32).tiny)
 
 
 @dataclass(frozen=True)
 class Narrows:
-    """Length of crack equivalent to its narrow places: 0 without such places, infinite if it is closed."""
+    """Length of crack that is equivalent to its narrow places. It is 0 if there are none, infinite if one is closed."""
 
     holds_mm: float = 0.0
-    """Length of crack with the same resistance by the yield stress."""
+    """Length of crack on which the yield stress resists as much as at the narrow places."""
     drags_mm: float = 0.0
-    """Length of crack with the same drag on a liquid."""
+    """Length of crack that drags a liquid as much as the narrow places."""
     s_mm: float = 0.0
     """Arc length of the cell that adds most drag."""
 
@@ -43,11 +42,11 @@ class _Cuts:
     area_mm2: Floats
     wetted_mm: Floats
     gaps: Floats
-    """Mean number of gaps abreast."""
+    """Mean number of gaps side by side."""
 
 
 def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -> Narrows:
-    """Return the length equivalent to the narrow places of a crack that is filled to a share of its sections."""
+    """Return the length of crack equivalent to its narrow places, if it is filled to a share of its sections."""
     height_mm = sections.height_mm(min(fill, 1.0) * sections.full_mm2)
     own_mm2, own_wetted_mm = sections.area_mm2(height_mm)[0], sections.wetted_mm(height_mm)
     own_mm = sections.holding_mm(own_mm2, own_wetted_mm)

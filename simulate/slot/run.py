@@ -1,4 +1,4 @@
-"""A run of the fast model with the settings of a trial, recorded as a run of particles is."""
+"""Run the fast model with the settings of a trial, and record the run as a run of particles is recorded."""
 
 import time
 from collections.abc import Callable
@@ -22,9 +22,8 @@ DEVICE = "CPU, without particles"
 STATION_MM = 0.2
 FILL_STEP = 0.1  # Step of the fills that are tried to find one inside the domain
 PARTICLES_RUB = 0.0065
-"""Friction of particles under pressure: 0.5 to 0.8 % by shear waves in a box without walls (decision 0064). The fast
-model replaces particles and is compared with them, so it has the same friction.
-"""
+"""Friction of the particles, as a share of the pressure: shear waves in a box without walls give 0.5 to 0.8 % (decision
+0064). The fast model replaces particles, so it has the same friction."""
 
 
 def pour(
@@ -39,7 +38,8 @@ def pour(
 ) -> tuple[Run, Profile]:
     """Follow the trajectory and let the sealant settle for ``solver.settle_s``; return the run and its level.
 
-    With ``advise`` the last sentence on an unfit run proposes settings that are fit, by at most a dozen more fills.
+    With ``advise``, the last sentence on an unfit run proposes settings that are fit. At most a dozen more fills are
+    computed to find them.
 
     Raises InputError for sealant outside this model: sealant that freezes, stiffens or follows a curve.
     """
@@ -150,7 +150,7 @@ def _changes(
     fitness: Fitness,
     poured: Callable[[Trajectory, HerschelBulkley], tuple[Filled, Fitness]],
 ) -> tuple[str, ...]:
-    """Return settings that bring a fill into the domain; none if the case is inside, or if no such fill was found."""
+    """Return settings that bring a fill into the domain. Empty if the case is inside it, or if none were found."""
     if not fitness.unfit:
         return ()
     shares = np.arange(FULLEST, 0.0, -FILL_STEP)
@@ -169,7 +169,7 @@ def _changes(
 
 
 def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
-    """Return sentences on the parts of a case that this model does not have."""
+    """Return sentences on the parts of a case that this model does not include."""
     sentences = []
     if fluid.D_cm is not None:
         sentences.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
@@ -181,7 +181,7 @@ def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
 def _unfit(
     fitness: Fitness, fluid: Fluid, outline: Outline, paste: HerschelBulkley, changes: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Return sentences on why the model is unfit for a case, and on what to change; none if it is fit."""
+    """Return sentences on why the model is unfit for a case, and on what to change. Empty if it is fit."""
     sentences, settings = [*fitness.unfit, *unknown(fluid, outline)], list(changes)
     if fluid.D_cm is not None:
         thickness = f"fluid.viscosity_pa_s = {paste.consistency_pa_s_n:.3g} in place of fluid.U and fluid.D_cm"
@@ -189,5 +189,5 @@ def _unfit(
     if outline.branches_kept and outline.seen_in == "photo":
         settings.append('photo.branches = "drop"')
     if settings and (changes or not fitness.unfit):
-        sentences.append(f"Inside its domain with: {'; '.join(settings)}.")
+        sentences.append(f"The case is inside the domain with: {'; '.join(settings)}.")
     return tuple(sentences)

@@ -14,7 +14,7 @@ from sealtwin.core.records import FROM_JSON, Floats, Numbers, Outline, Solid
 
 NARROWEST_MM = 0.05  # Least width of a section that closes, so that every area has a depth
 ROUND_CORNERS = 4 - np.pi
-"""Twice the area of unmoved paste in a corner over the radius squared: a square less its inscribed circle."""
+"""Twice the area of unmoved paste in a corner, divided by the radius squared: a square less its inscribed circle."""
 COMPARED = 17  # Levels at which a trapezoid is compared with a section of a mesh
 INVERTED, ROUNDING_MM = 20, 1e-9  # Most Newton steps for a level above the face, and the length of a last step
 
@@ -30,11 +30,11 @@ class Trapezoids:
     mouth_mm: Numbers
     depth_mm: Numbers
     slant: Numbers
-    """Length of both walls over their height, 2 if they are upright."""
+    """Length of both walls divided by their height. It is 2 if they are upright."""
     bottom_mm: Numbers
     """Level of the floor, or of the line at which closing walls meet."""
     reach_per_mm: float
-    """Width of a slump on one side over the square of its height, rho g / 2 tau in 1/mm."""
+    """Width of a slump on one side divided by the square of its height: rho g / 2 tau in 1/mm."""
     reach_mm: float
     """Largest width of a slump on one side."""
 
@@ -53,7 +53,7 @@ class Trapezoids:
         return (self.floor_mm + self.mouth_mm) / 2 * self.depth_mm
 
     def area_mm2(self, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the area below heights above the floor, and the width there; also for heights below 0, for Newton."""
+        """Return the area below each height above the floor, and the width there. Newton may try heights below 0."""
         inside_mm = np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
         width_mm = self.floor_mm + self.opening * inside_mm
         over_mm = np.maximum(height_mm - self.depth_mm, 0.0)
@@ -94,11 +94,11 @@ class Trapezoids:
         return height_mm
 
     def wetted_mm(self, height_mm: Floats) -> Floats:
-        """Return the length of floor and walls below a height; nothing drags above the mouth."""
+        """Return the length of floor and walls below a height. Above the mouth nothing drags the paste."""
         return self.floor_mm + self.slant * np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
 
     def slenderness(self, area_mm2: Floats, height_mm: Floats) -> Floats:
-        """Return short side over long side of a duct: a filled section of its mean width with its mirror image."""
+        """Return short side over long side of a duct: a filled section at its mean width, and its mirror image."""
         high_mm = 2 * np.maximum(height_mm, NARROWEST_MM)
         wide_mm = np.maximum(2 * area_mm2 / high_mm, NARROWEST_MM)
         return np.minimum(wide_mm / high_mm, high_mm / wide_mm)
@@ -145,7 +145,7 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
 def trapezoid_misfit(sections: Trapezoids, solid: Solid) -> float:
     """Return the error of the areas below a level against the solid's table, as a share of the full section.
 
-    The mean along the crack, at the level at which it is largest; 0 for built walls, which are straight.
+    It is the mean along the crack, at the level at which it is largest. It is 0 for built walls, which are straight.
     """
     if not solid.sections.by_level:
         return 0.0

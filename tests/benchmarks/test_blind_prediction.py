@@ -22,9 +22,9 @@ def test_a_prediction_is_held_within_its_band_and_lost_beyond_it():
     assert far.held() == 0
     assert near.ahead_mm == pytest.approx(1.96 * np.hypot(0.2, 0.25), rel=0.03)
     assert (near.band_mm > near.ahead_mm).all()
-    found = {row.name: row for row in rows([near, far], 0.25)}
-    assert found["the same in the trial that has fewest"].missed
-    assert found["EMULATED trials judged"].missed, "two of twenty"
+    figures = {row.name: row for row in rows([near, far], 0.25)}
+    assert figures["the same in the trial that has fewest"].missed
+    assert figures["EMULATED trials judged"].missed, "two of twenty"
 
 
 def test_the_interval_of_a_share_is_over_trials_and_not_over_their_stations():
@@ -46,9 +46,9 @@ def test_a_caliper_errs_by_what_is_declared():
 def test_what_a_lab_finds_lies_about_the_truth(tmp_path):
     """The one quick test of a viscosity by early photos of a spread."""
     one = measured(7, 0, tmp_path)
-    found, real = one.base.sample, one.real
-    assert found.outline.length_mm == pytest.approx(LENGTH_MM, rel=0.05)
-    assert found.trajectory.dispensed_mm3 != real.trajectory.dispensed_mm3
-    assert found.trajectory.dispensed_mm3 == pytest.approx(real.trajectory.dispensed_mm3, rel=0.1)
-    assert found.outline.mean_width_mm == pytest.approx(real.outline.mean_width_mm, abs=0.5)
+    sample, real = one.base.sample, one.real
+    assert sample.outline.length_mm == pytest.approx(LENGTH_MM, rel=0.05)
+    assert sample.trajectory.dispensed_mm3 != real.trajectory.dispensed_mm3
+    assert sample.trajectory.dispensed_mm3 == pytest.approx(real.trajectory.dispensed_mm3, rel=0.1)
+    assert sample.outline.mean_width_mm == pytest.approx(real.outline.mean_width_mm, abs=0.5)
     assert {"width_mm", "depth_mm", "wall_angle_deg", "volume_ml", "yield_stress_pa"} < set(one.base.inputs)

@@ -21,6 +21,7 @@ def test_numba_takes_the_step_that_we_take():
     assert np.abs(place_mm - engine.state.position_mm()).max() < TOGETHER_MM
 
 
+@pytest.mark.broad
 @pytest.mark.skipif(not has_compiler(), reason="no g++ on this machine")
 def test_cpp_takes_the_step_that_we_take():
     """Rounding alone parts them by 1e-6 mm in three steps of a jostling block.

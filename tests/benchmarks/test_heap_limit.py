@@ -17,6 +17,7 @@ def test_a_vertical_face_stands_as_high_as_on_a_slip_circle():
     assert WEIGHT_N_M3 * 0.010 / held_pa == pytest.approx(3.83, rel=0.05)
 
 
+@pytest.mark.broad
 def test_a_block_in_a_narrow_slot_is_held_by_its_walls():
     """Tall paste slides down as a plug once 2 tau / w falls below rho g."""
     held_pa = holding_pa(X_MM, np.where(X_MM < 40, 40.0, 0.0), 0.5, WEIGHT_N_M3, cell_mm=2.0)

@@ -27,14 +27,14 @@ def test_a_figure_passes_inside_its_tolerance_and_nowhere_else():
 def test_the_index_of_convergence_is_roaches(order):
     """Of f = 2 + 0.3 R^p it finds p, and 1.25 times the error that the finest has, relative."""
     coarse, middle, fine = (2 + 0.3 * REFINED ** (order * power) for power in (2, 1, 0))
-    found = convergence_index(coarse, middle, fine)
-    assert f"order {order:.1f}" in found.name
-    assert found.value == pytest.approx(100 * 1.25 * 0.3 / 2.3)
+    index = convergence_index(coarse, middle, fine)
+    assert f"order {order:.1f}" in index.name
+    assert index.value == pytest.approx(100 * 1.25 * 0.3 / 2.3)
 
 
-@pytest.mark.parametrize(("three", "said"), [((1.0, 1.2, 1.1), "oscillatory"), ((1.0, 1.1, 1.3), "no order")])
-def test_what_does_not_converge_gets_no_index(three, said):
-    assert said in convergence_index(*three).goal
+@pytest.mark.parametrize(("three", "words"), [((1.0, 1.2, 1.1), "oscillatory"), ((1.0, 1.1, 1.3), "no order")])
+def test_what_does_not_converge_gets_no_index(three, words):
+    assert words in convergence_index(*three).goal
 
 
 def test_an_awake_bank_creeps_by_its_law():
@@ -54,8 +54,8 @@ def test_the_law_of_local_pressure_has_the_squares_of_its_kernel():
     assert squares == pytest.approx(8100 / np.pi / 105 / h**5, rel=1e-6)
     tank = Tank.of(Pit(4.0, 4.0, 4.0), np.array([[2.0, 0.0, 1.0]]), radius_mm=0.4, step_s=2e-3)
     volume_mm3 = 1.07 * particle_volume(0.4)
-    held = 4 * 0.115 / (volume_mm3 * squares + 1.5 / h**2) / 2e-3**2
-    assert pressure_at(0.1, tank) == pytest.approx(held, rel=1e-4)
+    expected_pa = 4 * 0.115 / (volume_mm3 * squares + 1.5 / h**2) / 2e-3**2
+    assert pressure_at(0.1, tank) == pytest.approx(expected_pa, rel=1e-4)
 
 
 def test_a_dam_is_off_a_table_by_its_share_of_the_place():

@@ -37,6 +37,7 @@ def run(*names):
     return left.value.code
 
 
+@pytest.mark.broad
 def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
     monkeypatch.setattr(results, "code_sha256", lambda *_: "one")
     assert run("good") == 1, "a target is missed"
@@ -48,10 +49,11 @@ def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
     assert json.loads((benchmarks / "results.json").read_text())["good"]["before"] == {"kept | width": 1.5, "slow": 3.0}
 
 
+@pytest.mark.broad
 def test_a_benchmark_without_a_table_has_no_result(benchmarks, capsys):
     assert run() == 1
-    told = json.loads((benchmarks / "results.json").read_text())
-    assert (told["good"]["exit_code"], told["bad"]["exit_code"]) == (1, 2)
+    results = json.loads((benchmarks / "results.json").read_text())
+    assert (results["good"]["exit_code"], results["bad"]["exit_code"]) == (1, 2)
     assert "no result: bad" in capsys.readouterr().out
     assert "without a result" in (benchmarks / "results.md").read_text()
 
@@ -67,8 +69,8 @@ def test_what_failed_is_run_again_on_the_same_code(benchmarks, monkeypatch):
 
 def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
     facts = {"command": "python good.py", "code": "new", "before": {"slow": 2.5}}
-    found = {"good": facts | {"stage_numbers": dict(NUMBERS)} | measure([str(benchmarks / "good.py")])}
-    text = page(found, {"good": "new"})
+    results = {"good": facts | {"stage_numbers": dict(NUMBERS)} | measure([str(benchmarks / "good.py")])}
+    text = page(results, {"good": "new"})
     assert "**1 of 2 targets met**" in text
     assert "| kept \\| width | <= 2 | 1.5 mm |  | met |" in text
     assert "| slow | <= 2 | 3 s | 2.5 | **missed**: of \\| this |" in text
@@ -76,13 +78,13 @@ def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
     assert "changed since" not in text
     assert f"by {number_words(NUMBERS)}.\n" in text
     assert f"All sections were computed by {number_words(NUMBERS)}, the stage numbers of this version." in text
-    found["good"]["stage_numbers"] = {**NUMBERS, "simulate": 0}
-    older = page(found, {"good": "new"})
+    results["good"]["stage_numbers"] = {**NUMBERS, "simulate": 0}
+    older = page(results, {"good": "new"})
     assert f"This version is {number_words(NUMBERS)}; computed by other stage numbers: `good`." in older
     assert f"by {number_words({**NUMBERS, 'simulate': 0})}.\n" in older
-    del found["good"]["stage_numbers"]
-    assert "by digitise unknown, simulate unknown, validate unknown.\n" in page(found, {"good": "new"})
-    assert "changed since" in page(found, {"good": "newer"})
+    del results["good"]["stage_numbers"]
+    assert "by digitise unknown, simulate unknown, validate unknown.\n" in page(results, {"good": "new"})
+    assert "changed since" in page(results, {"good": "newer"})
 
 
 def test_rows_of_one_name_have_a_figure_before_each():

@@ -35,14 +35,15 @@ def test_a_row_that_could_not_fail_is_no_target(bounds):
     assert (row.judged, row.missed, row.target) == (False, False, "reported")
 
 
-@pytest.mark.parametrize(("seen", "said", "code"), [(1.0, "1 of 1 targets met", 0), (3.0, "0 of 1 targets met", 1)])
-def test_reported_rows_are_not_counted(seen, said, code, capsys):
+@pytest.mark.parametrize(("value", "summary", "code"), [(1.0, "1 of 1 targets met", 0), (3.0, "0 of 1 targets met", 1)])
+def test_reported_rows_are_not_counted(value, summary, code, capsys):
     with pytest.raises(SystemExit) as left:
-        finish([Row("judged", seen, "", 0, 2), Row("reported", 5.0, "ms"), Row("no number", nan, "ms")])
+        finish([Row("judged", value, "", 0, 2), Row("reported", 5.0, "ms"), Row("no number", nan, "ms")])
     assert left.value.code == code
-    assert said in capsys.readouterr().out
+    assert summary in capsys.readouterr().out
 
 
+@pytest.mark.broad
 def test_no_benchmark_hides_a_module_that_another_one_needs():
     """As a script, its folder is the first place that Python looks in: one of ours was once taken for ``coverage``.
 

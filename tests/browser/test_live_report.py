@@ -66,14 +66,16 @@ def test_the_level_is_that_of_the_command_on_the_file_that_the_page_writes(made,
         run, profile = poured(write_changed(page, lab / "changed.toml"), tmp_path / str(number))
         assert np.abs(level_mm(page) - profile.level_mm).max() < 1e-3
         assert run.fast_fill is not None
-        told = page.text_content("#live .warning")
+        warning = page.text_content("#live .warning")
         # The settings that would be inside are the command's alone: they take a dozen fills more.
-        assert all(reason in told for reason in run.unfit if not reason.startswith("Inside its domain with:"))
-        assert bool(told) == bool(run.unfit)
+        assert all(
+            reason in warning for reason in run.unfit if not reason.startswith("The case is inside the domain with:")
+        )
+        assert bool(warning) == bool(run.unfit)
         assert float(page.inner_text("#live dd >> nth=2").split()[0]) == pytest.approx(
             run.fast_fill.above_face_mm3, abs=0.51
         )
-        unfit.add(bool(told))
+        unfit.add(bool(warning))
     assert len(unfit) == 2, "some are inside the domain and some are not"
 
 
@@ -137,8 +139,8 @@ def test_it_fits_the_window_and_axe_finds_nothing(open_report, by_slot, width, s
     move(page, {"yield_stress_pa": 1.0})
     assert page.locator("#live .warning").is_visible()
     assert page.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
-    found = axe.run(page).response["violations"]
-    assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in found] == []
+    violations = axe.run(page).response["violations"]
+    assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in violations] == []
 
 
 def test_it_is_not_printed_and_not_there_without_scripts(open_report, by_slot):

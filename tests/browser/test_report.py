@@ -57,8 +57,8 @@ def test_axe_finds_nothing_serious(open_report, report, width, scheme):
     axe = importlib.import_module("axe_playwright_python.sync_playwright").Axe()
     page = open_report(report, width=width, color_scheme=scheme)
     live(page)
-    found = axe.run(page).response["violations"]
-    assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in found] == []
+    violations = axe.run(page).response["violations"]
+    assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in violations] == []
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -76,25 +76,17 @@ def test_no_picture_is_cut_on_a_phone(open_report, report, width):
     """Every picture is within the window and nothing scrolls sideways; no word of a plot is cut off by its edge."""
     page = open_report(report, width=width, height=844)
     live(page)
-    assert (
-        page.evaluate(
-            """() => [...document.querySelectorAll("figure svg, figure img, figure canvas")].map((it) => {
-             const box = it.getBoundingClientRect();
-             return box.left >= 0 && box.right <= document.documentElement.clientWidth && box.width > 200;
-           })"""
-        ).count(False)
-        == 0
-    )
-    assert (
-        page.evaluate(
-            """() => [...document.querySelectorAll("figure svg text")].filter((word) => {
-             const [box, frame] = [word, word.closest("svg")].map((part) => part.getBoundingClientRect());
-             return box.left < frame.left - 1 || box.right > frame.right + 1
-               || box.top < frame.top - 1 || box.bottom > frame.bottom + 1;
-           }).map((word) => word.textContent)"""
-        )
-        == []
-    )
+    within = """() => [...document.querySelectorAll("figure svg, figure img, figure canvas")].map((it) => {
+        const box = it.getBoundingClientRect();
+        return box.left >= 0 && box.right <= document.documentElement.clientWidth && box.width > 200;
+    })"""
+    assert all(page.evaluate(within))
+    cut_off = """() => [...document.querySelectorAll("figure svg text")].filter((word) => {
+        const [box, frame] = [word, word.closest("svg")].map((part) => part.getBoundingClientRect());
+        return box.left < frame.left - 1 || box.right > frame.right + 1
+            || box.top < frame.top - 1 || box.bottom > frame.bottom + 1;
+    }).map((word) => word.textContent)"""
+    assert page.evaluate(cut_off) == []
 
 
 def test_names_are_shown_and_do_nothing(open_report, hostile):

@@ -44,8 +44,8 @@ def test_a_page_fits_asks_for_nothing_and_bars_nobody(chromium, tmp_path, write,
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.evaluate("window.struck") is None
     axe = importlib.import_module("axe_playwright_python.sync_playwright").Axe()
-    found = axe.run(page).response["violations"]
-    assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in found] == []
+    violations = axe.run(page).response["violations"]
+    assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in violations] == []
     assert complaints == []
     assert asked == {target}
     context.close()

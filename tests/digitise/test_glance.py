@@ -28,6 +28,7 @@ def path(photo):
     return replace(find_path(photo, ENDS), width_px=WIDTH_PX)
 
 
+@pytest.mark.broad
 def test_a_glance_sees_the_walls_that_are_there(photo, path):
     """Half as many pixels, half as sure of each edge: half a pixel of the photo on average; length and width 1 %."""
     rough, fine = glance(photo, path), trace_outline(photo, path)

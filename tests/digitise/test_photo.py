@@ -6,9 +6,8 @@ from PIL import Image
 
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
-from fixtures.generate.specimen import Recipe, make_specimen
 from sealtwin.core.errors import InputError
-from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, write_png
+from tests.pictures import evenly_scaled, mortar, write_png
 
 
 def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
@@ -31,16 +30,6 @@ def test_brightness_is_proportional_to_light(tmp_path):
     steps = np.repeat([[1.0, 0.5, 0.1]], 100, axis=0).repeat(100, axis=1)
     photo = evenly_scaled(write_png(tmp_path / "photo.png", steps))
     assert photo.brightness[50, [50, 150, 250]] == pytest.approx([1.0, 0.5, 0.1], abs=0.005)
-
-
-def test_millimetres_and_pixels_lead_back_to_each_other_and_the_face_runs_round_from_its_lower_left_corner(tmp_path):
-    photo = photo_of(make_specimen(1, Recipe(**SMALL_FACE, tilt_deg=10)), tmp_path)
-    places_px = np.array([[3.0, 4], [700, 20], [512, 800]])
-    assert photo.to_px(photo.to_mm(places_px)) == pytest.approx(places_px, abs=1e-6)
-    assert photo.face_px is not None
-    (left, low), (right, _), (_, high), _ = photo.face_px
-    assert left < right
-    assert low > high  # px, y down
 
 
 def painted(tmp_path, size_px=(500, 300), **changes):

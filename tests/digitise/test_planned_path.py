@@ -65,7 +65,7 @@ def test_figures_of_the_path_are_those_of_the_plan(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("row", "column", "value", "said"),
+    ("row", "column", "value", "says"),
     [
         (1, 0, 0.0, "row 3: t_s is 0 after 0"),
         (3, 5, 5.0, "row 5: flow_mm3_s is 5"),
@@ -75,12 +75,12 @@ def test_figures_of_the_path_are_those_of_the_plan(tmp_path):
         (2, 3, 0.0, "row 4, column z_mm: 0"),
     ],
 )
-def test_a_table_that_is_no_path_is_refused_with_its_row(tmp_path, row, column, value, said):
+def test_a_table_that_is_no_path_is_refused_with_its_row(tmp_path, row, column, value, says):
     changed = rows()
     changed[row][column] = value
     with pytest.raises(InputError) as refused:
         read_planned_path(written(tmp_path, changed))
-    assert str(refused.value).startswith(f"{tmp_path / 'plan.csv'}, {said}")
+    assert str(refused.value).startswith(f"{tmp_path / 'plan.csv'}, {says}")
 
 
 def test_a_plan_beside_the_crack_is_refused(tmp_path):
@@ -92,5 +92,5 @@ def test_a_plan_beside_the_crack_is_refused(tmp_path):
 
 
 def test_other_settings_beside_a_plan_are_refused():
-    with pytest.raises(InputError, match=r"trim_mm, speed_mm_s beside plan"):
+    with pytest.raises(InputError, match="leave out trim_mm, speed_mm_s"):
         NozzlePath(plan=planned_path(OWN), speed_mm_s=5.0, trim_mm=3.0)

@@ -82,7 +82,7 @@ def test_a_crack_lit_from_either_side_is_no_camera_that_moved():
 
 
 @pytest.mark.parametrize(
-    ("second", "said"),
+    ("second", "says"),
     [
         (moved(lit(False, 2), (3.0, 0.0)), r"camera has moved by 3\.[0-2] px"),
         (moved(lit(False, 2), (40.0, 25.0)), r"camera has moved by 47\.\d px"),
@@ -92,8 +92,8 @@ def test_a_crack_lit_from_either_side_is_no_camera_that_moved():
     ],
     ids=["a little", "far", "turned", "another scene", "another size"],
 )
-def test_a_camera_that_moved_and_another_scene_are_refused(second, said):
-    with pytest.raises(InputError, match=said):
+def test_a_camera_that_moved_and_another_scene_are_refused(second, says):
+    with pytest.raises(InputError, match=says):
         darker_of_both(lit(True, 1), second, FILE)
 
 

@@ -28,7 +28,6 @@ from tests.shapes import (
     oblique_slot,
     pinched_crack,
     random_crack,
-    reversed_path,
     straight_slot,
     wandering_crack,
     with_ring,
@@ -95,12 +94,14 @@ def test_deep_and_steep_cavities_keep_their_cut_ends():
     assert funnel.figures.volume_mm3["funnel"] == pytest.approx(SLOT_VOLUMES["funnel"], rel=3e-4)
 
 
-@pytest.mark.parametrize("outline", [closed_crack(2, 30.0, rough_mm=0.05), pinched_crack(3)])
+@pytest.mark.parametrize(
+    "outline", [closed_crack(2, 30.0, rough_mm=0.05), pytest.param(pinched_crack(3), marks=pytest.mark.broad)]
+)
 def test_cavities_hold_the_integral_of_their_depth(outline):
     """Depth from the traced ring by nearest distance on a grid: no offsets, no booleans, no simplified outline."""
     ring = outline.outline_mm
     spread = SLOPE * DEPTH_MM
-    distance, inside, cell_mm2, _ = distances(ring, spread + 0.2)
+    distance, inside, cell_mm2, _ = distances(ring, spread + 0.2, cell_mm=0.1)
     depths: dict[Tilt, Floats] = {
         "vertical": np.where(inside, DEPTH_MM, 0.0),
         "flare": np.where(inside, DEPTH_MM, np.clip(DEPTH_MM - distance / SLOPE, 0.0, None)),
@@ -113,7 +114,7 @@ def test_cavities_hold_the_integral_of_their_depth(outline):
         assert solid.cavity_volume_mm3 == pytest.approx(depth_mm.sum() * cell_mm2, rel=1e-3), tilt
 
 
-def distances(ring: Floats, margin_mm: float, cell_mm: float = 0.06) -> tuple[Floats, np.ndarray, float, Floats]:
+def distances(ring: Floats, margin_mm: float, cell_mm: float) -> tuple[Floats, np.ndarray, float, Floats]:
     """On a grid of cell centres: distance to the ring, whether inside it, a cell's area, and the centres."""
     low, high = ring.min(axis=0) - margin_mm, ring.max(axis=0) + margin_mm
     x, y = (np.arange(low[axis], high[axis], cell_mm) + cell_mm / 2 for axis in (0, 1))
@@ -149,7 +150,7 @@ def test_the_file_is_the_solid(tmp_path, crack, tilt):
     assert stl.volume == pytest.approx(manifold(solid).volume(), rel=1e-6)
     gltf = trimesh.load_mesh(tmp_path / "crack.glb", process=False)
     x, y, z = 1000 * gltf.vertices.T
-    assert np.column_stack([x, -z, y]) == pytest.approx(solid.vertices_mm, abs=1e-5)  # float32 at 160 mm
+    assert np.abs(np.column_stack([x, -z, y]) - solid.vertices_mm).max() <= 1e-5  # float32 at 160 mm
     assert np.array_equal(gltf.faces, solid.faces)
     again = read_solid(tmp_path)
     assert np.array_equal(again.faces, solid.faces)
@@ -158,20 +159,6 @@ def test_the_file_is_the_solid(tmp_path, crack, tilt):
     assert again.wall_angles_deg == solid.wall_angles_deg
     for name in ("s_mm", "depth_mm", "area_mm2"):
         assert getattr(again.sections, name) == pytest.approx(getattr(solid.sections, name), abs=1e-5)
-
-
-@pytest.mark.parametrize(("crack", "tilt"), [("cut", "flare"), ("closed", "funnel"), ("open", "undercut")])
-def test_walls_stand_at_the_angle(crack, tilt):
-    """Every facet's own angle from vertical, by area; booleans that shave a wall would show here."""
-    wall = corners(solid_of(crack, tilt), FaceLabel.WALL)
-    normal = np.cross(wall[:, 1] - wall[:, 0], wall[:, 2] - wall[:, 0])
-    area = np.linalg.norm(normal, axis=1) / 2
-    angle_deg = np.degrees(np.arcsin(normal[:, 2] / (2 * area)))
-    # Walls that open downward overhang.
-    expected_deg = -ANGLE_DEG if tilt == "undercut" else ANGLE_DEG
-    off = np.abs(angle_deg - expected_deg) > 0.1
-    assert area[off & (area > 1e-3)].sum() < 1e-3 * area.sum()
-    assert np.average(angle_deg, weights=area) == pytest.approx(expected_deg, abs=0.01)
 
 
 @pytest.mark.parametrize(("lean_to", "side"), [("left", 1.0), ("right", -1.0)])
@@ -185,16 +172,10 @@ def test_lean_shears_the_mouth_to_the_named_side(lean_to, side):
     assert np.ptp(floor[:, 0]) == pytest.approx(L, abs=1e-6)
 
 
-def test_the_side_to_lean_to_goes_with_the_path():
-    """Walked from its other end, left is the other side."""
-    there = build_solid(cut_crack(1), shape("lean", lean_to="left"))
-    back = build_solid(reversed_path(cut_crack(1)), shape("lean", lean_to="right"))
-    assert back.cavity_volume_mm3 == pytest.approx(there.cavity_volume_mm3, rel=1e-6)
-    middle = [corners(solid, FaceLabel.FLOOR).reshape(-1, 3).mean(axis=0) for solid in (there, back)]
-    assert np.abs(middle[0] - middle[1]).max() < 0.5
-
-
-@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize(
+    "tilt",
+    ["lean", "flare", *(pytest.param(tilt, marks=pytest.mark.broad) for tilt in ("vertical", "funnel", "undercut"))],
+)
 def test_a_mirrored_crack_gives_the_mirrored_solid(tilt):
     """With its lean and the angles of its two walls mirrored too; with them as they were it is another solid."""
     outline, twin = cut_crack(4), mirrored(cut_crack(4))
@@ -251,14 +232,6 @@ def test_labels_cover_the_faces_they_name():
         assert labelled_mm2(solid, label) == pytest.approx(area, rel=1e-6), label.name
 
 
-def test_the_inside_of_a_dam_is_an_end():
-    """It closes the opening below the face and stands 10 mm above it, 4 mm of tape on either hand."""
-    solid = build_solid(straight_slot(L, W, OPEN), shape("vertical"))
-    ends = corners(solid, FaceLabel.END)
-    assert labelled_mm2(solid, FaceLabel.END) == pytest.approx(2 * (W * DEPTH_MM + (W + 8) * 10.0), rel=1e-6)
-    assert np.ptp(ends[:, :, 0], axis=1).max() < 1e-6
-
-
 def test_the_report_says_what_the_tilt_means():
     figures = solid_of("oblique", "flare").figures
     for tilt in TILTS:
@@ -269,15 +242,6 @@ def test_the_report_says_what_the_tilt_means():
     assert figures.mouth_width_mm - figures.photo_width_mm == pytest.approx(2 * SLOPE * DEPTH_MM)
     assert (figures.watertight, figures.euler, figures.self_intersections) == (True, 2, 0)
     assert figures.warnings == ()
-
-
-def test_a_funnel_that_closes_says_where():
-    figures = solid_of("slot", "funnel").figures
-    assert figures.closing_depth_mm is not None
-    assert figures.closing_depth_mm.mean == pytest.approx(W / (2 * SLOPE))
-    assert figures.closing_depth_mm.share_above_floor == 1.0
-    assert figures.floor_width_mm == 0.0
-    assert "8.0 mm on average" in figures.warnings[0]
 
 
 def test_an_open_end_without_a_known_face_lies_at_the_block_s_side():
@@ -312,7 +276,7 @@ BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.
         (oblique_slot(W), {"depth_mm": 500.0}, r"The tilt moves the walls 97\.2 mm sideways .* check depth_mm"),
         (oblique_slot(W), {"depth_mm": 500.0, "tilt": "flare"}, r"The tilt moves the walls 97\.2 mm sideways"),
         (with_ring(straight_slot(), np.zeros((2, 2))), {}, "2 points"),
-        (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "needs 3 or more, and finite numbers"),
+        (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "give 3 or more, and only finite numbers"),
         (arc_slot(10.0, 359.0, 3.0, CLOSED), {}, "no side to lean to"),
     ],
 )
@@ -327,7 +291,7 @@ def test_a_mesh_whose_cavity_lost_its_digits_is_refused():
     Without the check the cavity came out 4.8 % too large, and the sealant with it.
     """
     thick = shape("vertical").model_copy(update={"floor_thickness_mm": 1e9})
-    with pytest.raises(InputError, match=r"cavity holds .* the sections of its outline .* may differ by 0\.1%"):
+    with pytest.raises(InputError, match=r"cavity holds .* the sections of its outline .* may differ by at most 0\.1%"):
         build_solid(oblique_slot(W), thick)
 
 

@@ -21,20 +21,20 @@ def seen(folder, blob: Blob):
 def test_a_blobs_radius_is_found_to_a_tenth_of_a_pixel(tmp_path, dark):
     """In perspective, under a gradient, with grain, a glint, and a rim that is not round."""
     blob = replace(BLOB, dark=dark, tilt_deg=7.0, gradient=0.4, noise=0.03, lens_k1=-0.05, unround=(0.02, 0.01, 0.0))
-    found = seen(tmp_path, blob)
-    assert found.radius_mm == pytest.approx(48.0, abs=0.03)
-    assert found.unround == pytest.approx(0.0158, abs=0.001)
-    assert found.radius_error_mm > 0.5 * 0.3
+    figures = seen(tmp_path, blob)
+    assert figures.radius_mm == pytest.approx(48.0, abs=0.03)
+    assert figures.unround == pytest.approx(0.0158, abs=0.001)
+    assert figures.radius_error_mm > 0.5 * 0.3
     # Two lobes of 2 % make the longest way across about 4 % longer than the shortest.
-    assert found.diameters_mm[1] / found.diameters_mm[0] == pytest.approx(1.04, abs=0.015)
+    assert figures.diameters_mm[1] / figures.diameters_mm[0] == pytest.approx(1.04, abs=0.015)
 
 
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
         ({"radius_mm": 11.0}, "at least 40 are needed"),
-        ({"unround": (0.2, 0.0, 0.0)}, "not round, its outline is 14% of its radius off a circle"),
-        ({"middle_mm": (20.0, 75.0)}, "edge is seen on"),
+        ({"unround": (0.2, 0.0, 0.0)}, "not round: its outline is 14% of its radius off a circle"),
+        ({"middle_mm": (20.0, 75.0)}, "edge is visible on only"),
         ({"radius_mm": 0.5}, "no blob stands out|Take the photo from closer"),
     ],
 )

@@ -12,7 +12,6 @@ from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory, smooth_centreline, times_along, volume_warnings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.record_files import read_trajectory, write_trajectory
 from sealtwin.core.records import Outline, Sections, Trajectory
 from tests.shapes import arc_slot, cut_crack, reversed_path, straight_slot, wandering_crack
 
@@ -168,14 +167,6 @@ def test_a_ramp_changes_when_a_millimetre_gets_its_sealant_and_not_how_much():
     assert ramped.speed_mm_s[20:40] == pytest.approx(np.full(20, 4.0))
 
 
-def test_a_wide_place_gets_its_share():
-    """Of the section 10 + s / 2 mm², from s = 10 to 70: between s and s + 1 lie 10 + (s + 0.5) / 2 of 1800 mm³."""
-    for reverse in (False, True):
-        path = planned(straight_slot(80.0), TAPERING, flow="cross_section", reverse=reverse)
-        between = np.minimum(path.s_mm[:-1], path.s_mm[1:])
-        assert path.given_mm3 / 4800 == pytest.approx((10 + (between + 0.5) / 2) / 1800, rel=1e-9)
-
-
 def test_a_pinch_between_two_waypoints_is_not_skipped():
     """Section 20 mm², but 0 at s = 40.5, from 40.25 to 40.75: the step from 40 to 41 holds 3/4 of any other."""
     pinched = Sections(np.array([0, 40.25, 40.5, 40.75, 80.0]), np.full(5, 9.0), np.array([20, 20, 0, 20, 20.0]))
@@ -189,12 +180,6 @@ def test_the_cavity_s_volume_or_a_share_of_it_is_given_where_asked_for(path, sha
     assert it.dispensed_mm3 == pytest.approx(share * 3968.0, rel=1e-12)
 
 
-def test_the_file_gives_the_volume_too(tmp_path):
-    """Six decimals of time and flow lose less than a millionth of it."""
-    write_trajectory(tmp_path, plan_trajectory(wandering_crack(1), PAPER, 1.0))
-    assert read_trajectory(tmp_path).dispensed_mm3 == pytest.approx(4800.0, rel=1e-6)
-
-
 TOO_LONG = {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}
 
 
@@ -203,23 +188,13 @@ TOO_LONG = {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}
     [
         (20.5, {}, 0.0, r"Centreline 20.5 mm: too short to trim 2 x 10 mm"),
         (20.5, {"trim_mm": (18.0, 2.0)}, 0.0, r"too short to trim 18 and 2 mm and leave a step of 1 mm"),
-        (
-            40.0,
-            {"ramp_mm": 10.5},
-            0.0,
-            r"ramp_mm is 10.5: two ramps do not fit into .* 20.0 mm.* at most 10; or",
-        ),
+        (40.0, {"ramp_mm": 10.5}, 0.0, r"ramp_mm is 10.5: two ramps do not fit into .* 20.0 mm.* at most 10; or"),
         (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, 0.0, r"a path of 30.0 mm, leads included. Allowed is at most 15"),
         (80.0, TOO_LONG, 0.0, "more than 100000 waypoints"),
         (1100.0, {"spacing_mm": 0.0105}, 0.0, "more than 100000 waypoints"),
         # volume_ml has a limit of 1000; "cavity" must not be a way round it.
         (80.0, {"volume_ml": "cavity"}, 3.1e7, r"the cavity holds 31000 ml, more than the 1000 ml"),
-        (
-            80.0,
-            {"volume_ml": "cavity", "fill": 3.0},
-            4e5,
-            r"400 ml, which fill = 3 makes 1200 ml, more than the 1000",
-        ),
+        (80.0, {"volume_ml": "cavity", "fill": 3.0}, 4e5, r"400 ml \(1200 ml with fill = 3\), more than the 1000"),
     ],
 )
 def test_impossible_paths_are_refused_in_a_sentence(length_mm, changes, cavity_mm3, says):
@@ -245,29 +220,8 @@ def test_a_volume_far_from_the_cavity_s_is_remarked_on():
     assert "0.000315 times" in drop
 
 
-@settings(max_examples=40, deadline=None)
-@given(
-    speed=st.floats(0.01, 1000),
-    ramp=st.floats(0.01, 200),
-    even=st.floats(0.0, 500),
-    count=st.integers(2, 300),
-)
-def test_a_path_with_two_ramps_takes_as_long_as_one_longer_by_both_of_them(speed, ramp, even, count):
-    """Each ramp is passed at half the speed on average."""
-    length = 2 * ramp + even
-    t_s = times_along(np.linspace(0.0, length, count), speed, ramp)
-    # Square roots of distances: rounding of 1e-16 mm becomes 1e-8 of a ramp.
-    assert t_s[-1] == pytest.approx((length + 2 * ramp) / speed, rel=1e-7)
-    assert t_s[0] == 0
-    assert np.diff(t_s).min() > 0
-
-
 def test_acceleration_is_constant_and_speed_is_reached_at_the_end_of_the_ramp():
     """4 mm/s over 8 mm: 1 mm/s², 4 s. Second differences of t² / 2 are exact at even times."""
     way = np.array([0.0, 0.5, 2.0, 4.5, 8.0, 12.0, 16.0, 19.5, 22.0, 23.5, 24.0])
     # Half a second at a time: 0.5 t² up to t = 4 s, 4 mm/s in between, and the same way down.
     assert times_along(way, 4.0, 8.0) == pytest.approx([0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10], abs=1e-12)
-
-
-def test_no_ramp_is_at_speed_at_once():
-    assert times_along(np.array([0.0, 1.0, 3.0]), 2.0, 0.0).tolist() == [0.0, 0.5, 1.5]

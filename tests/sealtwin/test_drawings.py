@@ -42,12 +42,12 @@ def test_runs_of_one_name_what_is_no_run_and_a_file_of_the_users_are_named(run, 
     twin, mine = shutil.copytree(run, tmp_path / "twin"), tmp_path / "mine"
     mine.mkdir()
     (mine / "coco.json").write_text("mine")
-    for runs, out, said in (
-        ((run, twin), "out", "several runs have files and trials of this name"),
+    for runs, out, named in (
+        ((run, twin), "out", "several runs"),
         ((tmp_path,), "out", "not a run folder"),
         ((run,), "mine", "coco.json: already exists"),
     ):
-        assert said in refusal("export", *runs, "--format", "mask,coco", "--out", tmp_path / out)
+        assert named in refusal("export", *runs, "--format", "mask,coco", "--out", tmp_path / out)
     assert not (tmp_path / "out").exists()
     assert [(file.name, file.read_text()) for file in mine.iterdir()] == [("coco.json", "mine")]
 
@@ -64,18 +64,11 @@ def test_samples_whose_photos_have_one_name_have_that_of_their_trials(run, tmp_p
 
 
 @pytest.mark.parametrize(
-    "options",
-    [
-        ("--line", "L"),
-        ("--width-mm", "3"),
-        ("--outline", "A", "--walls", "B", "C"),
-        ("--depth-mm", "0"),
-        ("--depth-mm", "1e9"),
-    ],
+    "options", ["--line L", "--width-mm 3", "--outline A --walls B C", "--depth-mm 0", "--depth-mm 1e9"]
 )
 def test_options_that_do_not_go_together_are_a_usage_error(tmp_path, options):
     (tmp_path / "a.dxf").write_text("")
-    answer = sealtwin("import-dxf", tmp_path / "a.dxf", "--depth-mm", 8, "--out", tmp_path / "out", *options)
+    answer = sealtwin("import-dxf", tmp_path / "a.dxf", "--depth-mm", 8, "--out", tmp_path / "out", *options.split())
     assert answer.exit_code == 2
 
 

@@ -21,6 +21,7 @@ def write(path: Path, inches: bool = False) -> Path:
     return path
 
 
+@pytest.mark.broad
 def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
     scan = write(tmp_path / "scan.stl", inches=True)
     done = sealtwin("import-mesh", scan, "--units", "inch", "--out", tmp_path / "run", "--json")
@@ -39,6 +40,9 @@ def test_a_wrong_unit_is_refused_with_the_right_one(tmp_path):
     scan = write(tmp_path / "scan.stl")
     assert "The file is probably in mm" in refusal("import-mesh", scan, "--units", "m", "--out", tmp_path / "run")
     assert not (tmp_path / "run" / "trial.toml").exists()
+    none = tmp_path / "none.stl"
+    assert "none.stl: not found" in refusal("import-mesh", none, "--units", "mm", "--out", tmp_path / "new")
+    assert not (tmp_path / "new").exists()
 
 
 @pytest.mark.slow
@@ -55,8 +59,7 @@ def test_a_scan_is_injected_and_reported(tmp_path):
     done = sealtwin("run", trial, "--out", tmp_path / "run", "--device", "cpu", "--json")
     assert done.exit_code == 0, done.output
     result = json.loads(done.stdout)
-    assert result["fluid"]["escaped_particles"] == 0
-    assert result["fluid"]["spilled_particles"] == 0
+    assert (result["fluid"]["escaped_particles"], result["fluid"]["spilled_particles"]) == (0, 0)
     assert result["sample"]["cavity_volume_mm3"] == pytest.approx(solid.cavity_volume_mm3, rel=1e-3)
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "The walls stand as they do in the mesh" in page

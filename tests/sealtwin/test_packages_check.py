@@ -39,11 +39,10 @@ def _python(first, *arguments):
 @pytest.mark.parametrize(
     ("code", "command"),
     [
-        *((3, ("-m", "sealtwin", name)) for name in ("doctor", "--version", "run")),
-        (3, ("sealtwin", "doctor", "--json")),
+        pytest.param(3, ("-m", "sealtwin", "--version"), marks=pytest.mark.broad),
+        pytest.param(3, ("sealtwin", "doctor", "--json"), marks=pytest.mark.broad),
         (1, ("-c", "import sealtwin")),
     ],
-    ids=["doctor", "--version", "run", "the installed script, with an object for programs", "an import"],
 )
 def test_package_distribution_and_cure_are_named(other, code, command):
     answer = _python(other, *command)
@@ -61,6 +60,7 @@ def test_package_distribution_and_cure_are_named(other, code, command):
         assert answer.stdout == ""
 
 
+@pytest.mark.broad
 def test_a_script_of_the_users_own_of_that_name_blames_no_distribution(tmp_path):
     (tmp_path / "simulate.py").write_text(NOT_TO_BE_RUN)
     answer = _python(tmp_path, "-m", "sealtwin", "doctor")
@@ -69,6 +69,7 @@ def test_a_script_of_the_users_own_of_that_name_blames_no_distribution(tmp_path)
     assert "rename" in answer.stderr
 
 
+@pytest.mark.broad
 def test_a_package_overwritten_in_place_is_found_out(tmp_path):
     """As pip does it: the file lies where ours lay."""
     for name in ("sealtwin", *PACKAGES):

@@ -54,6 +54,7 @@ def test_a_table_is_read_as_spreadsheets_save_it(tmp_path, content):
         ("s_mm,depth_mm\n", "no rows"),
         ("", "no column"),
         ("s_mm,tiefe\n0,12\n", "no column depth_mm"),
+        ("s_mm,s_mm,depth_mm\n0,1,5\n10,11,6\n", "2 columns s_mm; keep one"),
         ("s_mm,depth_mm\n0,12\n40,deep\n", "line 3"),
         ("s_mm,depth_mm\n0,\n", "line 2"),
         ('s_mm,depth_mm\n0,"1,250"\n', "line 2: ..0., .1,250"),
@@ -71,9 +72,8 @@ def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path: Path, content,
 
 def test_markers_come_from_the_file_that_the_trial_takes_them_from(tmp_path):
     file = tmp_path / "markers.toml"
-    rows = ", ".join(
-        f"{{id = {n}, x_mm = {x}.0, y_mm = {y}.0}}" for n, x, y in [(0, 0, 0), (1, 9, 0), (2, 9, 9), (3, 0, 9)]
-    )
+    corners = enumerate([(0, 0), (9, 0), (9, 9), (0, 9)])
+    rows = ", ".join(f"{{id = {n}, x_mm = {x}.0, y_mm = {y}.0}}" for n, (x, y) in corners)
     file.write_text(f"[photo.markers]\nsize_mm = 4.0\nmarkers = [{rows}]\n")
     read = present(board(file), "read")
     assert [marker["id"] for marker in read["markers"]] == [0, 1, 2, 3]

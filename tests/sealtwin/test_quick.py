@@ -41,23 +41,22 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     result = json.loads(answer.stdout)
     assert result["stages"] == ["digitise", "simulate", "validate"]
     assert result["comparison"]["role"] == result["sample"]["data"] == "undeclared"
-    trial = tomllib.loads((out / "trial.toml").read_text())
+    text = (out / "trial.toml").read_text()
+    trial = tomllib.loads(text)
     assert (trial["photo"]["file"], trial["readings"]["file"]) == ("../crack.png", "../caliper.csv")
     for name, value in ASSUMED.items():
         table, _, key = name.partition(".")
         assert trial[table][key] == value
         assert f"{name} = " in answer.stderr
         assert f"{name} = " in trial["note"]
-    assert "# assumed" not in next(
-        line for line in (out / "trial.toml").read_text().splitlines() if "mm_per_px" in line
-    )
+    assert "# assumed" not in next(line for line in text.splitlines() if "mm_per_px" in line)
     again = CliRunner().invoke(app, ["run", str(out / "trial.toml"), "--out", str(out / "run"), "--device", "cpu"])
     assert "nothing to redo" in again.stderr
     written = out / "trial.toml"
-    written.write_text(edited := written.read_text().replace("U = 30.0", "U = 20.0"))
-    kept = _quick(lab)
-    assert kept.exit_code == 3
-    assert "edited by you, and not overwritten" in kept.stderr
+    written.write_text(edited := text.replace("U = 30.0", "U = 20.0"))
+    refused = _quick(lab)
+    assert refused.exit_code == 3
+    assert "edited by you, and not overwritten" in refused.stderr
     assert written.read_text() == edited
 
 

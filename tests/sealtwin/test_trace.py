@@ -35,7 +35,6 @@ def browser(monkeypatch):
     class Browser:
         posts: tuple = ()
         answers: tuple = ()
-
         door = Path()
 
         def open(self, url):
@@ -69,27 +68,15 @@ def test_what_is_clicked_is_saved_into_the_trial(trial, browser):
     assert [next(iter(line)) for line in traced] == ["scale", "path", "walls"]
     # The fixture's truth, within the tracing benchmark's 0.5 %.
     assert traced[2]["walls"]["length"] == pytest.approx(80, rel=0.01)
-    assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **_said(answer)}, "photos": []}]
+    # The page shows the two lines of the command's answer.
+    summary, following = answer.stdout.splitlines()
+    shown = {"summary": summary, "next": following.removeprefix("Next: ")}
+    assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **shown}, "photos": []}]
+    assert shown["next"] == f"sealtwin run {trial}"
     photo = present(load_trial(trial).photo, "photo")
     assert photo.ends_px == tuple(tuple(end) for end in hints["ends_px"])
     assert photo.markers == load_trial(FIXTURE / "trial.toml").photo.markers  # pyright: ignore
     assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
-
-
-def _said(answer):
-    """The two lines of the command's answer, as the page shows them."""
-    summary, following = answer.stdout.splitlines()
-    return {"summary": summary, "next": following.removeprefix("Next: ")}
-
-
-def test_the_command_that_it_names_next_runs(trial, browser, tmp_path, monkeypatch):
-    hints = {"ends_px": ENDS, "via_px": [[1000.0, 498.0]], "face_mm": [160, 40]}
-    browser.posts = (("save", {"hints": hints}),)
-    named = _said(sealtwin("trace", trial, "--quiet"))["next"]
-    assert named == f"sealtwin run {trial}"
-    answer = sealtwin("digitise", trial, "--out", tmp_path / "run", "--json", "--quiet")
-    assert answer.exit_code == 0, answer.output
-    assert json.loads(answer.stdout)["sample"]["path_source"] == "via"
 
 
 def test_a_photo_gets_a_trial_beside_it(trial, browser):
@@ -99,21 +86,11 @@ def test_a_photo_gets_a_trial_beside_it(trial, browser):
     answer = sealtwin("trace", photo, "--json", "--quiet")
     assert "crack.depth_mm is missing" in browser.answers[0][0]["refused"]
     written = photo.with_suffix(".toml")
-    assert json.loads(answer.stdout) == {
-        "version": 1,
-        "saved": str(written),
-        "changed": [
-            "ends_px",
-            "mm_per_px",
-            "depth_mm",
-            'data = "undeclared"',
-            "the starter's [fluid]",
-            "the starter's [solver]",
-        ],
-    }
+    saved = json.loads(answer.stdout)
+    assert (saved["version"], saved["saved"]) == (1, str(written))
+    assert saved["changed"][:4] == ["ends_px", "mm_per_px", "depth_mm", 'data = "undeclared"']
     new = load_trial(written)
-    assert new.photo is not None
-    assert new.photo.file.name == "photo.jpg"
+    assert present(new.photo, "photo").file.name == "photo.jpg"
     assert new.fluid is not None, "the starter's, so that the next command can run"
     assert "not measured" in written.read_text()
     assert "sealtwin run" in browser.answers[1][0]["saved"]["next"]
@@ -136,15 +113,16 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
         ("trial.toml", True),
     ]
     assert "not a readable photo" in turned[0]["refused"]
-    said = json.loads(answer.stdout)
-    assert [one["file"] for one in said["saved"]] == [str(folder / "another.toml")]
-    assert said["not_traced"] == ["broken.png"]
+    result = json.loads(answer.stdout)
+    assert [one["file"] for one in result["saved"]] == [str(folder / "another.toml")]
+    assert result["not_traced"] == ["broken.png"]
 
 
 def test_a_folder_without_photos_is_refused(tmp_path):
     assert f"{tmp_path}: contains neither a photo" in refusal("trace", tmp_path)
 
 
+@pytest.mark.broad
 def test_a_path_alone_is_traced_without_a_crack(trial, browser):
     hints = {"ends_px": ENDS, "mm_per_px": 0.1}
     alone = trial.with_name("alone.toml")

@@ -37,8 +37,8 @@ def test_an_endless_ridge_has_the_parabolas_and_stretching_makes_it_higher():
 
 def test_an_edge_that_lies_farther_out_is_that_of_the_wider_bead():
     narrow, wide = capsule(30.0, 8.0), capsule(30.0, 8.2)
-    told = narrow.volume_mm3(0.5 * ONE, ONE, 0.2 * ONE, STRETCH)
-    assert np.ravel(told) == pytest.approx(np.ravel(wide.volume_mm3(0.5 * ONE, ONE, NO, STRETCH)), rel=2e-3)
+    volumes = narrow.volume_mm3(0.5 * ONE, ONE, 0.2 * ONE, STRETCH)
+    assert np.ravel(volumes) == pytest.approx(np.ravel(wide.volume_mm3(0.5 * ONE, ONE, NO, STRETCH)), rel=2e-3)
     # All lengths and the stress over weight twice as long: eight times the volume.
     large = narrow.volume_mm3(1.0 * ONE, 2 * ONE, NO, STRETCH)
     assert large[0] == pytest.approx(8 * narrow.volume_mm3(0.5 * ONE, ONE, NO, STRETCH)[0])

@@ -27,7 +27,7 @@ def test_a_fluid_that_carries_pressure_over_has_fewer_iterations(damping, expect
     assert iterations_of(damping, alone=1).number == 1
 
 
-@pytest.mark.parametrize("viscosity_mm2_s", [10.0, 300.0])
+@pytest.mark.parametrize("viscosity_mm2_s", [pytest.param(10.0, marks=pytest.mark.broad), 300.0])
 def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand(viscosity_mm2_s):
     """At rest: the first-order share that the viscosity's weights stand for."""
     place_mm = cube_mm(6.0) + np.array([0.0, 0.0, 5.0])
@@ -74,6 +74,7 @@ def test_what_is_carried_over_is_the_fluids_and_the_users_affair(fluid, settings
     assert (kept < 0).any() == (expected[0] > 0)
 
 
+@pytest.mark.broad
 def test_a_column_that_carries_pressure_over_is_pressed_less_and_as_calm(monkeypatch):
     """Over four iterations that begin at zero."""
     carrying = _rest(_column(Fluid(viscosity_pa_s=0.1, freeze_after_s="never"), 16.0))
@@ -84,6 +85,7 @@ def test_a_column_that_carries_pressure_over_is_pressed_less_and_as_calm(monkeyp
     assert carrying[1] < 1.3 * speed_mm_s + 0.5
 
 
+@pytest.mark.broad
 def test_a_deep_column_between_walls_that_slip_does_not_swing():
     """Nothing but its own viscosity calms it: 1 mm/s, and 57 with 0.7 or 0.83 for the share of 0.5."""
     pit = Pit(4.0, 3.1, 40.0)

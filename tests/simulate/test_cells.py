@@ -15,16 +15,19 @@ from tests.fluids import check, engine_with, in_rows, lattice, listed_fluid, lis
 SUPPORT_CM = 0.16
 
 
-def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
+def test_lists_are_those_of_a_search_over_all_pairs_and_walls():
     """Points beyond the grid on every side are found as well."""
-    crack = slot()
     points = np.random.default_rng(0).uniform([-3, -3, -16], [9, 3, 2], (1500, 3))
-    engine = engine_with(points, crack, reach_mm=(np.array([0.0, -1.0, -10.0]), np.array([5.0, 1.0, 0.0])))
+    engine = engine_with(points, slot(), reach_mm=(np.array([0.0, -1.0, -10.0]), np.array([5.0, 1.0, 0.0])))
     engine.find_neighbours()
-    here = engine.state.position_mm() * CM
+    here, rows = engine.state.position_mm() * CM, in_rows(engine)
     expected = KDTree(here).query_ball_point(here, SUPPORT_CM)
-    for i, found in zip(in_rows(engine), listed_fluid(engine), strict=True):
-        assert sorted([i, *found]) == sorted(expected[i])
+    for i, near in zip(rows, listed_fluid(engine), strict=True):
+        assert sorted([i, *near]) == sorted(expected[i])
+    walls = KDTree(engine.walls.position_and_share.numpy()[:, :3].astype(float)).query_ball_point(here, SUPPORT_CM)
+    assert max(map(len, listed_walls(engine))) > 8
+    for i, near in zip(rows, listed_walls(engine), strict=True):
+        assert sorted(near) == sorted(walls[i])
 
 
 def test_rows_follow_the_cells_and_leave_out_who_rests():
@@ -38,17 +41,6 @@ def test_rows_follow_the_cells_and_leave_out_who_rests():
     assert sorted(row) == np.flatnonzero(fate == int(status.MOVING)).tolist()
     index = np.floor((engine.state.position_mm()[row] * CM - [*cells.corner]) / cells.size).astype(int)
     assert (np.diff(np.ravel_multi_index(index.T[::-1], [*cells.count][::-1])) >= 0).all()
-
-
-def test_walls_are_found_like_any_point():
-    engine = engine_with(lattice(np.array([1, -1, -15]), np.array([5, 1, -8]), 0.7), slot())
-    engine.find_neighbours()
-    wall = engine.walls.position_and_share.numpy()[:, :3].astype(float)
-    expected = KDTree(wall).query_ball_point(engine.state.position_mm() * CM, SUPPORT_CM)
-    found = listed_walls(engine)
-    assert max(map(len, found)) > 8
-    for i, near in zip(in_rows(engine), found, strict=True):
-        assert sorted(near) == sorted(expected[i])
 
 
 def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
@@ -102,16 +94,16 @@ def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
     random = np.random.default_rng(5)
     place = wp.array(np.pad(random.uniform(-0.5, 1.5, (many, 3)), ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
     fate = wp.array(random.choice([status.MOVING, status.FROZEN, status.SPILLED], many), dtype=int, device="cpu")
-    found = []
+    grids = []
     for in_order in (True, False):
         grid = CellGrid(
             np.zeros(3), np.ones(3), 0.25, place, fate, Launcher("cpu", threads=2), runs=runs, in_order=in_order
         )
         grid.fill(many)
         columns, present = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z), grid.cells.start.numpy()[-2]
-        found.append([grid.cells.start.numpy()[:-1], *(column.numpy()[:present] for column in columns)])
-    assert all(map(np.array_equal, *found))
-    assert len(np.unique(found[0][0])) > 50 * runs
+        grids.append([grid.cells.start.numpy()[:-1], *(column.numpy()[:present] for column in columns)])
+    assert all(map(np.array_equal, *grids))
+    assert len(np.unique(grids[0][0])) > 50 * runs
 
 
 def test_a_gpu_lists_no_mover_twice_once_others_are_gone():

@@ -1,4 +1,4 @@
-"""Two-level pressure: what it promises of a column, the same however a run is computed, arc lengths that it reads."""
+"""Two-level pressure: what it promises of a column, and the arc lengths that it reads."""
 
 import numpy as np
 import pytest
@@ -11,18 +11,13 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from simulate.fluid.coarse_pressure import CoarsePressure, map_arc_length
 from simulate.fluid.solver import substeps_for
-from simulate.injection import Injection, prepare
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import Solver
 from simulate.setup.rheology import Rheology
-from tests.fluids import FRAME_S, engine_with, in_rows, lattice, path, slot
+from tests.fluids import FRAME_S, engine_with, in_rows, lattice, slot
 from tests.shapes import arc_slot, straight_slot
 
-PASTES = (
-    Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),
-    Fluid(U=30.0, D_cm=0.3, yield_stress_pa=12.0, freeze_after_s="never"),
-)
 
-
+@pytest.mark.broad
 @pytest.mark.parametrize("name", ["straight", "bent"])
 def test_a_column_at_rest_keeps_its_density_down_to_the_floor(name):
     """99 of 100 particles within 2 % with 20 iterations a frame, where local ones leave 12 %; calm, and none leaked.
@@ -35,51 +30,6 @@ def test_a_column_at_rest_keeps_its_density_down_to_the_floor(name):
     assert abs(column.median_percent) < 0.3
     assert column.speed_cm_s < CALM_CM_S
     assert column.leaked == 0
-
-
-def ready(pastes: tuple[Fluid, ...], *, threads: int = 1, replays: bool = False) -> Injection:
-    solid, outline = slot(12.0)
-    solver = Solver(pressure="two-level", settle_s=0.3)
-    way = path(outline, 0.1, speed_mm_s=20.0)
-    injection = prepare(solid, outline, way, pastes, solver, Nozzle(), seed=0, device="cpu", threads=threads)
-    injection.engine.replays = replays
-    return injection
-
-
-def finish(injection: Injection) -> list[bytes]:
-    """Where each fluid's particles end, bit for bit."""
-    while injection.done < injection.frames and not injection.at_rest:
-        injection.advance()
-    return [run.position_mm.tobytes() for run in injection.results()]
-
-
-@pytest.fixture(scope="module")
-def together() -> list[bytes]:
-    return finish(ready(PASTES))
-
-
-def test_fluids_computed_at_once_are_what_each_is_alone(together):
-    """Each has nodes of its own, and its own sums. Broken on purpose with one set of nodes for both, it fails."""
-    assert together == [finish(ready((paste,)))[0] for paste in PASTES]
-
-
-def test_a_recorded_frame_is_the_same_frame(together):
-    assert finish(ready(PASTES, replays=True)) == together
-
-
-def test_two_threads_give_the_same_bits_as_one(together, monkeypatch):
-    """What particles add to a node is added by one of them, or in whole numbers."""
-    monkeypatch.setattr("simulate.fluid.launcher.LEAST_SLICE", 10)
-    assert finish(ready(PASTES, threads=2)) == together
-
-
-def test_a_run_goes_on_from_where_it_was_kept(together):
-    """No multiplier lasts beyond its substep."""
-    killed, resumed = ready(PASTES), ready(PASTES)
-    for _ in range(30):
-        killed.advance()
-    resumed.restore(killed.snapshot())
-    assert finish(resumed) == together
 
 
 def test_the_nodes_multipliers_make_the_densities_right_and_only_push(monkeypatch):
@@ -128,7 +78,7 @@ def hats(coarse: CoarsePressure, place: Floats) -> tuple[Floats, Floats]:
 
 def test_what_two_levels_cannot_do_is_refused_in_words():
     for table, fault in (
-        ({"preset": "paper"}, 'preset "paper", the solver of the paper, does not have'),
+        ({"preset": "paper"}, 'cannot be combined with preset = "paper"'),
         ({"iterations": 3}, "iterations is 3: .* fewer than 4 make the fluid boil"),
     ):
         with pytest.raises(ValidationError, match=fault):
@@ -138,12 +88,6 @@ def test_what_two_levels_cannot_do_is_refused_in_words():
         substeps_for(few, Rheology(30.0, 0.3), FRAME_S)
     assert substeps_for(few.model_copy(update={"pressure": "local"}), Rheology(30.0, 0.3), FRAME_S) == 3
     assert substeps_for(few, Rheology(30.0, 0.3), FRAME_S / 2) == 3
-
-
-def test_two_levels_bring_their_own_constants_and_the_users_replace_them():
-    scheme = Solver(pressure="two-level").scheme
-    assert (scheme.iterations, scheme.volume_factor, scheme.wall) == (5, 1.05, "calibrated")
-    assert Solver(pressure="two-level", iterations=8).scheme.iterations == 8
 
 
 SPACING_MM = 1.6

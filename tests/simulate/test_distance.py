@@ -43,6 +43,7 @@ def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():
     assert (np.sign(exact) == np.sign(sampled))[np.abs(exact) > 0.05].all()
 
 
+@pytest.mark.broad
 def test_the_nodes_of_the_grid_are_exact_beside_needles():
     """Against trimesh. The face around a crack has triangles a thousand times as long as high."""
     outline = wandering_crack()
@@ -91,7 +92,7 @@ def test_a_crack_whose_walls_lead_far_from_its_outline_is_known_to_its_floor(til
     assert (np.sign(exact) == np.sign(sampled))[clear].all()
 
 
-@pytest.mark.parametrize("septum_mm", [0.3, 1.0])
+@pytest.mark.parametrize("septum_mm", [0.3, pytest.param(1.0, marks=pytest.mark.broad)])
 def test_no_jump_crosses_a_thin_wall(septum_mm):
     """Steps of up to 20 mm, aimed at the wall between two cavities."""
     crack = two_slots(septum_mm), straight_slot(20.0, 3.1)
@@ -113,7 +114,14 @@ def test_no_jump_crosses_a_thin_wall(septum_mm):
 
 
 @pytest.mark.parametrize(
-    ("tilt", "angle_deg"), [("vertical", 0.0), ("funnel", 11.0), ("flare", 5.5), ("undercut", 5.5), ("lean", 11.0)]
+    ("tilt", "angle_deg"),
+    [
+        ("funnel", 11.0),
+        *(
+            pytest.param(*walls, marks=pytest.mark.broad)
+            for walls in (("vertical", 0.0), ("flare", 5.5), ("undercut", 5.5), ("lean", 11.0))
+        ),
+    ],
 )
 def test_corners_and_closing_walls_hold_a_falling_particle(tilt, angle_deg):
     """Thrown down at every angle, in a V (funnel) as in the corner of floor and wall."""

@@ -70,11 +70,14 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
         ("age_s,visc\n0,1\n", "row 1: column 'visc' is unknown"),
         ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or named twice"),
         ("age_s,yield_stress_pa\n0,1\n1,1\n", "row 1: no column viscosity_pa_s"),
-        ("viscosity_pa_s\n1\n2\n", "row 1: one column of age_s and temperature_c is needed"),
-        ("age_s,temperature_c,viscosity_pa_s\n0,1,1\n1,2,1\n", "row 1: one column of age_s and temperature_c"),
+        ("viscosity_pa_s\n1\n2\n", "row 1: give one of the columns age_s and temperature_c"),
+        (
+            "age_s,temperature_c,viscosity_pa_s\n0,1,1\n1,2,1\n",
+            "row 1: give one of the columns age_s and temperature_c",
+        ),
         ("age_s,viscosity_pa_s\n0,1\n", "1 rows below the header; 2 to 1000"),
         ("age_s,viscosity_pa_s\n" + "".join(f"{n},1\n" for n in range(1001)), "1001 rows below the header"),
-        ("age_s,viscosity_pa_s\n0,1\n\n1\n", r"row 4: 1 cells for 2 columns \(1\)"),
+        ("age_s,viscosity_pa_s\n0,1\n\n1\n", r"row 4: 1 cells, but the header has 2 columns \(1\)"),
         ("age_s,viscosity_pa_s\n0,1\n1,thick\n", "row 3, column viscosity_pa_s: 'thick' is not a number"),
         ("age_s,viscosity_pa_s\n0,1\n1,\n", "row 3, column viscosity_pa_s: '' is not a number"),
         ("age_s,viscosity_pa_s\n0,1\n1,nan\n", "row 3, column viscosity_pa_s: nan; 1e-06 to 10000 is allowed"),
@@ -106,12 +109,15 @@ def test_a_folder_is_no_table(tmp_path):
 @pytest.mark.parametrize(
     ("table", "fault"),
     [
-        ({"U": 0.0}, "U beside curve"),
-        ({"viscosity_pa_s": 0.1}, "viscosity_pa_s beside curve"),
-        ({"yield_stress_pa": 1.0}, "yield_stress_pa beside curve"),
-        ({"structuration_pa_per_s": 1.0}, "structuration_pa_per_s beside curve"),
-        ({"cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}}, "fluid.cooling beside a fluid.curve over age_s"),
-        ({"curve": None, "cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}}, "cooling without curve"),
+        ({"U": 0.0}, "curve already gives U"),
+        ({"viscosity_pa_s": 0.1}, "curve already gives viscosity_pa_s"),
+        ({"yield_stress_pa": 1.0}, "curve already gives yield_stress_pa"),
+        ({"structuration_pa_per_s": 1.0}, "curve already gives structuration_pa_per_s"),
+        (
+            {"cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}},
+            "fluid.cooling cannot be combined with a fluid.curve over age_s",
+        ),
+        ({"curve": None, "cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}}, "cooling is given without curve"),
         ({"curve": {"temperature_c": [0, 1], "viscosity_pa_s": [1, 1]}}, "over temperature_c: give fluid.cooling"),
         ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1]}}, "viscosity_pa_s"),
         ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1, 1]}}, "age_s, row 3: no value"),
@@ -241,12 +247,13 @@ def test_paste_may_stiffen_at_any_rate_in_a_short_run_and_in_short_substeps():
     solved_as(stiffens, Solver(substeps=11), FRAME_S, 1000)
 
 
+@pytest.mark.broad
 @pytest.mark.parametrize("name", TABLES)
 def test_a_shear_wave_decays_by_the_integral_of_the_viscosity_over_time(name):
     """exp(-k^2 integral nu dt), to 5 %. Seen to fail, by 31 to 75 %, with the age left at 0."""
-    found, theory = wave_decay(fluid(**TABLES[name]), frames=FRAMES)
+    decay, theory = wave_decay(fluid(**TABLES[name]), frames=FRAMES)
     assert theory > 0.5
-    assert found == pytest.approx(theory, rel=0.05)
+    assert decay == pytest.approx(theory, rel=0.05)
 
 
 def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities():
@@ -273,16 +280,9 @@ def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities(
 
 
 def test_a_yield_stress_that_grows_by_table_is_the_structuration_s_own():
-    """The same viscosity at every age to rounding, and so the same bed, where fresh paste makes another."""
-    crack = slot(12.0)
-    way = path(crack[1], 0.1, speed_mm_s=20.0)
-    rate = Fluid(
-        viscosity_pa_s=0.05,
-        structuration_pa_per_s=400.0,
-        yield_stress_pa=5.0,
-        yield_stress_most_pa=205.0,
-        freeze_after_s="never",
-    )
+    """The same viscosity at every age to rounding."""
+    grows = {"structuration_pa_per_s": 400.0, "yield_stress_most_pa": 205.0}
+    rate = fluid(viscosity_pa_s=0.05, yield_stress_pa=5.0, **grows)
     table = curve(age_s=[0.0, 0.5, 9.0], viscosity_pa_s=[0.05] * 3, yield_stress_pa=[5.0, 205.0, 205.0])
     points = lattice(np.array([0, -2.1, 20]), np.array([5, 2.1, 23]), 0.69)
     engines = [
@@ -296,13 +296,9 @@ def test_a_yield_stress_that_grows_by_table_is_the_structuration_s_own():
             engine.viscosity.measure_shear(engine.rows)
         one, other = (engine.state.volume_and_viscosity.numpy()[:, 1] for engine in engines)
         assert one == pytest.approx(other, rel=2e-6), frame
-    fresh = fluid(viscosity_pa_s=0.05, yield_stress_pa=5.0)
-    beds = [np.sort(pour(crack, way, paste, settle_s=0.2).position_mm[:, 2]) for paste in (rate, table, fresh)]
-    # Rounding and chaos leave 0.01 mm; fresh paste lies 1.9 mm away.
-    assert np.abs(beds[0] - beds[1]).mean() < 0.05
-    assert np.abs(beds[0] - beds[2]).mean() > 1.0
 
 
+@pytest.mark.broad
 def test_sealant_that_thickens_with_age_stands_higher_where_it_was_poured():
     """And a curve of one value throughout is the constant fluid: the same bits."""
     crack = slot(12.0)

@@ -6,15 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from digitise.settings import CrackShape, NozzlePath
+from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from digitise.trajectory import plan_trajectory
-from sealtwin.core.records import Outline, Sample
-from simulate.run import fill
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from sealtwin.core.records import Outline
+from simulate.settings import LEVEL, SampleSlope
+from tests.fluids import path, pour, sealant
 from tests.shapes import OPEN, closed_crack, straight_slot
 
-WATERY = {"U": 0.1, "D_cm": 1e-3, "freeze_after_s": "never"}
+WATERY = {"U": 0.1, "D_cm": 1e-3}
 THE_PAPERS = {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.58}
 STIFF = {"U": 1e4, "D_cm": 3.0, "freeze_after_s": 0.3}
 STEEP = SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)
@@ -41,9 +40,9 @@ class Case:
 CORNERS = [(1e-2, 1e-4), (1e-2, 3.0), (1e4, 1e-4), (1e4, 3.0), (30.0, 0.03)]
 """U and D in cm of the paper's range, and of its centre."""
 SLOPING_FLUIDS = {
-    "thin": {"U": 0.01, "D_cm": 1e-4, "freeze_after_s": "never"},
-    "thick": {"U": 1e4, "D_cm": 3.0, "freeze_after_s": "never"},
-    "paste": {"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0, "freeze_after_s": "never"},
+    "thin": {"U": 0.01, "D_cm": 1e-4},
+    "thick": {"U": 1e4, "D_cm": 3.0},
+    "paste": {"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0},
 }
 FINER = {"radius_mm": 0.5, "settle_s": 0.1}
 CASES = [
@@ -51,8 +50,8 @@ CASES = [
         Case(
             f"U = {u:g}, D = {d:g} cm, {preset}",
             0.1,
+            fluid=THE_PAPERS | {"U": u, "D_cm": d, "freeze_after_s": 0.3},
             solver={**FINER, "preset": preset},
-            fluid={"U": u, "D_cm": d, "freeze_after_s": 0.3},
         )
         for u, d, preset in [(*pair, "accurate") for pair in CORNERS] + [(*CORNERS[0], "paper"), (*CORNERS[3], "paper")]
     ],
@@ -61,26 +60,13 @@ CASES = [
         for tilt, angle_deg in [("funnel", 11.0), ("lean", 11.0), ("flare", 5.5), ("undercut", 5.5)]
     ],
     *[
-        Case(
-            f"{name} on a steep slope, {pressure}",
-            0.1,
-            fluid=fluid,
-            slope=STEEP,
-            solver={**FINER, "pressure": pressure},
-        )
+        Case(f"{name} on a steep slope, {how}", 0.1, fluid=fluid, slope=STEEP, solver={**FINER, "pressure": how})
         for name, fluid in SLOPING_FLUIDS.items()
-        for pressure in ("local", "two-level")
+        for how in ("local", "two-level")
     ],
     Case("walls that close", 0.1, crack={"tilt": "funnel", "wall_angle_deg": 11.0}, solver={"settle_s": 0.3}),
     Case("walls that close soon", 0.2, crack={"tilt": "funnel", "wall_angle_deg": 45.0}),
-    Case(
-        "tips under stiff paste",
-        0.3,
-        closed_crack(length_mm=20.0, width_mm=3.5),
-        STIFF,
-        {"tilt": "lean"},
-        {"trim_mm": 0.0},
-    ),
+    Case("tips under stiff paste", 0.3, closed_crack(0, 20.0, 3.5), STIFF, {"tilt": "lean"}, {"trim_mm": 0.0}),
     Case("low dams, overfull", 1.0, straight_slot(16.0, ends=OPEN), crack={"depth_mm": 4.0, "dam_height_mm": 0.5}),
     Case("high dams, overfull", 0.6, straight_slot(16.0, ends=OPEN), STIFF, {"depth_mm": 4.0}, {"trim_mm": 4.0}),
     Case("edge at hand", 0.6, straight_slot(12.0, face_mm=EDGE_AT_HAND_MM), crack={"depth_mm": 6.0}),
@@ -94,19 +80,21 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+QUICK = {
+    *("U = 0.01, D = 0.0001 cm, accurate", "U = 10000, D = 3 cm, paper", "walls funnel", "walls that close soon"),
+    *("thin on a steep slope, two-level", "hardly a crack", "a fall of 100 mm", "a step in the floor"),
+}
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, id=case.name, marks=() if case.name in QUICK else pytest.mark.broad) for case in CASES]
+)
 def test_nothing_escapes(case):
     shape = {"depth_mm": 12.0, "tilt": "vertical"} | case.crack
     solid = build_solid(case.outline, CrackShape.model_validate(shape))
-    path = NozzlePath.model_validate({"volume_ml": case.volume_ml, "speed_mm_s": 40.0, "trim_mm": 2.0} | case.path)
-    run, _ = fill(
-        Sample(case.outline, solid, plan_trajectory(case.outline, path, solid.cavity_volume_mm3)),
-        Fluid.model_validate(case.fluid),
-        Solver.model_validate({"radius_mm": 0.7} | case.solver),
-        Nozzle(diameter_mm=case.nozzle_mm),
-        seed=0,
-        slope=case.slope,
-    )
+    way, fluid = path(case.outline, case.volume_ml, **{"speed_mm_s": 40.0, **case.path}), sealant(**case.fluid)
+    how = {"slope": case.slope, "nozzle_mm": case.nozzle_mm, "radius_mm": 0.7} | case.solver
+    run = pour((solid, case.outline), way, fluid, **how)
     assert run.escaped_particles == 0
     assert np.isfinite(run.position_mm).all()
     assert np.isfinite(run.velocity_mm_s).all()

@@ -36,11 +36,11 @@ def sums(loops: ModuleType) -> tuple[Rows, Rows]:
     links = wp.zeros((ROWS, SLOTS), dtype=wp.vec3h, device="cpu")
     out = wp.zeros((ROWS, 48), dtype=float, device="cpu")
     wp.launch(sum_kernel(loops), ROWS, inputs=[*given.values(), SUPPORT, links, out], device="cpu")
-    found = links.numpy().astype(np.float32)
+    pulls = links.numpy().astype(np.float32)
     if loops is pair_sums_cpu:
         # Sixteen of x, then of y, then of z.
-        found = found.reshape(ROWS, -1, 3, 16).swapaxes(2, 3)
-    return out.numpy(), found.reshape(ROWS, -1)
+        pulls = pulls.reshape(ROWS, -1, 3, 16).swapaxes(2, 3)
+    return out.numpy(), pulls.reshape(ROWS, -1)
 
 
 def test_sixteen_at_a_time_are_the_same_sums():
@@ -71,7 +71,7 @@ def test_both_loops_find_the_same_neighbours_in_the_same_order():
     for native in (False, True):
         engine = engine_with(points, slot(), native=native)
         engine.find_neighbours()
-        lists.append([[row.tolist() for row in found(engine)] for found in (listed_fluid, listed_walls)])
+        lists.append([[row.tolist() for row in lists_of(engine)] for lists_of in (listed_fluid, listed_walls)])
     assert lists[0] == lists[1]
     assert max(map(len, lists[0][1])) > 16
 

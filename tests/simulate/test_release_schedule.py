@@ -7,13 +7,13 @@ from scipy.spatial.distance import pdist
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Outline, Sections, Solid, Trajectory
-from simulate.injection import Injection, prepare
+from sealtwin.core.records import Sections, Trajectory
+from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, FROZEN, MOVING
-from simulate.settings import Fluid, Nozzle, Solver, particle_volume
+from simulate.settings import Fluid, particle_volume
 from simulate.setup.release_schedule import course_of, pack_disc, plan_releases
+from tests.fluids import injected, slot
 from tests.fluids import path as short_path
-from tests.fluids import slot
 from tests.shapes import straight_slot
 
 
@@ -166,9 +166,9 @@ BURST[5] = 1e6
 @pytest.mark.parametrize(
     ("path", "radius_mm", "diameter_mm", "says"),
     [
-        (PAPER, 0.001, 2.4, r"radius_mm is 0.001: 4800 mm3 of sealant need 929\d+ particles, 1000000 are"),
+        (PAPER, 0.001, 2.4, r"radius_mm is 0.001: 4800 mm3 of sealant need 929\d+ particles, and at most 1000000 are"),
         # Packed first, the lattice of such a disc would take terabytes.
-        (PAPER, 1e-6, 2.4, r"radius_mm is 1e-06: .* particles, 1000000 are allowed"),
+        (PAPER, 1e-6, 2.4, r"radius_mm is 1e-06: .* particles, and at most 1000000 are allowed"),
         (steady(1e-3), 0.005, 100.0, r"diameter_mm is 100 .* 0.005: more than 100000 .* of at most 3.16 mm"),
         *[(steady(flow), 0.4, 2.4, r"at least 0\.330 mm3, one particle") for flow in (0, -320, np.nan, 1e-6)],
         (straight_path(BURST, speed_mm_s=1e2), 2.0, 9.0, r"its largest flow, 1e\+06 mm3/s"),
@@ -184,7 +184,7 @@ def test_what_cannot_be_released_is_refused_before_it_is_made(path, radius_mm, d
 def test_a_course_is_what_a_run_then_has_in_every_frame(freeze_after_s):
     """To the particle: nothing spills here. It bounds the room that is made for those that move."""
     fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s=freeze_after_s)
-    run = _ready(slot(12.0), fluid)
+    run = _ready(fluid)
     course = course_of(run.schedule, fluid, run.solver.settle_s)
     assert course.frames == run.frames
     assert course.out[-1] == run.schedule.particles
@@ -200,7 +200,7 @@ def test_paste_that_sleeps_freezes_by_its_age_like_paste_that_moves():
     Broken on purpose, with sleepers left out of freezing, the oldest are still asleep.
     """
     fluid = Fluid(U=30.0, D_cm=0.3, yield_stress_pa=2.0, freeze_after_s=0.2)
-    run = _ready(slot(12.0), fluid)
+    run = _ready(fluid)
     course = course_of(run.schedule, fluid, run.solver.settle_s)
     while run.done < 15:
         run.advance()
@@ -216,8 +216,7 @@ def test_paste_that_sleeps_freezes_by_its_age_like_paste_that_moves():
     assert (status == int(FROZEN)).all()
 
 
-def _ready(crack: tuple[Solid, Outline], fluid: Fluid) -> Injection:
-    solid, outline = crack
-    trajectory = short_path(outline, 0.12, speed_mm_s=20.0)
-    solver = Solver(radius_mm=0.6, settle_s=0.25)
-    return prepare(solid, outline, trajectory, [fluid], solver, Nozzle(), seed=1, device="cpu")
+def _ready(fluid: Fluid) -> Injection:
+    crack = slot(12.0)
+    way = short_path(crack[1], 0.12, speed_mm_s=20.0)
+    return injected(crack, way, fluid, seed=1, radius_mm=0.6, settle_s=0.25)

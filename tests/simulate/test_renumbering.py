@@ -7,17 +7,10 @@ from sealtwin.core.errors import NumericalError
 from simulate.fluid.state import State
 from simulate.injection import Injection
 from simulate.watchers import take_frame
-from tests.launches import PASTES, check_going_on, finish, ready, together
+from tests.launches import PASTES, finish, ready
 
 ALIKE_MM = 5e-5
 """Apart after a frame, where sums in another order round otherwise: by 4e-6."""
-
-
-@pytest.fixture
-def often(monkeypatch):
-    """Renumber in every third frame, however few particles there are."""
-    monkeypatch.setattr("simulate.fluid.solver.RENUMBERED", 1)
-    monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 3)
 
 
 def begun(frames: int) -> Injection:
@@ -53,20 +46,9 @@ def test_a_renumbered_pour_is_the_same_pour(monkeypatch):
     assert np.array_equal(state.by_release(state.release_frame), renumbered.schedule.frame_of)
 
 
-@pytest.mark.usefixtures("often")
-def test_a_renumbered_run_goes_on_from_where_it_was_kept():
-    check_going_on()
-
-
-@pytest.mark.usefixtures("often")
-def test_renumbered_fluids_computed_at_once_are_what_each_is_alone():
-    for number, run in enumerate(together(PASTES)):
-        (alone,) = together(PASTES[number : number + 1])
-        assert np.array_equal(run.position_mm, alone.position_mm)
-
-
-@pytest.mark.usefixtures("often")
-def test_a_fault_names_the_particle_by_its_release():
+def test_a_fault_names_the_particle_by_its_release(monkeypatch):
+    monkeypatch.setattr("simulate.fluid.solver.RENUMBERED", 1)
+    monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 3)
     injection = begun(31)
     state = injection.engine.state
     at = 5

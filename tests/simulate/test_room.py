@@ -37,17 +37,17 @@ def test_a_recorded_frame_has_room_for_what_comes_later(monkeypatch):
 
     Seen to fail with the first frame's room in the recording: rows then lost their walls.
     """
-    told, replayed = (with_entries(20, 0.9, monkeypatch) for _ in range(2))
+    asking, replayed = (with_entries(20, 0.9, monkeypatch) for _ in range(2))
     replayed.replays = True
-    told.advance(0)
-    room = told.lists.room
+    asking.advance(0)
+    room = asking.lists.room
     for frame in range(1, 14):
-        told.advance(frame)
+        asking.advance(frame)
     for frame in range(14):
         replayed.advance(frame)
-    assert told.lists.room > room
+    assert asking.lists.room > room
     assert replayed.recorded
-    assert np.array_equal(positions_mm(told), positions_mm(replayed))
+    assert np.array_equal(positions_mm(asking), positions_mm(replayed))
 
 
 @pytest.mark.parametrize("native", [False, True])
@@ -61,9 +61,9 @@ def test_a_list_that_is_cut_holds_nothing_of_what_was_there_before(native, monke
     engine = engine_with(points, slot(), native=native)
     engine.lists.store.fill_(-1)
     engine.find_neighbours()
-    found = listed_fluid(engine)
-    assert np.mean([len(row) == engine.lists.fluid.shape[1] for row in found]) > 0.9
-    assert min(map(min, found)) >= 0
+    listed = listed_fluid(engine)
+    assert np.mean([len(row) == engine.lists.fluid.shape[1] for row in listed]) > 0.9
+    assert min(map(min, listed)) >= 0
 
 
 def test_lists_that_are_not_packed_ask_the_device_nothing(monkeypatch):

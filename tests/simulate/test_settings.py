@@ -17,10 +17,10 @@ from simulate.setup_checks import rheology_of
         ({"U": "30"}, "U"),
         ({"U": 1.0, "yield_stress_pa": 12.0, "yield_stress_most_pa": 5.0}, "yield_stress_most_pa is 5, .* which is 12"),
         # A flow index goes with a consistency and nothing else.
-        ({"viscosity_pa_s": 0.5, "flow_index": 0.5}, "index is 0.5 and viscosity_pa_s 0.5: give consistency_pa_s_n"),
-        ({"U": 30.0, "flow_index": 0.5}, "flow_index is 0.5 and U 30"),
+        ({"viscosity_pa_s": 0.5, "flow_index": 0.5}, "index is 0.5 and viscosity_pa_s is 0.5: give consistency_pa_s_n"),
+        ({"U": 30.0, "flow_index": 0.5}, "flow_index is 0.5 and U is 30"),
         ({"flow_index": 0.5}, "flow_index is 0.5: give consistency_pa_s_n"),
-        ({"consistency_pa_s_n": 2.0}, "consistency_pa_s_n is 2 and flow_index 1: give viscosity_pa_s"),
+        ({"consistency_pa_s_n": 2.0}, "consistency_pa_s_n is 2 and flow_index is 1: give viscosity_pa_s"),
         ({"consistency_pa_s_n": 2.0, "flow_index": 2.5}, "flow_index"),
     ],
 )
@@ -31,8 +31,8 @@ def test_an_impossible_fluid_is_refused_with_its_reason(table, fault):
 
 def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unless_it_is_given():
     """A trial with U is the same file, with the same hash, whether or not it says D_cm = 0.3."""
-    said, unsaid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), Fluid(U=30.0, freeze_after_s="never")
-    assert said.model_dump_json() == unsaid.model_dump_json()
+    given, unsaid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), Fluid(U=30.0, freeze_after_s="never")
+    assert given.model_dump_json() == unsaid.model_dump_json()
     assert Fluid(U=0.0, freeze_after_s="never").D_cm == 0.3
     assert Fluid(viscosity_pa_s=0.05, freeze_after_s="never").D_cm is None
     for d_cm in (0.0, 0.1):
@@ -46,6 +46,8 @@ def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_the
     assert (accurate.frozen_answer, paper.frozen_answer) == (1.0, 0.0)
     mine = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
     assert (mine.iterations, mine.volume_factor, mine.wall) == (7, 1.0, "source")
+    assert Solver(pressure="two-level").scheme.iterations == 5
+    assert Solver(pressure="two-level", iterations=8).scheme.iterations == 8
     # 4/3 pi R^3 over 4 sqrt(2) 0.97^3 R^3.
     assert paper.volume_factor == pytest.approx(0.8113, abs=1e-4)
 
@@ -61,9 +63,9 @@ def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_the
     ],
 )
 def test_a_run_finds_its_volume_factor_unless_it_is_given_or_the_papers(solver, keeps, factor):
-    found = Solver.model_validate(solver)
-    assert found.keeps_volume is keeps
-    assert found.scheme.volume_factor == pytest.approx(factor, abs=1e-4)
+    settings = Solver.model_validate(solver)
+    assert settings.keeps_volume is keeps
+    assert settings.scheme.volume_factor == pytest.approx(factor, abs=1e-4)
 
 
 def test_an_age_that_no_run_reaches_is_still_one():

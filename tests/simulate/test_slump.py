@@ -19,8 +19,8 @@ def by_closed_form() -> SlumpCurve:
     length_mm = CONE.volume_mm3 ** (1 / 3)
     unit_pa = 1690 * GRAVITY_M_S2 * length_mm * 1e-3
     powers = range(-14, 0)
-    known = {n: spread_radius_mm(STEP**n * unit_pa, CONE.volume_mm3, 1690) / length_mm for n in powers}
-    return SlumpCurve(CONE, 1690, known)
+    radii = {n: spread_radius_mm(STEP**n * unit_pa, CONE.volume_mm3, 1690) / length_mm for n in powers}
+    return SlumpCurve(CONE, 1690, radii)
 
 
 def test_a_stress_between_two_slumps_is_that_of_the_curve():
@@ -30,8 +30,8 @@ def test_a_stress_between_two_slumps_is_that_of_the_curve():
         np.array([37e3, 38e3, 36e3]),
         np.array([1600, 1690, 1750]),
     )
-    found = by_closed_form().stress_pa(volume, radius_mm, density)
-    assert found == pytest.approx(stretched_stress_pa(volume, radius_mm, density), rel=5e-3)
+    stress_pa = by_closed_form().stress_pa(volume, radius_mm, density)
+    assert stress_pa == pytest.approx(stretched_stress_pa(volume, radius_mm, density), rel=5e-3)
 
 
 def test_a_heap_too_flat_for_particles_is_refused_with_what_to_do():
@@ -63,7 +63,7 @@ def test_paste_that_stands_on_a_plate_is_given_nothing():
 @pytest.mark.slow
 def test_a_slump_comes_to_rest_where_plasticity_says():
     """The first order in H / R is 1.6 % off at 12 Pa (benchmarks/slumps.py); here as coarse as is allowed."""
-    found = slump(CONE, 12.0, 1690.0)
-    assert found.volume_mm3 == pytest.approx(CONE.volume_mm3, rel=0.02)
-    assert found.at_rest_mm == pytest.approx(spread_radius_mm(12.0, CONE.volume_mm3, 1690.0), rel=0.03)
-    assert math.isclose(found.radius_mm[-1], found.radius_mm[-3], rel_tol=0.01)
+    rest = slump(CONE, 12.0, 1690.0)
+    assert rest.volume_mm3 == pytest.approx(CONE.volume_mm3, rel=0.02)
+    assert rest.at_rest_mm == pytest.approx(spread_radius_mm(12.0, CONE.volume_mm3, 1690.0), rel=0.03)
+    assert math.isclose(rest.radius_mm[-1], rest.radius_mm[-3], rel_tol=0.01)

@@ -31,6 +31,7 @@ def steered(flow: float, most: float) -> SteeredPour:
     return pour
 
 
+@pytest.mark.broad
 def test_a_steady_flow_gives_the_level_of_a_planned_run():
     """Two seeds of such a bed differ by 0.3 mm on average; the mean levels by a tenth."""
     planned_mm = fill(Sample(OUTLINE, SOLID, MOTION), *PHYSICS, seed=1)[1].level_mm

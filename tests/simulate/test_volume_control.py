@@ -29,7 +29,7 @@ FLOOR_CM = -1.6
 STIFF = THIN.model_copy(update={"yield_stress_pa": 12.0})
 
 
-@pytest.mark.parametrize("paste", [THIN, FREEZING, STIFF])
+@pytest.mark.parametrize("paste", [THIN, *(pytest.param(it, marks=pytest.mark.broad) for it in (FREEZING, STIFF))])
 def test_a_bed_has_the_volume_that_was_dispensed_whatever_holds_it(paste):
     """340 particles in a slot of 12 mm, of which one in seven lies at the surface; hence 2 % and not one.
 
@@ -54,6 +54,7 @@ def test_a_factor_that_is_given_or_the_papers_stays(solver):
     assert (injection.engine.state.swelling.numpy() == 1.0).all()
 
 
+@pytest.mark.broad
 def test_its_columns_read_a_rough_bed_in_a_narrow_slot():
     """Particles of 0.6 mm that lie loose, so that columns as wide as they are miss hollows between them."""
     solid, _ = slot(28.0, 3.1, 8.0, "vertical", 0.0)

@@ -17,12 +17,12 @@ import pytest
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import ParticleState
 from simulate.fluid import solver
-from simulate.injection import Injection, prepare
+from simulate.injection import Injection
 from simulate.kernels import status
 from simulate.run import follow
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import Fluid
 from simulate.watchers import COLUMNS, Checkpoint, HealthLog, Moments, take_frame
-from tests.fluids import path, slot
+from tests.fluids import injected, path, slot
 
 FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
 CARRYING = Fluid(viscosity_pa_s=0.5, freeze_after_s=0.2)
@@ -30,10 +30,9 @@ YIELDING = Fluid(viscosity_pa_s=0.05, yield_stress_pa=60.0, structuration_pa_per
 
 
 def injection(fluid: Fluid, volume_ml: float = 0.12, **solver: Any) -> Injection:
-    solid, outline = slot(12.0)
-    settings = Solver.model_validate({"radius_mm": 0.6, "settle_s": 0.6, **solver})
-    trajectory = path(outline, volume_ml, speed_mm_s=20.0)
-    return prepare(solid, outline, trajectory, [fluid], settings, Nozzle(), seed=1, device="cpu")
+    crack = slot(12.0)
+    way = path(crack[1], volume_ml, speed_mm_s=20.0)
+    return injected(crack, way, fluid, seed=1, **{"radius_mm": 0.6, "settle_s": 0.6, **solver})
 
 
 def finish(run: Injection) -> None:
@@ -50,12 +49,12 @@ class Killed:
     """The same run in pieces, each of which begins with a new solver from what the last one kept."""
 
     def __init__(self, file: Path, fluid: Fluid, **solver: Any) -> None:
-        self.said: list[str] = []
+        self.sentences: list[str] = []
         self._file, self._fluid, self._solver = file, fluid, solver
 
     def go_on(self, until: int) -> Injection:
         run = injection(self._fluid, **self._solver)
-        checkpoint = Checkpoint(self._file, "key", self.said.append)
+        checkpoint = Checkpoint(self._file, "key", self.sentences.append)
         checkpoint.begin(run)
         while run.done < min(until, run.frames) and not run.at_rest:
             run.advance()
@@ -66,11 +65,11 @@ class Killed:
 @pytest.mark.parametrize(
     ("fluid", "solver"),
     [
-        (FREEZING, {}),
-        (CARRYING, {}),
         (YIELDING, {}),
-        (YIELDING, {"sleep": False}),
-        (FREEZING, {"viscosity_solve": "explicit"}),
+        pytest.param(FREEZING, {}, marks=pytest.mark.broad),
+        pytest.param(CARRYING, {}, marks=pytest.mark.broad),
+        pytest.param(YIELDING, {"sleep": False}, marks=pytest.mark.broad),
+        pytest.param(FREEZING, {"viscosity_solve": "explicit"}, marks=pytest.mark.broad),
     ],
 )
 def test_a_run_killed_at_random_frames_is_the_unbroken_one_to_the_bit(tmp_path, fluid, solver):
@@ -85,8 +84,8 @@ def test_a_run_killed_at_random_frames_is_the_unbroken_one_to_the_bit(tmp_path, 
     for low, high in ((0.1, 0.6), (0.8, 0.98)):
         killed.go_on(int(moments.uniform(low, high) * unbroken.done))
     last = killed.go_on(unbroken.frames)
-    assert len(killed.said) == 2
-    assert all("going on after frame" in said for said in killed.said)
+    assert len(killed.sentences) == 2
+    assert all("going on after frame" in sentence for sentence in killed.sentences)
     assert bits(last) == bits(unbroken)
     if solver != {"sleep": False}:
         # Particles froze or slept on the way: otherwise this would not hold what it says.
@@ -121,10 +120,10 @@ def test_a_run_that_has_begun_counts_who_moves_in_a_later_state():
 
 def test_a_checkpoint_of_another_run_is_said_and_not_used(begun, fresh, tmp_path):
     (tmp_path / "checkpoint.npz").write_bytes(begun)
-    said = []
-    Checkpoint(tmp_path / "checkpoint.npz", "another key", said.append).begin(fresh)
+    sentences = []
+    Checkpoint(tmp_path / "checkpoint.npz", "another key", sentences.append).begin(fresh)
     assert fresh.done == 0
-    assert said == [
+    assert sentences == [
         "checkpoint.npz: kept by a run with other settings, inputs or device; the fluid run starts again at its first "
         "frame."
     ]
@@ -144,12 +143,12 @@ def test_a_damaged_checkpoint_is_one_sentence_and_a_fresh_start(begun, fresh, tm
     else:
         kept = dict(np.load(io.BytesIO(begun)))
         np.savez(file, allow_pickle=False, **(kept | {"place": kept["place"][:-1]} if damage == "other size" else {}))
-    said, before = [], bits(fresh)
-    Checkpoint(file, "key", said.append).begin(fresh)
-    assert len(said) == 1
-    assert said[0].startswith("checkpoint.npz: damaged (")
-    assert said[0].endswith("); the fluid run starts again at its first frame.")
-    assert "\n" not in said[0]
+    sentences, before = [], bits(fresh)
+    Checkpoint(file, "key", sentences.append).begin(fresh)
+    assert len(sentences) == 1
+    assert sentences[0].startswith("checkpoint.npz: damaged (")
+    assert sentences[0].endswith("); the fluid run starts again at its first frame.")
+    assert "\n" not in sentences[0]
     assert bits(fresh) == before
 
 
@@ -280,6 +279,7 @@ def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_i
     assert [row[:-2] for row in rows(file)] == [row[:-2] for row in [header, *values]]
 
 
+@pytest.mark.broad
 def test_memory_does_not_grow_over_a_watched_run(tmp_path, monkeypatch):
     """300 frames, each of them taken and let go: to keep them would be 47 kB each.
 
@@ -319,18 +319,16 @@ def test_resident_memory_does_not_grow_over_a_run(replays):
     """
     code = (
         "import ctypes, gc; from pathlib import Path\n"
-        "from tests.fluids import path, slot; from tests.launches import *\n"
+        "from tests.launches import *\n"
         "def resident():\n"
         "    gc.collect()\n"
         # What set-up left free would else take in what a leak keeps.
         "    ctypes.CDLL(None).malloc_trim(0)\n"
         "    return int(Path('/proc/self/statm').read_text().split()[1]) * 4096\n"
-        "solid, outline = slot(12.0)\n"
-        "settings = Solver(radius_mm=0.6, substeps=19, settle_s=30.0, sleep=False, volume_factor=1.1)\n"
-        "run = prepare(solid, outline, path(outline, 0.1, 20.0), PASTES, settings, Nozzle(), seed=1, device='cpu')\n"
-        f"run.engine.replays = {replays}\n"
+        "how = dict(radius_mm=0.6, substeps=19, settle_s=30.0, sleep=False, volume_factor=1.1)\n"
+        f"run = ready(PASTES, seed=1, replays={replays}, **how)\n"
         "[run.advance() for _ in range(300)]; before = resident(); [run.advance() for _ in range(1500)]\n"
         "assert run.done == 1800 and run.moving; print(resident() - before)"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert int(told.splitlines()[-1]) < 1500 * 2048
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert int(printed.splitlines()[-1]) < 1500 * 2048

@@ -73,8 +73,7 @@ def _walls(nudge: Nudge) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as place:
         photo = evenly_scaled(write_png(Path(place) / "crack.png", drawn))
     photo = replace(photo, brightness=nudge(photo.brightness).astype(photo.brightness.dtype))
-    found = find_path(photo, ENDS_PX)
-    outline = trace_outline(photo, found)
+    outline = trace_outline(photo, find_path(photo, ENDS_PX))
     return {
         "left wall": outline.left_wall_mm,
         "right wall": outline.right_wall_mm,
@@ -84,16 +83,16 @@ def _walls(nudge: Nudge) -> dict[str, Any]:
 
 
 def _solids(nudge: Nudge) -> dict[str, Any]:
-    outline, found = _nudged(wandering_crack(), nudge), dict[str, Any]()
+    outline, arrays = _nudged(wandering_crack(), nudge), dict[str, Any]()
     for tilt in get_args(Tilt):
         solid = build_solid(outline, CrackShape.model_validate({"depth_mm": 12.0, "tilt": tilt}))
         # Not the vertices themselves: rounding gives them another order, and cuts a plane into other triangles.
         mesh = trimesh.Trimesh(solid.vertices_mm, solid.faces, process=False)
-        found[f"{tilt}: bounds and centroid"] = [*mesh.bounds.ravel(), *mesh.center_mass]
-        found[f"{tilt}: inertia"] = mesh.moment_inertia
-        found[f"{tilt}: area and volume"] = [mesh.area, mesh.volume]
-        found[f"{tilt}: cavity and sections"] = [solid.cavity_volume_mm3, *solid.sections.area_mm2[::40]]
-    return found
+        arrays[f"{tilt}: bounds and centroid"] = [*mesh.bounds.ravel(), *mesh.center_mass]
+        arrays[f"{tilt}: inertia"] = mesh.moment_inertia
+        arrays[f"{tilt}: area and volume"] = [mesh.area, mesh.volume]
+        arrays[f"{tilt}: cavity and sections"] = [solid.cavity_volume_mm3, *solid.sections.area_mm2[::40]]
+    return arrays
 
 
 def _path(nudge: Nudge) -> dict[str, Any]:
@@ -123,8 +122,8 @@ FRAMES = 8  # By then the sealant is between the walls and on the floor; later f
 
 def simulated(nudge: Nudge) -> Outputs:
     start_warp()
-    found = {**_kernels(nudge), **_fluids(nudge), **_releases(nudge), **_fast_model(nudge), **_read_level(nudge)}
-    return {name: sampled(values) for name, values in found.items()}
+    arrays = {**_kernels(nudge), **_fluids(nudge), **_releases(nudge), **_fast_model(nudge), **_read_level(nudge)}
+    return {name: sampled(values) for name, values in arrays.items()}
 
 
 def _kernels(nudge: Nudge) -> dict[str, Any]:
@@ -132,23 +131,23 @@ def _kernels(nudge: Nudge) -> dict[str, Any]:
     engine.find_neighbours()
     rows, state, before_mm = engine.rows, engine.state, engine.state.position_mm()
     engine.pressure.measure_density(rows)
-    found = {"density": state.density.numpy(), "wall particles": engine.walls.position_and_share.numpy()}
+    arrays = {"density": state.density.numpy(), "wall particles": engine.walls.position_and_share.numpy()}
     engine.viscosity.measure_shear(rows)
     engine.viscosity.solve_implicit(rows)
-    found["speed after the viscosity's solve"] = state.velocity.numpy()
-    found["drag of the walls"] = engine.viscosity.system.drag.numpy()[:rows]
+    arrays["speed after the viscosity's solve"] = state.velocity.numpy()
+    arrays["drag of the walls"] = engine.viscosity.system.drag.numpy()[:rows]
     engine.pressure.correct(rows)
-    found["way of one correction"] = state.position_mm() - before_mm
+    arrays["way of one correction"] = state.position_mm() - before_mm
     whole = _filled_slot(nudge)
     whole.step()
-    found["way of a substep"] = whole.state.position_mm() - before_mm
+    arrays["way of a substep"] = whole.state.position_mm() - before_mm
     slow_cm_s = 1e-4
     slow = _filled_slot(nudge, slow_cm_s)
     slow.find_neighbours()
     slow.viscosity.measure_shear(rows)
     slow.viscosity.solve_implicit(rows)
-    found["speed of slow paste after the viscosity's solve"] = slow.state.velocity.numpy() / slow_cm_s
-    return found
+    arrays["speed of slow paste after the viscosity's solve"] = slow.state.velocity.numpy() / slow_cm_s
+    return arrays
 
 
 def _filled_slot(nudge: Nudge, speed_cm_s: float = 5.0) -> FluidSolver:
@@ -163,19 +162,19 @@ def _filled_slot(nudge: Nudge, speed_cm_s: float = 5.0) -> FluidSolver:
 
 def _fluids(nudge: Nudge) -> dict[str, Any]:
     crack, solver, nozzle = slot(8.0, depth_mm=4.0), Solver(radius_mm=0.5), Nozzle(diameter_mm=2.4)
-    found: dict[str, Any] = {}
+    arrays: dict[str, Any] = {}
     for name, table in FLUIDS.items():
         fluid = Fluid.model_validate({**table, "freeze_after_s": "never"})
         run = prepare(*crack, _trajectory(nudge), [fluid], solver, nozzle, seed=1, device="cpu")
         for _ in range(FRAMES):
             run.advance()
         state = run.engine.state
-        found[f"{name}: place"] = state.position_mm()[: run.out]
-        found[f"{name}: speed"] = state.velocity.numpy()[: run.out]
-        found[f"{name}: substeps and iterations"] = [run.engine.substeps, *map(float, run.engine.iterations[0])]
+        arrays[f"{name}: place"] = state.position_mm()[: run.out]
+        arrays[f"{name}: speed"] = state.velocity.numpy()[: run.out]
+        arrays[f"{name}: substeps and iterations"] = [run.engine.substeps, *map(float, run.engine.iterations[0])]
     fluids, frames_s = (Rheology(0.0, 0.0), Rheology(1000.0, 0.0, physical=True)), np.linspace(0.002, 0.04, 12)
-    found["substeps by frame"] = [substeps_for(solver, fluid, frame_s) for fluid in fluids for frame_s in frames_s]
-    return found
+    arrays["substeps by frame"] = [substeps_for(solver, fluid, frame_s) for fluid in fluids for frame_s in frames_s]
+    return arrays
 
 
 def _trajectory(nudge: Nudge) -> Trajectory:
@@ -233,8 +232,8 @@ SHEET = "s_mm,level_1_mm,level_2_mm,level_3_mm\n" + "".join(
 
 
 def validated(nudge: Nudge) -> Outputs:
-    found = {**_compared(nudge), **_expected(nudge), **_calibrated(nudge)}
-    return {name: sampled(values) for name, values in found.items()}
+    arrays = {**_compared(nudge), **_expected(nudge), **_calibrated(nudge)}
+    return {name: sampled(values) for name, values in arrays.items()}
 
 
 def _compared(nudge: Nudge) -> dict[str, Any]:

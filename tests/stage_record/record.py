@@ -75,15 +75,15 @@ def measured(stage: str, number: int) -> StageRecord:
     """
     exact = outputs_of(stage)
     nudged = [STAGES[stage](_nudge(seed)) for seed in range(NUDGES)]
-    found: dict[str, Recorded] = {}
+    outputs_now: dict[str, Recorded] = {}
     for name, values in exact.items():
         size = float(np.abs(values).max())
         off = max(float(np.abs(other[name] - values).max()) for other in nudged)
         tolerance = float(f"{max(ROUND_OFF, LEAST * size, MARGIN * off):.1g}")
         if tolerance > max(ROUND_OFF, MOST * size):
             raise ValueError(f"{stage}, {name}: rounding moves it by {off:.2g} of {size:.3g}")
-        found[name] = Recorded(values, tolerance)
-    return StageRecord(number, found)
+        outputs_now[name] = Recorded(values, tolerance)
+    return StageRecord(number, outputs_now)
 
 
 def _nudge(seed: int) -> Nudge:

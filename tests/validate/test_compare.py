@@ -13,6 +13,7 @@ from validate.metrics.curve_distances import Difference
 from validate.settings import Gate
 
 
+@pytest.mark.broad
 @settings(max_examples=15, deadline=None)
 @given(curves(), curves())
 def test_every_metric_agrees_with_a_fine_grid(a, b):
@@ -46,12 +47,9 @@ def test_a_simulation_that_stands_too_high_by_the_same_everywhere():
     assert (shifted.mean_error_mm, shifted.bias_mm, shifted.rmse_mm) == pytest.approx((1.5, 1.5, 1.5))
     assert [part.mean_error_mm for part in shifted.error_by_bin] == pytest.approx([1.5] * 8)
     assert shifted.share_under_1_mm == 0.0
-    assert (shifted.passed, shifted.gate) == (None, None)
-    assert shifted.verdict.startswith("No gate: ")
+    assert (shifted.passed, shifted.gate, shifted.beats_flat_level) == (None, None, True)
     assert shifted.scatter.repeatability_sd_mm is None
     assert shifted.readings_dialect == read.dialect
-    level = compared(profile([0, 80], [0, 0]))
-    assert (level.worst_error_mm, level.worst_at_mm) == (16.0, 0.0)
 
 
 def test_bins_are_ten_millimetres_and_the_last_takes_the_rest():
@@ -77,8 +75,8 @@ def test_what_is_not_covered_is_said_and_not_counted():
 
 def test_a_flat_simulation_does_not_beat_the_flat_level():
     metrics = compared(profile([0, 80], [-2, -2]))
+    assert (metrics.worst_error_mm, metrics.worst_at_mm) == (14.0, 0.0)
     assert not metrics.beats_flat_level
-    assert compared(profile(STATIONS, PROSE + 0.5)).beats_flat_level
     assert metrics.flat_level_error_mm == pytest.approx(Difference([0, 80], [1, 1], STATIONS, PROSE).mean_error)
 
 
@@ -96,33 +94,12 @@ def test_repeats_of_all_stations_are_pooled():
     assert thinned.degrees_of_freedom == 32
 
 
-@pytest.mark.parametrize(
-    ("offset_mm", "gated", "escaped", "passed", "starts"),
-    [
-        (1.0, True, 0, True, "Gate kept: "),
-        (2.0, True, 0, False, "Gate missed: "),
-        (0.0, True, 11, False, "Do not use: 11 particles went through a wall"),
-        (0.0, False, 11, False, "Do not use: 11 particles went through a wall"),
-    ],
-)
-def test_a_gate_is_on_the_mean_error_and_a_particle_through_a_wall_fails_every_run(
-    offset_mm, gated, escaped, passed, starts
-):
-    gate = Gate(mean_error_mm=1.6) if gated else None
-    result = compared(profile(STATIONS, PROSE + offset_mm), gate=gate, escaped_particles=escaped)
-    assert result.verdict.startswith(starts)
-    assert (result.passed, result.escaped_particles) == (passed, escaped)
-    assert "cover" not in result.verdict
-
-
-def test_two_readings_side_by_side_are_no_verdict():
-    """What a stranger tried: a millimetre of the crack, and a level that is right there."""
-    pair = profile([45, 46], [1.0, 1.0], data="measured")
-    result = compared(measured(), pair, gate=Gate(mean_error_mm=1.6))
-    assert result.mean_error_mm < 0.1
-    assert result.passed is False
-    assert result.verdict.startswith("No verdict: the readings cover 1 % of the crack's length (2 stations")
-    assert compared(measured(), pair).passed is None
+def test_a_gate_is_on_the_mean_error_and_a_particle_through_a_wall_fails_every_run():
+    sound = compared(profile(STATIONS, PROSE + 1.0), gate=Gate(mean_error_mm=1.6))
+    assert (sound.passed, sound.verdict[:11]) == (True, "Gate kept: ")
+    leaking = compared(profile(STATIONS, PROSE), escaped_particles=11)
+    assert leaking.passed is False
+    assert leaking.verdict.startswith("Do not use: 11 particles went through a wall")
 
 
 def test_a_station_beyond_the_crack_is_counted_as_such_everywhere():
@@ -133,13 +110,5 @@ def test_a_station_beyond_the_crack_is_counted_as_such_everywhere():
     names = {"role": "calibrated-on", "fitted": tuple(f"setting {number}" for number in range(16))}
     sentences = compared(profile([0.0, 79.5], [1.0, 1.0]), **names).headline
     assert sentences[-2].endswith("a curve with 16 numbers passes through all 16 stations.")
-    assert "(fitted at 16 stations: " in sentences[-1]
     short = compared(profile([0.0, 31.0], [1.0, 1.0])).headline[0]
     assert "(7 stations and 1 next beyond, up to" in short
-
-
-def test_a_part_of_the_crack_is_named_in_the_verdict():
-    part = STATIONS < 70.1
-    result = compared(measured(), profile(STATIONS[part], PROSE[part], data="measured"), gate=Gate(mean_error_mm=1.6))
-    assert result.passed is True
-    assert result.headline[0].endswith(" The readings cover 87 % of the crack's length.")

@@ -9,16 +9,10 @@ from sealtwin.core.errors import InputError
 from validate.settings import Gate, Readings, Uncertainty
 
 
-@pytest.mark.parametrize("limit", [0, -1, float("nan"), float("inf"), "1.6"])
-def test_a_gate_is_a_positive_number(limit):
+@pytest.mark.parametrize(("limit", "reason"), [(0, ""), (float("nan"), ""), (float("inf"), ""), (1.6, "two\nlines")])
+def test_a_gate_is_a_positive_number_with_a_reason_of_one_line(limit, reason):
     with pytest.raises(InputError):
-        Gate(mean_error_mm=limit)
-
-
-def test_a_reason_is_one_line():
-    assert Gate(mean_error_mm=1.6).reason == ""
-    with pytest.raises(InputError):
-        Gate(mean_error_mm=1.6, reason="two\nlines")
+        Gate(mean_error_mm=limit, reason=reason)
 
 
 def test_only_readings_that_were_calibrated_on_had_something_fitted():
@@ -32,18 +26,6 @@ def test_only_readings_that_were_calibrated_on_had_something_fitted():
         Readings.model_validate(content | {"role": "calibrated-on", "fitted": ("fluid.U", "seed", "fluid.U")})
     with pytest.raises(ValidationError, match=r'fitted is empty, but role is "undeclared"'):
         Readings.model_validate(content | {"role": "undeclared", "fitted": ()})
-
-
-@pytest.mark.parametrize(
-    "change",
-    [{"data": "guessed"}, {"role": "training"}, {"unit": "furlong"}, {"role": None}],
-    ids=lambda c: next(iter(c)),
-)
-def test_readings_declare_origin_and_role(change):
-    content = {"file": Path("caliper.csv"), "data": "measured", "role": "held-out"}
-    assert Readings.model_validate(content).role == "held-out"
-    with pytest.raises(ValidationError):
-        Readings.model_validate(content | change)
 
 
 def test_the_doubt_of_a_fitted_width_counts_unless_one_is_declared():

@@ -1,7 +1,9 @@
 """A lab's notes and folders."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 
@@ -27,14 +29,14 @@ diameter_mm = 1.2
 model = "slot"
 """
 """Of all samples: a depth that a note of one must not leave standing, and the fast model, which is checked soon."""
-SOME_FAILED = 6
+NONE_SOUND, SOME_FAILED = 3, 6
 WITH_NOTE = "ingest {given}/folder --pairing {given}/pairing.csv --out {out} --dry-run --quiet"
 
 
 noted = answers(WITH_NOTE)
 
 
-def _folder(place: Path, lab: str = LAB, samples: Sequence[int] = (3, 4), **texts: str) -> None:
+def _folder(place: Path, lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> None:
     """Write photos, N3 and N4, lab.toml, and texts by their names, with __ for the point."""
     folder = place / "folder"
     folder.mkdir()
@@ -55,18 +57,19 @@ def _with_note(text: str, settings: str = "", skip: str = "", samples: Sequence[
     return make
 
 
-def _read(text: str, *names: str) -> WrongInput:
-    said = names or ("crack.depth_mm = 9.0",)
-    return noted(f"the note {text!r} is read", _with_note(text), *said, code=0, lacks=("no setting was read",))
+def _read(text: str, *names: str, **others: Any) -> WrongInput:
+    settings = names or ("crack.depth_mm = 9.0",)
+    row = noted(f"the note {text!r} is read", _with_note(text), *settings, lacks=("no setting was read",), **others)
+    return replace(row, code=0)
 
 
-def _asked(text: str, *names: str) -> WrongInput:
-    told = ("N3.txt", "no setting was read", *names)
-    return noted(f"the note {text!r} is asked about", _with_note(text, samples=(3, 4)), *told, code=SOME_FAILED)
+def _asked(text: str, *names: str, **others: Any) -> WrongInput:
+    words = ("N3.txt", "no setting was read", *names)
+    return noted(f"the note {text!r} is asked about", _with_note(text), *words, code=NONE_SOUND, **others)
 
 
-def _files(lab: str = LAB, **texts: str) -> Callable[[Path], None]:
-    return lambda place: _folder(place, lab, (3, 4), **texts)
+def _files(lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> Callable[[Path], None]:
+    return lambda place: _folder(place, lab, samples, **texts)
 
 
 def _named(name: str) -> Callable[[Path], None]:
@@ -106,34 +109,34 @@ OTHERS = "Luftdruck 100 kPa. Viskositaet 54 cP. Duese 3 mm vor der Kante. tilt a
 
 # fmt: off
 CASES: list[WrongInput] = [
-    _read("depth = 9 mm"),
-    _read("Sample N3: depth = 9 mm"),
-    _read("Sample N3: depth = 9 mm. scale 0.1 mm/px.", "crack.depth_mm = 9.0", "photo.mm_per_px = 0.1"),
+    _read("depth = 9 mm", broad=True),
+    _read("Sample N3: depth = 9 mm", broad=True),
+    _read("Sample N3: depth = 9 mm. scale 0.1 mm/px.", "crack.depth_mm = 9.0", "photo.mm_per_px = 0.1", broad=True),
     _read("Tiefe ca. 9 mm"),
-    _read("9 mm tief"),
-    _read("Tiefe: 9,0 mm"),
-    _read("9 mm deep"),
+    _read("9 mm tief", broad=True),
+    _read("Tiefe: 9,0 mm", broad=True),
+    _read("9 mm deep", broad=True),
     _read("t = 0.9 cm"),
-    _asked("9-11 mm", "9-11 mm"),
-    _asked("depth at left 9 mm, at right 14 mm", "9 mm; 14 mm"),
-    _asked("21 °C, 14:30 Uhr, am 3.5.2026, 12 g", "21 °C; 14:30 Uhr; 3.5.2026; 12 g"),
-    _asked("Dichtstoff 3 mm tief", "3 mm"),
+    _asked("9-11 mm", "9-11 mm", broad=True),
+    _asked("depth at left 9 mm, at right 14 mm", "9 mm; 14 mm", broad=True),
+    _asked("21 °C, 14:30 Uhr, am 3.5.2026, 12 g", "21 °C; 14:30 Uhr; 3.5.2026; 12 g", broad=True),
+    _asked("Dichtstoff 3 mm tief", "3 mm", broad=True),
     _asked("Tiefe 9 mm. Depth = 14 mm", "9 mm; 14 mm"),
-    _asked("Tiefe 9", "Tiefe 9"),
-    _asked("max. Tiefe 9 mm", "9 mm"),
-    _asked(OTHERS, "100 kPa; 54 cP; 3 mm; 12 deg; 400 mm3/s"),
+    _asked("Tiefe 9", "Tiefe 9", broad=True),
+    _asked("max. Tiefe 9 mm", "9 mm", broad=True),
+    _asked(OTHERS, "100 kPa; 54 cP; 3 mm; 12 deg; 400 mm3/s", broad=True),
     _asked("Zustand: halb trocken", "Zustand: halb trocken"),
     *(
         ingested(f"the cell {cell!r} of a note is read", _files(N3_notes__csv=f"Tiefe;{cell}\nBediener;M\n"), *names,
-            code=code)
+            code=code, broad=cell not in {"etwa 0,9 cm gemessen", "max. 9 mm"})
         for cell, names, code in (
             ("ca. 9 mm", ("read as crack.depth_mm = 9.0 (ca. 9 mm)",), 0),
             ("~9 mm", ("read as crack.depth_mm = 9.0 (~9 mm)",), 0),
             ("etwa 0,9 cm gemessen", ("read as crack.depth_mm = 9.0 (etwa 0,9 cm gemessen)",), 0),
             ("ca. 0.5 in", ("read as crack.depth_mm = 12.7 (ca. 0.5 in)",), 0),
-            ("max. 9 mm", ("N3_notes.csv, line 1", "'max. 9 mm'"), SOME_FAILED),
-            ("9 mm ± 1", ("N3_notes.csv, line 1", "'9 mm ± 1'"), SOME_FAILED),
-            ("ca. 9", ("N3_notes.csv, line 1", "'ca. 9' has no unit"), SOME_FAILED),
+            ("max. 9 mm", ("N3_notes.csv, line 1", "'max. 9 mm'"), NONE_SOUND),
+            ("9 mm ± 1", ("N3_notes.csv, line 1", "'9 mm ± 1'"), NONE_SOUND),
+            ("ca. 9", ("N3_notes.csv, line 1", "'ca. 9' has no unit"), NONE_SOUND),
         )
     ),
     noted("a note that names another sample too", _with_note("N3: Tiefe 9 mm. N4: Tiefe 14 mm", samples=(3, 4)),
@@ -146,33 +149,33 @@ CASES: list[WrongInput] = [
         lacks=("no setting was read",)),
     ingested("a text before anybody calls it a note names what it would leave open",
         _files(N3__txt="depth = 9 mm. Am 3.5.2026 bei 21 °C, links 12 mm"), "N3.txt", "crack.depth_mm = 9.0",
-        "3.5.2026; 21 °C; 12 mm", "role to note", code=0),
+        "3.5.2026; 21 °C; 12 mm", "role to note", code=0, broad=True),
     ingested("a text of several samples is not left out in silence",
-        _files(notes__md="N3: Tiefe 9 mm. N4: Tiefe 14 mm."), "notes.md", "names N3, N4", "9 mm; 14 mm", "role ignore",
-        code=SOME_FAILED),
+        _files(samples=(3, 4), notes__md="N3: Tiefe 9 mm. N4: Tiefe 14 mm."), "notes.md", "names N3, N4",
+        "9 mm; 14 mm", "role ignore", code=SOME_FAILED, broad=True),
     ingested("a text of no sample says a setting", _files(README__txt="Nozzle 1.1 mm"), "README.txt",
         "nozzle.diameter_mm = 1.1", "role ignore", code=SOME_FAILED),
     ingested("a title above a sheet says another depth than lab.toml",
         _files(OF_SHEET, N3__csv=f"Risstiefe;9 mm\n{SHEET}"), "N3.csv, row 1", "crack.depth_mm = 9.0", "lab.toml",
-        "16.0", code=SOME_FAILED),
+        "16.0", code=NONE_SOUND),
     ingested("a title above a sheet says a date, on which no run depends",
-        _files(OF_SHEET, N3__csv=f"Datum 3.5.2026\n{SHEET}"), "2 of 2 samples are sound", code=0,
+        _files(OF_SHEET, N3__csv=f"Datum 3.5.2026\n{SHEET}"), "1 of 1 sample is sound", code=0,
         lacks=("no note says so",)),
     ingested("a note in place of lab.toml", _files(N3__toml="crack.depth_mm = 9.0"),
-        "N3.toml: crack.depth_mm = 9.0, in place of 16.0 in lab.toml", code=0),
+        "N3.toml: crack.depth_mm = 9.0, in place of 16.0 in lab.toml", code=0, broad=True),
     ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",
-        "'depth_mm' = 9.0 may be crack.depth_mm", code=SOME_FAILED),
+        "'depth_mm' = 9.0 may be crack.depth_mm", code=NONE_SOUND),
     ingested("a misspelt word of a note, whose depth lab.toml would replace",
         _files(N3_notes__csv="Risstife;9 mm\nBediener;M\n"), "N3_notes.csv",
-        "'Risstife' = '9 mm' may be crack.depth_mm", code=SOME_FAILED),
+        "'Risstife' = '9 mm' may be crack.depth_mm", code=NONE_SOUND, broad=True),
     ingested("a depth in a photo's name", _named("N3 9mm.png"), "N3 9mm.png", "its name has 9mm", code=0),
     ingested("path and nozzle that nobody said", _files(NOT_SAID), 'path.volume_ml = "cavity"', "path.trim_mm = 10.0",
-        "path.speed_mm_s = 4.0", "nozzle.diameter_mm = 2.4", code=0),
+        "path.speed_mm_s = 4.0", "nozzle.diameter_mm = 2.4", code=0, broad=True),
     answers(INGEST.replace(" --quiet", ""))("a picture in a folder that a dry run forgets", _blurred, "N3.png",
         code=SOME_FAILED, lacks=("refused.png", "inputs/photo")),
     typed("a typed scale that markers in the photo contradict", _beside_markers, "4 markers of 4x4_50",
         "0.4 mm/px, 20.0% below photo.mm_per_px = 0.5", "20.0 mm wide", "photo.markers", more=" 0.5", code=0),
     typed("a typed scale beside markers that agree", _beside_markers, "4 markers of 4x4_50", "0.4 mm/px, 0.0%",
-        "photo.markers", more=" 0.4", code=0, lacks=("measure one",)),
+        "photo.markers", more=" 0.4", code=0, lacks=("measure one",), broad=True),
 ]
 # fmt: on

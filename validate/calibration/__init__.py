@@ -1,1 +1,4 @@
-"""Statistics of a calibration: what measured levels determine about settings that were not measured. Makes no runs."""
+"""Statistics of a calibration: what measured levels determine about settings that were not measured.
+
+It makes no runs.
+"""

@@ -1,8 +1,8 @@
 """An emulator of the level profile: a Gaussian process for each of its principal components.
 
 Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2, with a length for each
-setting and a nugget for the scatter of runs that differ only in seed; both are fitted to the runs. The scatter is a
-log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
+setting, and with a nugget for the scatter of runs that differ only in seed. Both are fitted to the runs. The scatter is
+a log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
 """
 
 from dataclasses import dataclass
@@ -13,15 +13,16 @@ from sealtwin.core.records import Floats
 
 COMPONENTS = 5
 LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
-"""Bounds of the lengths, as shares of a range, and of the two variances, relative to that of the scores."""
+"""Bounds of the lengths, as shares of a setting's range, and of variance and nugget, relative to the scores'
+variance."""
 USUAL_LENGTH, FACTOR = 1.0, 3.0
-"""Median of the lengths' prior and its standard deviation as a factor: the likelihood of 16 runs without a prior has
+"""Median of the lengths' prior, and its standard deviation as a factor. Without a prior, the likelihood of 16 runs has
 maxima at lengths of 0 and of infinity."""
 STARTS = (0.4, 1.5)  # Initial lengths of the optimisation
 ROOT5 = np.sqrt(5.0)
 SLOPE, OF_A_RUN = 1.5, 0.5
-"""Prior standard deviations of the slopes of ln variance over a range, and of a single run's ln variance about the
-slope."""
+"""Prior standard deviations of the change of ln variance over a setting's range, and of a single run's ln variance
+about this slope."""
 LEAST_MM2 = 1e-6  # Added to the variance of a run, which is 0 for a closed form
 
 
@@ -40,7 +41,7 @@ class Processes:
 
     @classmethod
     def fitted(cls, points: Floats, scores: Floats, relative: Floats) -> "Processes":
-        """Fit lengths, variance and nugget of each process by the maximum of its posterior."""
+        """Fit lengths, variance and nugget of each process at the maximum of its posterior."""
         logs = np.array([_most_likely(points, column, relative) for column in scores.T])
         dimensions = points.shape[1]
         size = scores.var(axis=0)
@@ -68,7 +69,10 @@ class Processes:
         return mean, np.maximum(self.variance - explained, 1e-12 * self.variance)
 
     def with_points(self, points: Floats, relative: Floats) -> "Processes":
-        """Return the processes as if runs at ``points`` had given the expected scores: only the variance is valid."""
+        """Return the processes with added runs at ``points`` that give the expected scores.
+
+        Only their variance is valid.
+        """
         both = np.vstack([self.points, points]), np.vstack([self.scores, self.at(points)[0]])
         return Processes.given(*both, self.length, self.variance, self.nugget, np.append(self.relative, relative))
 
@@ -124,7 +128,7 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Covariance of the residual of the components, and the slopes of the scatter of runs over the settings."""
+    """Covariance of the part of a level that the components do not fit, and how it changes with the settings."""
 
     rest_mm2: Floats  # (n, n) covariance of the residual of the components, at the middle
     middle: Floats  # (d,) of the runs' points
@@ -132,7 +136,7 @@ class Scatter:
 
     @classmethod
     def fitted(cls, points: Floats, levels_mm: Floats, components: int) -> "Scatter":
-        """Fit to each run's residual from ``components`` components of the other runs; those of all fit too well."""
+        """Fit to each run's residual from ``components`` components of the other runs. Its own would fit too well."""
         rows = []
         for number, level_mm in enumerate(levels_mm):
             others = np.delete(levels_mm, number, axis=0)
@@ -147,7 +151,7 @@ class Scatter:
         return cls(evened.T @ evened / len(residual_mm), middle, slopes)
 
     def relative(self, points: Floats) -> Floats:
-        """Return the variance at points, (m, d), relative to that at the middle, (m,)."""
+        """Return the variance at points (m, d) as a ratio to the variance at ``middle``, (m,)."""
         return np.exp((points - self.middle) @ self.slopes)
 
 
@@ -172,11 +176,14 @@ class Emulator:
 
     @property
     def run_noise_mm2(self) -> Floats:
-        """Covariance between stations, (n, n), of a single run about the average over seeds, at the runs' middle."""
+        """Covariance between stations, (n, n), of a single run's level about its average over seeds.
+
+        It is valid at the mean of the runs' settings.
+        """
         return (self.basis_mm.T * self.processes.nugget) @ self.basis_mm + self.scatter.rest_mm2
 
     def levels_mm(self, points: Floats) -> Floats:
-        """Return the levels averaged over seeds, (m, n)."""
+        """Return the levels at ``points`` (m, d), averaged over seeds, (m, n)."""
         return self.mean_mm + self.processes.at(points)[0] @ self.basis_mm
 
 

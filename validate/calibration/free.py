@@ -24,7 +24,7 @@ class Free:
 
     @property
     def label(self) -> str:
-        """Name with its unit: "yield stress (Pa)"."""
+        """Name with its unit, for example "yield stress (Pa)"."""
         return words(self.name.rpartition(".")[2])
 
     @property
@@ -32,13 +32,13 @@ class Free:
         return self.low > 0 and self.high >= WIDE * self.low
 
     def values(self, shares: Floats) -> Floats:
-        """Return the values at shares of the range."""
+        """Return the values of the setting at fractions of its range, from 0 to 1."""
         if self.logarithmic:
             return self.low * (self.high / self.low) ** shares
         return self.low + (self.high - self.low) * shares
 
     def log_prior(self, shares: Floats) -> Floats:
-        """Return the logarithm of the density over the share, up to a constant."""
+        """Return the logarithm of the prior density at fractions of the range, up to a constant."""
         if self.measured is None:
             return np.zeros_like(shares)
         values, (middle, standard) = self.values(shares), self.measured
@@ -64,7 +64,7 @@ NAMED = 0.2  # Smallest listed share of a setting in a combination
 
 @dataclass(frozen=True)
 class Marginal:
-    """A free setting given the readings."""
+    """Posterior of one free setting."""
 
     free: Free
     best: float  # Value at the draw with the highest density
@@ -85,7 +85,7 @@ class Combination:
     deviation: float  # Standard deviation along it; 1 if the readings contain no information
 
     def said(self, frees: Sequence[Free]) -> str:
-        """Return it as "0.8 ln viscosity - 0.6 yield stress"."""
+        """Return the direction as text, for example "0.8 ln viscosity - 0.6 yield stress"."""
         terms = ""
         for part, free in sorted(zip(self.parts, frees, strict=True), key=lambda each: -abs(each[0])):
             if abs(part) >= NAMED:
@@ -95,7 +95,7 @@ class Combination:
 
 
 def marginals_of(frees: Sequence[Free], draws: Floats, best: Floats) -> list[Marginal]:
-    """Summarise draws in the unit cube, (count, d)."""
+    """Return the posterior of each setting, from draws in the unit cube, (count, d)."""
     ends = np.quantile(draws, [(1 - INTERVAL) / 2, (1 + INTERVAL) / 2], axis=0)
     marginals = []
     for number, free in enumerate(frees):
@@ -106,7 +106,7 @@ def marginals_of(frees: Sequence[Free], draws: Floats, best: Floats) -> list[Mar
 
 
 def combinations_of(frees: Sequence[Free], draws: Floats) -> list[Combination]:
-    """Return the eigenvectors of the draws' covariance, the best determined one first."""
+    """Return the eigenvectors of the draws' covariance, beginning with the best determined one."""
     scaled = draws / np.array([free.prior[1] for free in frees])
     variance, vectors = np.linalg.eigh(np.atleast_2d(np.cov(scaled.T)))
     combinations = []

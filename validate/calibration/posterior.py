@@ -1,4 +1,4 @@
-"""Posterior of free settings given the readings of one trial or several, and draws of it."""
+"""Posterior of free settings given the readings of one or several trials, and draws from it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_co
 from validate.calibration.free import Free
 
 INFLATED = 1.2
-"""Factor on all standard uncertainties. Lengths and nugget are used as if exact, so that without it the 90 % intervals
-of a prototype contained 81 to 88 % of the truths. Chosen on that prototype, not on this repository's benchmark."""
+"""Factor on all standard uncertainties. Lengths and nugget are treated as exact. Therefore, without the factor, the 90
+% intervals of a prototype contained 81 to 88 % of the true values. The factor was chosen on that prototype, not on this
+repository's benchmark."""
 POSSIBLE = 0.995  # Probability that true settings satisfy a bound of the misfit
 DISCREPANCIES_MM = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
 DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the discrepancy; one trial cannot separate it from paste
@@ -33,7 +34,7 @@ class ReadLevels:
 
 @dataclass(frozen=True)
 class BasisReach:
-    """Residual of the readings from all sums of the shapes of runs, whatever the settings."""
+    """Smallest residual of the readings from any weighted sum of the runs' components, whatever the settings."""
 
     residual_mm: float  # Root mean square residual at the stations
     noise_mm: float  # Root mean square of the standard uncertainty of a reading against a run
@@ -42,10 +43,11 @@ class BasisReach:
 
 
 def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
-    """Project the readings on the components of runs, (r, n): as many as needed, at most ``MOST_COMPONENTS``.
+    """Project the readings on as many components of runs, (r, n), as needed, but at most ``MOST_COMPONENTS``.
 
-    Too small a basis would look like a wrong model (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The limit is
-    chi-square at ``POSSIBLE``, with the scatter of the run that scatters most, since the true settings are unknown.
+    Too small a basis would look like a wrong model (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The limit of the
+    misfit is the chi-square quantile at ``POSSIBLE``. It uses the largest scatter of all runs, since the true settings
+    are unknown.
     """
     from scipy.stats import chi2
 
@@ -86,7 +88,7 @@ class _Misfit:
         self.log_size = 2 * float(np.log(root.diagonal()).sum())
 
     def misfit(self, mean: Floats, variance: Floats, relative: Floats) -> tuple[Floats, Floats]:
-        """Return squared misfit and ln of the covariance's determinant, (m,), by the lemmas for low-rank updates."""
+        """Return squared misfit and ln of the covariance's determinant, (m,) each, computed as low-rank updates."""
         size = 1 + relative[:, None] * np.maximum(self.scatter, 0.0)
         residual = self.off - mean @ self.shapes.T
         spread = INFLATED * np.sqrt(variance)
@@ -137,9 +139,10 @@ class Posterior:
         return np.logaddexp.reduce(self.log_densities(points), axis=0)
 
     def implausibility(self, points: Floats) -> Floats:
-        """Return the squared misfit of each point over the bound that ``POSSIBLE`` of true settings satisfy, (m,).
+        """Return each point's squared misfit, divided by the bound that true settings satisfy, (m,).
 
-        It is the largest over the trials, without model discrepancy (Vernon et al. 2010, Bayesian Anal. 5:619).
+        True settings satisfy the bound with the probability ``POSSIBLE``. The result is the largest over the trials,
+        without model discrepancy (Vernon et al. 2010, Bayesian Anal. 5:619).
         """
         from scipy.stats import chi2
 
@@ -191,7 +194,7 @@ class Posterior:
 
 
 def _mixing(chain: Floats) -> float:
-    """Return the largest Gelman-Rubin ratio of halves of the chain (steps, walkers, d)."""
+    """Return the largest Gelman-Rubin ratio of any setting between halves of the chain (steps, walkers, d)."""
     halves = np.array_split(chain, 2)
     means, variances = (
         np.array([function(half.reshape(-1, chain.shape[2]), axis=0) for half in halves])

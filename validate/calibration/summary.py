@@ -1,4 +1,4 @@
-"""A calibration in sentences, and the bands of its posterior for readings."""
+"""Sentences on a calibration, and the bands that its posterior predicts for readings."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,7 +26,7 @@ LEAST_IN_BAND = 0.8  # Smallest share of the stations in the 95 % band of a held
 
 @dataclass(frozen=True)
 class Prediction:
-    """A trial's readings and the posterior's band for them; all heights are (n,)."""
+    """A trial's readings, and the band that the posterior predicts for them. All arrays are (n,)."""
 
     trial: str
     role: Literal["calibrated", "held out"]
@@ -48,12 +48,12 @@ class Prediction:
 
     @property
     def held(self) -> float:
-        """Share of the stations with the reading inside the band."""
+        """Share of the stations whose reading is inside the 95 % band."""
         return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
 
 
 def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Floats) -> tuple[Floats, Floats]:
-    """Return mean and half-width of the band, (n,) each, of a trial whose runs the emulator was fitted to."""
+    """Return mean and half-width of the 95 % band, (n,) each, for the trial to whose runs the emulator was fitted."""
     from scipy.special import ndtri
 
     levels_mm = emulator.levels_mm(draws)
@@ -64,7 +64,7 @@ def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Float
 
 
 def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, Floats]:
-    """Return the same from runs, (m, n), of draws of the posterior, each with its own seed."""
+    """Return mean and half-width of the 95 % band, (n,) each, from runs (m, n) of posterior draws with own seeds."""
     from scipy.special import stdtrit
 
     runs = len(levels_mm)

@@ -22,9 +22,8 @@ NEIGHBOURS = 8  # Number of a run's neighbours on the map: all around it on a gr
 NORMAL_QUARTILE = 0.6745  # Median of |x| of the standard normal distribution
 DRAWS = 2_000  # Number of random sets of readings, from which a share of 2.5 % is known to 0.35 %
 CANNOT_TELL = 0.025
-"""A run fits as well as the best one if its error is the smaller one in more than this share of the random sets of
-readings: one tail of 95 %.
-"""
+"""A run fits as well as the best one if its error is smaller than the best one's in more than this share of the random
+sets of readings. The share is one tail outside a 95 % interval."""
 FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean errors of a run that fits equally well and of the best run
 REPEATED = "seed"  # Setting in which replicates differ; it is never an axis
 NAMED = 8  # Most runs that a sentence names
@@ -41,12 +40,12 @@ class Axis:
 
     @property
     def label(self) -> str:
-        """Name with its unit: "D (cm)"."""
+        """Name with its unit, for example "D (cm)"."""
         return words(self.setting.rpartition(".")[2])
 
     @property
     def name(self) -> str:
-        """Name without table and unit: D."""
+        """Name without table and unit, for example "D"."""
         return self.label.partition(" (")[0]
 
     @property
@@ -59,19 +58,19 @@ class Axis:
         return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
 
     def is_graded(self, runs: int) -> bool:
-        """Return True if the runs share few enough values for a line each, as on a grid."""
+        """Return True if the runs have so few values of the setting that each value can have a line, as on a grid."""
         return len(self.values) <= min(LEVELS, runs // 2)
 
     def spaced(self, values: Floats) -> Floats:
-        """Return values as they are spaced on the axis: their logarithms on a logarithmic one."""
+        """Return the positions of values on the axis: their logarithms if the axis is logarithmic."""
         return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
 
     def said(self, value: float) -> str:
-        """Return a value for a sentence: "D = 0.3 cm"."""
+        """Return a value for a sentence, for example "D = 0.3 cm"."""
         return f"{self.name} = {self.rounded(value)} {self.unit}".rstrip()
 
     def span(self, values: Floats) -> str:
-        """Return a range for a sentence: "D from 0.03 to 0.3 cm"."""
+        """Return the range of values for a sentence, for example "D from 0.03 to 0.3 cm"."""
         low, high = float(values.min()), float(values.max())
         if low == high:
             return self.said(low)
@@ -83,7 +82,7 @@ class Axis:
 
 
 def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
-    """Return the two settings that vary among the runs, horizontal axis first; the seed does not count.
+    """Return the two settings other than the seed that vary among the runs. The first is the horizontal axis.
 
     Raises InputError unless exactly two vary, both are numbers, and the runs cover an area, not a line.
     """
@@ -117,7 +116,7 @@ class Finished:
 
 @dataclass(frozen=True)
 class Excluded:
-    """A run without a result, or one that is not ranked."""
+    """A run without a result, or a run that is not ranked."""
 
     number: int
     settings: Mapping[str, Any]
@@ -127,14 +126,14 @@ class Excluded:
 
 @dataclass(frozen=True)
 class HeldRun(Finished, ErrorFigures):
-    """A finished run with its errors, simulated minus measured level, exact over the common stretch of s."""
+    """A finished run with the exact errors of its level (simulated minus measured) over the common stretch of s."""
 
     at: tuple[float, float]  # Values of the two settings of the map
 
 
 @dataclass(frozen=True)
 class RepeatedPairs:
-    """Runs that repeat a pair with another seed."""
+    """Runs that repeat a pair of settings with another seed."""
 
     runs: int
     pairs: int  # Number of pairs that they repeat
@@ -153,10 +152,10 @@ def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
 def first_of_each_pair(
     runs: Sequence[HeldRun], where: str = "study", *, fast: bool = False
 ) -> tuple[tuple[HeldRun, ...], RepeatedPairs | None]:
-    """Return the first run of each pair, and the scatter by the others; None if no pair was run again.
+    """Return the first run of each pair of settings, and the scatter of repeated runs.
 
-    ``where`` begins a message; ``fast`` is True for the fast model, whose runs do not depend on the seed. Raises
-    InputError if particles gave the same level twice.
+    The scatter is None if no pair was repeated. ``where`` is the start of an error message. ``fast`` is True for the
+    fast model, whose runs do not depend on the seed. Raises InputError if particles gave the same level twice.
     """
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
@@ -196,7 +195,8 @@ class Chart:
     band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
     scatter_mm: float  # Standard deviation of a single run's mean error, at most, from its neighbours on the map
     as_near: tuple[bool, ...]
-    """True for each run that cannot be distinguished from the best; without replicates only for the best."""
+    """True for each run that cannot be distinguished from the best one. Without replicates, True only for the best
+    one."""
     replicates: RepeatedPairs | None = None
     screening: str = ""  # Sentence on the runs of the fast model; empty if there are none
     unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
@@ -219,7 +219,7 @@ class Chart:
 
     @property
     def beside_baselines(self) -> str:
-        """Sentence on the nearest run and the baselines; the run counts as calibrated: these readings chose it."""
+        """Sentence on the nearest run and the baselines. The run counts as calibrated, as these readings chose it."""
         x = level_difference(self.best.profile, self.readings).x
         stations = int(are_compared(self.readings, float(x[0]), float(x[-1])).sum())
         return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
@@ -235,7 +235,10 @@ class Chart:
 
     @property
     def scatter_of_replicates_mm(self) -> float | None:
-        """Standard deviation of a single run's mean error by replicates; None without any, and for the fast model."""
+        """Standard deviation of a single run's mean error, estimated from replicates.
+
+        None without replicates, and for the fast model.
+        """
         return None if self.replicates is None else self.replicates.scatter_mm
 
     @property
@@ -278,7 +281,7 @@ class Chart:
 
 
 def _named(numbers: Sequence[str]) -> str:
-    """Return the first numbers of runs in words; the table of runs that are not ranked has all."""
+    """Return the numbers of the first runs in words. The table of runs that are not ranked has all numbers."""
     if len(numbers) == 1:
         return f"Run {numbers[0]}"
     more = f" and {len(numbers) - NAMED} others" if len(numbers) > NAMED else ""
@@ -288,7 +291,7 @@ def _named(numbers: Sequence[str]) -> str:
 def as_near_as_the_best(
     runs: Sequence[HeldRun], readings: Profile, budget: Budget, scatter_mm: float
 ) -> tuple[bool, ...]:
-    """Return True for each run whose mean error cannot be distinguished from the least one.
+    """Return True for each run whose mean error cannot be distinguished from the smallest one.
 
     All runs are compared with random readings, drawn from their budget: an error of the readings changes the errors of
     similar runs alike, so their difference is far more certain than either. ``scatter_mm`` is added to each run
@@ -328,9 +331,9 @@ def scatter_of_runs(runs: Sequence[HeldRun], axes: tuple[Axis, Axis]) -> float:
 
 
 def chosen_few(chart: Chart) -> list[HeldRun]:
-    """Return about nine runs with low, high and the best run's values of the two settings.
+    """Return about nine runs, near the lowest, the highest and the best run's value of each of the two settings.
 
-    If the best run has the lowest or highest value, the middle one replaces it.
+    If the best run's value is near an end of the range, the middle of the range is used instead.
     """
     places = chart.places
     best = places[int(np.argmin(chart.errors_mm))]

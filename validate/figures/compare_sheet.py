@@ -1,4 +1,4 @@
-"""Page that compares finished runs, and its figures; figures and tables name a run by its number."""
+"""Page that compares finished runs, and its figures. Figures and tables name a run by its number."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -37,9 +37,9 @@ FIGURES = {
 """Key and format of each figure of a comparison, by label."""
 
 COLOURS = (theme.SIMULATED, theme.MEASURED, theme.THIRD, "#cc79a7", "#e69f00", "#9467bd", theme.INK)
-"""Okabe and Ito's colours without sky blue, which the first one becomes on a dark page.
+"""Okabe and Ito's colours without sky blue, because the first colour is shown as sky blue on a dark page.
 
-Colours four apart have the same stroke and so are not shades of each other.
+Colours four places apart have the same stroke, so they are not shades of one colour.
 """
 STROKES = ("-", "--", ":", "-.")
 MOST = len(COLOURS) * len(STROKES)  # Most runs that look different: every stroke in every colour
@@ -49,7 +49,7 @@ Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each ru
 
 
 def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> FigureSheet:
-    """Return the page of some runs; ``cautions`` come before those on the runs."""
+    """Return the page that compares ``sides``. ``cautions`` come before the cautions on the runs."""
     compared = [side for side in sides if side.comparison is not None]
     best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), differing(sides)
     key_figures = [("settings that differ", str(len(settings)))]
@@ -99,7 +99,7 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
 
 
 def _not_held_out(sides: Sequence[Side]) -> list[str]:
-    """Return a sentence on readings to which one run was fitted while another declares them unseen."""
+    """Return a sentence for each set of readings that is held out in one run but was used to calibrate another."""
     roles: dict[int, dict[str, list[int]]] = {}
     for index, first in enumerate(first_with_readings(sides)):
         comparison = sides[index].comparison
@@ -128,7 +128,7 @@ def _names(sides: Sequence[Side]) -> FigureTable:
 
 
 def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> FigureTable:
-    """Return a table with a column for each run under its number; the CSV has the name too."""
+    """Return a table with a column for each run. Its head is the run's number; in the CSV, number and name."""
     head = [first, *(str(index + 1) for index in range(len(sides)))]
     shown = [[label, *(NONE if value is None else text(value) for value in values)] for label, values, text in rows]
     content = [
@@ -199,7 +199,7 @@ def _levels(sides: Sequence[Side]) -> Plot:
 
 
 def _named(sides: Sequence[Side]) -> list[str]:
-    """Return numbers with names, since a CSV is read without the page."""
+    """Return the runs' numbers with their names, because a CSV is read without the page."""
     return [f"{number} {side.name}" for number, side in enumerate(sides, start=1)]
 
 

@@ -43,7 +43,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class FigureTable:
-    """A table."""
+    """A table of a page, and its CSV."""
 
     title: str
     head: Sequence[str]
@@ -63,7 +63,7 @@ class SheetSection:
 
 @dataclass(frozen=True)
 class FigureSheet:
-    """A page."""
+    """Content of a page of figures and tables."""
 
     title: str
     lead: str
@@ -90,7 +90,7 @@ def page_environment() -> jinja2.Environment:
 
 
 def write_sheet_of_figures(folder: Path, name: str, sheet: FigureSheet) -> list[str]:
-    """Write the page ``name``, which needs no other file and no network, and the folder figures/ next to it.
+    """Write the page ``name`` and, next to it, the folder figures/. The page needs no other file and no network.
 
     Returns the names of all files in ``folder``.
     """

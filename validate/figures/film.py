@@ -21,7 +21,8 @@ from validate.figures.theme import ALONG, GROUND, INK, label_axes, themed, wide_
 WIDTH_IN, DPI = 9.6, 100
 ASIDE_MM = 6.0  # Width of the face that is shown on each side of the walls
 FASTEST_FPS, SLOWEST_FPS = 50, 1
-"""Limits of the frame rate: a GIF counts hundredths of a second, and browsers show a frame for at least two of them."""
+"""Limits of the frame rate: a GIF counts hundredths of a second, and browsers show a frame for at least two
+hundredths."""
 LAST_FRAME_S = 1.5  # Time for which a GIF shows its last frame before it begins again
 COLOURS = 128  # Size of a GIF's palette
 
@@ -85,17 +86,18 @@ class Painter:
 def write_film(
     path: Path, times_s: Sequence[float], read: Callable[[int], Frame], scene: FillScene, report: Callable[[int], None]
 ) -> None:
-    """Write a GIF or MP4, by the suffix of ``path``, in the run's own time, with one frame in memory at a time.
+    """Write a film of a run in real time, as GIF or MP4 according to the suffix of ``path``.
 
-    ``read`` returns the frame of each of ``times_s``; ``report`` receives the number of finished frames.
+    Only one frame at a time is in memory. ``read`` returns a frame by its index in ``times_s``; ``report`` receives the
+    number of finished frames.
 
     Raises InputError if there are fewer than two frames, or if this machine cannot write that kind.
     """
     if len(times_s) < 2:
-        raise InputError(f"{path}: a film needs two frames, found {len(times_s)}. Take a smaller frames_every_s.")
+        raise InputError(f"{path}: a film needs two frames, found {len(times_s)}. Set a smaller frames_every_s.")
     writers = {".gif": _write_gif, ".mp4": _write_mp4}
     if path.suffix.lower() not in writers:
-        raise InputError(f"{path}: a film is written as .gif or .mp4; give one of the two.")
+        raise InputError(f"{path}: a film is written as .gif or .mp4; give a name with one of these endings.")
     painter = Painter(scene)
 
     def pictures() -> Iterator[Pixels]:
@@ -118,7 +120,7 @@ def _write_gif(temporary: Path, _: Path, pictures: Iterator[Pixels], times_s: Se
 
 
 def _write_mp4(temporary: Path, path: Path, pictures: Iterator[Pixels], times_s: Sequence[float]) -> None:
-    """Write VP9 in MP4: free of patents, written by OpenCV's wheels, played by browsers and VLC."""
+    """Write an MP4 with VP9, which is free of patents, and which OpenCV's wheels write and browsers and VLC play."""
     fps = min(max(1 / float(np.median(np.diff(times_s))), SLOWEST_FPS), FASTEST_FPS)
     first = next(pictures)
     writer = cv2.VideoWriter(str(temporary), cv2.VideoWriter.fourcc(*"vp09"), fps, (first.shape[1], first.shape[0]))

@@ -29,7 +29,7 @@ def draw_profile(
 ) -> Figure:
     """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings.
 
-    A predicted level has its own band.
+    A predicted level is drawn with its own band.
     """
     axes = (on or theme.plate(3.4)).add_subplot()
     if prediction is not None:
@@ -52,9 +52,9 @@ def draw_levels(
     colour: str = theme.SIMULATED,
     label: str = "simulated",
 ) -> Figure:
-    """Draw levels along a crack on ``axes``, inside ``themed``; at least one of ``profile`` and ``readings`` is given.
+    """Draw levels along a crack on ``axes``. Give ``profile`` or ``readings`` or both, and call it inside ``themed``.
 
-    The crack's floor needs ``sections``, the band of the readings needs ``comparison``. ``colour`` and ``label`` are
+    The crack's floor is drawn only with ``sections``, the band of the readings only with ``comparison``. ``colour`` and ``label`` are
     those of the simulated level. Without a ``title`` the axes keep their own, and a plain legend.
     """
     curves = [curve for curve in (profile, readings) if curve is not None]
@@ -153,7 +153,7 @@ def draw_histogram(comparison: Comparison) -> Figure:
 
 @theme.themed()
 def draw_distribution(profile: Profile, readings: Profile, comparison: Comparison) -> Figure:
-    """Draw the share of the crack's length on which the error is at most x, exact between the stations."""
+    """Draw the share of the crack's length on which the error is at most x. It is exact between stations."""
     axes = theme.plate(2.9).add_subplot()
     size = level_difference(profile, readings).size
     within_mm = np.linspace(0.0, comparison.worst_error_mm, 200)

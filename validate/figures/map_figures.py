@@ -1,4 +1,7 @@
-"""Figures of a mapped study, as the paper's: levels (Fig. 7), error over two settings (8, 10), fills (6), cost (11)."""
+"""Figures of a mapped study, as in the paper: levels (Fig.
+
+7), error over two settings (8, 10), fills (6), cost (11).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,7 +34,7 @@ FEWEST = 3  # Least number of frames in a step, and of steps with a median for a
 
 @theme.themed()
 def draw_levels_of_study(chart: Chart) -> Figure:
-    """Draw the levels of all runs and the readings, the nearest run in bold."""
+    """Draw the levels of all runs and the readings, with the nearest run in bold."""
     figure, axes = wide_axes(4.2, face=True)
     curves = [np.column_stack([run.profile.s_mm, run.profile.level_mm]) for run in chart.runs]
     axes.add_collection(LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
@@ -53,7 +56,7 @@ def draw_levels_of_study(chart: Chart) -> Figure:
 
 
 def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
-    """Scale an axis of a plot as its setting, with plain numbers on a logarithmic one."""
+    """Make an axis of a plot logarithmic if the axis of its setting is. Its labels are then plain numbers."""
     if setting.logarithmic:
         axes.set(**{f"{name}scale": "log"})
         (axes.xaxis if name == "x" else axes.yaxis).set_major_formatter("{x:g}")
@@ -87,7 +90,7 @@ def draw_influence(chart: Chart, of: int) -> Figure:
 
 @theme.themed()
 def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
-    """Draw the map with the runs as crosses and the letters of the ``chosen`` ones."""
+    """Draw the map of the mean error, with the runs as crosses and a letter at each of the ``chosen`` runs."""
     figure, axes = wide_axes(5.4)
     across, up, error_mm = heat(chart)
     drawn = axes.pcolormesh(across, up, error_mm, cmap="viridis", shading="auto", rasterized=True)
@@ -126,9 +129,10 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
 
 
 def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
-    """Return values across and up, (k,) each, and the mean error between the runs, (k, k), by SciPy's linear griddata.
+    """Return values along both axes, (k,) each, and the mean error on their grid, (k, k).
 
-    A logarithmic axis is interpolated in its logarithm; outside the runs' hull the error is NaN.
+    It is interpolated between the runs by SciPy's linear griddata. A logarithmic axis is interpolated in its logarithm;
+    outside the runs' hull the error is NaN.
     """
     from scipy.interpolate import griddata
 
@@ -185,7 +189,7 @@ def draw_fills(fills: Sequence[Fill]) -> Figure:
 
 @theme.themed()
 def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
-    """Draw each run at its end, with the level read from its particles."""
+    """Draw the end of each chosen run, with the level measured from its particles."""
     columns = min(3, len(fills))
     rows = -(-len(fills) // columns)
     figure = theme.wide_figure(0.5 + 1.3 * rows)
@@ -212,17 +216,20 @@ def _ages(fills: Sequence[Fill]) -> ColourScale:
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
-    """Return the medians of particles and of time in each step, (2, k); other load changes them little."""
+    """Return the median number of particles and the median time in each step, (2, k).
+
+    Other load changes them little.
+    """
     step = np.minimum((particles / particles.max() * STEPS).astype(int), STEPS - 1)
     inside = [step == number for number in range(STEPS) if (step == number).sum() >= FEWEST]
     return np.array([[np.median(values[one]) for one in inside] for values in (particles, frame_ms)])
 
 
 def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
-    """Fit a straight line to the medians by least squares; None if there are too few.
+    """Fit a straight line to the medians by least squares.
 
-    Returns the time of a frame without particles in ms, the time that each moving particle adds in µs, and R², the
-    share of the medians' variance that the line explains.
+    Returns None if there are too few medians; else the time of a frame without particles in ms, the time that each
+    moving particle adds in µs, and R², the share of the medians' variance that the line explains.
     """
     from scipy.stats import linregress
 
@@ -261,6 +268,6 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
 
 
 def frame_times(fills: Sequence[Fill]) -> tuple[Floats, Floats]:
-    """Return moving particles and milliseconds of the frames of all fills."""
+    """Return the number of moving particles and the time in ms of each frame of all fills, (k,) each."""
     courses = [fill.course for fill in fills]
     return np.concatenate([one.particles for one in courses]), np.concatenate([one.frame_ms for one in courses])

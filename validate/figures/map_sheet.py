@@ -21,11 +21,11 @@ ERRORS = {
     "at s (mm)": ("worst_at_mm", "{:.1f}".format),
     "of the length under 1 mm": ("share_under_1_mm", partial(percent, decimals=0)),
 }
-"""Field and format of each error of a run, by label."""
+"""Field and format of each figure of a run's error, by label."""
 
 
 def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequence[str] = ()) -> FigureSheet:
-    """Return the page of a study's map; ``cautions`` come before those on its runs."""
+    """Return the page of a study's map. ``cautions`` come before the cautions on its runs."""
     best = chart.best
     as_near = "unknown: no pair was repeated"
     if chart.scatter_of_replicates_mm is not None:

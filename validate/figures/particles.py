@@ -44,12 +44,12 @@ def age_scale(oldest_s: float) -> ColourScale:
 
 
 def ages_of(frames: Iterable[Frame]) -> ColourScale:
-    """Return one scale for all frames."""
+    """Return one scale of ages for all frames."""
     return age_scale(max((float(frame.age_s.max(initial=0.1)) for frame in frames), default=0.1))
 
 
 def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
-    """Draw particles at (n, 2) as discs of their size, in pixels: 15,000 outlines would take megabytes."""
+    """Draw particles at (n, 2) as discs to scale. They become pixels, since 15,000 outlines would take megabytes."""
     scale.norm.autoscale_None(value)
     visible = not_hidden(place_mm, radius_mm)
     discs = EllipseCollection(
@@ -70,9 +70,9 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
 
 
 def not_hidden(place_mm: Floats, radius_mm: float) -> NDArray[np.bool_]:
-    """Mask of the discs at (n, 2) that are visible, at least in part; later ones are drawn over earlier ones.
+    """Return a mask, (n,), of the discs at (n, 2) that are at least partly visible. Later discs cover earlier ones.
 
-    A disc counts on cells of a sixth of its radius, and hides only what is a cell inside its edge.
+    Discs are compared on cells of a sixth of their radius. A disc hides only what is at least one cell inside its edge.
     """
     if not len(place_mm):
         return np.zeros(0, dtype=bool)
@@ -95,7 +95,7 @@ def not_hidden(place_mm: Floats, radius_mm: float) -> NDArray[np.bool_]:
 
 
 def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layout: Any) -> None:
-    """Draw a colour bar for ``axes``; the arrow at the end of the scale of speeds means all lower values."""
+    """Draw a colour bar for ``axes``. The bar of speeds ends in an arrow, which means all lower values."""
     layout.setdefault("extend", "min" if scale is SPEED else "neither")
     bar = figure.colorbar(ScalarMappable(scale.norm, scale.colours), ax=list(axes), label=scale.label, **layout)
     if isinstance(scale.norm, LogNorm):
@@ -125,20 +125,20 @@ class AlongCrack:
 
 
 def show_to_scale(axes: Axes, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
-    """Show a part of the sample at one scale, without a grid."""
+    """Show a part of the sample with the same scale on both axes, without a grid."""
     axes.set(xlim=x_mm, ylim=y_mm, aspect="equal")
     axes.grid(visible=False)
 
 
 def draw_walls(axes: Axes, outline: Outline, face: Patch, **style: Any) -> None:
-    """Draw the walls from above, clipped to the face: those of an oblique open end continue past the sample's edge."""
+    """Draw the walls from above, clipped to the face. At an oblique open end they continue past the sample's edge."""
     for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
         (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, **style)
         wall.set_clip_path(face)
 
 
 def show_from_above(axes: Axes, outline: Outline, solid: Solid, aside_mm: float, title: str, legend: int = 0) -> None:
-    """Show the sample from above as far as ``aside_mm`` around its crack, and no farther than ``MARGIN_MM`` past it."""
+    """Show the sample from above: ``aside_mm`` around its crack, but at most ``MARGIN_MM`` past the sample's edge."""
     block_mm = np.reshape(solid.block_mm, (2, 2))
     low = np.maximum(outline.outline_mm.min(axis=0) - aside_mm, block_mm[0] - MARGIN_MM)
     high = np.minimum(outline.outline_mm.max(axis=0) + aside_mm, block_mm[1] + MARGIN_MM)
@@ -149,7 +149,7 @@ def show_from_above(axes: Axes, outline: Outline, solid: Solid, aside_mm: float,
 def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floats) -> list[Floats]:
     """Cut a mesh by the upright plane through ``foot_mm`` across the unit vector ``ahead``.
 
-    Returns rings of (n, 2), closed: the distance to the right of ``foot_mm`` and z, in mm.
+    Returns closed rings, (n, 2) each: the distance to the right of ``foot_mm`` and the height z, in mm.
     """
     load_trimesh()
     import trimesh
@@ -164,7 +164,7 @@ def draw_across(
     row: Sequence[Axes], outline: Outline, solid: Solid, position_mm: Floats, radius_mm: float, value: Floats,
     scale: ColourScale,
 ) -> None:  # fmt: skip
-    """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles within a radius of the plane.
+    """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles that the plane cuts.
 
     The view is along the path, so its left is at the left of the picture.
     """

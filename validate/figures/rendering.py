@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats, Integers
 
 LIGHT = np.array([-0.36, 0.48, 0.8])
-"""Unit vector to the light, by its parts to the right in the picture, up in it, and toward the viewer."""
+"""Unit vector to the light. Its components point to the right and up in the picture, and toward the viewer."""
 DARKEST = 0.55  # Brightness without light; the colour can still be compared with its scale
 SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
 MOST_AT_ONCE = 1_000_000  # Samples in the bounding boxes of facets that are computed together, in 100 MB
@@ -81,19 +81,19 @@ def seen_from(vertices_mm: Floats, faces: Integers, azimuth_deg: float, elevatio
 
 
 def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
-    """Return the outward unit normal of each facet, (f, 3), zero for one without area."""
+    """Return the outward unit normal of each facet, (f, 3). It is zero for a facet without area."""
     a, b, c = (vertices_mm[faces[:, k]] for k in range(3))
     return unit(np.cross(b - a, c - a))
 
 
 def unit(vectors: Floats) -> Floats:
-    """Return vectors, (n, 3), in unit length; zero remains zero."""
+    """Return vectors (n, 3) scaled to unit length. A zero vector remains zero."""
     size = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.where(size > 0, size, 1.0)
 
 
 def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
-    """Return the samples that triangles (f, 3, 2) cover: the triangle's index, the sample's, and the nearness there.
+    """Return triangle index, sample index and nearness for each sample that a triangle (f, 3, 2) covers.
 
     Triangles are filled row by row, so that slivers cost little.
     """
@@ -122,6 +122,6 @@ def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple
 
 
 def _counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
-    """Return ``count[k]`` copies of each index k, and for these the numbers from ``first[k]`` on."""
+    """Return ``count[k]`` copies of each index k, and for the copies the numbers first[k], first[k] + 1, and so on."""
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)

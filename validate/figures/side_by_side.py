@@ -16,7 +16,7 @@ SAME_MM = 0.01
 """Largest difference at any station between copies of the same readings: the last digit of a caliper. Repeated readings
 differ by ten times that."""
 LONGEST_VALUE = 120
-"""Most characters of a setting that are shown; a board of markers has a thousand."""
+"""Largest number of characters of a setting that are shown; a board of markers has a thousand."""
 
 
 def setting_words(value: Any) -> str:
@@ -57,7 +57,7 @@ class Side:
 
     @property
     def error(self) -> Difference | None:
-        """Simulated less measured level; None without readings."""
+        """Simulated minus measured level; None if there are no readings."""
         return None if self.readings is None else level_difference(self.profile, self.readings)
 
     @property
@@ -67,7 +67,7 @@ class Side:
 
     @property
     def unranked(self) -> str:
-        """Reasons why the run is not ranked; empty if it is."""
+        """Reasons why the run is not ranked; empty if it is ranked."""
         low, high = SOUND
         reasons = {
             f"edited by hand since it was made ({', '.join(self.edited)})": self.edited,
@@ -80,12 +80,15 @@ class Side:
 
     @property
     def held_out(self) -> bool:
-        """True if its readings were not used for calibration."""
+        """True if the run's readings were not used for calibration."""
         return self.comparison is not None and self.comparison.role == "held-out"
 
 
 def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
-    """Return the settings that differ among the runs, each with its value in every run, None if not set."""
+    """Return the settings that differ among the runs, with the value in every run.
+
+    The value is None if it is not set.
+    """
     names = dict.fromkeys(name for side in sides for name in side.settings)
     values = {name: [side.settings.get(name) for side in sides] for name in names}
     return {name: each for name, each in values.items() if any(value != each[0] for value in each[1:])}
@@ -94,7 +97,7 @@ def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
 def first_with_readings(sides: Sequence[Side]) -> list[int | None]:
     """Return for each run the index of the first run with the same readings; None for a run without readings.
 
-    Readings with equal numbers are the same, whatever their sheets.
+    Readings with equal numbers count as the same, even if their sheets differ.
     """
     return [
         next((first for first, other in enumerate(sides[: index + 1]) if _same(other.readings, side.readings)), None)
@@ -110,9 +113,10 @@ def _same(one: Profile | None, other: Profile | None) -> bool:
 
 
 def nearest(sides: Sequence[Side]) -> int | None:
-    """Return the index of the ranked run with the least mean error.
+    """Return the index of the ranked run with the smallest mean error.
 
-    Returns None if the ranked runs have different readings, or none: some readings are easier to fit than others.
+    Returns None if no ranked run has readings. Also returns None if their readings differ, since some readings are
+    easier to fit than others.
     """
     errors_mm = {
         index: side.comparison.mean_error_mm
@@ -124,7 +128,7 @@ def nearest(sides: Sequence[Side]) -> int | None:
 
 
 def held_out_mean_mm(sides: Sequence[Side]) -> float | None:
-    """Return the mean error over the ranked held-out runs; None without any."""
+    """Return the average of the mean errors of the ranked held-out runs, or None if there are none."""
     comparisons = [side.comparison for side in sides if side.held_out and side.counts]
     errors_mm = [one.mean_error_mm for one in comparisons if one is not None]
     return float(np.mean(errors_mm)) if errors_mm else None
@@ -170,6 +174,6 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
 
 
 def numbered(indices: Sequence[int]) -> str:
-    """Return the numbers of runs in words: "runs 1, 2 and 5"."""
+    """Return the numbers of runs in words, for example "runs 1, 2 and 5"."""
     *before, last = [str(index + 1) for index in indices]
     return f"runs {', '.join(before)} and {last}" if before else f"run {last}"

@@ -1,4 +1,4 @@
-"""Pictures in a run folder: the fill at single moments and as in the paper's Fig. 6, and the run's health over time."""
+"""Pictures in a run folder: the fill at single moments and over time, and the run's numerical health over time."""
 
 import zlib
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ PANELS = (
 )  # fmt: skip
 """Unit of each panel, and the labels of its curves by column."""
 STYLES = ((theme.SIMULATED, "-"), (theme.MEASURED, (0, (4, 2))))
-"""Colour and dashes of a panel's two curves: distinct without colour, and if they coincide."""
+"""Colour and dashes of a panel's two curves. They can be distinguished without colour, and if they coincide."""
 Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
 DPI = 150  # Resolution of a PNG
 
@@ -48,7 +48,7 @@ class FillScene:
 
     @property
     def limits_mm(self) -> tuple[float, float, float, float]:
-        """Limits of a side view: along the crack, then in height."""
+        """Limits of a side view: lowest and highest place along the crack, then lowest and highest z."""
         return -MARGIN_MM, self.outline.length_mm + MARGIN_MM, -self.solid.depth_mm - 2, ABOVE_MM
 
     def side(self, frame: Frame) -> tuple[Floats, Integers]:
@@ -61,14 +61,14 @@ class FillScene:
         return np.column_stack([s_mm, frame.position_mm[:, 2]])[order], order
 
     def draw_side(self, axes: Axes, frame: Frame, value: Floats, scale: particles.ColourScale) -> None:
-        """Draw the section along the crack, particles by ``value``, with ground and nozzle."""
+        """Draw the section along the crack with ground and nozzle. Particles are coloured by ``value``."""
         place_mm, shown = self.side(frame)
         self.draw_ground(axes)
         particles.draw_discs(axes, place_mm, self.radius_mm, value[shown], scale)
         self.draw_nozzle(axes, frame.t_s)
 
     def plan(self, frame: Frame) -> tuple[Floats, Integers]:
-        """Return places along the crack and to its left, (k, 2), and indices, (k,); the highest particles come last."""
+        """Return places along the crack and to its left, (k, 2), and indices, (k,), of particles sorted by height."""
         order = _sorted(frame, frame.position_mm[:, 2])
         return np.column_stack(self._along.of(frame.position_mm[:, :2]))[order], order
 
@@ -79,7 +79,7 @@ class FillScene:
         return left, right
 
     def draw_ground(self, axes: Axes) -> None:
-        """Draw the sample in a side view: below the cavity's floor, its face, and past its closed ends.
+        """Draw the sample in a side view: its face, and the mortar below the cavity's floor and past its closed ends.
 
         A dam at an open end is not drawn: it is oblique like the sample's edge, so its place along the crack varies.
         """
@@ -96,7 +96,7 @@ class FillScene:
         particles.show_to_scale(axes, (low_mm, high_mm), (bottom_mm, top_mm))
 
     def nozzle_mm(self, t_s: float) -> Floats | None:
-        """Return the nozzle's tip, or None after the end of its path."""
+        """Return the position of the nozzle's tip, (3,), or None after the end of its path."""
         path = self._trajectory
         if t_s - path.t_s[0] > path.duration_s:
             return None
@@ -126,7 +126,7 @@ def _sorted(frame: Frame, key: Floats) -> Integers:
 
 @theme.themed()
 def draw_fill(frames: Sequence[Frame], scene: FillScene, by: Sequence[Shade] = ("speed", "age")) -> Figure:
-    """Draw frames below each other: sections along the crack, a column for each way to colour the particles."""
+    """Draw sections along the crack, with a row for each frame and a column for each way to colour the particles."""
     if len(frames) > MOST_ROWS:
         frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
     figure = theme.wide_figure(1.0 + 1.35 * len(frames), len(by) * 4.5)
@@ -201,7 +201,7 @@ def _ring(points_mm: Floats) -> Outlines:
 
 @theme.themed()
 def draw_health(columns: Mapping[str, Floats]) -> Figure:
-    """Draw ``columns``, by the names of health.csv and of equal length; NaN is an empty field."""
+    """Draw the columns of health.csv, given by name. They have the same length; NaN is an empty field."""
     figure = theme.wide_figure(8.5)
     rows = figure.subplots(len(PANELS), 1, sharex=True)
     for axes, (unit, curves) in zip(rows, PANELS, strict=True):

@@ -33,7 +33,7 @@ BELOW: Any = {"location": "bottom", "aspect": 40, "pad": 0.02}  # Place of a col
 
 @theme.themed()
 def draw_solid(solid: Solid) -> Figure:
-    """Draw the block from above, and its cavity from the side, as a cast; each as wide as the figure."""
+    """Draw the block from above, and its cavity as a cast from the side. Both are as wide as the figure."""
     colour = FACE_COLOURS[solid.face_label]
     azimuth_deg = square_on(solid)
     cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
@@ -64,7 +64,7 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
 
 @theme.themed()
 def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None) -> Figure:
-    """Draw the particles along the crack and in height, by age, with the profile read from them."""
+    """Draw the particles from the side, coloured by age, with the level that was measured from them."""
     figure = on or theme.plate(2.7)
     axes = figure.add_subplot()
     s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
@@ -86,7 +86,7 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile, o
 
 @theme.themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> Figure:
-    """Draw the sample from above: particles by height, the traced walls, the nozzle's path."""
+    """Draw the sample from above: particles coloured by height, the traced walls and the nozzle's path."""
     figure = theme.plate(3.6)
     axes = figure.add_subplot()
     x_min, y_min, x_max, y_max = solid.block_mm
@@ -110,7 +110,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
 
 @theme.themed()
 def draw_sections(run: Run, outline: Outline, solid: Solid) -> Figure:
-    """Draw sections across the crack at three places, particles by age."""
+    """Draw sections across the crack at three places, with particles coloured by age."""
     figure, stays = theme.plate(3.6), ~run.spilled
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
     draw_across(row, outline, solid, run.position_mm[stays], run.radius_mm, run.age_s[stays], _ages(run))

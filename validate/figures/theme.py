@@ -1,4 +1,4 @@
-"""Style of all figures: a palette that colour-blind readers can distinguish, one font, no global state."""
+"""Style of all figures: one font, and a palette that colour-blind readers can distinguish. It sets no global state."""
 
 import io
 import re
@@ -124,7 +124,7 @@ def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) ->
 def _put_legend_under_title(axes: Axes, columns: int) -> None:
     """Draw the legend between title and plot: inside the plot a curve could run through it.
 
-    It has as many columns as the figure has room for, and at most ``columns``.
+    The legend has as many columns as the figure has room for, but at most ``columns``.
     """
     while True:
         legend = axes.legend(
@@ -189,7 +189,7 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
 
 
 def lay_out_as(figure: Figure, model: Figure) -> None:
-    """Place the axes of a figure as in ``model``, a figure with the same axes that is laid out."""
+    """Place the axes of a figure as in ``model``, which has the same axes and is laid out."""
     for axes, placed in zip(figure.axes, model.axes, strict=True):
         axes.set_position(placed.get_position(original=True))
         axes.set_box_aspect(placed.get_box_aspect())
@@ -198,9 +198,9 @@ def lay_out_as(figure: Figure, model: Figure) -> None:
 
 
 def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
-    """Return a figure as SVG, the same text for the same figure and name, and fix its layout.
+    """Return a figure as SVG, and fix its layout. The same figure and name always give the same text.
 
-    ``name`` is unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
+    ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
     """
     target = io.StringIO()
     # The ids of clip paths differ between the figures of a page, but not between two runs.
@@ -212,7 +212,7 @@ def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
 
 
 def as_picture(figure: Figure, dpi: int) -> Image.Image:
-    """Return a figure in pixels, on white."""
+    """Return a figure as pixels on a white background."""
     figure.set_dpi(dpi)
     canvas = FigureCanvasAgg(figure)
     with themed():

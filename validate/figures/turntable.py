@@ -27,23 +27,26 @@ INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)
 
 @dataclass(frozen=True)
 class ModelSizes:
-    """Constants of the model in 3-D. They change how it looks and how large the page is, and no figure of a result.
+    """Constants of the model in 3-D. They change its look and the page's size, but no figure of a result.
 
     Blur and limits were chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was
     chosen by eye.
     """
 
     blur: float = 0.6
-    """Standard deviation of the blur over the particles' spacing: a lattice keeps 0.1 % of its grain, and a layer one
-    particle thick still fills more than half of its space. A larger one rounds edges and loses thin layers."""
+    """Standard deviation of the blur, as a multiple of the particles' spacing: a lattice keeps 0.1 % of its grain, and
+    a layer one particle thick still fills more than half of its space. A larger blur rounds edges and loses thin
+    layers."""
     half_full: float = 0.5
-    """Filled share of the space at the surface; if the sealant ends in a plane, the surface is that plane."""
+    """Filled share of the space at the surface. With a half, sealant that ends in a plane has this plane as surface."""
     most_vertices: int = 24_000
-    """Most vertices of the surface: a finer surface looks no better, and a vertex takes 12 bytes of a page."""
+    """Largest number of vertices of the surface: a finer surface looks no better, and a vertex takes 12 bytes of a
+    page."""
     surface_coarser: float = 1.15
-    """Growth of the surface's cells by try, while it has too many vertices."""
+    """Factor by which the surface's cells grow in each try, as long as it has too many vertices."""
     aside_deg: float = 28.0
-    """Angle of the first view from the line square to the crack, large enough to show the crack's width."""
+    """Angle between the first view and a view at right angles to the crack. It is large enough to show the crack's
+    width."""
     down_deg: float = 32.0
     """Angle by which the first view looks down from the horizontal."""
     rim_mm: float = 0.35
@@ -51,17 +54,21 @@ class ModelSizes:
     still_px: tuple[int, int] = (1200, 600)
     """Width and height of the still picture."""
     margin: float = 0.08
-    """Least margin of the first view over the picture's width, since the mesh is wider in other views."""
+    """Least margin of the first view, as a share of the picture's width, since the mesh is wider in other views."""
     steps: int = 65_535
     """Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm."""
     finest: float = 1 / 2000
-    """Cell within which vertices of the walls are first merged, over the solid's extent, if there are too many."""
+    """Size of the cells in which vertices of the walls are first merged if there are too many, as a share of the
+    solid's extent."""
     walls_coarser: float = 1.3
-    """Growth of the cell by try."""
+    """Factor by which the cells of the walls grow in each try."""
 
     @property
     def most_corners(self) -> int:
-        """Most vertices of walls and rim, since indices have 16 bits; the paper's trial has 7,000, a scan millions."""
+        """Limit on the vertices of walls and rim, since indices have 16 bits.
+
+        The paper's trial has 7,000, a scan millions.
+        """
         return self.steps + 1 - self.most_vertices
 
 
@@ -131,7 +138,7 @@ class Turntable:
 
     @property
     def _across_mm(self) -> float:
-        """Width of the picture."""
+        """Width of the picture, in millimetres of the sample."""
         _, low_mm, high_mm = self._first_view
         width_mm, height_mm = high_mm - low_mm
         return float(max(width_mm, height_mm * MODEL.still_px[0] / MODEL.still_px[1])) / (1 - 2 * MODEL.margin)
@@ -185,7 +192,7 @@ def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, I
 
 
 def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
-    """Return a solid's cavity; neighbouring vertices are merged if it has more than ``MODEL.most_corners``."""
+    """Return a solid's cavity. Neighbouring vertices are merged if there are more than ``MODEL.most_corners``."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
     cell_mm = MODEL.finest * float(np.ptp(solid.vertices_mm, axis=0).max())
     # Each facet has its own three vertices, a ribbon has four.
@@ -229,10 +236,11 @@ NOTHING = Surface(np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty((0, 3))
 
 
 def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats) -> Surface:
-    """Return the surface on which half of the space is sealant, by a blurred count of the particles in each cell.
+    """Return the surface on which half of the space is sealant, from a blurred count of the particles in each cell.
 
     The colour field is that of Müller, Charypar and Gross 2003. ``position_mm`` is (n, 3), ``value`` (n,). Cells are
-    half the particles' spacing, or larger for at most ``MODEL.most_vertices``. Single particles have no surface.
+    half the particles' spacing, or larger to have at most ``MODEL.most_vertices`` vertices. Single particles have no
+    surface.
     """
     if not len(position_mm):
         return NOTHING

@@ -1,8 +1,8 @@
 """Baselines of a comparison: levels without a simulation, compared with the same readings, in figures and sentences.
 
-A calibrated level has used its readings, and so have its baselines: curves with one number, with three, and with as
-many as settings were fitted. Baselines for held-out readings are made without them: a flat level of the dispensed
-volume, and a flat level that fills the crack as earlier samples were filled.
+A calibrated level was fitted to its readings, and so are its baselines: curves with one coefficient, with three, and
+with as many as settings were fitted. Baselines for held-out readings are made without them: a flat level of the
+dispensed volume, and a flat level that fills the crack as earlier samples were filled.
 """
 
 from collections.abc import Iterable, Sequence
@@ -32,10 +32,10 @@ def are_compared(measured: Profile, from_mm: float, to_mm: float) -> NDArray[np.
 
 
 def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterable[int]) -> tuple[Baseline, ...]:
-    """Return the best polynomial of each number of coefficients over a stretch of the readings, the smallest first.
+    """Return the best polynomial with each number of coefficients over a stretch of the readings, fewest first.
 
-    Best means the smallest mean absolute error along the crack, the measure of a simulation. A curve with as many
-    numbers as compared stations would fit all of them exactly, and is omitted.
+    Best means the smallest mean absolute error along the crack, by which a simulation is measured too. A curve with as
+    many coefficients as compared stations is omitted, since it would fit all of them exactly.
     """
     compared = int(are_compared(measured, from_mm, to_mm).sum())
     stations_mm = measured.s_mm[(measured.s_mm > from_mm) & (measured.s_mm < to_mm)]
@@ -59,7 +59,7 @@ def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count:
 
 
 def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
-    """Return the polynomial of ``count`` coefficients with the least mean absolute difference, at each x.
+    """Return the polynomial of ``count`` coefficients with the smallest mean absolute difference, at each x.
 
     It is a linear programme: minimise the sum of w t with |P c - level| <= t at each x, in Legendre polynomials P.
     """
@@ -88,7 +88,8 @@ def flat_levels(
 ) -> tuple[Baseline, ...]:
     """Return the baselines made without the readings: volumes with a flat level in the whole crack, like water.
 
-    The volumes are the dispensed one, and the average by which ``earlier`` samples were filled, including heaps.
+    The volumes are the dispensed volume, and the volume that fills the crack as the average of the ``earlier`` samples,
+    including their heaps.
     """
     volumes_mm3 = {POOL: dispensed_mm3}
     if earlier:
@@ -105,10 +106,11 @@ def flat_levels(
 
 
 def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: int | None) -> bool | None:
-    """Return whether an error is smaller than that of each baseline that uses no more readings than the simulation.
+    """Return whether a mean error is smaller than those of all baselines with no more fitted numbers.
 
-    None without such a baseline. With ``fitted`` settings these are the curves with as many numbers or fewer. If
-    ``fitted`` is None (not declared), one setting is assumed.
+    These are the curves with at most ``fitted`` coefficients, the number of fitted settings; if it is None (not
+    declared), one is assumed. For held-out readings, only levels made without the readings count. Returns None if there
+    is no such baseline.
     """
     most = 0 if role == "held-out" else 1 if fitted is None else fitted
     fair = [one.mean_error_mm for one in baselines if one.numbers <= most]
@@ -124,8 +126,8 @@ def against_baselines(
 ) -> str:
     """Return the sentences that compare a mean error with those of the baselines.
 
-    ``fitted`` is the number of settings that were fitted to the readings, None if it was not declared; ``stations`` is
-    the number of compared stations, None if it is unknown.
+    ``fitted`` is the number of settings that were fitted to the readings, or None if it was not declared. ``stations``
+    is the number of compared stations, or None if it is unknown.
     """
     simulated = {
         "held-out": "the simulation, made without the readings,",

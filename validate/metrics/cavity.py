@@ -24,18 +24,18 @@ BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at wh
 FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Levels in the lowest layer: a modelled floor is not quite level
 LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
 """Height within which facets count as level; smallest area at one height, as a share of the mouth's area, that gets its
-own levels; and the largest number of such heights. Floors, shelves and roofs are level: without their own levels the
-area would slope where it jumps."""
+own levels; and the largest number of such heights. Floors, shelves and roofs are level: without their own levels, the
+area would slope where it should jump."""
 NOISE, MOST_NOISE = 2.5, 1 / 8
 """Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and its limit as a share of
-the cavity's depth. 0.6 % of the vertices are deeper, too few to connect."""
+the cavity's depth. Only 0.6 % of the vertices are deeper, too few to form connected hollows."""
 NORMAL_MEDIAN = 0.6745  # Median distance from the mean, in standard deviations
 SMOOTHED_MM = 5.0  # Length along the crack over which the walls' slope under the face is averaged
 
 
 @dataclass(frozen=True)
 class CavityByLevel:
-    """Level areas of the cavity in bins along the crack; between levels an area is linear."""
+    """Horizontal areas of the cavity by level, in bins along the crack. Between levels an area is linear."""
 
     ends_mm: Floats  # (k + 1,): arc length at the ends of the bins
     levels_mm: Floats  # (n,), increasing, from the deepest floor to the face
@@ -52,7 +52,7 @@ class CavityByLevel:
         return np.diff(inside_mm) / np.diff(self.ends_mm), (inside_mm[1:] + inside_mm[:-1]) / 2
 
     def area_at_mm2(self, level_mm: Floats) -> Floats:
-        """Return the area of each bin at its level, (k,); above the face, the area of the mouth."""
+        """Return the area of each bin at the bin's own level, (k,). Above the face it is the area of the mouth."""
         before, share = self._places(level_mm)
         lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
         return lower_mm2 + share * (upper_mm2 - lower_mm2)
@@ -76,7 +76,7 @@ class CavityByLevel:
         return np.where(with_floor, risen * layer_top_mm3, volume_mm3)
 
     def _places(self, level_mm: Floats) -> tuple[Integers, Floats]:
-        """Return the index of the next lower level, and the share of the layer below each level."""
+        """Return the index of the next lower level, and the share of the layer below ``level_mm``, for each bin."""
         before = np.searchsorted(self.levels_mm, level_mm, side="right") - 1
         before = np.clip(before, 0, len(self.levels_mm) - 2)
         step_mm = np.diff(self.levels_mm)[before]
@@ -92,7 +92,7 @@ _BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, CavityByLevel]] = WeakKeyDict
 
 
 def cavity_by_level(outline: Outline, solid: Solid) -> CavityByLevel:
-    """Return the level areas of the solid's cavity along its crack; the result for the last outline is cached."""
+    """Return the horizontal areas of the solid's cavity along its crack. The result for the last outline is cached."""
     of = _BY_SOLID.get(solid)
     if of is None or of[0] is not outline:
         of = outline, _cut(outline, solid)
@@ -107,7 +107,7 @@ class _Raster:
     shape: tuple[int, int]  # rows, columns
 
     def areas(self, rings: Iterable[Floats]) -> Floats:
-        """Return the area of a region in each cell, row by row, in cells."""
+        """Return the area of a region in each cell, row by row, as shares of a cell."""
         return cell_areas(((np.asarray(ring) - self.origin_mm) / self.cell_mm for ring in rings), self.shape).ravel()
 
     def middles_mm(self, cells: Integers) -> Floats:
@@ -157,7 +157,7 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
 
 
 def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Floats:
-    """Return the arc length of the nearest place on the main crack for each cell, row by row; -1 for cells of no crack.
+    """Return the arc length of the place on the main crack nearest to each cell, row by row; -1 outside the crack.
 
     A cell that is partly between the walls belongs to the main crack: a gap next to a stone may have no other cells.
     """
@@ -171,9 +171,10 @@ def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Fl
 
 
 def _noise_mm(solid: Solid) -> float:
-    """Return the depth of the hollows in an imported sample's face, from the median height of its vertices; 0 if plane.
+    """Return the depth of the hollows in an imported sample's face, or 0 if the face is plane.
 
-    A rounded or chamfered mouth does not affect the median, so it does not count as noise.
+    It is estimated from the median height of the face's vertices. A rounded or chamfered mouth does not affect the
+    median, so it does not count as noise.
     """
     if solid.figures.mesh is None:
         return 0.0
@@ -195,8 +196,8 @@ def _plan_areas_mm2(corners_mm: Floats) -> Floats:
 def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm: float) -> Floats:
     """Return areas extrapolated to the deepest floor and the face, from the first and the last cut just inside.
 
-    Hollows of a rough face meet the crack. There, areas are extrapolated from below the hollows by the walls' slope,
-    the lesser of two layers' slopes, since a ledge is not a slope.
+    Hollows of a rough face meet the crack. There, areas are extrapolated from below the hollows with the walls' slope.
+    It is the smaller of the slopes of two layers, since a ledge is not a slope.
     """
     share = BESIDE_MM / (levels_mm[1] - levels_mm[0] - BESIDE_MM)
     area_mm2[:, 0] += share * (area_mm2[:, 0] - area_mm2[:, 1])
@@ -226,7 +227,7 @@ def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
 
 
 def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
-    """Return the levels just below and above level facets, for the heights with the largest area of them."""
+    """Return the levels just below and above level facets, for the heights at which they have the largest areas."""
     corners_mm = solid.vertices_mm[solid.faces]
     low_mm, high_mm = corners_mm[:, :, 2].min(axis=1), corners_mm[:, :, 2].max(axis=1)
     flat = (high_mm - low_mm < LEVEL_MM) & (low_mm > -solid.depth_mm - BESIDE_MM) & (high_mm < -BESIDE_MM)
@@ -250,10 +251,10 @@ def _cuts(solid: Solid, levels_mm: Floats, noise_mm: float) -> list[CrossSection
 
 
 def cell_areas(rings: Iterable[Floats], shape: tuple[int, int]) -> Floats:
-    """Return the area of a region in each cell of (rows, columns), in cells.
+    """Return the area of a region in each cell, (rows, columns), as a share of the cell.
 
-    Cell (row, column) is the unit square from (column, row). Rings run counter-clockwise around the region and
-    clockwise around its islands, all within the raster.
+    Cell (row, column) is the unit square whose lower corner is (column, row). Rings run counter-clockwise around the
+    region and clockwise around its islands, all within the raster.
 
     Edges are cut at the borders of cells. A piece adds the area between it and the right border of its cell, and its
     height to all cells on its right: Green's theorem, row by row.

@@ -1,7 +1,7 @@
 """Distances between two levels along a crack: the area between them, in total and in bins, and Frechet's distance.
 
-Both are piecewise linear, so integrals and quantiles are exact; no library supports curves with different stations.
-Every comparison checks the area against similaritymeasures.
+Both levels are piecewise linear, so integrals and quantiles are exact. No library supports curves with different
+stations. Every comparison checks the area against similaritymeasures.
 """
 
 from dataclasses import replace
@@ -90,10 +90,10 @@ class Difference(PiecewiseLinear):
         return self.area / self.length_mm
 
     def area_by_similaritymeasures(self) -> float:
-        """Return the area by the library that the paper used, on one grid with every crossing.
+        """Return the area computed with the library that the paper used, on one grid with every crossing.
 
-        Its ``area_between_two_curves`` pairs points by index, not by x, and ignores a crossing inside a pair: for 17
-        against 801 stations it is off by a factor of 3. On the common grid it is exact.
+        Its ``area_between_two_curves`` pairs points by index, not by x, and ignores a crossing inside a pair. For 17
+        against 801 stations it is wrong by a factor of 3. On the common grid it is exact.
         """
         import similaritymeasures
 
@@ -167,7 +167,8 @@ def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple
 def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: float) -> float:
     """Return the discrete Frechet distance of two curves over a stretch of s, both sampled at the same even points.
 
-    Unlike an area, it measures a step that comes early by its shift along the crack: s and level have equal weight.
+    Unlike an area, it measures a step that comes too early by the step's shift along the crack, since s and level have
+    equal weight.
     """
     import similaritymeasures
 

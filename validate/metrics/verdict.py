@@ -13,18 +13,19 @@ from validate.settings import Gate
 from validate.units import counted, setting_name
 
 FEWEST_STATIONS = 5
-"""The paper's surface falls, rests, falls and rests again: fewer points cannot describe it."""
+"""Smallest number of stations. The paper's level falls, rests, falls and rests again; fewer points cannot describe
+it."""
 LEAST_COVERAGE = 0.8
 """Least covered share of the crack's length: a tenth at each end may be out of a caliper's reach. The paper's worst
-errors are there."""
+errors are at the ends."""
 WIDEST_GAP = 0.3
 """Largest distance of neighbouring stations, as a share of the crack's length. Five even stations are a quarter apart,
-and stations placed by hand are uneven. A cluster of four and one far away leave a gap."""
+and stations placed by hand are uneven. A cluster of four stations and one far away leave a wider gap."""
 NEARLY_ALL = 0.95  # Coverage below which the verdict states it
 ROUNDING = 1e-9
 NO_VERDICT = "No verdict: this level is the fast model's, which is for screening."
 SOUND = (0.95, 1.05)
-"""Sound range of the volume ratio, settled over dispensed; the preset "accurate" stays within it."""
+"""Sound range of the volume ratio, which is settled over dispensed volume. The preset "accurate" stays within it."""
 
 
 def kept_volume(ratio: float) -> bool:
@@ -34,7 +35,7 @@ def kept_volume(ratio: float) -> bool:
 
 
 def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Basis:
-    """Return the basis of sorted stations that are compared from ``from_mm`` to ``to_mm`` of a crack."""
+    """Return number, coverage and largest gap of sorted stations that are compared from ``from_mm`` to ``to_mm``."""
     first = max(0, int(np.searchsorted(s_mm, from_mm, side="right")) - 1)
     last = min(len(s_mm) - 1, int(np.searchsorted(s_mm, to_mm, side="left")))
     used_mm = s_mm[first : last + 1]
@@ -55,8 +56,8 @@ def judged(
     """Return the metrics with their headline, which compares the mean error with the declared limit.
 
     ``edited`` are files of the run that were changed after their stage wrote them. With such files, an escaped particle
-    or a model for ``screening`` there is no verdict. ``passed`` compares the mean error with the limit, ``outcome`` its
-    95 % interval by the readings.
+    or a model for ``screening`` there is no verdict. ``passed`` compares the mean error with the limit. ``outcome``
+    compares its 95 % interval, which is due to the readings.
     """
     # Unused declarations are reported with any verdict.
     m, findings = metrics, () if uncertainty is None else uncertainty.unused
@@ -99,7 +100,7 @@ def judged(
 
 
 def _stations(m: LevelMetrics) -> str:
-    """Return the number of compared stations, and of those beyond the stretch that define the measured line."""
+    """Return the number of compared stations, and of stations beyond the stretch that define the measured line."""
     beyond = m.stations_used - m.stations_compared
     return counted(m.stations_compared, "station") + (f" and {beyond} next beyond" if beyond else "")
 

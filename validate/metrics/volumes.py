@@ -14,7 +14,7 @@ CELL_MM = 0.2  # Raster cell for sealant on the face: half a particle of the pap
 def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: float, settings: Readings) -> MassBalance:
     """Return the volume balance of a run, with the measured volume over the covered length.
 
-    ``volume_ratio`` is the volume of the settled particles over the dispensed one.
+    ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume.
     """
     dispensed_mm3 = run.dispensed_volume_mm3
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
@@ -54,9 +54,10 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
 
 
 def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, volume_ratio: float) -> float:
-    """Return the change of level by volume that the numerics gained, over the fluid's surface area; negative if lost.
+    """Return the change of level due to volume that the numerics gained; negative if they lost volume.
 
-    The surface is as wide as the crack at the level, plus the area of the face that sealant covers outside the mouth.
+    It is this volume divided by the area of the fluid's surface: the area of the crack at the level, plus the area of
+    the face that sealant covers outside the mouth.
     """
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
     if not run.has_particles:
@@ -69,7 +70,7 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
 
 
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
-    """Return the sealant, the unfilled room below the face, the heap above it, and the filled share, over a stretch.
+    """Return volumes over a stretch (sealant, unfilled room below the face, heap above it) and the filled share.
 
     The cavity is that of the mesh, at the level of the nearest place on the main crack. Above the face it continues
     straight up; profiles do not include sealant on the face outside the mouth.

@@ -31,7 +31,7 @@ class UnitCell(NamedTuple):
 
 
 def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
-    """Return the length units of a row by column, and its other words; both empty if the row is no unit row."""
+    """Return the length units of a row by column, and its other words. Both are empty if it is no row of units."""
     texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
     units: dict[int, ColumnUnit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
     others = {index: text for index, text in texts.items() if index not in units}
@@ -91,7 +91,8 @@ def unit_cells(
     """Yield the unit that each row gives in ``columns`` for its reading, or for its station.
 
     A column of units belongs to the readings on its left, up to the previous one. If only stations are on its left, it
-    belongs to them, and, as the only such column, to the readings on its right that are ``without`` a unit.
+    belongs to them. If it is also the only column of units, it belongs to the readings on its right that are
+    ``without`` a unit as well.
     """
     before = -1
     for at in columns:

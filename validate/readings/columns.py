@@ -1,4 +1,4 @@
-"""The header of a sheet: its rows, and the columns with direction and unit, from the header or as declared."""
+"""The header of a sheet: its rows, and its columns with direction and unit, which are read or declared."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -72,7 +72,7 @@ class Header:
     sample: Column | None  # Column that names the sample of each row; None in a sheet of one sample
     skipped: tuple[Column, ...]
     quantity: Quantity | None
-    """Direction of the readings; None if it is missing. Like a missing unit of a column, that is a fault."""
+    """Direction of the readings. None if it is missing, which is a fault, as is a missing unit of a column."""
     remarks: tuple[SheetRow, ...] = ()
     """Rows of text about the sheet: above the header, comments, rows between readings."""
     passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and declared ones
@@ -86,7 +86,7 @@ class Header:
 
 
 def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None = None) -> Header:
-    """Return the header of the table of readings; faults after which reading can go on are added to ``faults``.
+    """Return the header of the table of readings. Faults after which reading can go on are added to ``faults``.
 
     If ``mass`` is given the table is a fill: its "stations" are masses, in that unit unless the sheet names one. Raises
     SheetFaults if there is no column of stations or none of readings.
@@ -175,7 +175,7 @@ class _HeaderReader:
         """Return the error on a header without a column of stations or of readings."""
         along = "places along the crack (s)" if self.mass is None else "masses"
         which = f"no column of {along}" if not stations else "no column of readings"
-        beside = f" beside {_names(stations)}" if stations else ""
+        beside = f" besides {_names(stations)}" if stations else ""
         if (line := _line_by_blanks(self.rows, self.grid.separator)) is not None:
             finding = f"{which}{beside}: its columns are separated by blanks only, as in {quoted(line)}."
             return self._refused(finding, "Save it with semicolons or tabs between the columns, or as XLSX.")
@@ -197,7 +197,7 @@ class _HeaderReader:
                 continue
             if not (columns := columns_named(names, reference)):
                 all_names = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
-                finding = f"{reference!r:.80} is not a column, or both a letter and another's name; names: {all_names}."
+                finding = f"{reference!r:.80} is not a column, or is a letter and also a name; names: {all_names}."
                 raise self._refused(finding, 'If a letter is also the name of a column, write it as "B:B".', reference)
             for at in columns:
                 name = names.get(at, "")
@@ -206,7 +206,10 @@ class _HeaderReader:
         return roles
 
     def _columns(self) -> list[Column]:
-        """Return the columns with their roles, declared or by name; unknown columns of numbers are faults."""
+        """Return the columns with their roles, which are declared or known from names.
+
+        Adds faults for unknown columns.
+        """
         roles, fill = self._declared_roles(), self.mass is not None
         declared = {one.role for one in roles.values()}
         columns, unknown = list[Column](), list[Column]()
@@ -295,7 +298,9 @@ class _HeaderReader:
         quantity: Quantity | None = next(iter(named)) if named else declared
         nameless = [column for column in readings if column.quantity is None]
         if len(named) > 1:
-            self._add_fault("level and depth columns in one sheet.", "List those to read: [readings.columns] levels.")
+            self._add_fault(
+                "level and depth columns in one sheet.", "List the columns to read in [readings.columns] levels."
+            )
         elif declared not in (None, quantity):
             self._add_fault(f'the header names {quantity}, but [readings] quantity = "{declared}".', CORRECT)
         elif nameless and declared is None:
@@ -350,7 +355,7 @@ class _HeaderReader:
         return common
 
     def _check_units_beside(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> None:
-        """Add a fault for each row with another unit than its column."""
+        """Add a fault for each row whose unit differs from that of its column."""
         by_index = {column.index: column for column in used}
         for one in beside:
             column = by_index[one.column]
@@ -369,7 +374,7 @@ class _HeaderReader:
                 other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
                 if one.unit is None:
                     other = "which is not a supported unit of length"
-                finding = f"{quoted(value)} is in {quoted(one.written)} by {by}, {other}."
+                finding = f"{quoted(value)} is in {quoted(one.written)} according to {by}, {other}."
             self.faults.add(self.grid.place(one.row.number, one.column, column.name), finding, remedy, value)
 
     def _check_units_of_remarks(self, remarks: Sequence[SheetRow], used: Sequence[Column]) -> None:
@@ -388,7 +393,7 @@ def _names(columns: Sequence[Column]) -> str:
 
 
 def _by_parts(name: str) -> ColumnMeaning:
-    """Return unit, direction and factor from the recognised words of a name that is a reading's."""
+    """Return unit, direction and factor from the recognised words in the name of a column of readings."""
     return ColumnMeaning("reading", unit_in(name), quantity_in(name), factor=factor_in(name))
 
 

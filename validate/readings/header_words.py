@@ -36,7 +36,7 @@ FACTOR = re.compile(
     rf"|(?:[/:]|(?<!\w){TIMES})\s?10+(?![0-9])|(?<![0-9.,])0[.,][0-9]+"  # /10, x 100, 0.1
     rf"|%\s?(?:of|von|de|di)?\s?{UNIT}"
 )
-"""A number next to a unit that multiplies it, or may do so; a bare 10 before mm is ``NUMBER_AT_UNIT``."""
+"""A number next to a unit that multiplies it, or may do so. A bare 10 before mm is left to ``NUMBER_AT_UNIT``."""
 NUMBER_AT_UNIT = re.compile(rf"(?<![0-9.,])([0-9]+)[\s_]?{UNIT}")
 SCALED = re.compile(rf"[0-9][0-9.,]*\s?{TIMES}?\s?{UNIT}|{UNIT}\s?[/{TIMES[1:]}\s?[0-9]+")
 LONGEST_NAME = 200  # Limit on the letters of a name; in longer texts a search for a unit takes long
@@ -51,7 +51,7 @@ OF_UNITS, OTHER_UNITS = COLUMNS["unit"], frozenset(plain_letters(WORDS["other_un
 MASS, OF_SAMPLE = COLUMNS["mass"], COUNTER | COLUMNS["beside_sample"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("beside_station", "beside_reading"))
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
-"""A direction in several words."""
+"""A direction in several words, such as "nach unten"."""
 ZERO_OF_READINGS, FACE, OF_FACTOR = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor"))
 NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
@@ -70,7 +70,7 @@ class ColumnMeaning:
 
 @lru_cache(maxsize=4096)
 def meaning(name: str) -> ColumnMeaning | None:
-    """Return the meaning of a column's name; None if any word of it is unknown, since nothing is guessed."""
+    """Return the meaning of a column's name, or None if any of its words is unknown: nothing is guessed."""
     if len(name) > LONGEST_NAME:
         return None
     if NEGATED.match(name):
@@ -127,19 +127,25 @@ def _dial_unit(plain: str) -> ColumnUnit | None:
 
 
 def factor_in(name: str) -> str | None:
-    """Return the part of a name that may multiply its unit, as "0,1 mm" or "x10"; None for units as 1/10 mm."""
+    """Return the part of a column name that may be a factor of its unit, such as "0,1 mm" or "x10"; else None.
+
+    Dial units such as 1/10 mm do not count.
+    """
     match = FACTOR.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
     return None if match is None else match[0].strip("[( ")
 
 
 def _number_at_unit(plain: str) -> str | None:
-    """Return a number before a unit, the only number that names of stations and masses may contain; else None."""
+    """Return the number before a unit, or None. Names of stations and masses may contain no other number."""
     match = NUMBER_AT_UNIT.search(plain)
     return None if match is None else match[0]
 
 
 def ten_at_unit(name: str) -> int | None:
-    """Return the number from 10 on before a unit in a name: it may be a factor or the number of a repeat."""
+    """Return the number of two to four digits before a unit in a name, or None.
+
+    It may be a factor or count a repeat.
+    """
     match = NUMBER_AT_UNIT.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
     return int(match[1]) if match is not None and len(match[1]) in (2, 3, 4) else None
 
@@ -155,7 +161,7 @@ def unit_of(text: str) -> ColumnUnit | None:
 
 
 def is_scaled_unit(text: str) -> bool:
-    """Return whether a cell contains a unit with an unsupported factor, as "0,1 mm"."""
+    """Return whether a cell contains a unit with an unsupported factor, such as "0,1 mm"."""
     return len(text) <= LONGEST_NAME and SCALED.fullmatch(_plain(text).strip("[](){}/. ")) is not None
 
 
@@ -165,7 +171,10 @@ def names_unit(name: str) -> bool:
 
 
 def units_named(text: str) -> set[ColumnUnit | None]:
-    """Return the units that a remark names, as "Einheit: Zoll" or "all values in cm"; None for an unsupported one."""
+    """Return the units that a remark names, such as "Einheit: Zoll" or "all values in cm".
+
+    An unsupported unit is None.
+    """
     plain = _plain(text[:LONGEST_NAME])
     words = set(WORD.findall(plain))
     if not words & (OF_UNITS | VALUE):
@@ -187,7 +196,7 @@ def units_named(text: str) -> set[ColumnUnit | None]:
 
 
 def unit_in(name: str) -> ColumnUnit | None:
-    """Return the unit in brackets or at the end of a name, even if its other words are unknown; None without a unit."""
+    """Return the unit in brackets or at the end of a name, or None. Other words of the name may be unknown."""
     if (dial := _dial_unit(_plain(name[-LONGEST_NAME:]))) is not None:
         return dial
     texts = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]
@@ -206,7 +215,7 @@ def is_comment(text: str) -> bool:
 
 
 def is_calculated(text: str) -> bool:
-    """Return whether the first cell marks a row as calculated from others: a mean, a sum."""
+    """Return whether the text of a row's first cell marks the row as calculated from others, such as a mean."""
     words = {word for word in WORD.findall(plain_letters(text[:LONGEST_NAME])) if not word.isdigit()}
     return bool(words & CALCULATED) and words <= CALCULATED | OF_READING | VALUE | REPEAT | COUNTER | DEPTH | LEVEL
 

@@ -113,7 +113,7 @@ def _count(element: Element, name: str) -> int:
 
 
 def _cells(row: Element) -> Iterator[tuple[int, Element]]:
-    """Yield the cells of a row with their columns, repeated ones included, up to one beyond the column limit."""
+    """Yield the cells of a row with their columns, including repeated cells, up to one beyond the column limit."""
     column = 0
     for cell in row:
         if cell.tag not in (f"{TABLE}table-cell", f"{TABLE}covered-table-cell"):
@@ -145,7 +145,7 @@ def _value(cell: Element) -> SheetCell:
 
 
 def _shown_unit(cell: Element) -> str:
-    """Return the text that a number's format shows behind it, as "cm" or "%"; "" if nothing."""
+    """Return the text that a number's format shows behind it, such as "cm" or "%", or "" if there is none."""
     if cell.get(f"{OFFICE}value-type") == "percentage":
         return "%"
     shown = BEHIND.fullmatch("".join(_lines(cell)).strip())

@@ -28,7 +28,7 @@ Height = TypeVar("Height", float, Floats)
 
 FACTORS = MM | GRAMS
 CLOSEST_MM = 0.01
-"""Least distance of two stations: the last digit of a caliper. Closer ones are one station that was read twice."""
+"""Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
 SLACK_MM = 2.0
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
 
@@ -88,7 +88,7 @@ def take_readings(
     """Return readings of an array, with the checks and doubts of ``read_readings``.
 
     ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths if
-    ``settings.quantity`` is "depth"; NaN for a missing reading. Doubts name cells as a spreadsheet without a header
+    ``settings.quantity`` is "depth". NaN marks a missing reading. Doubts name cells as a spreadsheet without a header
     would: B4 is the reading [3, 1]. Raises InputError, which names a row by its number from 0.
     """
     name = str(settings.file)
@@ -123,7 +123,7 @@ def take_readings(
 
 @dataclass(frozen=True)
 class CrackLimits:
-    """Length and depth of a crack, the limits of its readings: a wrong sign or unit exceeds them almost everywhere."""
+    """Length and depth of a crack, which limit its readings. With a wrong sign or unit, most readings exceed them."""
 
     length_mm: float | None  # Length of the centreline; None before the crack is traced
     depth_mm: float
@@ -160,7 +160,7 @@ class CrackLimits:
 
 
 def level_mm(reading_mm: Height, quantity: Quantity | None, declared: Declared) -> Height:
-    """Return readings as heights above the sample's surface."""
+    """Return readings as levels, in mm upward from the sample's surface."""
     upward_mm = -reading_mm if quantity == "depth" else reading_mm
     return upward_mm + (declared.datum_level_mm or 0.0)
 
@@ -204,7 +204,7 @@ def _cells_of(stations: Sequence[Station], quantity: Quantity | None, declared: 
 
 @dataclass
 class TableReader:
-    """Reader of the cells below a header; adds a fault for each unreadable cell."""
+    """Reader of the cells below a header. It adds a fault for each unreadable cell."""
 
     grid: SheetGrid
     header: Header
@@ -216,7 +216,7 @@ class TableReader:
     def read(self) -> ReadCells:
         """Return the readable stations, sorted along s, and their repeats.
 
-        A level is NaN if its reading is missing, and never in a whole row.
+        A level is NaN if its reading is missing. Every row has at least one level.
         """
         header = self.header
         self._check_formulas()
@@ -234,9 +234,9 @@ class TableReader:
         )
 
     def _merged_stations(self) -> dict[int, SheetCell]:
-        """Return the station of each row whose station cell is merged over several rows; these are its repeats.
+        """Return the station of each row whose station cell is merged over several rows. These rows are its repeats.
 
-        Any other merged range of readings is a fault: its value may be that of all cells, or of the first.
+        Any other merged range of readings is a fault: its value may belong to all cells, or only to the first.
         """
         header, merged = self.header, dict[int, SheetCell]()
         # A merged header is no problem: its names apply to the line below, or to columns without a name.
@@ -252,7 +252,7 @@ class TableReader:
                 self.faults.add(
                     self.grid.place(row, column),
                     f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged with one value.",
-                    "Skip these rows, [readings.columns] skip, or unmerge the cells in a copy.",
+                    "Skip these rows with [readings.columns] skip, or unmerge the cells in a copy.",
                 )
         return merged
 
@@ -283,7 +283,7 @@ class TableReader:
             self.faults.add(
                 self._place(row, column),
                 f"{text!r} is {text.replace(',', '.')}, or {text.replace(',', '').replace('.', '')} with a thousands "
-                f"separator; {len(doubtful)} such numbers, and no other number decides it.",
+                f"separator; {len(doubtful)} numbers are like this, and no other number decides it.",
                 'Declare [readings] decimal = "comma" or "point".',
                 text,
             )
@@ -306,7 +306,7 @@ class TableReader:
         return None if s_mm is None else Station(s_mm, row, readings)
 
     def _fits(self, row: SheetRow) -> bool:
-        """Return whether a row has as many fields as columns; decimal commas in a comma-separated file make more."""
+        """Return whether a row has as many fields as columns. In a comma-separated file, decimal commas add fields."""
         width = self.header.row.width
         if self.grid.separator != "," or len(row.cells) >= width >= row.width:
             return True
@@ -361,7 +361,10 @@ class TableReader:
         return f"{text} is not a number in {column.unit or 'its unit'}, such as {example}.", remedy
 
     def _gathered(self, rows: list[Station]) -> list[Station]:
-        """Return one station for all rows with the same s; its readings are numbered, or kept in their order."""
+        """Return one station for all rows with the same s.
+
+        Its readings have the sheet's numbers, or are counted in order.
+        """
         stations: dict[float, Station] = {}
         for row in rows:
             station = stations.setdefault(row.s_mm, Station(row.s_mm, row.row, {}))

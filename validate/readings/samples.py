@@ -1,4 +1,4 @@
-"""Files of readings: their cells, and the parts of a file with several samples, by a column or by worksheets."""
+"""Files of readings: their cells, and the parts of a file with several samples (in one sheet or in several)."""
 
 import hashlib
 import json
@@ -49,12 +49,12 @@ def read_cells(path: Path, declared: Declared) -> SheetGrid:
         return read_sheet(path, content, declared.sheet)
     if declared.sheet is not None:
         finding = f"a text file, which has no sheets, but [readings] sheet = {declared.sheet!r}."
-        raise refuse(Place(path), finding, "Remove it, or give the workbook.", declared.sheet)
+        raise refuse(Place(path), finding, "Remove this setting, or give the workbook.", declared.sheet)
     return read_delimited(path, content, declared.separator)
 
 
 def read_table(path: Path, starter: str) -> SheetGrid:
-    """Read a CSV of any separator and encoding, or a workbook; ``starter`` tells how to obtain one, for the message.
+    """Read a CSV of any separator and encoding, or a workbook. ``starter`` explains in messages how to obtain one.
 
     Raises InputError if the file is missing or cannot be read.
     """
@@ -121,7 +121,7 @@ class SamplePart:
     rows_of: str | None  # Sample of the rows, as first spelt in the sample column; None without such a column
     sha256: str = field(compare=False)  # Hash of the part's cells without the sample name: equal for equal readings
     headed: bool = field(default=True, compare=False)
-    """False for a worksheet without a header of readings: a cover, or readings under unknown names."""
+    """False for a worksheet without a header of readings, such as a cover, or a table under unknown names."""
 
     def __str__(self) -> str:
         parts = (self.sheet and f"sheet {self.sheet}", self.rows_of and f"rows of {self.rows_of}")
@@ -129,7 +129,7 @@ class SamplePart:
 
 
 def parts_of(path: Path) -> tuple[SamplePart, ...]:
-    """Return each table of readings in a file, one for each sample; of several worksheets also those with no table."""
+    """Return each table of readings in a file, one for each sample, and each of several worksheets without a table."""
     try:
         content = _content(path)
         if content.startswith(ZIP):

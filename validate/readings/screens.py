@@ -19,16 +19,16 @@ Kind = OfCell | Literal["scatter", "mean row", "mean column", "copy", "sign", "u
 NINES = re.compile(r"9{2,}(\.9+)?|9\.9{2,}")  # A number that programs write for a missing reading, without its sign
 STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, the largest first
 MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
-"""Median of the standard deviation of so many normal readings, relative to the true one."""
+"""Median standard deviation of so many normal readings, as a share of the true standard deviation."""
 
 
 @dataclass(frozen=True)
 class CellLimits:
     """Limits of the checks of cells, rows and columns; "sd" is the standard deviation of a single reading.
 
-    They were set on synthetic sheets of other seeds than those that ``benchmarks/ingest.py`` judges, so that planted
-    mistakes are found and at most 5 % of sound sheets are questioned. A stricter limit (smaller distance or ratio,
-    larger probability) finds smaller mistakes and questions more sound sheets.
+    They were set on synthetic sheets whose seeds ``benchmarks/ingest.py`` does not use: planted mistakes are found, and
+    at most 5 % of sound sheets are questioned. A stricter limit (smaller distance or ratio, larger probability) finds
+    smaller mistakes and questions more sound sheets.
     """
 
     least_spread_mm: float = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
@@ -48,7 +48,7 @@ class CellLimits:
     rounding_mm: float = 1e-6  # Margin for two equal means, above the error of binary fractions
     hand_mm: float = 0.05  # Smallest sd of a reading by hand
     copied: float = 0.35
-    """Probability of equal columns by rounding below which they are copies; few sheets are so coarse."""
+    """Equal columns are copies if rounding makes them equal with a probability below this. Few sheets are so coarse."""
 
 
 LIMITS = CellLimits()
@@ -80,7 +80,7 @@ class ReadCells:
         return replace(self, s_mm=length_mm - self.s_mm[::-1], **turned)
 
     def without(self, masked: NDArray[np.bool_]) -> "ReadCells":
-        """Return the readings with the masked ones set to missing."""
+        """Return the readings with those in ``masked`` set to missing."""
         return replace(
             self,
             readings_mm=np.where(masked, np.nan, self.readings_mm),
@@ -101,7 +101,7 @@ class Doubt:
 
 
 def row_medians(values: Floats) -> Floats:
-    """Return the median of each row without NaN, (n,); NaN for a row of NaN."""
+    """Return the median of each row, (n,), ignoring NaN. A row of NaN gives NaN."""
     medians = np.full(len(values), np.nan)
     some = ~np.isnan(values).all(axis=1)
     medians[some] = np.nanmedian(values[some], axis=1)
@@ -115,7 +115,10 @@ def last_digit_mm(readings_mm: Floats) -> float:
 
 
 def spread_mm(readings_mm: Floats) -> float:
-    """Return the typical standard deviation of a single reading; without repeats, from the scatter along s."""
+    """Return the typical standard deviation of a single reading.
+
+    Without repeats it follows from the scatter along s.
+    """
     count = (~np.isnan(readings_mm)).sum(axis=1)
     several = count > 1
     least_mm = max(LIMITS.least_spread_mm, 0.4 * last_digit_mm(readings_mm))
@@ -192,7 +195,7 @@ def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
 
 
 def _codes(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
-    """Return the cells of nines that are farther from all others than these are from each other."""
+    """Return the cells of nines that are farther from all other readings than these are from each other."""
     values_mm = cells.readings_mm
     nines = np.array([[NINES.fullmatch(f"{abs(value):.8g}") is not None for value in row] for row in values_mm])
     others_mm = values_mm[~nines & ~np.isnan(values_mm)]
@@ -250,7 +253,7 @@ def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
 
 
 def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield stations whose repeats scatter many times more than those of their neighbours and of the sheet."""
+    """Yield doubts about stations whose repeats scatter far more than those of their neighbours and of the sheet."""
     values_mm = cells.readings_mm
     several = (~np.isnan(values_mm)).sum(axis=1) > 1
     if several.sum() < 4:
@@ -276,7 +279,7 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
 
 
 def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield the row that is the mean of all other rows, or of all rows above it, in every column."""
+    """Yield a doubt about the row that is the mean of all other rows, or of all rows above it, in every column."""
     values_mm, s_mm = cells.readings_mm, cells.s_mm
     first_row = np.nanmin(np.where(np.isnan(values_mm), np.inf, cells.rows), axis=1)
     for i in range(len(s_mm)):
@@ -309,12 +312,12 @@ def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
 
 
 def _half_digit_mm(digits_mm: Floats) -> float:
-    """Return half the finest digit of a mean, its rounding error, plus a margin for binary fractions."""
+    """Return the rounding error of a mean: half a unit in its finest digit, plus a margin for binary fractions."""
     return 0.5 * float(digits_mm.min()) + LIMITS.rounding_mm
 
 
 def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield repeats that are copies of another one, or the mean of all others."""
+    """Yield doubts about repeats that are copies of another repeat, or the mean of all others."""
     values_mm, copies = cells.readings_mm, set[int]()
     repeats = range(values_mm.shape[1])
     # Probability that repeats with the scatter of a hand are rounded to the same value.
@@ -346,7 +349,7 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
 
 
 def _named(cells: ReadCells, j: int) -> tuple[int, str, str]:
-    """Return row, name and answer of a repeat: its column, or in a long sheet its first cell."""
+    """Return row, name and answer of a repeat. They refer to its column, or to its first cell in a long sheet."""
     column = int(cells.columns[j])
     if (cells.columns == column).sum() == 1:
         return cells.header_row, f"column {letters(column)}", letters(column)

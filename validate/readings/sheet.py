@@ -1,4 +1,4 @@
-"""The cells of a sheet, and its faults, reported all at once, each with its place and remedy."""
+"""The cells of a sheet, and its faults. All faults are reported at once, each with its place and remedy."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -51,7 +51,10 @@ class SheetFault:
 
     @property
     def kind(self) -> object:
-        """Key that is equal for the same mistake in several cells of a column; unique for a fault without a cell."""
+        """Key that is equal for the same mistake in several cells of a column.
+
+        A fault without a cell has a unique key.
+        """
         if self.place.column is None or not self.value:
             return self.place, self.finding, self.remedy
         finding = self.finding.replace(quoted(self.value), "")
@@ -59,7 +62,7 @@ class SheetFault:
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
-    """All faults of one sheet. The text shows the first twenty; ``columns`` are the recognised columns."""
+    """All faults of one sheet. The text shows the first twenty. ``columns`` are the recognised columns."""
 
     def __init__(self, faults: Sequence[SheetFault], columns: tuple[ReadColumn, ...] = ()) -> None:
         self.faults, self.columns = tuple(faults), columns
@@ -75,7 +78,7 @@ class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not
 
 @dataclass
 class FaultList:
-    """The faults of a sheet so far. At a thousand reading stops."""
+    """Faults found in a sheet so far. At a thousand, reading stops."""
 
     faults: list[SheetFault] = field(default_factory=list)
     columns: tuple[ReadColumn, ...] = ()  # Recognised columns; set after the header is read
@@ -140,7 +143,7 @@ def shown(text: str) -> str:
 
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
-"""Kind of a cell. Cells of a text file are all "text"; a "formula" has no stored result."""
+"""Kind of a cell. Cells of a text file are all "text". A "formula" is a formula without a stored result."""
 
 MOST_ROWS = 10_000
 MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
@@ -170,7 +173,7 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class SheetGrid:
-    """The rows of a sheet with content. Raises SheetFaults if they exceed the size limit of a sheet of readings."""
+    """The rows with content of a sheet. Raises SheetFaults if they exceed the size limit of a sheet of readings."""
 
     path: Path
     rows: tuple[SheetRow, ...]
@@ -184,15 +187,15 @@ class SheetGrid:
     hidden_rows: frozenset[int] = frozenset()
     hidden_columns: frozenset[int] = frozenset()
     shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
-    """Text that a number's format shows behind it, as "cm" or "%", by row from 1 and column from 0."""
+    """Text that a number's format shows behind it, such as "cm" or "%", by row from 1 and column from 0."""
     turned: tuple[int, ...] | None = None
     """Row numbers, in the file, of the columns of a turned sheet; None for a sheet that is not turned."""
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
-            raise refuse(self.place(), f"more than {MOST_ROWS} rows, the limit.", "Use fewer stations.")
+            raise refuse(self.place(), f"more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations.")
         if wide := next((row for row in self.rows if row.width > MOST_COLUMNS), None):
-            finding = f"more than {MOST_COLUMNS} columns, the limit."
+            finding = f"more than {MOST_COLUMNS} columns, which is the limit."
             raise refuse(self.place(wide.number), finding, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
@@ -205,14 +208,14 @@ class SheetGrid:
         return letters(column) if self.turned is None else f"row {self._row_of(column)}"
 
     def _row_of(self, column: int) -> int:
-        """Return the row of the file, by number, that a column was; one beyond the last continues the count."""
+        """Return the number of the file's row that became a column. A column beyond the last continues the count."""
         rows = self.turned or (0,)
         return rows[column] if column < len(rows) else rows[-1] + column - len(rows) + 1
 
 
 @dataclass
 class Worksheet:
-    """One sheet of a workbook while it is read; marks are as in ``SheetGrid``."""
+    """One sheet of a workbook while it is read. ``SheetGrid`` explains the marks."""
 
     name: str
     hidden: bool

@@ -99,7 +99,7 @@ def first_cell(row: SheetRow) -> SheetCell | None:
 
 
 def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
-    """Yield the rows of a range, with cells outside it blank."""
+    """Yield the rows of a range. Cells outside the range are blank."""
     if span is None:
         yield from rows
         return
@@ -112,7 +112,7 @@ def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
 
 
 def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> HeaderRows:
-    """Return the rows that name the most columns; several if a name spans columns and continues below."""
+    """Return the rows that name the most columns. These are several if a name spans columns and continues below."""
     wanted = {plain_name(name) for name in (given.s, given.repeat, *(given.levels or ())) if name is not None}
 
     def key(candidate: tuple[int, Sequence[SheetRow]]) -> tuple[float, ...]:
@@ -155,9 +155,9 @@ def is_a_number(cell: SheetCell) -> bool:
 
 
 def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
-    """Return the columns with a name in the header, or with a letter or a span of letters, as "B:D".
+    """Return the columns for a reference: a name in the header, a letter, or a span of letters such as "B:D".
 
-    Returns none if a letter is also the name of another column, which would be ambiguous.
+    The list is empty if a letter is also the name of another column, which would be ambiguous.
     """
     # "Ort" is a name, not letters.
     span = LETTERS.fullmatch(reference.upper() if reference.islower() else reference)
@@ -197,7 +197,7 @@ def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
 
 
 def _names_repeats(row: SheetRow) -> bool:
-    """Return whether a row contains only names of readings, as "Messung 1", or their numbers."""
+    """Return whether a row contains only names of readings, such as "Messung 1", or their numbers."""
     texts = [cell.text for cell in row.cells if cell.text]
     roles = {named.role for text in texts if not is_number(text) and (named := meaning(text)) is not None}
     return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
@@ -215,7 +215,7 @@ def _joined(rows: Sequence[SheetRow], merged: Merged) -> dict[int, str]:
     """Join the names of each column: "Tiefe [mm]" above "Messung 1" and "Messung 2" is part of both.
 
     A name spans the cells that it is merged with, or blank cells up to the next name. A merged name without names below
-    is that of repeats, which are numbered.
+    it is the name of repeats, which are then numbered.
     """
     spans = {(row, column): min(last, MOST_COLUMNS) for row, column, last_row, last in merged if last_row == row}
     width = max((row.width for row in rows), default=0)
@@ -240,7 +240,7 @@ def _joined(rows: Sequence[SheetRow], merged: Merged) -> dict[int, str]:
 
 
 def _either(upper: str, lower: str, *, whole: bool) -> str:
-    """Join two names. If only one of them has a meaning, as below a title, return that one, unless ``whole``."""
+    """Join two names. If only one has a meaning, such as the one below a title, return that one, unless ``whole``."""
     joined = f"{upper} {lower}".strip()
     if whole or not upper or not lower or meaning(joined) is not None:
         return joined
@@ -248,7 +248,7 @@ def _either(upper: str, lower: str, *, whole: bool) -> str:
 
 
 def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
-    """Return a sort key that grows with the number of names that have a meaning; notes above may contain some, too."""
+    """Return a sort key that grows with the number of names that have a meaning. Notes above may have some, too."""
     roles = [named.role for name in names.values() if (named := meaning(name)) is not None]
     along = "station" in roles or "mass" in roles
     table = along and ("reading" in roles or "repeat" in roles)

@@ -17,7 +17,7 @@ from validate.settings import Decimal, Separator
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:[.,' \u2019\u00a0\u202f][0-9]{3})+(?:[.,][0-9]*)?")
-"""Number with separated thousands, certain or possible."""
+"""Number whose thousands are separated, or may be."""
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 """Number such as 1.250: a decimal, or 1250 with a thousands separator. 0.125 can only be a decimal."""
 DECIMALS = re.compile(r"[.,]([0-9]+)$")
@@ -40,7 +40,8 @@ SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNO
 """First line such as "sep=;", which states the separator for Excel."""
 LOST_LINE = re.compile(r"^\0+\s*$", re.MULTILINE)
 ZEROS = 0.5
-"""Share of zero bytes above which they are the high bytes of UTF-16, nearly all zero for European scripts."""
+"""Share of zero bytes above which they are the high bytes of UTF-16. In European scripts nearly all of these are
+zero."""
 
 
 def plain_letters(text: str) -> str:
@@ -65,7 +66,7 @@ def is_grouped(text: str) -> bool:
 
 
 def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
-    """Return the decimal mark of a file's numbers; None if they leave it open.
+    """Return the decimal mark of a file's numbers, or None if they do not decide it.
 
     A comma as the field separator excludes decimal commas.
     """
@@ -80,7 +81,7 @@ def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
 
 
 def number(text: str, mark: Decimal | None) -> float | None:
-    """Return the finite number written with the decimal ``mark``, or with either if that is None; else None."""
+    """Return a finite number with the decimal ``mark``, or with either mark if it is None. Other texts give None."""
     text = text.translate(MINUS)
     if not NUMBER.fullmatch(text):
         return None
@@ -102,7 +103,7 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
     if (lost := LOST_LINE.search(text)) is not None:
         where = Place(path, row=1 + text.count("\n", 0, lost.start()))
         raise refuse(
-            where, "NUL bytes, as after a logger's loss of power.", "Delete them, and check for lost readings."
+            where, "NUL bytes, which a logger writes when it loses power.", "Delete them, and check for lost readings."
         )
     stated = SEPARATOR_LINE.match(text)
     if stated is not None:

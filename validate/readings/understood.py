@@ -1,4 +1,4 @@
-"""Interpretation of a sheet: in a sentence, as a table of its columns, and the doubts about it."""
+"""Interpretation of a sheet: a sentence, a table of its columns, and the doubts about it."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
@@ -89,7 +89,7 @@ def doubts_of(
 
 
 def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
-    """Yield the doubts that ``readings.as_written`` does not confirm as written."""
+    """Yield the doubts whose readings ``readings.as_written`` does not confirm."""
     answered = set(declared.as_written or ())
     for doubt in doubts:
         if not answered.issuperset(doubt.answers) and (doubt.kind != "datum" or declared.datum == "sample_surface"):
@@ -103,7 +103,7 @@ def in_words(doubt: Doubt, place: str) -> str:
 
 
 def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
-    """Yield all doubts; a doubtful reading, confirmed or not, is masked in the checks that follow."""
+    """Yield all doubts. A doubtful reading, whether confirmed or not, is masked in the checks that follow."""
     odd = np.zeros(cells.readings_mm.shape, dtype=bool)
     for doubt in mean_rows(cells):
         yield doubt
@@ -118,7 +118,7 @@ def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) 
 
 
 def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
-    """Yield a doubt if readings in a dial's unit, as 1/10 mm, have too many digits: it may be a resolution in mm."""
+    """Yield a doubt if readings in a dial's unit such as 1/10 mm have too many digits: it may be a resolution in mm."""
     for column in header.readings:
         digits_mm = cells.digits_mm[:, cells.columns == column.index]
         if column.unit in DIAL_UNITS and digits_mm.size and float(np.median(digits_mm)) < FINEST_MM:

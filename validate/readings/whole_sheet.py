@@ -15,8 +15,8 @@ from validate.readings.screens import Doubt, Kind, ReadCells, spread_mm
 class SheetLimits:
     """Limits of the checks of a whole sheet, in mm or as shares.
 
-    They were set as ``screens.CellLimits``: planted mistakes are found, and at most 5 % of sound sheets are questioned.
-    A stricter limit finds smaller mistakes and questions more sound sheets.
+    They were set in the same way as ``screens.CellLimits``: planted mistakes are found, and at most 5 % of sound sheets
+    are questioned. A stricter limit finds smaller mistakes and questions more sound sheets.
     """
 
     heap_mm: float = 2.6  # Height above the face that paste reaches in few places
@@ -38,7 +38,7 @@ class SheetLimits:
     stations_share: float = 0.15
     """Share of the crack that all stations cover if centimetres were entered as millimetres."""
     nearer: tuple[tuple[float, float], ...] = ((0.5, 0.6), (0.75, 1.2))
-    """Remaining part of the distance to the simulated level after a change, and the gain in mm required for it."""
+    """Two pairs: the share of the distance to the simulated level that a change may leave, and its least gain in mm."""
     least_counted: int = 3  # Smallest number of stations that may be numbers of places
     counted_share: float = 0.5  # Share of the crack up to which stations 1, 2, 3 may be numbers of places
 
@@ -67,7 +67,7 @@ class Filling:
     simulated: Profile | None = None
 
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
-        """Return the volume below a level, extended as a constant beyond the outer stations."""
+        """Return the volume of sealant below a level. Beyond the outer stations the level is constant."""
         above_floor_mm = np.maximum(level_mm, -self.solid.depth_at_mm(s_mm))
         profile = Profile(s_mm, above_floor_mm)
         return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm)["sealant_mm3"]
@@ -90,7 +90,7 @@ def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling |
 
 
 def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doubt]:
-    """Yield a doubt if stations with only a declared unit count 1, 2, 3 to n: they may be numbers of places."""
+    """Yield a doubt if stations whose unit is only declared are 1, 2, 3 to n: they may be numbers of places."""
     unit_mm, s_mm = cells.declared_unit_mm, cells.s_mm
     if unit_mm is None or length_mm is None or len(s_mm) < LIMITS.least_counted:
         return
@@ -108,7 +108,7 @@ def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doub
 
 
 def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> Iterator[tuple[Kind, str]]:
-    """Yield the doubts from the numbers, and from the depth of the crack if it is given."""
+    """Yield the doubts that follow from the numbers, and from the depth of the crack if it is given."""
     above_mm, below_mm = float(np.maximum(level_mm, 0).mean()), float(np.maximum(-level_mm, 0).mean())
     highest_mm = float(np.sort(level_mm)[-max(1, len(level_mm) // 4) :].mean())
     everywhere = level_mm.min() > -0.1 and level_mm.mean() > LIMITS.everywhere_mm
@@ -144,7 +144,7 @@ def _share(which: NDArray[np.bool_]) -> str:
 
 
 def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
-    """Yield the change of sign, unit or datum for which the volume below the readings equals the dispensed one."""
+    """Yield the change of sign, unit or datum with which the volume below the readings is the dispensed volume."""
     length_mm, depth_mm = filling.outline.length_mm, filling.solid.depth_mm
     if s_mm[-1] < LIMITS.stations_share * length_mm and LIMITS.covered < 10 * s_mm[-1] / length_mm < 1.05:
         yield "unit", f"all stations are in the first {s_mm[-1]:.3g} of {length_mm:.3g} mm: perhaps centimetres."
@@ -173,7 +173,7 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
 
 
 def _offset_mm(s_mm: Floats, level_mm: Floats, filling: Filling) -> float | None:
-    """Return the offset for which the readings enclose the dispensed volume; None outside the crack's depth."""
+    """Return the offset with which the dispensed volume is below the readings; None beyond the crack's depth."""
     from scipy.optimize import root_scalar
 
     def excess_mm3(offset_mm: float) -> float:

@@ -1,4 +1,4 @@
-"""Worksheets of a workbook, XLSX by openpyxl or ODS: the named one, or the only one with content.
+"""Read the named worksheet of a workbook (XLSX or ODS), or the only worksheet with content.
 
 Only openpyxl's parser of a single worksheet is used, in one pass: loading a whole workbook would include pictures and
 fill merged ranges with cells, and a read-only workbook reports neither merged cells nor hidden rows (decision 0088).
@@ -42,9 +42,10 @@ LARGEST_UNPACKED_BYTES = 32_000_000  # Limit on all parts together: 10,000 rows 
 WORKBOOK = "xl/workbook.xml"  # Part of an XLSX about the workbook as a whole
 HIDDEN = ("1", "true")
 CALCULATES_ON_LOAD = re.compile(rb"<(?:\w+:)?calcPr\b[^>]*\bfullCalcOnLoad\s*=\s*[\"'](?:1|true)")
-"""Mark of a program that calculates nothing and leaves that to the program that opens the file; Excel removes it."""
+"""Mark of a program that calculates nothing and leaves that to the program that opens the file. Excel removes the
+mark."""
 NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
-"""A letter that no date format contains, or the word "Standard": "General" in other languages."""
+"""A letter that no date format contains. Words for "General" in other languages, such as "Standard", contain one."""
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
 """Text, quoted or letter by letter, that a format shows behind a number."""
@@ -96,7 +97,7 @@ def read_sheets(path: Path, content: bytes) -> tuple[SheetGrid, ...]:
 
 
 def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Worksheet], str]:
-    """Return all worksheets and the format; only the ``wanted`` sheet has cells if one is wanted."""
+    """Return all worksheets and the file's format. Of an XLSX, only the ``wanted`` sheet is read if one is given."""
     if is_open_document(content):
         return read_worksheets(path, content), "ODS"
     with _refused(path):
@@ -136,7 +137,7 @@ def _format(number: int, own: Sequence[str]) -> str:
 
 
 def _unit_behind(code: str) -> str:
-    """Return the text that a format shows behind a number, as "cm" or "%"; "" if nothing."""
+    """Return the text that a format shows behind a number, such as "cm" or "%", or "" if there is none."""
     behind = SHOWN_BEHIND.search(code.partition(";")[0])
     return "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
 

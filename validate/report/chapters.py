@@ -1,4 +1,4 @@
-"""Content of a report, chapter by chapter; the page and the PDF each have their own layout of it."""
+"""Content of a report, chapter by chapter. The page and the PDF lay it out differently."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -66,7 +66,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Sentences, one below the other."""
+    """Sentences that are printed one below the other."""
 
     sentences: tuple[str, ...]
 
@@ -92,7 +92,7 @@ class Chapter:
 
     @property
     def rows(self) -> Iterator[tuple[Item, ...]]:
-        """Items from top to bottom, one a row; consecutive plates and photos in pairs."""
+        """Rows of items from top to bottom. A row has one item, or a pair of consecutive plates or photos."""
         for half, group in groupby(self.items, lambda item: isinstance(item, Plate | PhotoBlock)):
             items, size = tuple(group), 2 if half else 1
             yield from (items[first : first + size] for first in range(0, len(items), size))
@@ -131,7 +131,7 @@ def first_caption(evidence: Evidence, shown: FirstFigure, layout: FirstLayout) -
 
 
 def chapters(evidence: Evidence) -> list[Chapter]:
-    """Collect the chapters of a trial's report, its figures numbered: result, explanation, appendix.
+    """Return the chapters of a trial's report, with numbered figures: result, explanation, appendix.
 
     Raises InputError if the overlay cannot be read.
     """
@@ -250,7 +250,7 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
-    """Yield figures of the fill over time, if the run has snapshots, and at rest."""
+    """Yield figures of the fill: over time if the run has snapshots, and at rest."""
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     if frames := evidence.frames:
         scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
@@ -296,7 +296,7 @@ def _read_picture(path: Path) -> Pixels:
 
 
 def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
-    """Return the part of the overlay around the crack; all of it if the photo's size was not recorded."""
+    """Return the part of the overlay around the crack, or all of it if the photo's size was not recorded."""
     if outline.photo_size_px is None:
         return overlay
     scale = overlay.shape[1] / outline.photo_size_px[0]

@@ -1,4 +1,4 @@
-"""Data of the chapter "Try other settings": those of the fast model and of the report."""
+"""Data of the chapter "Try other settings", from the fast model and from the report."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ PARTS = ("numerics", "inputs")  # Parts of the budget that concern the simulated
 
 
 def live_chapter(evidence: Evidence) -> dict[str, Any] | None:
-    """Return the input of the page's script, finite numbers and text; None without a fast model of the trial."""
+    """Return the input of the page's script (finite numbers and text), or None without a fast model of the trial."""
     if (live := evidence.live) is None:
         return None
     profile, readings, run = evidence.profile, evidence.readings, evidence.run

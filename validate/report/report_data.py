@@ -33,14 +33,14 @@ class NumberWithUnit(JsonRecord):
     unit: str
     """Unit as printed; "1" for a pure number."""
     meaning: str
-    """Meaning in words."""
+    """Meaning of the number, in words."""
 
 
 class ReadingsFile(ReadingsSheet):
     """The file of the readings."""
 
     dialect: str
-    """Format of the sheet as it was understood, in a sentence."""
+    """A sentence on how the sheet was interpreted."""
     data: DataKind
     """Origin of the readings; only measured data can validate."""
 
@@ -49,7 +49,7 @@ class ReportData(JsonRecord):
     """Report of one trial: its results, their uncertainty and their origin."""
 
     schema_version: Literal[3] = 3
-    """Version of this form; a new version breaks programs that read the one before."""
+    """Version of this form. Programs for one version cannot read another."""
     name: str
     """Name of the trial."""
     note: str
@@ -62,31 +62,33 @@ class ReportData(JsonRecord):
     """First sentences of the report: on the gate, the baselines and the use of the readings."""
     outcome: Outcome
     """passed, failed: the gate is outside the mean error's 95 % interval, or a particle escaped. undecided: the gate is
-    inside it, there are too few readings, or files were edited by hand. open: no readings, or no gate declared."""
+    inside this interval, there are too few readings, or files were edited by hand. open: no readings, or no gate
+    declared."""
     edited: tuple[str, ...]
-    """Files of the run that were changed after their stage wrote them; with one, nothing here is a result."""
+    """Files of the run that were changed after their stage wrote them. If there is one, nothing in the report is a
+    result."""
     cautions: tuple[str, ...]
     """Warnings to be read before any number."""
     photo_data: DataKind
     """Origin of the photo or the mesh; only measured data can validate."""
     readings: ReadingsFile | None
-    """File of the readings; None without readings."""
+    """File of the readings; None if there are no readings."""
     comparison: Comparison | None
-    """Figures of simulated against measured level, and the verdict; None without readings."""
+    """Figures of simulated against measured level, and the verdict; None if there are no readings."""
     prediction: PredictedLevel | None
-    """Level of a run without readings, with its band; None with readings, or without extra runs."""
+    """Level of a run without readings, with its band; None if there are readings, or no extra runs."""
     uncertainty: tuple[str, ...]
     """Sentences on the uncertainty, and on what the intervals do not include."""
     earlier_trials: EarlierTrials | None
-    """The lab's earlier trials and the readings expected from them; None with fewer than two valid ones."""
+    """The lab's earlier trials and the readings expected from them; None if there are fewer than two valid trials."""
     mass_balance: dict[str, NumberWithUnit]
-    """Volume of the dispensed sealant by place, counted in particles."""
+    """Volume of the dispensed sealant at each place."""
     health: dict[str, NumberWithUnit | str]
     """Numbers that the run recorded about itself."""
     assumptions: tuple[str, ...]
     """Assumptions of the model, in sentences."""
     left_out: tuple[str, ...]
-    """Data that no metric includes, and why."""
+    """Data that no metric includes, and the reasons."""
     provenance: dict[str, str]
     """Versions, device, seed, dates and hashes."""
     commands: tuple[str, ...]
@@ -96,7 +98,7 @@ class ReportData(JsonRecord):
 
     @property
     def findings(self) -> tuple[str, ...]:
-        """Conclusions by ASME V&V 20, or a sentence that it was not assessed; empty without readings."""
+        """Conclusions according to ASME V&V 20, or a sentence that it was not assessed; empty without readings."""
         return () if self.comparison is None else self.comparison.findings
 
     @property
@@ -132,7 +134,7 @@ def schema() -> dict[str, Any]:
 
 
 def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> ReportData:
-    """Return the content of report.json; ``tables`` are those of the page."""
+    """Return the content of report.json. ``tables`` are the tables of the page."""
     readings, sheet = evidence.readings, evidence.sheet
     sentences, outcome = headline(evidence)
     return ReportData(

@@ -59,7 +59,7 @@ Weight = Literal["", "B"]
 
 @dataclass(frozen=True)
 class PdfLayout:
-    """Sizes on an A4 page of the PDF, in inches and points, chosen by eye; larger ones make more pages.
+    """Sizes on an A4 page of the PDF, in inches and points. They were chosen by eye; larger ones make more pages.
 
     They change no text and no figure. A report has at most six pages before its appendix.
     """
@@ -83,7 +83,7 @@ class PdfLayout:
     lines_together: int = 10
     """Longest paragraph that is not split between pages, in lines."""
     lines_in_row: int = 50
-    """Most lines of a table's row: fpdf2 refuses a row that is higher than a page."""
+    """Largest number of lines in a row of a table: fpdf2 refuses a row that is higher than a page."""
     gutter_in: float = 0.2
     """Space between two pictures side by side."""
     station_pt: float = 6.5
@@ -91,7 +91,7 @@ class PdfLayout:
     """Width of a station in the table of the first page."""
     station_label_in: float = 0.95
     picture_share: float = 0.6
-    """Largest height of a picture over that of the page."""
+    """Largest height of a picture, as a share of the page's height."""
 
 
 PDF = PdfLayout()
@@ -173,7 +173,7 @@ def _data_uri(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> str:
 
 
 def _write_pdf(path: Path, data: ReportData, first: First, content: Sequence[Chapter]) -> None:
-    """Write the content of the page as PDF; the same evidence gives the same bytes, without a date."""
+    """Write the content of the page as PDF. It has no date, so that the same evidence gives the same bytes."""
     with Typesetter(data.name) as paper:
         page = data.first_page
         paper.paragraph(f"{data.name} · {page.subject}", colour=MUTED)
@@ -349,7 +349,7 @@ class Typesetter(FPDF):
             self.ln(0.5 * PDF.line_in)
 
     def pictures(self, pictures: Sequence[tuple[Image.Image | io.BytesIO, str]]) -> None:
-        """Set one picture with its caption across the page, or two side by side; a picture is in pixels or a JPEG."""
+        """Set one picture with its caption across the page, or two side by side. A picture is an image or a JPEG."""
         self._keep(self.pictures_in(pictures))
         top_in, low_in = self.y, self.y
         column_in = self._column_in(pictures)
@@ -393,7 +393,7 @@ class Typesetter(FPDF):
         self.multi_cell(width_in, line_in, printable(text), align="L", new_x="LMARGIN", new_y="NEXT")
 
     def lines(self, text: str, width_in: float) -> list[str]:
-        """Break a text, in the style that is set, at blanks, or inside a word that is wider than a line."""
+        """Return a text's lines in the current style, broken at blanks or inside words that are wider than a line."""
         text = printable(text)
         # Most texts are one line, and fpdf2 sums a line's width letter by letter.
         if text.isprintable() and self.get_string_width(text) <= width_in:

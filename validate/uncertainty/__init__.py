@@ -1,1 +1,1 @@
-"""Uncertainty of a comparison: that of the readings, of the numerics and of the inputs."""
+"""Uncertainty of a comparison, which is due to the readings, the numerics and the inputs."""

@@ -1,7 +1,7 @@
-"""The error budget of a comparison: draws of each named error, the source of every interval, band and verdict.
+"""The error budget of a comparison: draws of each named error. Every interval, band and verdict follows from them.
 
 The draws and their order are fixed, so every run gives the same figures. A standard uncertainty is defined as half the
-half-width of a 95 % interval, so that 2 u is that interval for any distribution.
+half-width of a 95 % interval, so that ± 2 u is that interval for any distribution.
 """
 
 from collections.abc import Callable
@@ -28,8 +28,9 @@ UNDECLARED_MM = 0.2  # Size of an undeclared error, for the table of its effect
 
 Kind = Literal["readings", "numerics", "inputs"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
-"""Origin of an error's size: visible in the repeats or in the last digits; declared in the trial file, or its default;
-allowed for, since the data cannot exclude it; assumed; or computed by extra runs."""
+"""Origin of an error's size: repeats: it follows from repeated readings; detected: from their last digits; declared: it
+is in the trial file or a default; allowed for: the data cannot exclude it; assumed; computed: it follows from extra
+runs."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +57,9 @@ class Curve:
 
     @classmethod
     def of(cls, x: Floats, error_mm: Floats, s_mm: Floats) -> "Curve":
-        """Take an error that is linear between the x, and add the quarters of each gap between stations for its arch.
+        """Return the curve of an error that is linear between the x, with added points at the quarters of each gap.
 
-        Stations of a scan are too close for a visible arch.
+        The added points show the arch between two stations. Stations of a scan are too close for a visible arch.
         """
         parts = [0.0, 0.25, 0.5, 0.75] if len(s_mm) <= FEW_STATIONS else [0.0]
         quarters = (s_mm[:-1, None] + np.diff(s_mm)[:, None] * parts).ravel()
@@ -66,7 +67,10 @@ class Curve:
         return cls(fine, np.interp(fine, x, error_mm), hats(fine, s_mm), arches(fine, s_mm))
 
     def weights(self, sign: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the weights of levels at and between stations in the mean over x; ``sign`` is that of each piece."""
+        """Return the weights of levels at and between stations in the mean over x.
+
+        ``sign`` is the sign of each piece.
+        """
         piece = (np.diff(self.x) if sign is None else np.diff(self.x) * sign) / (self.x[-1] - self.x[0])
         weight = (np.append(piece, 0.0) + np.append(0.0, piece)) / 2
         return self.hat.T @ weight, self.bump.T @ weight
@@ -74,7 +78,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Budget:
-    """All errors of a comparison, by name, and the undeclared ones that the data cannot show."""
+    """All errors of a comparison, by name, and the undeclared errors that the data cannot show."""
 
     stations: int
     components: tuple[Component, ...]
@@ -122,7 +126,7 @@ class Budget:
         return along_mm + self.between_mm[:count] @ curve.bump.T if self.between_mm.any() else along_mm
 
     def mean_mm(self, weights: tuple[Floats, Floats]) -> float:
-        """Return half the 95 % interval of a weighted sum of the levels at and between stations."""
+        """Return the half-width of the 95 % interval of a weighted sum of the levels at and between stations."""
         return float(half_width(self.at_stations_mm @ weights[0] + self.between_mm @ weights[1]))
 
     @cached_property
@@ -145,7 +149,7 @@ class Budget:
 
     @property
     def by_chance(self) -> float:
-        """Expected number of stations outside their own bands if the true level were that of the model."""
+        """Expected number of stations outside their own bands if the model's level were the true one."""
         return float((np.abs(self.at_stations_mm) > self.band_mm).sum(axis=1).mean())
 
     def mean_error_interval(self, curve: Curve) -> tuple[float, float]:
@@ -153,9 +157,10 @@ class Budget:
 
         Scatter adds to a mean of absolute values, the more the smaller the true error is. The true error is assumed to
         have the likeliest error's shape, scaled by k. The ends are the k for which readings with these errors would
-        give the likeliest error's mean, or more, in 2.5 % of all cases, and it, or less. The likeliest error is that
-        against the likeliest level: a probe reads too high, and so does a station with one outlier upward. A shared
-        error may change the error's sign along whole stretches, so the upper end also covers the error shifted by it.
+        give at least the likeliest error's mean in 2.5 % of all cases, and at most this mean in 2.5 %. The likeliest
+        error is that against the likeliest level: a probe reads too high, and so does a station with one outlier
+        upward. A shared error may change the error's sign along whole stretches, so the upper end also covers the error
+        shifted by it.
         """
         from scipy.optimize import root_scalar
 
@@ -219,7 +224,7 @@ class Budget:
 
 
 def half_width(draws_mm: Floats) -> Floats:
-    """Return half the 95 % interval about 0 of draws along the first axis."""
+    """Return the half-width of the 95 % interval about 0 of draws along the first axis."""
     return np.quantile(np.abs(draws_mm), SHARE, axis=0)
 
 
@@ -235,7 +240,7 @@ def draws_for(stations: int) -> int:
 
 @cache
 def uniforms(name: str, columns: int, draws: int = DRAWS) -> Floats:
-    """Return stratified draws from 0 to 1, (draws, columns), the same for a name each time (a Latin hypercube)."""
+    """Return stratified draws from 0 to 1 (a Latin hypercube), (draws, columns). A name always gives the same draws."""
     random = np.random.default_rng([columns, *name.encode()])
     places = np.tile((np.arange(draws) + 0.5) / draws, (columns, 1))
     return random.permuted(places, axis=1).T.copy()
@@ -252,7 +257,7 @@ def normals(name: str, columns: int, draws: int = DRAWS) -> Floats:
 def hats(x: Floats, s_mm: Floats) -> Any:
     """Return the influence of each station's level at each x of a curve that is linear between stations, (len(x), n).
 
-    It is a sparse matrix: two stations share a place.
+    The matrix is sparse: only two stations influence an x.
     """
     gap, part = _gaps(x, s_mm)
     return _sparse(len(x), len(s_mm), (gap, 1 - part), (gap + 1, part))

@@ -19,12 +19,15 @@ RUNS = 1_000  # They give a standard deviation to 2 %
 
 
 def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:
-    """Return draws of each input in standard uncertainties from its value, (runs, n), the same for a name each time."""
+    """Return draws of the error of each input, in units of its standard uncertainty, (runs, n).
+
+    A name always gives the same draws.
+    """
     return np.hstack([normals(name, 1, runs) for name in names])
 
 
 def along(s_mm: Floats, known_mm: Floats, levels_mm: Floats) -> Floats:
-    """Return levels, (runs, k), interpolated at other places."""
+    """Return levels that are known at ``known_mm``, interpolated at ``s_mm``, (runs, k)."""
     return np.reshape([np.interp(s_mm, known_mm, level_mm) for level_mm in levels_mm], (-1, len(s_mm)))
 
 
@@ -39,7 +42,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Inputs:
-    """Effects of the n varied inputs on the levels at k places, by one model."""
+    """Effects of the n varied inputs on the levels at k places, computed with one model."""
 
     model: Method
     standards: Mapping[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
@@ -54,7 +57,7 @@ class Inputs:
         return Inputs(self.model, self.standards, straight_mm, curved_mm, together_mm)
 
     def errors(self) -> list[Component]:
-        """Return the errors of the levels at the stations where the effects are."""
+        """Return the errors of the levels that the effects cause, at the stations for which the effects are given."""
         stations, components = self.straight_mm.shape[1], list[Component]()
         for name, straight_mm, curved_mm in zip(self.standards, self.straight_mm, self.curved_mm, strict=True):
             z = normals(name, 1, draws_for(stations))
@@ -73,7 +76,7 @@ class Inputs:
     def reported(self, x: Floats) -> tuple[tuple[InputEffect, ...], float]:
         """Return each effect on the mean level over x, and the share of the variance that is due to interactions.
 
-        The variance of a normal z times a plus z squared times b is a^2 + 2 b^2.
+        For a standard normal z, the variance of a z + b z^2 is a^2 + 2 b^2.
         """
         straight, curved, together = (
             np.trapezoid(levels_mm, x) / (x[-1] - x[0])
@@ -98,7 +101,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class InputDraws:
-    """Runs of the fast model with inputs drawn at once, relative to its run with the inputs as they are."""
+    """Runs of the fast model with all inputs drawn at once, relative to its run with unchanged inputs."""
 
     s_mm: Numbers  # (k,)
     standards: dict[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
@@ -107,10 +110,10 @@ class InputDraws:
 
     @cached_property
     def inputs(self) -> Inputs:
-        """Effect of each input by itself: least squares of parabolas through 0 at the inputs as they are.
+        """Effect of each input by itself, fitted by least squares as a parabola that is 0 at the unchanged input.
 
-        The draws of two inputs are independent, so the variance of one's parabola, over that of all runs, is its
-        first-order index (Saltelli et al. 2008, Global Sensitivity Analysis, 1.2).
+        The draws of two inputs are independent, so the variance of an input's parabola, divided by that of all runs, is
+        its first-order index (Saltelli et al. 2008, Global Sensitivity Analysis, 1.2).
         """
         z = drawn_inputs(self.standards, len(self.moved_mm))
         terms = np.hstack([z, z**2])
@@ -134,9 +137,9 @@ ROUNDING_MM2 = 1e-12  # Square of a residual by rounding
 class Replicates:
     """Results of runs with different seeds at each of three particle sizes.
 
-    The error of the middle size is a, by least squares of f0 + a h^p, where h is the radius over the middle one. The
-    order p is averaged over its likelihood, with flat priors of f0 and a; one p is used for all results, from their
-    mean. All sizes have the same scatter.
+    The discretisation error at the middle size is a in f0 + a h^p, fitted by least squares, where h is the radius
+    divided by the middle radius. The order p is averaged over its likelihood, with flat priors of f0 and a; one p is
+    used for all results, from their mean. All sizes have the same scatter.
     """
 
     radii_mm: Sequence[float]  # From the finest to the coarsest
@@ -153,7 +156,7 @@ class Replicates:
         return np.sqrt((self._residuals**2).sum(axis=0) / (self._count - len(self.runs)))
 
     def size_errors(self, draws: int) -> Floats:
-        """Return draws of the middle size's error, (draws, k).
+        """Return draws of the discretisation error at the middle size, (draws, k).
 
         Given p, they have Student's t distribution, with the covariance of the k results in the residuals.
         """
@@ -202,7 +205,7 @@ class Replicates:
 
 
 def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) -> SizeSeries:
-    """Return the record of one result at three particle sizes, given for each run of each size."""
+    """Return the record of one result at three particle sizes. ``values`` has the result of each run of each size."""
     replicates = Replicates(radii_mm, [np.array(runs)[:, None] for runs in values])
     draws = draws_for(1)
     low, high = np.quantile(replicates.orders(draws), (0.025, 0.975))
@@ -216,7 +219,7 @@ def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) ->
 
 
 def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> list[Component]:
-    """Return the errors of the levels at k stations by the numerics.
+    """Return the errors of the levels at k stations that are due to the numerics.
 
     Volume gained or lost may shift the level everywhere, up or down, by up to ``volume_level_mm``; the fit over
     particle sizes includes an unknown part of it.
@@ -284,7 +287,7 @@ class Spread:
     """Runs at three particle sizes: finer, the trial's own (its run first), coarser; None for the fast model."""
     effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
     effect_scatter_mm: float | None
-    """Standard deviation of an effect by the scatter of single runs; None if it was not computed."""
+    """Standard deviation of an effect due to the scatter of single runs; None if it was not computed."""
     design_radius_mm: float | None  # Particle radius in the runs of the effects; None without such runs
     draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
 
@@ -295,14 +298,14 @@ class Spread:
             require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
 
     def at(self, s_mm: Floats) -> Replicates | None:
-        """Return the levels of the runs of each size at other places; None without such runs."""
+        """Return the levels of the runs of each size, interpolated at ``s_mm``, or None without such runs."""
         if self.sizes is None:
             return None
         levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
         return Replicates([size.radius_mm for size in self.sizes], levels_mm)
 
     def inputs_at(self, s_mm: Floats) -> Inputs:
-        """Return the effects of the inputs at other places."""
+        """Return the effects of the inputs, interpolated at ``s_mm``."""
         if self.draws is not None:
             return self.draws.inputs.at(self.draws.s_mm, s_mm)
         levels_mm = np.reshape([one.level_mm for one in self.effects], (-1, len(self.s_mm)))
@@ -319,11 +322,11 @@ class Spread:
         spread = TypeAdapter(cls).validate_python(content)
         levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
-            raise ValueError("not one level for each s_mm")
+            raise ValueError("the levels of a run and s_mm differ in length")
         if any(len(size.levels_mm) < LEAST_RUNS for size in spread.sizes or ()):
             raise ValueError(f"fewer than {LEAST_RUNS} runs with particles of one size")
         if spread.sizes is None and spread.draws is None:
-            raise ValueError("neither runs of particles nor of the fast model")
+            raise ValueError("there are neither runs of particles nor runs of the fast model")
         if (draws := spread.draws) is not None and draws.moved_mm.shape[1:] != draws.s_mm.shape:
-            raise ValueError("not one level of each run with moved inputs for each s_mm")
+            raise ValueError("moved_mm and s_mm of the draws differ in length")
         return spread

@@ -1,4 +1,4 @@
-"""Declared errors that the readings contradict, including passes: refused at a stated rate of false alarms."""
+"""Refusal of declared errors that the readings contradict, including passes, at a stated rate of false alarms."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ def without_passes(residual_mm: Floats, s_mm: Floats, pass_mm: float | None) -> 
 
 
 def shapes_of_passes(s_mm: Floats) -> Floats:
-    """Return an offset, a tilt and a bend along the crack, (n, k), orthogonal and each 1 on average (rms).
+    """Return an offset, a tilt and a bend along the crack, (n, k). They are orthogonal, and each is 1 (rms).
 
     Fewer than six stations allow only the first two, fewer than four only the offset.
     """
@@ -52,7 +52,7 @@ def coefficients(residual_mm: Floats, shapes: Floats) -> Floats:
 def passes_error(
     declared_mm: float | None, per_pass: Floats, noise_mm2: Floats, shapes: Floats, read: Floats
 ) -> Component:
-    """Draw the error of the mean of the repeats that passes over all stations, or operators, leave in it.
+    """Draw the error that passes over all stations, or operators, cause in the mean of the repeats.
 
     Each shape has its own standard deviation t among passes. Its posterior combines a half-t prior of the declared
     scale with the spread of the coefficients, whose variance is t² plus that of the scatter. The error of the mean is
@@ -157,7 +157,7 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
 
 
 def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -> None:
-    """Refuse a last digit that the readings do not have, whatever height they count from."""
+    """Refuse a last digit that the readings do not have, whatever height they are measured from."""
     default_mm = Readings.model_fields["resolution_mm"].default
     read_mm = repeats_mm[~np.isnan(repeats_mm)]
     if resolution_mm <= default_mm:
@@ -168,29 +168,29 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
     if count > ODD_SHARE * len(read_mm):
         raise InputError(
             f"{source}: readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} readings are not "
-            "multiples of it, whatever height they count from. Set it to the last digit of the caliper; declare other "
-            "uncertainties by their keys in [uncertainty]."
+            "multiples of it, whatever height they are measured from. Set it to the last digit of the caliper; "
+            "declare other uncertainties by their keys in [uncertainty]."
         )
 
 
 def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, resolution_mm: float, source: str) -> None:
-    """Refuse a repeatability that the scatter of the repeats exceeds, by the chi-squared distribution."""
+    """Refuse a repeatability that the scatter of the repeats exceeds, according to a chi-squared test."""
     from scipy.stats import chi2
 
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
     if squares_mm2 > variance_mm2 * chi2.ppf(1 - FALSE_ALARM, freedom):
         raise InputError(
-            f"{source}: uncertainty.repeatability_mm = {declared_mm:g}: the repeats contradict it: they "
-            f"scatter by {np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), as in fewer than "
-            "1 of 100 sheets of normal readings with that repeatability. Leave it out: the repeats show the scatter."
+            f"{source}: uncertainty.repeatability_mm = {declared_mm:g}: the repeats contradict it. They "
+            f"scatter by {np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom); with that "
+            "repeatability, fewer than 1 of 100 sheets scatter so much. Omit it: the repeats show the scatter."
         )
 
 
 def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[str, ...]:
     """Return a sentence on a declared repeatability that exceeds the scatter of the repeats.
 
-    With repeats, no interval uses a declared repeatability. The test is that of ``_require_scatter``, at the other end.
-    It is skipped if the last digit hides the scatter.
+    With repeats, no interval uses a declared repeatability. The test is that of ``_require_scatter``, at the lower end
+    of the distribution. It is skipped if the last digit hides the scatter.
     """
     from scipy.stats import chi2
 
@@ -209,18 +209,18 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
 
 
 def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[float, float]:
-    """Return the sum of squares of the repeats about their stations' means, without passes, and its freedom."""
+    """Return the repeats' sum of squares about their stations' means, without passes, and its degrees of freedom."""
     own_mm, shapes, _ = without_passes(residual_mm, s_mm, declared.pass_mm)
     freedom = ((~np.isnan(residual_mm)).sum(axis=1) - 1).sum() * (1 - shapes.shape[1] / len(s_mm))
     return float(np.nansum(own_mm**2)), float(freedom)
 
 
 def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: float, source: str) -> None:
-    """Refuse independent errors of each station, of standard deviations ``own_mm``, that would make the level rougher.
+    """Refuse independent errors of the stations that would make the level rougher than it is.
 
-    For any shape of the bed, second differences along the crack are at least as likely to be large as for the errors
-    without a bed (Anderson 1955, Proc. Am. Math. Soc. 6:170), so at most ``FALSE_ALARM`` of all sheets are refused
-    wrongly.
+    ``own_mm`` are their standard deviations. For any shape of the bed, second differences along the crack are at least
+    as likely to be large as for the errors without a bed (Anderson 1955, Proc. Am. Math. Soc. 6:170), so at most
+    ``FALSE_ALARM`` of all sheets are refused wrongly.
     """
     s_mm, level_mm = measured.s_mm, measured.level_mm
     if len(s_mm) < 4 or not own_mm.any():
@@ -235,7 +235,7 @@ def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: flo
     least_mm, bends_mm = float(np.quantile(drawn_mm, FALSE_ALARM)), float(bends(level_mm))
     if bends_mm < least_mm:
         raise InputError(
-            f"{source}: uncertainty.{key} = {declared_mm:g}: the readings contradict it: stations differ from the line "
-            f"between their neighbours by {bends_mm:.2g} mm (rms), and by {least_mm:.2g} mm or more in 99 of "
-            "100 sheets with such an error on any bed. Declare a smaller one, or leave it out."
+            f"{source}: uncertainty.{key} = {declared_mm:g}: the readings contradict it. Stations differ from the line "
+            f"between their neighbours by {bends_mm:.2g} mm (rms); with such an error they would differ by "
+            f"{least_mm:.2g} mm or more in 99 of 100 sheets, on any bed. Declare a smaller error, or omit it."
         )

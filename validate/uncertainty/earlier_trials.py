@@ -1,8 +1,8 @@
-"""Bias and scatter over a lab's earlier trials, as fire models report theirs, and the expected readings of a new trial.
+"""Bias and scatter over a lab's earlier trials, and the expected readings of a new trial.
 
-The model's error is a bias and a scatter of each quantity over all trials with held-out readings (McGrattan & Toman
-2011, *Fire Safety Journal* 46; FDS's validation guide). Fills, which are never negative, are compared by their ratio,
-levels and heaps by their difference.
+As for fire models, the model's error is a bias and a scatter of each quantity over all trials with held-out readings
+(McGrattan & Toman 2011, *Fire Safety Journal* 46; FDS's validation guide). Fills, which are never negative, are
+compared by their ratio, levels and heaps by their difference.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ RANGE: dict[Quantity, tuple[float, float]] = {
     "fill_ratio": (0.0, 1.0),
     "heap_mm2": (0.0, np.inf),
 }
-"""Least and largest value of a quantity."""
+"""Smallest and largest possible value of a quantity."""
 NAMES: dict[Quantity, str] = {
     "mean_level_mm": "mean level",
     "fill_ratio": "share of the room below the face that is filled",
@@ -36,9 +36,10 @@ NAMES: dict[Quantity, str] = {
 
 
 def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
-    """Return bias and scatter of each quantity; none with fewer than two trials, or for a ratio to an empty crack.
+    """Return bias and scatter of each quantity. The result is empty with fewer than two trials.
 
-    A quantity with the same error in all trials, such as the heap if no trial has one, is omitted: it shows no scatter.
+    A ratio to an empty crack is omitted. So is a quantity with the same error in all trials, such as the heap if no
+    trial has one, since it shows no scatter.
     """
     if len(trials) < FEWEST:
         return ()
@@ -57,7 +58,7 @@ def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
 
 
 def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -> EarlierTrials | None:
-    """Return the expected readings of the next trial by the earlier ones; None without bias and scatter of a level.
+    """Return the expected readings of the next trial, or None if there is no bias and scatter of the mean level.
 
     With n trials of scatter s the interval's half-width is t s sqrt(1 + 1/n), with t of n - 1 degrees of freedom.
     """
@@ -67,7 +68,7 @@ def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -
 
 
 def foresee(trials: Sequence[EarlierTrial], evidence: Evidence) -> EarlierTrials | None:
-    """Return the expectation for a run; None for the fast model, or for a run with an unsound volume."""
+    """Return the expected readings for a run, or None for the fast model and for a run with an unsound volume."""
     if len(trials) < FEWEST or not evidence.run.has_particles or not kept_volume(evidence.volume_ratio):
         return None
     return expect(trials, computed_quantities(evidence))
@@ -117,7 +118,10 @@ def bias_lines(of_quantities: Sequence[Bias]) -> list[str]:
 
 
 def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
-    """Return a run's computed quantities over the length that its readings cover; without readings, over all of it."""
+    """Return a run's computed quantities over the length that its readings cover.
+
+    Without readings, all of it counts.
+    """
     profile = evidence.profile
     from_mm, to_mm = float(profile.s_mm[0]), float(profile.s_mm[-1])
     if evidence.comparison is not None:
@@ -133,7 +137,10 @@ def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
 
 
 def _errors(trials: Sequence[EarlierTrial], quantity: Quantity) -> Floats:
-    """Return the error of each trial, (n,): a logarithm of the ratio for fills, not finite for an empty crack."""
+    """Return the error of each trial, (n,).
+
+    For fills it is the logarithm of the ratio; all are NaN if a crack is empty.
+    """
     if quantity == "mean_level_mm":
         return np.array([one.level_error_mm for one in trials])
     if quantity == "heap_mm2":

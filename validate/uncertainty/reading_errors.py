@@ -1,4 +1,4 @@
-"""Errors of caliper readings, by name: those that repeats show, declared ones, and the remaining ones."""
+"""Errors of caliper readings, by name: errors that repeats show, declared errors, and all others."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -34,13 +34,13 @@ OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
 INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
 FEWEST_LEVELS = 5
-"""Smallest number of different levels that identifies a step: by chance as many end in a multiple of 0.05 mm once in
-600 sheets."""
+"""Smallest number of different levels that identifies a step. By chance, so many levels are all multiples of 0.05 mm
+once in 600 sheets."""
 BENT = 2.4
-"""Largest arch between two stations, relative to that of the parabola with their curvature; the smallest is 0. For a
-bed with a corner it is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on average."""
+"""Largest arch between two stations, as a multiple of the arch of the parabola with their curvature; the smallest is 0.
+For a bed with a corner it is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on average."""
 ALIKE_MM = 15.0
-"""Correlation length of an error that all repeats share: that over which a bed rises and falls."""
+"""Correlation length of an error that all repeats share: the length over which a bed rises and falls."""
 
 
 def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth_mm: Floats) -> Budget:
@@ -121,7 +121,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
 def resolution_of(repeats_mm: Floats) -> float:
     """Return the largest usual step, in mm or in fractions of an inch, that divides all readings; 0 if there is none.
 
-    A common offset, as of a datum, is allowed.
+    A common offset, such as that of a datum, is allowed.
     """
     read_mm = np.unique(np.round(repeats_mm[~np.isnan(repeats_mm)], 6))
     if len(read_mm) < FEWEST_LEVELS:
@@ -140,7 +140,7 @@ def _steeper_slope(s_mm: Floats, level_mm: Floats) -> Floats:
 
 
 def _declared(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Component:
-    """Draw an error that repeats do not show, of a given size."""
+    """Return draws of an error of the size ``size_mm`` that repeats do not show."""
     stations, ones, draws = len(s_mm), np.ones(len(s_mm)), draws_for(len(s_mm))
     common, own = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
     if name == "readings.datum_error_mm":
@@ -182,8 +182,8 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
 def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[NDArray[np.bool_], float]:
     """Return which readings are outliers of their station, and the robust standard deviation, in mm.
 
-    A station has at most one outlier: two are its own scatter. The scatter is at least that of the last digit, even if
-    most repeats are equal.
+    A station has at most one outlier: two outliers count as its scatter. The scatter is at least that of the last
+    digit, even if most repeats are equal.
     """
     again = count > 1
     scaled_mm = np.nan_to_num(np.abs(own_mm)) / np.sqrt(1 - 1 / np.maximum(count, 2))[:, None]
@@ -290,7 +290,7 @@ SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a readin
 
 
 def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int = DRAWS) -> Floats:
-    """Draw the error of each station's mean, (draws, n), if readings are multiples of a step that hides the scatter.
+    """Draw the error of each station's mean, (draws, n), for readings in steps that hide the scatter.
 
     The likelihood of a reading is the share of a normal distribution that rounds to it. The scatter is the same at all
     stations, with a prior that is uniform in its logarithm, and the true level is anywhere near the readings.

@@ -1,4 +1,4 @@
-"""Conclusions from the errors of a level: with readings, after ASME V&V 20 (2009); without, a prediction's band."""
+"""Conclusions from the errors of a level: with readings, after ASME V&V 20 (2009); else the band of a prediction."""
 
 from collections.abc import Sequence
 
@@ -54,9 +54,9 @@ def level_sentences(
 ) -> tuple[str, str]:
     """Return the sentences on the mean level and on the stations.
 
-    The first is the conclusion of ASME V&V 20 if numerics and inputs are included, else that it is not assessed. If the
-    model was ``calibrated`` on the readings, E is not the error of a prediction, which V&V 20 requires; a model for
-    ``screening`` is not assessed either.
+    The first is the conclusion according to ASME V&V 20 if numerics and inputs are included. Otherwise it states that
+    V&V 20 is not assessed. If the model was ``calibrated`` on the readings, E is not the error of a prediction, which
+    V&V 20 requires; a model for ``screening`` is not assessed either.
     """
     if screening:
         return "ASME V&V 20: not assessed: the level is the fast model's.", _station_sentence(
@@ -83,7 +83,7 @@ def level_sentences(
 
 
 def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
-    """Return a comparison with the time of the runs that V&V 20 needs, in words, in its findings."""
+    """Return a comparison whose findings include the time, in words, of the runs that V&V 20 needs."""
     if not extra_runs:
         return comparison
     timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED}, about {extra_runs}."}
@@ -97,9 +97,10 @@ def _included(mean: MeanLevelBudget) -> str:
 
 
 def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], included: str) -> str:
-    """Return the sentence on the stations. The bands are by the uncertainties ``included``, of which ``parts`` are all.
+    """Return the sentence on the stations.
 
-    Many stations are many tests, so a station counts as off if its error is outside the band of all stations together.
+    ``included`` names the uncertainties in the bands, ``parts`` are their errors. Many stations are many tests, so a
+    station counts as off if its error is outside the band of all stations together.
     """
     count, off = len(stations.error_mm), stations.off
     above = int(stations.above.sum())
@@ -128,9 +129,9 @@ DIGITS = 4  # Decimals of a level in mm
 def predict(
     simulated: Profile, spread: Spread, declared: Uncertainty, volume_level_mm: float | None = None
 ) -> PredictedLevel:
-    """Return the band of a simulated level by the results of extra runs, consistent with ``error_uncertainty``.
+    """Return the band of a simulated level that follows from extra runs. It is consistent with ``error_uncertainty``.
 
-    ``volume_level_mm`` is the change of level by volume that the numerics gained, if it is known.
+    ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown.
     """
     # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)

@@ -38,7 +38,7 @@ AT_A_STATION_MM = 0.05  # Distance up to which an error is at a station; s is pr
 
 
 def balance_table(evidence: Evidence) -> PageTable:
-    """Volumes of the dispensed sealant by place."""
+    """Return the table of the dispensed sealant's volume at each place."""
     run, rows = evidence.run, []
     for label, volume_mm3 in volumes_mm3(evidence).values():
         particles = f", {counted(round(volume_mm3 / run.particle_volume_mm3), 'particle')}" if run.has_particles else ""
@@ -75,7 +75,7 @@ def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
 
 
 def agreement_table(comparison: Comparison) -> PageTable:
-    """Figures of the error and its baselines."""
+    """Return the table of the error's figures and of its baselines."""
     m, uncertainty = comparison, comparison.uncertainty
     mean_interval = bias_interval = ""
     if uncertainty is not None:
@@ -128,7 +128,7 @@ def _baseline(one: Baseline, error_mm: float) -> str:
 
 
 def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsSheet | None) -> PageTable:
-    """File, format and scatter of the readings."""
+    """Return the table of the readings: their file, format and scatter."""
     m, scatter = comparison, comparison.scatter
     rows = [("source", readings.source)]
     if sheet is not None:
@@ -202,7 +202,7 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
 
 
 def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
-    """Table of the mass balance, of the volume by the readings, and of the level of the dispensed volume."""
+    """Return the table of the mass balance, of the volume below the readings, and of the dispensed volume's level."""
     balance = volumes.mass_balance
     state, _ = sealant_as_read(balance)
     filled = f"{percent(metrics.simulated_fill_ratio)} simulated, {percent(metrics.measured_fill_ratio)} measured"
@@ -252,7 +252,7 @@ def sealant_as_read(balance: MassBalance) -> tuple[str, str]:
 
 
 def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
-    """Tables of the intervals, the readings' budget, the alignment, the particles' size and the inputs."""
+    """Return the tables of the intervals, the error budget, the alignment, the particle size and the inputs."""
     tables = {
         "Error and its uncertainty": _result(uncertainty),
         "Budget: u of the mean level, of the mean error and of a station, by each error alone": _budget(uncertainty),
@@ -356,7 +356,7 @@ def where_off(comparison: Comparison) -> tuple[str, ...]:
 
 
 def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationError | None:
-    """Return the largest error at a station; None if the largest of all is at a station, or without stations."""
+    """Return the largest error at a station, or None if the largest error of all is at a station or there are none."""
     if not len(stations.s_mm) or np.abs(stations.s_mm - worst_at_mm).min() < AT_A_STATION_MM:
         return None
     worst = int(np.argmax(np.abs(stations.error_mm)))
@@ -364,7 +364,7 @@ def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationEr
 
 
 def stretches_off(stations: StationErrors) -> tuple[str, ...]:
-    """Return a sentence on stretches of stations outside the band on one side, the largest error first; or none."""
+    """Return a sentence on stretches of stations that are outside the band on one side, if any, the worst first."""
     sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)
     stretches: list[tuple[float, str]] = []
     for side, group in groupby(range(len(sides)), key=lambda station: int(sides[station])):
@@ -388,7 +388,7 @@ def stretches_off(stations: StationErrors) -> tuple[str, ...]:
 
 
 def between_stations(stations_mm: Floats, worst_at_mm: float) -> tuple[str, ...]:
-    """Return a sentence if the largest error is not at a station, so that no reading shows it; or none."""
+    """Return a sentence if the largest error is not at a station, so that no reading shows it; else nothing."""
     if np.abs(stations_mm - worst_at_mm).min() < AT_A_STATION_MM:
         return ()
     return (

@@ -14,11 +14,11 @@ from validate.wording.comparison import volumes_mm3
 from validate.wording.prediction import predicted_sentence
 
 FEW_ACROSS = 3.0
-"""Least number of particles from wall to wall; the paper has four. Runs with two gained 11 to 17 % in volume, with
-four none."""
+"""Least number of particles from wall to wall; the paper has four. Runs with two particles gained 11 to 17 % in volume,
+runs with four gained none."""
 LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
 MOST_COMPRESSED = 0.10
-"""Largest sound compression of the 95th percentile of the particles; benchmarks/paper_run.py has the same limit."""
+"""Largest sound compression of the particles, at their 95th percentile; benchmarks/paper_run.py has the same limit."""
 AT_REST_MM_S = 2.0
 """Largest RMS speed of sealant at rest, at the end of a run. Liquids ten times as thick as water end at 0.1 to 1.2."""
 MUCH_SPILLED = 0.05
@@ -31,7 +31,7 @@ FAST = (
 
 
 def fast_model(run: Run | Simulation) -> tuple[str, ...]:
-    """Return sentences on a run of the fast model and on whether it fits the case; none for a run of particles."""
+    """Return sentences on a run of the fast model and on whether it fits the case. A run of particles has none."""
     if run.fast_fill is None:
         return ()
     if run.unfit:
@@ -42,10 +42,10 @@ def fast_model(run: Run | Simulation) -> tuple[str, ...]:
 
 
 def run_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
-    """Return a sentence for each figure of a run that shows a fault; none if the run is sound.
+    """Return a sentence for each figure of a run that shows a fault. A sound run has none.
 
-    ``volume_ratio`` is the volume of the settled particles over the dispensed volume. A volume lost over the sample's
-    edge has its own sentence, since the fluid did not lose it.
+    ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
+    sample's edge has its own sentence, since the fluid did not lose it.
     """
     return *fast_model(run), *fluid_warnings(run, volume_ratio)
 

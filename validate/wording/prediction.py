@@ -38,7 +38,7 @@ def prediction_sentences(prediction: PredictedLevel) -> tuple[str, ...]:
 
 
 def input_sentences(left_out: Sequence[str], unfit: Sequence[str], whole: str) -> list[str]:
-    """Return sentences on the inputs that are not in ``whole``, and on those that an unfit fast model moved."""
+    """Return sentences on the inputs that are not in ``whole``, and on those that an unfit fast model varied."""
     sentences = []
     if left_out:
         names = ", ".join(INPUTS[name][0] for name in left_out)

@@ -22,7 +22,7 @@ def health_table(evidence: Evidence) -> PageTable:
 
 
 def health_rows(health: RunHealth) -> list[tuple[str, str]]:
-    """Return every number that the run recorded, in its order; a key without a label keeps its name."""
+    """Return every number that the run recorded, in the run's order. A key without a label keeps its name."""
     rows = []
     for key, value in health.recorded().items():
         if key in HEALTH_LABELS and isinstance(value, int | float) and not isinstance(value, bool):
@@ -143,14 +143,14 @@ def settings_table(evidence: Evidence) -> PageTable:
 
 
 def _listed(value: Any) -> str:
-    """Return a setting as text; a list of numbers as its length and its first and last value."""
+    """Return a setting as text. A list of numbers becomes its length and its first and last value."""
     if not isinstance(value, list | tuple) or not value or not all(isinstance(one, int | float) for one in value):
         return plain(value)
     return f"{len(value)} rows, {value[0]:.4g} to {value[-1]:.4g}"
 
 
 def assumptions(evidence: Evidence) -> list[str]:
-    """Sentences on the assumptions, with the numbers that show how much depends on them."""
+    """Return sentences on the assumptions, with the numbers that show how much depends on them."""
     outline, comparison = evidence.outline, evidence.comparison
     fluid = evidence.run.settings.get("fluid", {})
     sentences = [_tilt(evidence), *_slope(evidence), _surface_tension(evidence)]

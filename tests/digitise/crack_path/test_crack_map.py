@@ -31,78 +31,40 @@ def drawn(*lines, size_px=(500, 300), width_px=3):
     return mask > 0
 
 
-def near(found, truth, tolerance_px):
-    return float(np.mean(np.asarray(distance_transform_edt(~truth))[found] <= tolerance_px))
+def near(cells, truth, tolerance_px):
+    return float(np.mean(np.asarray(distance_transform_edt(~truth))[cells] <= tolerance_px))
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_thin_crack_and_its_side_crack_are_found_in_grain(tmp_path, seed):
+def test_a_thin_crack_and_its_side_crack_are_found_in_grain(tmp_path):
     """3 px wide, 6 times the grain's own contrast; within 3 px, of which the drawn truth is one to either side."""
-    picture = with_crack(with_crack(mortar(seed=seed), CRACK, width_px=3), SIDE, width_px=3)
-    found, truth = cracks_in(photo_from(picture, tmp_path)).mask, drawn(CRACK, SIDE)
-    assert near(found, truth, 3) > 0.9
-    assert near(truth, found, 3) > 0.9
+    picture = with_crack(with_crack(mortar(), CRACK, width_px=3), SIDE, width_px=3)
+    mask, truth = cracks_in(photo_from(picture, tmp_path)).mask, drawn(CRACK, SIDE)
+    assert near(mask, truth, 3) > 0.9
+    assert near(truth, mask, 3) > 0.9
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.broad) for seed in (1, 2, 3))])
 def test_plain_grain_has_no_cracks_to_speak_of(tmp_path, seed):
     """One row of grains in four pictures looks like a crack for 34 px, which is far from what may be meant by one."""
     photo = photo_from(mortar(seed=seed), tmp_path)
-    found = cracks_in(photo)
-    assert all(np.ptp(crack.line_px, axis=0).max() < 40 for crack in found.cracks)
-    assert found.mask.mean() < 0.002
+    crack_map = cracks_in(photo)
+    assert all(np.ptp(crack.line_px, axis=0).max() < 40 for crack in crack_map.cracks)
+    assert crack_map.mask.mean() < 0.002
     with pytest.raises(InputError, match="no crack found"):
         find_path(photo, None)
 
 
+@pytest.mark.broad
 def test_a_joint_is_told_from_a_crack(tmp_path):
     picture = with_crack(with_crack(mortar(), CRACK, width_px=4), [(300, 0), (310, 299)], width_px=6)
     photo = photo_from(picture, tmp_path)
-    found = cracks_in(photo)
-    assert near(found.mask, drawn(CRACK), 4) > 0.85  # the two cross
-    for line_px in found.straight_px:
+    crack_map = cracks_in(photo)
+    assert near(crack_map.mask, drawn(CRACK), 4) > 0.85  # the two cross
+    for line_px in crack_map.straight_px:
         assert distance_to(line_px, np.array([(300.0, 0.0), (310.0, 299.0)])).max() < 6
-    assert found.straight_px
+    assert crack_map.straight_px
     both = cracks_on(map_darkness(photo), joints_px=())
     assert near(drawn([(300, 20), (310, 280)]), both.mask, 4) > 0.9
-
-
-def test_a_crack_goes_on_over_a_gap(tmp_path):
-    """Ten pixels of mortar, as a coarse grain leaves; over a longer way it would be two."""
-    parts = [(10, 150), (100, 160), (235, 140)], [(245, 139), (380, 150), (490, 135)]
-    picture = with_crack(with_crack(mortar(), parts[0], width_px=3), parts[1], width_px=3)
-    (crack,) = cracks_in(photo_from(picture, tmp_path)).cracks
-    assert np.ptp(crack.line_px[:, 0]) > 450
-
-
-def test_a_wide_crack_is_one_with_its_line_in_the_middle(tmp_path):
-    """As wide as the filters see at most; each of its walls looks like a line of its own."""
-    line = [(20.0, 150.0), (160, 130), (300, 170), (480, 140)]
-    (crack,) = cracks_in(photo_from(with_crack(mortar(), line, width_px=36), tmp_path)).cracks
-    assert crack.width_px == pytest.approx(36, rel=0.2)
-    inner = crack.line_px[(crack.line_px[:, 0] > 60) & (crack.line_px[:, 0] < 440)]
-    assert distance_to(inner, np.array(line)).max() < 6
-
-
-def test_cracks_come_best_first(tmp_path):
-    """A faint one above a clear one: the order is not that in which they lie in the picture."""
-    clear = [(x, y + 90) for x, y in CRACK]
-    faint = [(x, y - 60) for x, y in CRACK]
-    picture = with_crack((with_crack(mortar(), faint, width_px=3) + mortar()) / 2, clear, width_px=5)
-    found = cracks_in(photo_from(picture, tmp_path))
-    first, second = found.cracks[:2]
-    assert first.score > 1.5 * second.score
-    assert distance_to(first.line_px, np.array(clear)).max() < 6
-    assert distance_to(second.line_px, np.array(faint)).max() < 6
-
-
-def test_on_a_photo_larger_than_the_search_map_lines_are_in_its_own_pixels(tmp_path):
-    """Three times as large: a cell's error is three pixels."""
-    large = [(3 * x, 3 * y) for x, y in CRACK]
-    picture = with_crack(mortar(size_px=(1500, 900)), large, width_px=14)
-    (crack,) = cracks_in(photo_from(picture, tmp_path)).cracks
-    assert np.ptp(crack.line_px[:, 0]) > 1400
-    assert distance_to(crack.line_px, np.array(large)).max() < 8
 
 
 ALLOWED = np.ones((120, 300), dtype=bool)
@@ -121,34 +83,27 @@ def shown_dark(width, level=0.8):
     return picture
 
 
-@pytest.mark.parametrize("width", [5, 9, 21, 35])
+@pytest.mark.parametrize("width", [1, 5, 21, 35])
 @pytest.mark.parametrize("level", [0.2, 0.9])
 def test_a_crack_grows_to_its_walls_however_dark_it_is(width, level):
-    found = grown(middle_line(), shown_dark(width, level), ALLOWED)
-    assert found[:, 150].sum() == width
-
-
-def test_a_line_is_three_cells_wide_at_least():
-    assert grown(middle_line(), shown_dark(1), ALLOWED)[:, 150].sum() == 3
+    """A line is three cells wide at least."""
+    cells = grown(middle_line(), shown_dark(width, level), ALLOWED)
+    assert cells[:, 150].sum() == max(width, 3)
 
 
 def test_a_stain_that_the_crack_runs_through_is_no_crack():
     """40 cells across, where the crack has 7: it may swell to three times that."""
     picture = shown_dark(7)
     picture[40:100, 130:170] = 0.8
-    found = grown(middle_line(), picture, ALLOWED)
-    assert found[:, 150].sum() < 26
-    assert found[:, 100].sum() == 7
+    cells = grown(middle_line(), picture, ALLOWED)
+    assert cells[:, 150].sum() < 26
+    assert cells[:, 100].sum() == 7
 
 
 def test_what_may_not_be_searched_is_no_crack():
     allowed = ALLOWED.copy()
     allowed[:, 200:] = False
     assert not grown(middle_line(), shown_dark(9), allowed)[:, 200:].any()
-
-
-def test_no_lines_no_cracks():
-    assert not grown(np.zeros_like(ALLOWED), shown_dark(9), ALLOWED).any()
 
 
 BONES = (300, 400)
@@ -168,32 +123,22 @@ def wandering(rms):
 
 @pytest.mark.parametrize("ends", [((10, 20), (390, 80)), ((200, 5), (200, 295)), ((20, 290), (350, 10))])
 def test_a_straight_line_is_found_where_it_is(ends):
-    found = straight_lines(bones(np.array(ends)))
-    assert found
-    for line in found:
+    lines = straight_lines(bones(np.array(ends)))
+    assert lines
+    for line in lines:
         assert distance_to(line, np.array(ends, dtype=float)).max() < 3
         assert np.linalg.norm(line[1] - line[0]) >= 0.4 * 500
 
 
-def test_a_chipped_joint_is_straight_and_a_crack_is_not():
-    """A crack strays by 1 % of its length; 0.2 % is a cell, and a chip hides a twentieth."""
-    assert straight_lines(bones(wandering(0.5)))
-    chipped = bones(wandering(0.5))
-    chipped[:, 180:195] = False
-    assert straight_lines(chipped)
-    assert straight_lines(bones(wandering(4))) == []
-
-
-def test_a_row_of_dashes_is_no_joint():
-    """Half of it is missing; of a joint a fifth at most."""
-    dashed = bones(np.array([(10.0, 100.0), (390.0, 100.0)]))
-    for start in range(10, 390, 16):
-        dashed[:, start : start + 8] = False
-    assert straight_lines(dashed) == []
-
-
-def test_a_short_straight_line_may_be_a_crack():
-    assert straight_lines(bones(np.array([(100, 100), (250, 130)]))) == []
+def test_a_joint_is_straight_long_and_nearly_whole():
+    """A crack strays by 1 % of its length, a joint by 0.2 %; a chip hides a twentieth of it, dashes half."""
+    joint, dashed = bones(wandering(0.5)), bones(np.array([(10.0, 100.0), (390.0, 100.0)]))
+    assert straight_lines(joint)
+    joint[:, 180:195] = False
+    assert straight_lines(joint)
+    dashed[:, (np.arange(400) - 10) // 8 % 2 == 0] = False
+    for cells in (dashed, bones(wandering(4)), bones(np.array([(100, 100), (250, 130)]))):
+        assert straight_lines(cells) == []
 
 
 def test_what_lies_beside_a_straight_line_belongs_to_it():

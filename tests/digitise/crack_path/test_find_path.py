@@ -37,17 +37,12 @@ def test_the_path_is_the_middle_of_the_paint(plain):
     assert path.warnings == ()
 
 
-def test_between_ends_the_path_stays_between_them_in_their_order(plain):
-    ends = ((400.0, 158.0), (100.0, 140.0))
-    path = find_path(with_paint(plain, strokes(CRACK)), ends)
-    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(ends), axis=1).max() < 6
-    assert distance_to(path.points_px, np.array(CRACK)).max() < 4
-
-
-def test_side_cracks_of_the_paint_do_not_lead_away(plain):
-    drawn = strokes(CRACK) | strokes([(250, 120), (300, 30)], width_px=6)
-    path = find_path(with_paint(plain, drawn), None)
-    assert distance_to(path.points_px, np.array(CRACK)).max() < 4
+def test_side_cracks_of_the_paint_and_places_that_the_brush_missed_turn_no_path(plain):
+    missed = strokes(CRACK, width_px=20)
+    missed[118:124, 248:254] = False
+    for drawn in (missed, strokes(CRACK) | strokes([(250, 120), (300, 30)], width_px=6)):
+        path = find_path(with_paint(plain, drawn), None)
+        assert distance_to(path.points_px, np.array(CRACK)).max() < 4
 
 
 def test_of_several_pieces_the_largest_is_taken_or_that_of_the_ends_and_it_is_said(plain):
@@ -59,13 +54,6 @@ def test_of_several_pieces_the_largest_is_taken_or_that_of_the_ends_and_it_is_sa
     other = find_path(photo, ((55.0, 270.0), (190.0, 271.0)))
     assert distance_to(other.points_px, np.array(scratch)).max() < 3
     assert other.warnings
-
-
-def test_a_place_the_brush_missed_turns_no_path(plain):
-    drawn = strokes(CRACK, width_px=20)
-    drawn[118:124, 248:254] = False
-    path = find_path(with_paint(plain, drawn), None)
-    assert distance_to(path.points_px, np.array(CRACK)).max() < 4
 
 
 @pytest.mark.parametrize(
@@ -93,6 +81,7 @@ def wave(y, bend=20):
     return [(x, round(y + bend * np.sin(x / 90 + y))) for x in range(40, 961, 20)]
 
 
+@pytest.mark.broad
 def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
     """On the fine map it is two lines 70 px apart, and one of them was taken."""
     photo = photo_of_lines(tmp_path, [(wave(350), 70)])
@@ -103,9 +92,10 @@ def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
     assert find_path(photo, None).width_px == pytest.approx(70, rel=0.1)
 
 
+@pytest.mark.broad
 def test_rivals_are_offered_best_first_and_no_more_than_a_few(tmp_path):
     lines = [(wave(60 + 95 * number), width_px) for number, width_px in enumerate((5, 8, 6, 7, 5, 6, 5))]
-    says = r"5 cracks compete, best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
+    says = r"5 cracks compete \(best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
     with pytest.raises(RivalCracksError, match=says) as asked:
         find_path(photo_of_lines(tmp_path, lines), None)
     scores = [crack.score for crack in asked.value.cracks]
@@ -123,12 +113,5 @@ def test_a_number_takes_the_crack_of_that_rank(tmp_path):
         path = find_path(photo, None, crack=number)
         assert path.source == "choice"
         assert distance_to(path.points_px, crack.line_px).max() < 6
-    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 found: 1\. .*; 2\. "):
+    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 were found: 1\. .*; 2\. "):
         find_path(photo, None, crack=3)
-
-
-def test_the_rim_of_a_stain_is_not_offered(tmp_path):
-    """It comes back to where it begins. On one of eight photos without a crack it was offered."""
-    turn = np.linspace(0, 1.8 * np.pi, 60)
-    ring = [(round(500 + 220 * np.cos(a)), round(350 + 180 * np.sin(a))) for a in turn]
-    assert CrackSearch.of(photo_of_lines(tmp_path, [(ring, 8)])).cracks == ()

@@ -37,9 +37,9 @@ def test_a_path_beside_the_middle_gives_the_same_width(tmp_path):
     assert width_along(cracked(tmp_path, 20), LINE + np.array([0, 6]), 20) == pytest.approx(20, abs=0.7)
 
 
-@pytest.mark.parametrize("width_px", [50, 75])
-def test_a_crack_too_wide_for_its_background_is_found_and_keeps_its_width(tmp_path, width_px):
+def test_a_crack_too_wide_for_its_background_is_found_and_keeps_its_width(tmp_path):
     """The search map's background, over 81 cells, lies inside the crack itself. Clicked 3 px beside the ends."""
+    width_px = 75
     photo = cracked(tmp_path, width_px, times=1.6)
     (x0, y0), (x1, y1) = 1.6 * LINE[[0, -1]]
     path = find_path(photo, ((x0 - 3, y0), (x1, y1 + 3)))
@@ -53,12 +53,3 @@ def test_where_no_walls_are_seen_the_width_is_what_it_looked_like(tmp_path):
     picture[:, :250] = 0.01
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
     assert width_along(photo, np.array([(125.0, 20.0), (125.0, 280.0)]), 11.0) == pytest.approx(11)
-
-
-def test_a_narrow_crack_in_a_large_photo_is_followed_and_keeps_its_width(tmp_path):
-    """10 px in 2000, which are 5 cells of the search map, where the widest filters see it 20 cells away."""
-    photo = cracked(tmp_path, 10, times=4)
-    (x0, y0), (x1, y1) = 4 * LINE[[0, -1]]
-    path = find_path(photo, ((x0, y0), (x1, y1)))
-    assert distance_to(path.points_px, 4 * LINE).max() < 5
-    assert path.width_px == pytest.approx(10, abs=0.5)

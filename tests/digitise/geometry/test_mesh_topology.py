@@ -37,10 +37,10 @@ def test_each_edge_of_a_closed_body_is_used_once_each_way_and_one_beside_a_hole_
 def test_rows_that_are_alike_are_told_as_numpy_tells_them(rows):
     """Groups, their order, their first rows and their sizes: equal, with no tolerance; NumPy takes ten times longer."""
     _, first, group, count = np.unique(rows, axis=0, return_index=True, return_inverse=True, return_counts=True)
-    found = equal_rows(rows)
-    assert np.array_equal(found.first, first)
-    assert np.array_equal(found.group, group.reshape(-1))
-    assert np.array_equal(found.count, count)
+    groups = equal_rows(rows)
+    assert np.array_equal(groups.first, first)
+    assert np.array_equal(groups.group, group.reshape(-1))
+    assert np.array_equal(groups.count, count)
 
 
 def crossings(*triangles) -> int:
@@ -73,6 +73,7 @@ def test_triangles_that_share_a_vertex_may_still_cross():
     assert len(intersecting_faces(np.array([*FLAT, [3.0, 1.0, 1.0], [0.5, 2.0, 2.0]]), faces)) == 0
 
 
+@pytest.mark.broad
 def test_the_tree_of_boxes_misses_no_pair_in_one_part_or_in_many(monkeypatch):
     """Thirty random triangles: as many crossings as when each pair is tried alone.
 

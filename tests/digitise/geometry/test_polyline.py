@@ -4,28 +4,10 @@ import pytest
 from digitise.geometry.polyline import (
     clipped_to_box,
     crossings,
-    depth_inside,
-    extended,
-    left_normals,
-    project,
-    resampled,
     signed_area,
     smoothed,
     without_loops,
 )
-from sealtwin.core.arc_length import arc_length
-
-
-def test_left_is_left_of_travel_with_y_up():
-    eastward = np.array([[0.0, 0], [1, 0], [2, 0]])
-    assert left_normals(eastward) == pytest.approx(np.array([[0, 1]] * 3))
-
-
-def test_resampling_keeps_both_ends_and_the_arc_length_of_a_straight_line():
-    line = np.array([[0.0, 0], [1, 1], [5, 5]])
-    even = resampled(line, 0.3)
-    assert even[[0, -1]] == pytest.approx(line[[0, -1]])
-    assert np.diff(arc_length(even)) == pytest.approx(arc_length(line)[-1] / (len(even) - 1))
 
 
 def test_smoothing_leaves_a_straight_line_and_removes_nine_tenths_of_a_zigzag():
@@ -42,14 +24,6 @@ def test_smoothing_keeps_a_wave_eight_times_its_sigma_long_almost_whole():
     assert passed == pytest.approx(1 - (1 - np.exp(-2 * np.pi**2 / 64)) ** 2, abs=0.01)
 
 
-def test_extension_is_straight_and_as_long_as_asked():
-    line = np.array([[0.0, 0], [1, 0], [2, 0]])
-    longer = extended(line, 1.0, 2.0, over=2.0, spacing=0.5)
-    assert longer[0] == pytest.approx([-1, 0])
-    assert longer[-1] == pytest.approx([4, 0])
-    assert np.all(np.diff(longer[:, 0]) > 0)
-
-
 def test_a_loop_is_pulled_tight_to_its_crossing_point():
     line = np.array([[0.0, 0], [4, 0], [4, 2], [2, 2], [2, -3], [2, -5]])
     tight = without_loops(line)
@@ -57,13 +31,6 @@ def test_a_loop_is_pulled_tight_to_its_crossing_point():
     assert tight[1:4] == pytest.approx(np.array([[2, 0]] * 3))
     assert not crossings(tight)
     assert tight[[0, 4, 5]] == pytest.approx(line[[0, 4, 5]])
-
-
-def test_a_ring_that_crosses_itself_is_found_and_a_plain_one_is_not():
-    bow_tie = np.array([[0.0, 0], [2, 2], [2, 0], [0, 2]])
-    square = np.array([[0.0, 0], [2, 0], [2, 2], [0, 2]])
-    assert crossings(bow_tie, closed=True)
-    assert not crossings(square, closed=True)
 
 
 @pytest.mark.parametrize("closed", [False, True])
@@ -102,13 +69,3 @@ def test_clipping_keeps_the_area_inside_and_takes_in_a_corner_of_the_box():
     assert signed_area(inside) == pytest.approx(0.125)
     assert any(np.allclose(point, [1, 1]) for point in inside)
     assert len(clipped_to_box(diamond + 5, (0, 0, 1, 1))) == 0
-
-
-def test_depth_is_the_distance_to_the_nearest_side_and_negative_outside():
-    depth = depth_inside(np.array([[1.0, 1], [0.25, 1], [-3, 1], [-3, -4]]), (0, 0, 4, 2))
-    assert depth == pytest.approx([1, 0.25, -3, -5])
-
-
-def test_a_homography_divides_by_its_third_coordinate():
-    homography = np.array([[2.0, 0, 1], [0, 2, 0], [0, 1, 1]])
-    assert project(homography, np.array([[1.0, 1]])) == pytest.approx(np.array([[1.5, 1.0]]))

@@ -25,7 +25,7 @@ def write_tiff(path, **tags):
 
 
 @pytest.mark.parametrize(
-    ("content", "name", "said"),
+    ("content", "name", "kind"),
     [
         (box(b"heic"), "IMG_1.HEIC", "this is HEIC"),
         (box(b"heix"), "renamed.jpg", "this is HEIC"),
@@ -34,24 +34,19 @@ def write_tiff(path, **tags):
         (box(b"crx "), "photo.cr3", "raw file"),
         (b"FUJIFILMCCD-RAW 0201", "photo.raf", "raw file"),
         (b"IIU\0" + bytes(20), "photo.RW2", "raw file"),
+        # TIFFs: by its ending, a DNG, and one whose thumbnail comes first and would be read.
+        ({}, "photo.NEF", "raw file"),
+        ({"t50706": 1025}, "photo.tif", "raw file"),
+        ({"t254": 1, "t330": 400}, "photo.tif", "raw file"),
     ],
-    ids=lambda value: value if isinstance(value, str) else "",
+    ids=str,
 )
-def test_a_photo_that_is_not_read_is_named_with_the_remedy(tmp_path, content, name, said):
-    path = tmp_path / name
-    path.write_bytes(content)
-    with pytest.raises(InputError, match=rf"{name}: .*{said}.* save it as JPEG at full size"):
-        read_photo(path)
-
-
-@pytest.mark.parametrize(
-    ("name", "tags"),
-    [("photo.NEF", {}), ("photo.tif", {"t50706": 1025}), ("photo.tif", {"t254": 1, "t330": 400})],
-    ids=["by its ending", "DNG", "thumbnail first"],
-)
-def test_a_raw_file_that_is_a_tiff_is_not_read_as_its_thumbnail(tmp_path, name, tags):
-    write_tiff(tmp_path / name, **tags)
-    with pytest.raises(InputError, match=rf"{name}: .*raw file.* save it as JPEG at full size"):
+def test_a_photo_that_is_not_read_is_named_with_the_remedy(tmp_path, content, name, kind):
+    if isinstance(content, dict):
+        write_tiff(tmp_path / name, **content)
+    else:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=rf"{name}: .*{kind}.* save it as JPEG at full size"):
         read_photo(tmp_path / name)
 
 

@@ -64,12 +64,14 @@ def test_a_first_pixel_inside_begins_with_none_outside():
     assert run_lengths(np.array([[True, False], [True, True]])) == {"size": [2, 2], "counts": [0, 2, 1, 1]}
 
 
-def test_a_crack_of_no_photo_has_no_mask():
-    with pytest.raises(InputError, match=r"a\.stl: this crack is not from a photo"):
-        mask_of(replace(arc_slot(), path_source="mesh", photo_size_px=SIZE_PX), "a.stl")
-
-
-def test_a_path_alone_has_no_mask():
-    """White on none of its pixels, it would teach a program that there is no crack."""
-    with pytest.raises(InputError, match="--width-mm"):
-        mask_of(replace(_outline(), width_source="none"), "a.jpg")
+@pytest.mark.parametrize(
+    ("outline", "says"),
+    [
+        (replace(arc_slot(), path_source="mesh", photo_size_px=SIZE_PX), r"a\.x: this crack is not from a photo"),
+        # White on none of its pixels, it would teach a program that there is no crack.
+        (replace(_outline(), width_source="none"), "--width-mm"),
+    ],
+)
+def test_a_crack_of_no_photo_and_a_path_alone_have_no_mask(outline, says):
+    with pytest.raises(InputError, match=says):
+        mask_of(outline, "a.x")

@@ -130,13 +130,8 @@ def test_rough_sides_are_cut_to_where_material_stands_all_along():
     ids=["core", "pyramid on its tip"],
 )
 def test_what_has_no_four_upright_sides_is_no_block(body):
-    with pytest.raises(InputError, match="no block with four upright sides"):
+    with pytest.raises(InputError, match="not a block with four upright sides"):
         cut_block(body.translate((0.0, 0.0, -30.0)), BELOW_MM)
-
-
-def test_a_pyramid_is_the_block_under_its_upper_edge():
-    pyramid = Manifold.cylinder(30.0, 60.0, 30.0, 4).rotate((0, 0, 45)).translate((0.0, 0.0, -30.0))
-    assert cut_block(pyramid, BELOW_MM).size_mm[0] < 43
 
 
 def test_a_cut_that_loses_volume_is_refused():

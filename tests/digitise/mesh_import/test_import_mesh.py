@@ -89,18 +89,9 @@ OPEN_SLOT, DAM = slotted(box((-1.0, 18.0, -10.0), (30.0, 22.0, 1.0))), box((-4.0
             {"TOP": 4000 - FLOOR_MM2, "WALL": WALL_MM2, "FLOOR": FLOOR_MM2, "END": 0.0, "OUTSIDE": OUTSIDE_MM2},
         ),
         # A dent of 0.04 mm with upright walls is part of the face, however steep: no room for sealant.
-        (
-            slotted(box((5.0, 5.0, -0.04), (15.0, 15.0, 1.0))),
-            {"TOP": 4000 - FLOOR_MM2 + 40 * 0.04, "WALL": WALL_MM2},
-        ),
-        (
-            slotted(box((5.0, 5.0, -3.0), (15.0, 15.0, 1.0))),
-            {"WALL": WALL_MM2 + 40 * 3, "FLOOR": FLOOR_MM2 + 100},
-        ),
-        (
-            slotted(box((5.0, 5.0, -21.0), (15.0, 15.0, -19.0))),
-            {"OUTSIDE": OUTSIDE_MM2 + 40 * 1, "WALL": WALL_MM2},
-        ),
+        (slotted(box((5.0, 5.0, -0.04), (15.0, 15.0, 1.0))), {"TOP": 4000 - FLOOR_MM2 + 40 * 0.04, "WALL": WALL_MM2}),
+        (slotted(box((5.0, 5.0, -3.0), (15.0, 15.0, 1.0))), {"WALL": WALL_MM2 + 40 * 3, "FLOOR": FLOOR_MM2 + 100}),
+        (slotted(box((5.0, 5.0, -21.0), (15.0, 15.0, -19.0))), {"OUTSIDE": OUTSIDE_MM2 + 40 * 1, "WALL": WALL_MM2}),
         (OPEN_SLOT + DAM, {"END": 4 * 10 + 12 * 5}),
     ],
     ids=["slot", "grain", "pit beside the crack", "rough underside", "inside of a dam"],

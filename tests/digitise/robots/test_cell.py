@@ -22,8 +22,8 @@ def read(tmp_path, *changes: tuple[str, str]) -> RobotCell:
 
 def uncommented(*tables: str) -> list[tuple[str, str]]:
     """Changes that bring tables of the example to life."""
-    lines, found, live = [], CELL.splitlines(), False
-    for line in found:
+    lines, example, live = [], CELL.splitlines(), False
+    for line in example:
         if line.startswith(("[", "# [")):
             live = any(line.startswith(f"# [{table}]") for table in tables)
         if live and line.startswith("# "):

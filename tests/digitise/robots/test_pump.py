@@ -37,7 +37,7 @@ def test_it_is_asked_for_more_where_it_gives_less(tmp_path):
 
 @pytest.mark.parametrize("wanted", [7.9, 801.0])
 def test_a_flow_that_was_not_weighed_is_refused(tmp_path, wanted):
-    with pytest.raises(InputError, match=r"pump\.csv: the path wants .* weighed from 8 to 800"):
+    with pytest.raises(InputError, match=r"pump\.csv: the path needs .* weighed only from 8 to 800"):
         pump(tmp_path).asked_for(np.array([0.0, wanted]))
 
 
@@ -59,11 +59,11 @@ def test_a_fault_is_named_by_row_and_value(tmp_path, rows, says):
 @pytest.mark.parametrize(("off", "warned"), [(0.01, False), (0.05, True)])
 def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, warned):
     path = place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, off))
-    said = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
+    warnings = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
     # Two to either side of each of two flows: s = sqrt(2) off, two degrees of freedom, two of each.
-    assert [f"{np.sqrt(2) * off:.0%} off its mean" in one and f"known to {4.303 * off:.0%}" in one for one in said] == (
-        [True] * warned
-    )
+    assert [
+        f"scatter by {np.sqrt(2) * off:.0%}" in one and f"known to {4.303 * off:.0%}" in one for one in warnings
+    ] == ([True] * warned)
 
 
 def test_equal_weighings_show_no_interval(tmp_path):
@@ -74,7 +74,9 @@ def test_equal_weighings_show_no_interval(tmp_path):
 
 
 def test_a_pump_that_scatters_by_half_of_its_flow_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"pump\.csv: one weighing is 35% off .* known to 108% \(95 %\); 50% are"):
+    with pytest.raises(
+        InputError, match=r"pump\.csv: weighings of one flow scatter by 35% .* known to 108% \(95 %\); at most 50% is"
+    ):
         place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, 0.25))
 
 

@@ -20,29 +20,13 @@ from tests.shapes import arc_slot, straight_slot
 @pytest.mark.parametrize(
     ("planned", "changes", "says"),
     [
-        (
-            {},
-            {"motion": {"most_waypoints": 40}},
-            r"63 waypoints; motion.most_waypoints allows 40\. .*spacing_mm of 1\.7 or",
-        ),
+        ({}, {"motion": {"most_waypoints": 40}}, r"63 waypoints; .*most_waypoints allows 40\. .*spacing_mm of 1\.7"),
         ({"nozzle_height_mm": 50.0}, {}, r"safe_height_mm is 50, and the path itself runs 50 mm above the face"),
         ({"speed_mm_s": 201.0}, {}, r"the path runs at 201 mm/s; motion.largest_speed_mm_s allows 200"),
-        (
-            {},
-            {"motion": {"largest_speed_mm_s": 5.0}},
-            r"motion.approach_speed_mm_s is 20; motion.largest_speed_mm_s allows 5\. Give a lower one",
-        ),
-        (
-            {"ramp_mm": 3.0, "speed_mm_s": 120.0},
-            {},
-            r"a ramp of the path needs 2\d{3} mm/s²; motion.acceleration_mm_s2 allows 2000",
-        ),
+        ({}, {"motion": {"largest_speed_mm_s": 5.0}}, r"approach_speed_mm_s is 20; .*largest_speed_mm_s allows 5\."),
+        ({"ramp_mm": 3.0, "speed_mm_s": 120.0}, {}, r"needs 2\d{3} mm/s²; motion.acceleration_mm_s2 allows 2000"),
         ({}, {"reach": {"low_mm": (400.0, -800.0, -800.0)}}, r"the path leads \d+\.\d mm out of the reach box, to \("),
-        (
-            {"speed_mm_s": 250.0},
-            {"motion": {"most_waypoints": 50}},
-            r"most_waypoints allows 50(.|\n)*cell.toml: the path runs at 250",
-        ),
+        ({"speed_mm_s": 250.0}, {"motion": {"most_waypoints": 50}}, r"allows 50(.|\n)*cell.toml: the path runs at 250"),
     ],
 )
 def test_what_a_cell_does_not_allow_is_refused_by_name(planned, changes, says):
@@ -154,12 +138,12 @@ def test_a_hostile_name_never_becomes_code(name, language):
 @example("0" * 200)
 @example("".join(map(chr, range(0x2100))))
 def test_a_comment_is_one_line_of_harmless_signs(text):
-    said = comments("", [text])[0]
-    assert len(said.splitlines()) <= 1
+    comment = comments("", [text])[0]
+    assert len(comment.splitlines()) <= 1
     # GRBL obeys ! ? ~ even in comments; % ends a tape, * begins a checksum, quotes and brackets open things.
-    assert not set(said) & set("!?~%*$'\"`;#()[]{}<>\\|&^@\t\x7f")
-    assert said.isascii()
-    assert len(said) <= len(" ") + LONGEST
+    assert not set(comment) & set("!?~%*$'\"`;#()[]{}<>\\|&^@\t\x7f")
+    assert comment.isascii()
+    assert len(comment) <= len(" ") + LONGEST
 
 
 def test_plain_words_and_numbers_are_kept():

@@ -60,13 +60,6 @@ def test_markers_beside_the_plane_of_the_face_are_told_with_their_offset(below_m
     assert f"{70 * (1 + grown):.1f} x {40 * (1 + grown):.1f} mm; face_mm is 70 x 40" in warning
 
 
-def test_given_corners_are_compared_as_the_edges_are():
-    corners_px = View(PX).to_px(rectangle(FACE_MM))
-    plain = np.full(SIZE_PX[::-1], MORTAR, dtype=np.float32)
-    excess, _ = check_level(plain, looked_at_mm(0.02), FACE_MM, corners_px, DISTANCE_MM, FILE)
-    assert excess == pytest.approx(0.02, abs=1e-6)
-
-
 def test_an_offset_that_is_no_bent_frame_is_refused():
     """Markers on the table, beside a sample 40 mm high: 13 % of every length."""
     corners_px = View(PX).to_px(rectangle(FACE_MM))

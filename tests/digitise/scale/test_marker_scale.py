@@ -3,14 +3,13 @@ import pytest
 
 from digitise.geometry.polyline import rectangle
 from digitise.photo import Photo, load_photo
-from digitise.scale.marker_scale import LIMITS, fit_markers
-from digitise.scale.view import fit_view
+from digitise.scale.marker_scale import LIMITS
 from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
 from sealtwin.core.errors import InputError
-from tests.boards import board_around, camera, face_grid_mm, places_mm
-from tests.pictures import SMALL_FACE, photo_of, rms
+from tests.boards import face_grid_mm
+from tests.pictures import SMALL_FACE, photo_of
 
 BENT = Recipe(**SMALL_FACE, lens_k1=-0.2, camera_mm=262.0, tilt_deg=4.0)
 GRID_MM = face_grid_mm() * (70 / 160, 1.0)
@@ -36,6 +35,7 @@ def errors(photo: Photo, specimen: Specimen) -> tuple[float, float]:
     return abs(float(np.mean(off))), float(np.abs(off[true_mm > 10]).max())
 
 
+@pytest.mark.broad
 def test_a_bent_photo_is_measured_like_a_straight_one(bent, bent_photo, tmp_path):
     """The issue asks for 0.3 %. The design note reached 0.07 % in the mean and 0.14 % in the worst length."""
     bent.write(tmp_path)
@@ -56,14 +56,6 @@ def test_a_lens_that_is_not_wanted_is_not_fitted(bent, tmp_path):
     bent.write(tmp_path)
     with pytest.raises(InputError, match=r"photo\.jpg: markers misfit by 0\.\d+ mm .* lens"):
         load_photo(bent.photo_input().model_copy(update={"lens": "none"}), tmp_path)
-
-
-def test_pixels_and_millimetres_of_a_bent_photo_lead_back_to_each_other(bent_photo):
-    photo = bent_photo
-    width, height = photo.size_px
-    places_px = np.random.default_rng(1).uniform((0, 0), (width, height), (1000, 2))
-    assert photo.view.lens is not None
-    assert photo.to_px(photo.to_mm(places_px)) == pytest.approx(places_px, abs=1e-7)
 
 
 def test_the_face_has_a_bowed_edge_in_a_bent_photo(bent_photo):
@@ -119,23 +111,3 @@ def test_corners_beside_markers_are_checked_like_corners_alone(bent, tmp_path):
     settings = bent.photo_input().model_copy(update={"face_corners_px": turned})
     with pytest.raises(InputError, match=r"photo\.jpg: face_corners_px \(\d"):
         load_photo(settings, tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("count", "placing_mm", "most"), [(4, 0.0, 1.35), (8, 0.0, 1.35), (8, 0.1, 1.15)], ids=["4", "8", "8 glued"]
-)
-def test_a_lens_that_is_not_there_adds_little_noise(count, placing_mm, most):
-    """Fitted in any case, it would make errors of the local scale half as large again, of exact markers."""
-    rng = np.random.default_rng(5)
-    view, true_mm = camera(tilt_deg=6.0), places_mm(board_around(count))
-    places_px = view.to_px(face_grid_mm())
-    exact = fit_view(view.to_px(true_mm), true_mm, view.size_px, lens=False).view.mm_per_px_at(places_px)
-    chosen, plain = [], []
-    for _ in range(30):
-        seen_px = view.to_px(true_mm + np.repeat(rng.normal(0, placing_mm, (count, 2)), 4, axis=0))
-        seen_px += rng.normal(0, 0.05, seen_px.shape)
-        fit, _ = fit_markers(seen_px, true_mm, view.size_px, lens_wanted=True)
-        without = fit_view(seen_px, true_mm, view.size_px, lens=False)
-        chosen.append(rms(fit.view.mm_per_px_at(places_px) - exact))
-        plain.append(rms(without.view.mm_per_px_at(places_px) - exact))
-    assert rms(np.array(chosen)) < most * rms(np.array(plain))

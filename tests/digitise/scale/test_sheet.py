@@ -59,6 +59,7 @@ def test_cells_of_an_svg_meet_without_seams():
     assert ET.fromstring(as_svg(FRAME)).attrib["shape-rendering"] == "crispEdges"
 
 
+@pytest.mark.broad
 def test_the_same_page_is_the_same_bytes(pdf):
     """A frame printed again is recognised as the file that exists: no date, no random names."""
     assert as_pdf(FRAME) == pdf

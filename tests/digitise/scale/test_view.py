@@ -36,23 +36,17 @@ def test_a_lens_and_a_tilted_plane_are_found_exactly_where_nothing_is_noisy(k1):
     assert fit.view.lens.bend_px2 * view.focal_px**2 == pytest.approx(k1, abs=1e-6)
 
 
-def test_without_its_lens_a_barrel_is_off_by_half_a_percent():
-    """What the radial term is for: the design note measured 0.36 % at k1 = -0.05."""
-    _, error = fitted(np.random.default_rng(1), lens=False, noise_px=0, lens_k1=-0.05)
-    assert rms(error) > 0.004
-
-
 @pytest.mark.parametrize(
     ("lens", "count", "noise_px", "placing_mm", "most"),
     [
-        (True, 8, 0.05, 0.0, 2),
         (True, 8, 0.03, 0.1, 2),
         (True, 4, 0.03, 0.1, 2),
-        (True, 4, 0.05, 0.0, 5),
-        (False, 8, 0.03, 0.1, 2),
-        (False, 4, 0.05, 0.0, 5),
+        pytest.param(True, 8, 0.05, 0.0, 2, marks=pytest.mark.broad),
+        pytest.param(True, 4, 0.05, 0.0, 5, marks=pytest.mark.broad),
+        pytest.param(False, 8, 0.03, 0.1, 2, marks=pytest.mark.broad),
+        pytest.param(False, 4, 0.05, 0.0, 5, marks=pytest.mark.broad),
     ],
-    ids=["8 corners", "8 glued", "4 glued", "4 corners", "8 glued, no lens", "4 corners, no lens"],
+    ids=["8 glued", "4 glued", "8 corners", "4 corners", "8 glued, no lens", "4 corners, no lens"],
 )
 def test_the_spread_of_the_scale_is_honest(lens, count, noise_px, placing_mm, most):
     """Stated and true errors agree within a factor of 2, also where the four corners of a marker share theirs.
@@ -83,22 +77,6 @@ def test_the_spread_by_clicks_is_honest():
         true.append(rms(fit.view.mm_per_px_at(places_px) / exact.view.mm_per_px_at(places_px) - 1))
     stated = exact.spread_of_scale(places_px, exact.covariance_of_clicks(1.0))
     assert 0.8 < stated / rms(np.array(true)) < 1.25
-
-
-def test_leaving_out_by_one_step_is_as_good_as_fitting_again():
-    """The jackknife's shortcut against its definition; misfits of a hundredth of the photo bend it by 2 %."""
-    view, true_mm = camera(), places_mm(board_around())
-    seen_px = view.to_px(true_mm) + np.random.default_rng(2).normal(0, 0.3, true_mm.shape)
-    place_px = view.to_px(np.array([[20.0, 30.0]]))
-    fit = fit_view(seen_px, true_mm, view.size_px, lens=False)
-    without = []
-    for first in range(0, len(true_mm), 4):
-        kept = np.delete(np.arange(len(true_mm)), np.s_[first : first + 4])
-        refit = fit_view(seen_px[kept], true_mm[kept], view.size_px, lens=False)
-        without.append(refit.view.to_mm(place_px)[0] - fit.view.to_mm(place_px)[0])
-    by_refits = np.sqrt(7 / 8 * np.sum(np.square(without), axis=0))
-    by_steps = fit.spread(lambda tried: tried.to_mm(place_px)[0], fit.covariance_by_group(4))
-    assert by_steps == pytest.approx(by_refits, rel=0.05)
 
 
 CENTRE_PX = np.array([2000.0, 1500.0])
@@ -170,11 +148,13 @@ def true_tilt_deg(tilt_deg):
     return np.degrees(np.arccos(np.cos(np.radians(tilt_deg)) * np.cos(np.radians(tilt_deg / 2))))
 
 
-@pytest.mark.parametrize("known", [{}, {"by_focal": True}, {"by_distance": True}], ids=["nothing", "focal", "distance"])
+@pytest.mark.parametrize(
+    "sources", [{}, {"by_focal": True}, {"by_distance": True}], ids=["nothing", "focal", "distance"]
+)
 @pytest.mark.parametrize("tilt_deg", [5.0, 15.0])
-def test_tilt_and_distance_of_a_tilted_camera_are_found(tilt_deg, known):
+def test_tilt_and_distance_of_a_tilted_camera_are_found(tilt_deg, sources):
     """By perspective alone to 0.1 degree and 2 %; corners are seen to 0.05 px."""
-    pose = pose_of(tilt_deg, **known)
+    pose = pose_of(tilt_deg, **sources)
     assert pose is not None
     assert pose.tilt_deg == pytest.approx(true_tilt_deg(tilt_deg), abs=0.15)
     assert pose.distance_mm == pytest.approx(DISTANCE_MM, rel=0.02)
@@ -190,8 +170,8 @@ def test_a_lens_does_not_pass_for_tilt():
 def test_a_square_camera_is_not_told_from_a_far_one_by_perspective(noise_px):
     """Any focal length shows a face square to the camera alike; the camera's own word or a tape tells them apart."""
     assert pose_of(0.0, noise_px) is None
-    for known in ({"by_focal": True}, {"by_distance": True}):
-        pose = pose_of(0.0, noise_px, **known)
+    for sources in ({"by_focal": True}, {"by_distance": True}):
+        pose = pose_of(0.0, noise_px, **sources)
         assert pose is not None
         assert pose.tilt_deg == pytest.approx(0, abs=0.1)
         assert pose.distance_mm == pytest.approx(DISTANCE_MM, rel=1e-3)
@@ -203,8 +183,8 @@ def test_what_noise_could_have_told_is_not_told():
     What it does tell is within two of the standard deviations that are allowed. With no limit on them, the distance is
     off by up to 40 % at 1 degree, and this fails.
     """
-    told = [pose_of(2.0, noise_px=0.2, seed=seed) for seed in range(20)]
-    sure = [pose for pose in told if pose is not None]
+    poses = [pose_of(2.0, noise_px=0.2, seed=seed) for seed in range(20)]
+    sure = [pose for pose in poses if pose is not None]
     assert 0 < len(sure) < 20
     assert np.abs([pose.tilt_deg - true_tilt_deg(2.0) for pose in sure]).max() < 2 * MOST_SPREAD_DEG
     assert np.abs([pose.distance_mm / DISTANCE_MM - 1 for pose in sure]).max() < 2 * MOST_SPREAD_OF_DISTANCE

@@ -9,7 +9,7 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from digitise.solid.tilt_variants import crack_sections
 from sealtwin.core.records import Floats, Solid
-from tests.shapes import CUT, cut_crack, straight_slot
+from tests.shapes import CUT, straight_slot
 
 W = 3.1
 SLOPE = np.tan(np.radians(5.0))
@@ -38,22 +38,6 @@ def test_a_section_is_what_stands_between_two_walls_and_a_floor(tilt, area_mm2):
     assert sections.area_mm2[middle] == pytest.approx(area_mm2)
 
 
-@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel", "undercut"])
-def test_sections_add_up_to_the_cavity(tilt):
-    """Within 2 %: a bend gives its outer wall more than its inner one, and a flare most of all."""
-    shape = CrackShape(depth_mm=((0.0, 16.0), (20.0, 6.0), (40.0, 12.0)), tilt=tilt, wall_angle_deg=5.0)
-    solid = build_solid(cut_crack(2), shape)
-    assert total_mm3(solid) == pytest.approx(solid.cavity_volume_mm3, rel=0.02)
-
-
-def test_a_funnel_that_closes_has_no_section_below():
-    solid = build_solid(
-        straight_slot(80.0, W, CUT), CrackShape(depth_mm=16.0, tilt="funnel", wall_angle_deg=(6.0, 14.0))
-    )
-    closing = np.tan(np.radians([6.0, 14.0])).sum()
-    assert solid.sections.area_mm2 == pytest.approx(np.full(81, W**2 / (2 * closing)))
-
-
 def block(x_mm: float, y_mm: float, length_mm: float, width_mm: float) -> Floats:
     """A rectangular stone, clockwise."""
     half = np.array([length_mm, width_mm]) / 2
@@ -79,16 +63,6 @@ def test_a_stone_takes_its_part_of_the_section(tilt, lost_mm2):
     whole, among = (crack_sections(each, shape).area_mm2 for each in (outline, stony))
     assert whole[20] - among[20] == pytest.approx(lost_mm2)
     assert among[[5, 14, 26, 35]] == pytest.approx(whole[[5, 14, 26, 35]])
-
-
-@pytest.mark.parametrize(("y_mm", "angle_deg"), [(1.5, 2.0), (-1.5, 6.0)])
-def test_a_stones_sides_stand_like_the_wall_on_their_side_of_the_centreline(y_mm, angle_deg):
-    """Both of them, which half of the sum of both walls' angles would not tell."""
-    outline = straight_slot(40.0, 6.0, CUT)
-    stony = replace(outline, islands_mm=(block(20.0, y_mm, 10.0, 2.0),))
-    shape = CrackShape(depth_mm=8.0, tilt="flare", wall_angle_deg=(2.0, 6.0))
-    whole, among = (crack_sections(each, shape).area_mm2 for each in (outline, stony))
-    assert whole[20] - among[20] == pytest.approx(8.0 * (2.0 - np.tan(np.radians(angle_deg)) * 8.0))
 
 
 @pytest.mark.parametrize(

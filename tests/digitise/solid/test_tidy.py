@@ -13,12 +13,6 @@ def cube(size_mm: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Ma
     return Manifold.cube((size_mm, size_mm, size_mm)).translate(at)
 
 
-def test_a_sound_body_stays_as_it_is():
-    vertices, faces = tidy(cube(10))
-    assert (len(vertices), len(faces)) == (8, 12)
-    assert mesh_volume_mm3(vertices, faces) == pytest.approx(1000.0)
-
-
 def test_dust_is_dropped_and_bodies_are_kept():
     dust = cube(0.5 * DUST_MM3 ** (1 / 3), (20, 0, 0))
     body = Manifold.compose([cube(10), cube(2, (30, 0, 0)), dust])

@@ -10,7 +10,7 @@ from sealtwin.core.solid_figures import ClosingDepth
 from tests.shapes import arc_slot, pinched_crack
 
 
-@pytest.mark.parametrize("depth_mm", [16.0, ((0.0, 6.0), (20.0, 16.0), (40.0, 10.0))], ids=["level", "table"])
+@pytest.mark.parametrize("depth_mm", [16.0, pytest.param(((0, 6), (20, 16), (40, 10)), marks=pytest.mark.broad)])
 @pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel", "undercut"])
 def test_few_sections_are_enough(tilt, depth_mm):
     """Against eight times as many, on a crack that closes at another depth everywhere along itself."""

@@ -87,18 +87,16 @@ def test_the_page_knows_how_many_via_points_there_may_be():
     assert f"const MOST_VIA = {MOST_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["../page.py", "..%2fpage.py", "assets/main.js", "/etc/passwd", "main.js/", "x"]
-    + [f"photo/{tile}" for tile in ("0/2/0.jpg", "9/0/0.jpg", "0/0/0.png", "0/-1/0.jpg", "0/0/0.jpg/x")],
-)
-def test_no_other_file_and_no_tile_outside_the_photo_is_served(page, name):
-    assert page.get(name) is None
+def test_no_other_file_and_no_tile_outside_the_photo_is_served(page):
+    files = ("../page.py", "..%2fpage.py", "assets/main.js", "/etc/passwd", "main.js/", "x")
+    tiles = ("0/2/0.jpg", "9/0/0.jpg", "0/0/0.png", "0/-1/0.jpg", "0/0/0.jpg/x")
+    for name in (*files, *(f"photo/{tile}" for tile in tiles)):
+        assert page.get(name) is None, name
     assert page.get("photo/0/1/1.jpg")[1] == "image/jpeg"
 
 
 def test_it_opens_with_the_facts(page):
-    assert json.loads(page.get("session")[0]) == {"name": "crack.jpg", "is_new": True, "photos": []}
+    assert _opening(page) == {"name": "crack.jpg", "is_new": True, "photos": []}
 
 
 def test_a_question_is_handed_on(page):
@@ -108,9 +106,8 @@ def test_a_question_is_handed_on(page):
     assert (hints.mm_per_px, revision, until) == (0.1, 3, "path")
 
 
-@pytest.mark.parametrize(
-    ("name", "body"),
-    [
+def test_what_the_page_never_sends_is_refused(page, saved):
+    for name, body in (
         ("trace", b""),
         ("trace", b"\xff\xfe"),
         ("trace", b"[]"),
@@ -123,11 +120,9 @@ def test_a_question_is_handed_on(page):
         ("save", b'{"hints": {}, "shape": {"depth_mm": Infinity}}'),
         ("save", b'{"hints": {}, "out": "/tmp"}'),
         ("save", b"[" * 60_000),
-    ],
-)
-def test_what_the_page_never_sends_is_refused(page, saved, name, body):
-    with pytest.raises(ValueError, match="not a request of this page"):
-        page.post(name, body)
+    ):
+        with pytest.raises(ValueError, match="not a request of this page"):
+            page.post(name, body)
     assert not saved
     assert page.post("session", b"{}") is None
 
@@ -140,16 +135,12 @@ def test_saving_hands_the_hints_over_and_ends_it(page, saved):
     assert [(hints.said(), depth_mm) for hints, depth_mm in saved] == [({"mm_per_px": 0.1}, 16.0)]
 
 
-@pytest.mark.parametrize(
-    ("depth_mm", "why"),
-    [(-1, "crack.toml: depth_mm: too shallow."), (999, "lab/crack.toml: Permission denied")],
-    ids=["refused", "cannot be written"],
-)
-def test_a_save_that_fails_says_why_and_costs_no_click(page, saved, depth_mm, why):
-    (answer,) = _posted(page, "save", {"hints": {}, "shape": {"depth_mm": depth_mm}})
-    assert answer["refused"].startswith(why)
-    assert not page._ended.is_set()
-    assert not saved
+def test_a_save_that_fails_says_why_and_costs_no_click(page, saved):
+    for depth_mm, why in ((-1, "crack.toml: depth_mm: too shallow."), (999, "lab/crack.toml: Permission denied")):
+        (answer,) = _posted(page, "save", {"hints": {}, "shape": {"depth_mm": depth_mm}})
+        assert answer["refused"].startswith(why)
+        assert not page._ended.is_set()
+        assert not saved
     _posted(page, "save", {"hints": {}, "shape": {"depth_mm": 16}})
     assert len(saved) == 1
 
@@ -162,9 +153,7 @@ def test_leaving_saves_nothing(page, saved):
 
 
 def _opening(page):
-    content = page.get("session")
-    assert content is not None
-    return json.loads(content[0])
+    return json.loads(page.get("session")[0])
 
 
 def _sheet(name, done, bad=()):

@@ -53,6 +53,7 @@ def test_doubt_about_the_darkness_is_in_the_interval_of_a_hairline():
     assert half_widths[1] < 0.03
 
 
+@pytest.mark.broad
 def test_the_tone_curve_is_in_the_interval():
     """With an exponent a twentieth lower or higher, the same stored values are those of another width."""
     light, ground = profiles(np.full(60, 3.0), 0.9, 1.0, 3)

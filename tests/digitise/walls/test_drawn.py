@@ -56,6 +56,7 @@ def test_walls_lie_on_the_rim_of_the_paint(scene):
     assert np.array_equal(again.outline_mm, outline.outline_mm)
 
 
+@pytest.mark.broad
 def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
     truth, photo = scene
     photo = painted(photo, [truth.outline_mm, *truth.branch_rings_mm], truth.islands_mm)
@@ -71,16 +72,22 @@ def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
     assert net_mm2 == pytest.approx(px_mm2 * photo.drawn.sum(), rel=0.01)
 
 
+def strokes(folder, *boxes, without=None):
+    """A plain photo on which boxes of rows and columns are painted."""
+    photo = evenly_scaled(write_png(folder / "photo.png", mortar()))
+    drawn = np.zeros(photo.brightness.shape, dtype=bool)
+    for rows, columns in boxes:
+        drawn[slice(*rows), slice(*columns)] = True
+    if without is not None:
+        drawn[slice(*without[0]), slice(*without[1])] = False
+    return with_paint(photo, drawn)
+
+
+@pytest.mark.broad
 def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
     """A stroke is as wide as it was painted; on a photo, 5 px would be too little to tell."""
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
-    drawn = np.zeros(photo.brightness.shape, dtype=bool)
-    drawn[140:164, 30:470] = True
-    drawn[60:140, 250:255] = True
-    photo = with_paint(photo, drawn)
-    main, whole = (
-        trace_outline(photo, find_path(photo, None), how_traced(branches=branches)) for branches in ("drop", "keep")
-    )
+    photo = strokes(tmp_path, ((140, 164), (30, 470)), ((60, 140), (250, 255)))
+    main, whole = (trace_outline(photo, find_path(photo, None), how_traced(branches=it)) for it in ("drop", "keep"))
     assert main.warnings == ('1 side crack (9 mm) is left out; branches = "keep" keeps it',)
     # 80 x 5 px of paint; a pixel of its length for the corners, which the blur of the picture rounds.
     assert signed_area(whole.outline_mm) - signed_area(main.outline_mm) == pytest.approx(4.0, abs=0.1)
@@ -90,24 +97,17 @@ def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
 @pytest.mark.parametrize(("side_px", "count"), [(2, 0), (5, 1)])
 def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     """0.04 mm² is less than what a solid keeps as an island, 0.25 mm² more."""
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
-    drawn = np.zeros(photo.brightness.shape, dtype=bool)
-    drawn[135:165, 30:470] = True
-    drawn[148 : 148 + side_px, 250 : 250 + side_px] = False
-    photo = with_paint(photo, drawn)
+    hole = ((148, 148 + side_px), (250, 250 + side_px))
+    photo = strokes(tmp_path, ((135, 165), (30, 470)), without=hole)
     outline = trace_outline(photo, find_path(photo, None))
     assert len(outline.islands_mm) == count
     assert outline.mean_width_mm == pytest.approx(3.0, abs=0.05)
     assert outline.ends == ("closed", "closed")
 
 
+@pytest.mark.broad
 def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
-    drawn = np.zeros(photo.brightness.shape, dtype=bool)
-    drawn[140:160, 30:470] = True
-    alone = with_paint(photo, drawn.copy())
-    drawn[163:175, 100:400] = True
-    both = with_paint(photo, drawn)
-    ends = ((40.0, 150.0), (460.0, 150.0))
+    crack, ends = ((140, 160), (30, 470)), ((40.0, 150.0), (460.0, 150.0))
+    both, alone = (strokes(tmp_path, *boxes) for boxes in ((crack, ((163, 175), (100, 400))), (crack,)))
     traced, exact = (trace_outline(picture, find_path(picture, ends)) for picture in (both, alone))
     assert np.array_equal(traced.outline_mm, exact.outline_mm)

@@ -37,61 +37,48 @@ def judged(dark: np.ndarray, end_px: tuple[float, float], face_mm=None, ahead: F
     return judge_end(photo, patch_around(photo, end[None], 60.0), end, ahead, 10.0, 0.2)
 
 
-@pytest.fixture
-def band() -> np.ndarray:
-    """A crack 10 px wide from the left border to x = 120, in a photo of 200 x 100 px."""
+def band(rows=slice(0), columns=slice(0)) -> np.ndarray:
+    """A crack 10 px wide from the left border to x = 120, in a photo of 200 x 100 px, and a dark box."""
     dark = np.zeros((100, 200), dtype=bool)
-    dark[45:55, :121] = True
+    dark[45:55, :121] = dark[rows, columns] = True
     return dark
 
 
-def test_a_crack_that_goes_on_is_cut_where_the_end_was_given(band):
-    end = judged(band, (90.0, 50.0))
-    assert end.kind == "cut"
-    assert end.place_px == pytest.approx([90, 50])
-
-
-def test_a_tip_is_found_beyond_the_given_end(band):
-    end = judged(band, (112.0, 50.0))
-    assert end.kind == "closed"
-    assert end.place_px[0] == pytest.approx(120, abs=1)
-
-
-def test_a_blunt_end_is_met_in_its_middle(band):
-    """Not in the corner that a path seen a little aslant reaches last."""
-    end = judged(band, (112.0, 50.0), ahead=np.array([np.cos(0.1), np.sin(0.1)]))
-    assert end.place_px == pytest.approx([120, 50], abs=1.0)
-
-
-def test_a_pore_beyond_the_tip_is_no_crack(band):
-    band[46:54, 126:134] = True
-    end = judged(band, (118.0, 50.0))
-    assert end.kind == "closed"
-    assert end.place_px[0] == pytest.approx(120, abs=1)
-
-
-def test_an_end_at_the_edge_of_the_face_is_open(band):
-    face_mm = (0.0, 0.0, 121.0, 99.0)
-    assert judged(band, (119.0, 50.0), face_mm).kind == "open"
-    assert judged(band, (60.0, 50.0), face_mm).kind == "cut"
-
-
-def test_an_end_at_the_border_of_the_photo_is_cut(band):
-    band[45:55] = True
-    assert judged(band, (195.0, 50.0)).kind == "cut"
-
-
-@pytest.mark.parametrize("shift", [0, 0.5], ids=["square", "oblique"])
-def test_the_shadow_along_a_sample_s_edge_is_no_tip(band, shift):
-    """The face's size is not known: along the dark that lies across, a tip would be drawn 15 px aside."""
+def shadow(shift: float) -> np.ndarray:
+    """The crack and a shadow across its end, along the edge of a sample."""
     rows, columns = np.mgrid[:100, :200]
-    band |= np.abs(columns - 122 - shift * (rows - 50)) < 3
-    end = judged(band, (118.0, 50.0))
-    assert end.kind == "cut"
-    assert end.place_px == pytest.approx([118, 50])
+    return band() | (np.abs(columns - 122 - shift * (rows - 50)) < 3)
 
 
-@pytest.mark.parametrize(("seed", "half_px"), [(1, 20), (3, 40), (6, 20)])
+FACE_MM = (0.0, 0.0, 121.0, 99.0)
+ASLANT = np.array([np.cos(0.1), np.sin(0.1)])
+
+
+@pytest.mark.parametrize(
+    ("dark", "x_px", "given", "kind", "end_x_px"),
+    [
+        (band(), 90.0, {}, "cut", 90),
+        (band(), 112.0, {}, "closed", 120),
+        # In its middle, not in the corner that a path seen a little aslant reaches last.
+        (band(), 112.0, {"ahead": ASLANT}, "closed", 120),
+        (band(slice(46, 54), slice(126, 134)), 118.0, {}, "closed", 120),
+        (band(), 119.0, {"face_mm": FACE_MM}, "open", None),
+        (band(), 60.0, {"face_mm": FACE_MM}, "cut", None),
+        (band(slice(45, 55), slice(200)), 195.0, {}, "cut", None),
+        # The face's size is not known: along the dark that lies across, a tip would be drawn 15 px aside.
+        (shadow(0), 118.0, {}, "cut", 118),
+        (shadow(0.5), 118.0, {}, "cut", 118),
+    ],
+    ids=["goes on", "tip", "aslant", "pore beyond", "edge of the face", "on the face", "border", "shadow", "oblique"],
+)
+def test_an_end_is_open_closed_or_cut_where_it_is(dark, x_px, given, kind, end_x_px):
+    end = judged(dark, (x_px, 50.0), **given)
+    assert end.kind == kind
+    if end_x_px is not None:
+        assert end.place_px == pytest.approx([end_x_px, 50], abs=1.0 if kind == "closed" else 1e-4)
+
+
+@pytest.mark.parametrize(("seed", "half_px"), [(1, 20), pytest.param(3, 40, marks=pytest.mark.broad)])
 def test_dark_grain_before_a_blunt_end_is_no_crack_that_goes_on(tmp_path, seed, half_px):
     """Summed all across the crack, it was: by 22 to 33 px on these grounds; 1.8 px is the most now."""
     grain = cv2.GaussianBlur(np.random.default_rng(seed).standard_normal((200, 620)), (0, 0), 6.0)

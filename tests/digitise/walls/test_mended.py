@@ -25,22 +25,22 @@ def drawn(*lines, kinds=("open", "open"), left=LEFT):
     return mended(PHOTO, (LINE, left, RIGHT), lines, kinds)
 
 
-def area_mm2(found):
-    left, right = (np.trapezoid(wall[:, 1], wall[:, 0]) for wall in (found.left_mm, found.right_mm))
+def area_mm2(walls):
+    left, right = (np.trapezoid(wall[:, 1], wall[:, 0]) for wall in (walls.left_mm, walls.right_mm))
     return float(left - right)
 
 
 @pytest.mark.parametrize("backward", [False, True])
 def test_a_line_replaces_the_wall_beside_it_whichever_way_it_was_drawn(backward):
     """The area grows by what lies between the line and the old wall; the other wall and the rest stay."""
-    found = drawn(HUMP[::-1] if backward else HUMP)
+    walls = drawn(HUMP[::-1] if backward else HUMP)
     grown = np.trapezoid(HUMP[:, 1] - 1.5, HUMP[:, 0])
-    assert area_mm2(found) == pytest.approx(3.0 * 40 + grown, abs=0.1)
-    assert np.array_equal(found.right_mm, RIGHT)
+    assert area_mm2(walls) == pytest.approx(3.0 * 40 + grown, abs=0.1)
+    assert np.array_equal(walls.right_mm, RIGHT)
     beside = (S_MM < 9.9) | (S_MM > 20.1)
-    assert np.array_equal(found.left_mm[beside], LEFT[beside])
-    assert np.allclose(found.centreline_mm, (found.left_mm + found.right_mm) / 2)
-    assert found.drawn == pytest.approx(10 / 40 / 2, abs=0.01)
+    assert np.array_equal(walls.left_mm[beside], LEFT[beside])
+    assert np.allclose(walls.centreline_mm, (walls.left_mm + walls.right_mm) / 2)
+    assert walls.drawn == pytest.approx(10 / 40 / 2, abs=0.01)
 
 
 def test_a_later_line_replaces_an_earlier_one_and_nothing_drawn_changes_nothing():
@@ -56,9 +56,9 @@ def test_tips_stay_where_they_are():
     left[0] = RIGHT[0] = LINE[0]
     try:
         whole = np.array([[-0.2, 0.3], [5.0, 2.0], [10.0, 1.5]])
-        found = drawn(whole, kinds=("closed", "open"), left=left)
-        assert np.array_equal(found.left_mm[0], LINE[0])
-        assert found.left_mm[20, 1] > 1.8
+        walls = drawn(whole, kinds=("closed", "open"), left=left)
+        assert np.array_equal(walls.left_mm[0], LINE[0])
+        assert walls.left_mm[20, 1] > 1.8
     finally:
         RIGHT[0] = LINE[0] - OUT
 
@@ -88,13 +88,13 @@ def test_a_photo_with_a_drawn_wall_has_it_and_says_so(tmp_path):
     assert not any("drawn by hand" in warning for warning in before.warnings)
 
 
-@pytest.mark.parametrize("beside", [{"path_only": True}, {"width_mm": np.array([[0.0, 1.0], [40.0, 1.0]])}])
-def test_walls_are_drawn_where_there_are_walls_only(tmp_path, beside):
+def test_walls_are_drawn_where_there_are_walls_only(tmp_path):
     photo = evenly_scaled(write_png(tmp_path / "crack.png", with_crack(mortar(), [(50, 150), (450, 150)])))
     path = find_path(photo, ((60.0, 151.0), (440.0, 151.0)))
     line = [(200.0, 140.0), (260.0, 140.0)]
-    with pytest.raises(InputError, match="walls_px beside"):
-        trace_outline(photo, path, how_traced(walls_px=[line], **beside))
+    for beside in ({"path_only": True}, {"width_mm": np.array([[0.0, 1.0], [40.0, 1.0]])}):
+        with pytest.raises(InputError, match="walls_px cannot be combined with"):
+            trace_outline(photo, path, how_traced(walls_px=[line], **beside))
     thin = evenly_scaled(write_png(tmp_path / "thin.png", with_crack(mortar(), [(50, 150), (450, 150)], width_px=4)))
     with pytest.raises(InputError, match="too thin for walls"):
         trace_outline(thin, find_path(thin, ((60.0, 151.0), (440.0, 151.0))), how_traced(walls_px=[line]))

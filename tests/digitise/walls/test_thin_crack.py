@@ -27,7 +27,7 @@ def seen(tmp_path: Path, width_px: int) -> tuple[Photo, CrackPath]:
     return photo, find_path(photo, ((40.0, 151.0), (460.0, 119.0)))
 
 
-@pytest.mark.parametrize("width_px", [2.0, 4.0, 8.0])
+@pytest.mark.parametrize("width_px", [*(pytest.param(px, marks=pytest.mark.broad) for px in (2.0, 8.0)), 4.0])
 def test_the_width_of_a_thin_crack_is_that_drawn(tmp_path, width_px):
     """Photos that the fit was tuned on, each within its stated interval; the benchmark has others."""
     figures = trace_thin_photo(1, width_px, tmp_path)
@@ -35,11 +35,13 @@ def test_the_width_of_a_thin_crack_is_that_drawn(tmp_path, width_px):
     assert abs(figures.width_error_percent) < 10
 
 
+@pytest.mark.broad
 def test_an_enlarged_photo_is_no_wider_crack(tmp_path):
     """Between walls at half contrast, a crack of 3 px enlarged to 12 is 32 % too wide."""
     assert abs(trace_thin_photo(3, 3.0, tmp_path, times=4).width_error_percent) < 10
 
 
+@pytest.mark.broad
 def test_the_line_is_in_the_middle_and_the_walls_beside_it(tmp_path):
     photo, path = seen(tmp_path, 5)
     outline = trace_outline(photo, path)
@@ -83,6 +85,7 @@ def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
     assert alone.length_mm == pytest.approx(gauged.length_mm)
 
 
+@pytest.mark.broad
 def test_the_interval_goes_into_files_and_into_the_volume(tmp_path):
     outline = trace_outline(*seen(tmp_path, 5))
     write_outline(tmp_path, outline)

@@ -18,10 +18,8 @@ from sealtwin.core.records import Outline
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 from tests.places import FIXTURE
 
-FACE = (0.0, 0.0, 160.0, 40.0)
 
-
-@pytest.fixture(scope="module", params=["fixture", 2, 3])
+@pytest.fixture(scope="module", params=[2, pytest.param("fixture", marks=pytest.mark.broad)])
 def traced(request, tmp_path_factory) -> tuple[Specimen, Outline]:
     if request.param == "fixture":
         truth = make_specimen(1)
@@ -58,44 +56,36 @@ def test_the_width_is_square_to_the_crack_up_to_its_ends(traced, tmp_path):
     assert read_outline(tmp_path).mean_width_mm == pytest.approx(outline.mean_width_mm, abs=1e-4)
 
 
-def test_the_centreline_keeps_its_way_where_one_wall_has_left_the_face(tmp_path):
-    """5.6 mm wide, at 40 degrees to the edge: the last 8 mm have one wall. RMS over the crack, whose limit is 0.1 mm.
-
-    Half of the expected width beside the wall that is seen: 0.04 mm. To the middle of the opening: 0.19 mm.
-    """
-    case = clean_case(5)
+@pytest.mark.broad
+@pytest.mark.parametrize(
+    ("case", "line_mm", "walls_mm"),
+    [
+        # 5.6 mm wide, at 40 degrees to the edge: the last 8 mm have one wall. Half of the expected width beside the
+        # wall that is seen: 0.04 mm. To the middle of the opening: 0.19 mm.
+        (clean_case(5), 0.08, 0.15),
+        # The line turns along the edge; a wall at an even distance from it would flare: 0.30 mm, straight on 0.07.
+        (hard_case("wall lit a little", 103), 0.2, 0.12),
+        # 10 px wide; its path runs 20 px along the rim of what is searched, and carried on that way it never left.
+        (hard_case("8 to 15 px", 3), 0.1, 0.15),
+    ],
+    ids=["one wall has left", "wall lit a little", "path along the rim"],
+)
+def test_line_and_walls_keep_their_way_at_the_edge_of_the_face(tmp_path, case, line_mm, walls_mm):
     truth = make_specimen(case.seed, case.recipe)
     photo = photo_of(truth, tmp_path)
     outline = trace_outline(photo, find_path(photo, case.ends_px(truth)))
-    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.08
-
-
-def test_a_wall_runs_straight_on_where_the_edge_of_the_face_hides_it(tmp_path):
-    """The line turns along that edge; a wall at an even distance from it would flare: 0.30 mm RMS, straight on 0.07."""
-    case = hard_case("wall lit a little", 103)
-    truth = make_specimen(case.seed, case.recipe)
-    photo = photo_of(truth, tmp_path)
-    outline = trace_outline(photo, find_path(photo, case.ends_px(truth)))
+    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= line_mm
     left = distance_to(outline.left_wall_mm, truth.left_wall_mm)
     right = distance_to(outline.right_wall_mm, truth.right_wall_mm)
-    assert rms(np.concatenate([left, right])) <= 0.12
-
-
-def test_a_narrow_crack_is_followed_over_the_edge_along_which_its_path_ends(tmp_path):
-    """10 px wide; its path runs 20 px along the rim of what is searched, and carried on that way it never left."""
-    case = hard_case("8 to 15 px", 3)
-    truth = make_specimen(case.seed, case.recipe)
-    photo = photo_of(truth, tmp_path)
-    outline = trace_outline(photo, find_path(photo, case.ends_px(truth)))
+    assert rms(np.concatenate([left, right])) <= walls_mm
     assert outline.ends == ("open", "open")
-    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.1
-    assert outline.length_mm == pytest.approx(case.recipe.length_mm, abs=2)
+    assert outline.length_mm == pytest.approx(truth.recipe.length_mm, abs=2)
 
 
-@pytest.mark.parametrize("seed", [1, 4])
-def test_without_the_face_s_size_the_crack_ends_where_it_was_clicked_at_the_sample_s_edge(seed, tmp_path):
+@pytest.mark.broad
+def test_without_the_face_s_size_the_crack_ends_where_it_was_clicked_at_the_sample_s_edge(tmp_path):
     """Not in the shadow along that edge, which made 50 mm 56 to 65. The scale knows of no tilt: 1 % here."""
-    truth = make_specimen(seed, Recipe(**SMALL_FACE))
+    truth = make_specimen(4, Recipe(**SMALL_FACE))
     truth.write(tmp_path)
     settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", ends_px=truth.ends_px, mm_per_px=0.1)
     photo = load_photo(settings, tmp_path)
@@ -128,6 +118,7 @@ def test_a_crack_along_the_photo_s_border_is_refused(tmp_path):
         along_the_border(tmp_path, to_y=20.0)
 
 
+@pytest.mark.broad
 def test_a_crack_that_grows_twice_as_wide_is_followed_to_its_blunt_end(tmp_path):
     """45 px, then 105, which the finer map's background swallows: the path hugged a wall, the width was 5.7 % off."""
     figures = trace_wide(950171, drawn=True, folder=tmp_path)

@@ -10,7 +10,6 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid, with_weighed
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.fit_cavity import weigh
-from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import InputError
 from tests.shapes import CLOSED, straight_slot
 
@@ -31,8 +30,8 @@ def fill_of(floor_mm, mouth_mm, depth_mm=DEPTH_MM, levels_mm=LEVELS_MM, off_g=No
     height_mm = depth_mm + np.array(levels_mm)
     width_mm = floor_mm + (mouth_mm - floor_mm) * height_mm / depth_mm
     mass_g = LENGTH_MM * height_mm * (floor_mm + width_mm) / 2 * 1e-3 + (0 if off_g is None else np.array(off_g))
-    said: dict[str, Any] = {"density_kg_m3": 1000.0, "surface_tension_n_m": 0.0} | liquid
-    return WeighedFill(mass_g=tuple(mass_g.tolist()), level_mm=levels_mm, **said)
+    liquid_figures: dict[str, Any] = {"density_kg_m3": 1000.0, "surface_tension_n_m": 0.0} | liquid
+    return WeighedFill(mass_g=tuple(mass_g.tolist()), level_mm=levels_mm, **liquid_figures)
 
 
 @pytest.mark.parametrize(
@@ -165,7 +164,7 @@ def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg
 def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
     _, shape, weighed = weigh(slot(), shaped("undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0
-    assert any("close downward by" in finding and "an undercut cannot" in finding for finding in weighed.findings)
+    assert any("close downward by" in finding and "of an undercut cannot" in finding for finding in weighed.findings)
 
 
 def test_steps_below_the_photos_mouth_move_the_volume_with_the_angle():
@@ -222,7 +221,3 @@ def test_a_shape_with_a_fill_is_weighed_before_it_is_built():
     shape = CrackShape(depth_mm=DEPTH_MM, tilt="flare", fill=fill_of(3.0, 5.0))
     with pytest.raises(ValueError, match="weigh it first"):
         build_solid(slot(), shape)
-
-
-def test_widening_keeps_the_mean():
-    assert widened(slot(), 0.2).mean_width_mm == pytest.approx(WIDTH_MM + 0.2)

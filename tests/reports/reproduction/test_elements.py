@@ -18,7 +18,4 @@ def test_every_file_definition_and_page_that_the_table_names_exists(elements):
 
 
 def test_the_page_is_that_of_the_table(elements):
-    page = (HOME / "elements.md").read_text("utf-8")
-    assert page == elements.page()
-    assert page.count("\n| ") == len(elements.element) + 2
-    assert "RECONSTRUCTED" in page
+    assert (HOME / "elements.md").read_text("utf-8") == elements.page()

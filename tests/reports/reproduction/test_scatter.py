@@ -1,18 +1,11 @@
 """What the scatter of runs leaves of a judgement: known scatters, and studies drawn with them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from reports.reproduction.claims import CLAIMS
-from reports.reproduction.influence import accurate_regions
 from reports.reproduction.judging import Finding, judge
-from reports.reproduction.redrawn import redraw
-from reports.reproduction.scatter import SEEDS, Replicates, deciding_pairs, draws_of, join
 from reports.reproduction.surface import CHOSEN, Along, Surface, planes
-from tests.charts import BEST, make_chart
-from validate.figures.chart import Chart, Finished
 
 NO_RUN = Along(np.nan, np.nan, np.nan, np.nan, (np.nan,))
 U, D_CM = (np.ravel(each) for each in np.meshgrid(10.0 ** np.linspace(-2, 4, 12), 10.0 ** np.linspace(-4, 0.5, 11)))
@@ -35,6 +28,7 @@ def gives_away(true_mm: np.ndarray, scatter_mm: float, random: np.random.Generat
     return finding("what the chosen", surface, draws)
 
 
+@pytest.mark.broad
 def test_what_the_chosen_pair_gives_away_is_judged_with_scatter_and_the_bias_of_a_least():
     """A chosen pair that truly gives 0.02 mm away seems to give 0.2 away, and the paper's number is rarely ruled out.
 
@@ -44,17 +38,17 @@ def test_what_the_chosen_pair_gives_away_is_judged_with_scatter_and_the_bias_of_
     random = np.random.default_rng(5)
     true_mm = 1.2 + 0.25 * np.abs(np.log10(U / 30.0)) + 0.06 * np.abs(np.log10(D_CM / 0.3))
     true_mm[65] = np.delete(true_mm, 65).min() + 0.02
-    found = [gives_away(true_mm, SCATTER_MM, random) for _ in range(60)]
-    assert sum(each.judgement == "disagrees" for each in found) <= 7
-    seemed_mm = [float(each.ours.split()[0]) for each in found]
+    findings = [gives_away(true_mm, SCATTER_MM, random) for _ in range(60)]
+    assert sum(each.judgement == "disagrees" for each in findings) <= 7
+    seemed_mm = [float(each.ours.split()[0]) for each in findings]
     assert np.median(seemed_mm) > 0.1
 
 
 def test_a_pair_that_gives_much_away_disagrees():
     random = np.random.default_rng(6)
     true_mm = np.where(CHOSEN[0] == U, 1.6, 1.2 + 0.25 * np.abs(np.log10(U / 100.0)))
-    found = [gives_away(true_mm, 0.05, random) for _ in range(20)]
-    assert all(each.judgement == "disagrees" for each in found)
+    findings = [gives_away(true_mm, 0.05, random) for _ in range(20)]
+    assert all(each.judgement == "disagrees" for each in findings)
 
 
 def test_the_least_of_many_noisy_numbers_is_corrected_for_its_bias():
@@ -69,59 +63,3 @@ def test_the_least_of_many_noisy_numbers_is_corrected_for_its_bias():
         corrected.append(np.mean(again))
     assert np.mean(seen) == pytest.approx(1.24 - 2.6 * SCATTER_MM, abs=0.05)
     assert abs(np.mean(corrected) - 1.24) < SCATTER_MM
-
-
-def again(chart: Chart, scatter_mm: float) -> list[tuple[tuple[float, float], Finished]]:
-    """Runs with other seeds, each a whole level higher or lower."""
-    random, own = np.random.default_rng(8), {run.at: run for run in chart.runs}
-    runs: list[tuple[tuple[float, float], Finished]] = []
-    for pair in deciding_pairs(chart):
-        for _ in SEEDS:
-            profile = own[pair].profile
-            moved = replace(profile, level_mm=profile.level_mm + random.normal(0.0, scatter_mm))
-            runs.append((pair, replace(own[pair], profile=moved)))
-    return runs
-
-
-def test_draws_scatter_as_the_other_seeds_do():
-    """Levels 0.2 mm higher or lower change mean errors by 0.2 where a bed is too high everywhere, as these are.
-
-    Six runs know a standard deviation to 30 %, and tell less by it: 5 degrees of freedom widen it by 1.29.
-    """
-    chart, sets = make_chart(), redraw()[:100]
-    pairs = join(chart, again(chart, 0.2))
-    assert isinstance(pairs, Replicates)
-    assert len(pairs.of(BEST)) == 1 + len(SEEDS)
-    draws = draws_of(chart, pairs, sets)
-    by_mm = np.array([draw.error_mm - draw.seen_mm for draw in draws])
-    assert 0.1 < np.median(by_mm.std(axis=0)) < 0.5
-    assert len({round(draw.chosen.mean_mm, 9) for draw in draws}) == len(draws)
-    # The same sets with one run only: the chosen pair's error along the crack scatters less.
-    alone = draws_of(chart, None, sets)
-    assert np.std([draw.chosen.mean_mm for draw in draws]) > np.std([draw.chosen.mean_mm for draw in alone])
-    without = np.array([draw.error_mm - draw.seen_mm for draw in alone])
-    assert without.std() == pytest.approx(chart.scatter_mm, rel=0.05)
-
-
-def test_a_pair_that_failed_once_makes_all_as_little_known():
-    chart = make_chart()
-    runs = again(chart, 0.2)[1:]
-    assert {len(each) for each in join(chart, runs).runs} == {len(SEEDS)}
-
-
-def on_map(*valleys: tuple[float, float], depth_mm: float = 1.0) -> Surface:
-    """Two millimetres off but for valleys about these pairs, half a power of ten wide."""
-    error_mm = np.full(len(U), 2.0)
-    for u, d_cm in valleys:
-        distance = np.hypot(np.log10(U / u), np.log10(D_CM / d_cm))
-        error_mm = np.minimum(error_mm, 2.0 - depth_mm * np.exp(-(distance**2)))
-    return Surface(U, D_CM, error_mm, error_mm, NO_RUN, error_mm)
-
-
-def test_accurate_regions_are_counted_on_the_map():
-    two, one = on_map((0.1, 1e-3), (1e3, 0.1)), on_map((1e3, 0.1))
-    assert len(accurate_regions(two)) == 2
-    assert len(accurate_regions(one)) == 1
-    assert finding("accurate regions", two, [two]).judgement == "agrees"
-    assert finding("accurate regions", two, [two, one]).judgement == "open"
-    assert finding("accurate regions", one, [one]).judgement == "disagrees"

@@ -9,7 +9,6 @@ from reports.reproduction import stages as stages_module
 from reports.reproduction import studies
 from reports.reproduction.extra_claims import DAMPING_CLAIM, SLOT_CLAIM
 from reports.reproduction.kept import KEPT, read_kept
-from reports.reproduction.pace import is_current, read_pace, take_pace
 from reports.reproduction.stages import (
     SLOT_RUNS,
     SLOTS,
@@ -22,12 +21,10 @@ from reports.reproduction.stages import (
     slot_path,
 )
 from reports.reproduction.studies import FEEDING, reproduce
-from sealtwin.core import record_files
 from sealtwin.core.progress import Progress
 from sealtwin.core.stage_keys import number_words
 from sealtwin.study.study_folder import StudyRun, read_plan
 from sealtwin.study.study_map import Mapped
-from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
 from tests.charts import make_chart
 from tests.places import ROOT
@@ -37,28 +34,16 @@ from validate.figures.figure_sheet import FigureSheet
 HOME = ROOT / "reports" / "reproduction"
 
 
-def test_a_pace_is_taken_once_and_in_the_run_itself(tmp_path, monkeypatch):
-    folder = tmp_path / "sweep"
-    sweep(tiny_lab(tmp_path / "lab"), folder, SweepOptions(device="cpu", jobs=0, dry_run=True), Progress())
-    run = read_plan(folder).runs[0]
-    bench, path = record_files.read_sample(folder / "samples" / run.sample), tmp_path / "pace.json"
-    take_pace(path, bench, run.checked_trial)
-    pace = read_pace(path)
-    assert len(pace.moving) == len(pace.frame_ms) > 10
-    assert pace.moving.max() > 0
-    # The frames are the run, but for what is done between them.
-    assert 0.5 * pace.processor_s < pace.frame_ms.sum() / 1000 < 1.1 * pace.processor_s
-    assert pace.others_cores >= 0
-    monkeypatch.setattr("reports.reproduction.pace.follow", None)
-    take_pace(path, bench, run.checked_trial)
-    assert is_current(path)
-    with monkeypatch.context() as patch:
-        patch.setitem(NUMBERS, "simulate", 999)
-        assert not is_current(path)
-    with pytest.raises(TypeError):  # Another trial's is taken anew
-        take_pace(path, bench, run.checked_trial.model_copy(update={"seed": 1}))
+@pytest.fixture
+def home(tmp_path):
+    """A checkout of the page's sources, without a single run of the pairs."""
+    (tmp_path / "home" / "figures").mkdir(parents=True)
+    for name in (KEPT, "paper_elements.toml"):
+        shutil.copyfile(HOME / name, tmp_path / "home" / name)
+    return tmp_path / "home"
 
 
+@pytest.mark.broad
 def test_a_stage_of_all_pairs_is_computed_once(tmp_path, monkeypatch):
     monkeypatch.setattr(stages_module, "cores", lambda: 0)
     part = Part("tiny", "a tiny crack", tiny_lab(tmp_path / "lab"), None, fills=False)
@@ -75,12 +60,9 @@ def test_a_stage_of_all_pairs_is_computed_once(tmp_path, monkeypatch):
     assert done_runs(part.folder(tmp_path)) == [], "what is judged together is of one solver"
 
 
-def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_path):
-    """Times of two straight cracks, in a checkout without a single run of the pairs."""
-    home, work = tmp_path / "home", tmp_path / "work"
-    (home / "figures").mkdir(parents=True)
-    for name in (KEPT, "paper_elements.toml"):
-        shutil.copyfile(HOME / name, home / name)
+def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(home, tmp_path):
+    """Times of two straight cracks."""
+    work = tmp_path / "work"
     for name, _, _ in SLOT_RUNS:
         slot_path(work, name).parent.mkdir(parents=True, exist_ok=True)
         seconds = {"wide-1": 10.0, "wide-2": 10.0, "wide-3": 10.0, "narrow": 25.0}[name]
@@ -88,12 +70,12 @@ def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_
         pace["stage_numbers"] = numbers_up_to("simulate")
         slot_path(work, name).write_text(json.dumps(pace), encoding="utf-8")
     before = read_kept(home)
-    said = reproduce(home, parts(HOME), ["page"], work, Progress())
+    sentences = reproduce(home, parts(HOME), ["page"], work, Progress())
     after = read_kept(home)
     assert {stage for stage in after if after[stage] != before.get(stage)} == {SLOTS}
     assert after[SLOTS].findings[SLOT_CLAIM.name].ours == "2 times"
     assert after[SLOTS].findings[SLOT_CLAIM.name].judgement == "disagrees"
-    assert said[0].startswith("walls flared, preset accurate: as kept from ")
+    assert sentences[0].startswith("walls flared, preset accurate: as kept from ")
     there, here = ((folder / "README.md").read_text(encoding="utf-8").splitlines() for folder in (HOME, home))
     changed = [line for line in here if line not in there]
     assert all("straight cracks" in line or "disagrees" in line for line in changed)
@@ -101,14 +83,11 @@ def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["flare", "lean"])
-def test_pairs_computed_anew_replace_their_part_alone(tmp_path, monkeypatch, name):
+def test_pairs_computed_anew_replace_their_part_alone(home, tmp_path, monkeypatch):
     """Runs whose errors are known stand for the pairs: no checkout holds 132 of them."""
-    home, drawn = tmp_path / "home", tmp_path / "mapped" / "figures"
-    for folder in (home, drawn):
-        folder.mkdir(parents=True)
-    for kept in (KEPT, "paper_elements.toml"):
-        shutil.copyfile(HOME / kept, home / kept)
+    name = "flare"
+    drawn = tmp_path / "mapped" / "figures"
+    drawn.mkdir(parents=True)
     for figure in ("heat.svg", "runs.csv"):
         (drawn / figure).write_text(figure, encoding="utf-8")
     (part,) = (each for each in parts(HOME) if each.name == name)
@@ -117,14 +96,14 @@ def test_pairs_computed_anew_replace_their_part_alone(tmp_path, monkeypatch, nam
     monkeypatch.setattr(studies, "missing_pairs", lambda each, _: None if each == part else "none")
     monkeypatch.setattr(studies, "map_study", lambda *_, **__: mapped)
     monkeypatch.setattr(studies, "done_runs", lambda folder: [done] if folder == part.folder(tmp_path) else [])
-    before, said = read_kept(home), reproduce(home, parts(HOME), ["page"], tmp_path, Progress())
+    before, sentences = read_kept(home), reproduce(home, parts(HOME), ["page"], tmp_path, Progress())
     after = read_kept(home)
     changed = {stage for stage in after if after[stage] != before[stage]}
-    assert changed == ({name, FEEDING} if name == "flare" else {name})
+    assert changed == {name, FEEDING}
     assert after[name].computed == "2027-01-15"
     assert after[name].findings["largest mean error"].ours != before[name].findings["largest mean error"].ours
     assert DAMPING_CLAIM.name not in after[name].findings
-    assert "the nearest" in said
+    assert "the nearest" in sentences
     assert {path.name for path in (home / "figures").glob(f"{name}-*")} == {f"{name}-runs.csv", f"{name}-heat.svg"}
     page = (home / "README.md").read_text(encoding="utf-8")
     assert f"Computed on 2027-01-15 by {number_words(NUMBERS)}, times on " in page
@@ -132,12 +111,10 @@ def test_pairs_computed_anew_replace_their_part_alone(tmp_path, monkeypatch, nam
     assert f"{DAMPING_CLAIM.name} (not computed yet" in page
 
 
-def test_the_page_of_the_repository_is_that_of_what_is_kept(tmp_path):
-    """An edit of the page by hand, or of a text without a new page, is found."""
-    home = tmp_path / "home"
-    (home / "figures").mkdir(parents=True)
-    for name in (KEPT, "paper_elements.toml"):
-        shutil.copyfile(HOME / name, home / name)
+def test_the_page_of_the_repository_is_that_of_what_is_kept(home, tmp_path):
+    """An edit of the page by hand, or of a text without a new page, is found; readings are called reconstructed."""
     reproduce(home, parts(HOME), ["page"], tmp_path / "work", Progress())
     for name in ("README.md", "elements.md", "figures/claims.csv", KEPT):
         assert (home / name).read_bytes() == (HOME / name).read_bytes(), name
+    for section in (home / "README.md").read_text(encoding="utf-8").split("\n## ")[1:]:
+        assert "RECONSTRUCTED" in section or "readings" not in section.lower(), section.splitlines()[0]

@@ -41,32 +41,32 @@ def _source(twin, bump_mm=0.0):
 
 
 def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it():
-    found = search(FREES, [_source(Twin())], FEWEST, lambda _: None)
-    assert found.draws is not None
-    assert len(found.points) == FEWEST
-    assert len({*map(tuple, found.points[-3:])}) == 1  # Three seeds confirm one setting
-    for one in marginals_of(FREES, found.draws, found.best):
+    result = search(FREES, [_source(Twin())], FEWEST, lambda _: None)
+    assert result.draws is not None
+    assert len(result.points) == FEWEST
+    assert len({*map(tuple, result.points[-3:])}) == 1  # Three seeds confirm one setting
+    for one in marginals_of(FREES, result.draws, result.best):
         assert one.low < TRUTH[one.free.name] < one.high
         assert one.identified
-    off_mm = _level_mm(searching.settings_at(FREES, found.best)) - _level_mm(TRUTH)
+    off_mm = _level_mm(searching.settings_at(FREES, result.best)) - _level_mm(TRUTH)
     assert np.sqrt(np.mean(off_mm**2)) < 0.1
     # The same results of runs give the same search, which is what goes on after a kill.
     again = search(FREES, [_source(Twin())], FEWEST, lambda _: None)
-    assert np.array_equal(found.points, again.points)
-    assert np.array_equal(found.draws, np.asarray(again.draws))
+    assert np.array_equal(result.points, again.points)
+    assert np.array_equal(result.draws, np.asarray(again.draws))
 
 
 def test_readings_that_nothing_makes_stop_the_search_without_a_posterior():
-    found = search(FREES, [_source(Twin(), bump_mm=3.0)], 40, lambda _: None)
-    assert not found.possible
-    assert len(found.points) < 40
-    assert not found.reaches[0].possible or found.least_implausibility > 1
+    result = search(FREES, [_source(Twin(), bump_mm=3.0)], 40, lambda _: None)
+    assert not result.possible
+    assert len(result.points) < 40
+    assert not result.reaches[0].possible or result.least_implausibility > 1
 
 
 def test_a_lost_run_is_left_out_and_many_end_the_search():
-    found = search(FREES, [_source(Twin(lost={2}))], FEWEST, lambda _: None)
-    assert found.possible
-    assert len(found.posterior.emulators[0].processes.points) == FEWEST - 1
+    result = search(FREES, [_source(Twin(lost={2}))], FEWEST, lambda _: None)
+    assert result.possible
+    assert len(result.posterior.emulators[0].processes.points) == FEWEST - 1
     with pytest.raises(NumericalError, match="toy: 6 of 16 runs"):
         search(FREES, [_source(Twin(lost=set(range(6))))], FEWEST, lambda _: None)
     assert FIRST == 16

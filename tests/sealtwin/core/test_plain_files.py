@@ -42,5 +42,5 @@ def test_a_text_of_any_line_ends_and_with_a_mark_is_read_alike_and_a_missing_one
 def test_the_house_rules_find_a_file_that_is_opened_past_the_reader():
     past = ("Path(name).read_text()", "path.open('rb')", "open(path)", "np.loadtxt(path)", "shutil.copytree(a, b)")
     text = "\n".join((*past, "files.read_text(path)", "path.open('a')", "os.replace(a, b)"))
-    found = [line.split()[1] for line in past_the_reader(Path("sealtwin/new.py"), ast.parse(text))]
-    assert found == ["Path(name).read_text", "path.open", "open", "np.loadtxt", "shutil.copytree"]
+    calls = [line.split()[1] for line in past_the_reader(Path("sealtwin/new.py"), ast.parse(text))]
+    assert calls == ["Path(name).read_text", "path.open", "open", "np.loadtxt", "shutil.copytree"]

@@ -20,19 +20,17 @@ def test_set_up_does_not_count_as_pace():
     assert pace.left_s(1, 180.0) is None
     assert pace.left_s(100, 180.0 + 9.9) is None, "less than a tenth"
     assert pace.left_s(141, 180.0 + 14.0) == pytest.approx(125.9)
-
-
-def test_what_an_earlier_process_did_counts_as_no_pace():
-    pace = Pace(100, done=50)
-    assert pace.left_s(51, 10.0) is None
-    assert pace.left_s(61, 20.0) == pytest.approx(39.0)
+    # Nor does what an earlier process did.
+    again = Pace(100, done=50)
+    assert again.left_s(51, 10.0) is None
+    assert again.left_s(61, 20.0) == pytest.approx(39.0)
 
 
 def test_steps_that_grew_dearer_count_by_their_later_half():
     """A second each for the first hundred steps of a thousand, and ten for those that follow."""
     pace = Pace(1000)
-    told_s = [pace.left_s(step, float(min(step, 100) + 10 * max(0, step - 100))) for step in range(301)]
-    assert told_s[-1] == pytest.approx(7000.0)
+    left_s = [pace.left_s(step, float(min(step, 100) + 10 * max(0, step - 100))) for step in range(301)]
+    assert left_s[-1] == pytest.approx(7000.0)
 
 
 def test_time_in_which_nothing_is_done_counts():
@@ -42,7 +40,15 @@ def test_time_in_which_nothing_is_done_counts():
     assert pace.left_s(40, 1000.0) == pytest.approx(3 * 1000.0)
 
 
-def test_a_log_tells_the_time_that_is_given_and_counts_it_down(capsys, clock):
+def test_a_log_tells_the_time_that_is_given_or_that_its_pace_shows(capsys, clock):
+    shown = PlainProgress()
+    shown.start("Simulating", 1400)
+    for seconds, frames in ((180.0, 1), (200.0, 201)):
+        clock[0] = seconds
+        shown.advance(frames)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == ["Simulating", "Simulating: 0%.", "Simulating: 14%, about 120 s left."]
+    clock[0] = 0.0
     shown = PlainProgress()
     shown.start("Extra runs", 100)
     shown.expect(600.0)
@@ -51,16 +57,6 @@ def test_a_log_tells_the_time_that_is_given_and_counts_it_down(capsys, clock):
     clock[0] = 25.0
     shown.advance(2, "too soon for a line")
     assert capsys.readouterr().err.splitlines() == ["Extra runs", "Extra runs: 1%, about 10 min left. 1 done"]
-
-
-def test_a_log_without_a_known_time_says_none(capsys, clock):
-    shown = PlainProgress()
-    shown.start("Simulating", 1400)
-    for seconds, frames in ((180.0, 1), (200.0, 201)):
-        clock[0] = seconds
-        shown.advance(frames)
-    lines = capsys.readouterr().err.splitlines()
-    assert lines == ["Simulating", "Simulating: 0%.", "Simulating: 14%, about 120 s left."]
 
 
 @pytest.mark.parametrize(("time_s", "words"), [(7.4, "7 s"), (119, "119 s"), (700, "12 min"), (9000, "2.5 h")])

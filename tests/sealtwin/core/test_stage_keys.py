@@ -4,18 +4,6 @@ from sealtwin.core import stage_keys
 from sealtwin.core.stage_keys import number_words, other_numbers, stage_key
 
 
-def test_each_part_of_a_key_changes_it():
-    """Inputs, settings, a stage's number, and whose number it is: five keys, all different."""
-    keys = {
-        stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, {"digitise": 1}),
-        stage_key({"photo.jpg": "2"}, {"depth_mm": 16.0}, {"digitise": 1}),
-        stage_key({"photo.jpg": "1"}, {"depth_mm": 16.5}, {"digitise": 1}),
-        stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, {"digitise": 2}),
-        stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, {"simulate": 1}),
-    }
-    assert len(keys) == 5
-
-
 def test_numbers_that_are_not_recorded_are_said_to_be_unknown():
     """A result of a version without stage numbers has none, and counts as computed by another one."""
     own = {"digitise": 1, "simulate": 2}

@@ -21,25 +21,20 @@ def a_frame(count: int = 37, t_s: float = 0.1 + 0.2) -> Frame:
     )
 
 
-@pytest.mark.parametrize("count", [37, 1, 0])
-def test_an_independent_reader_finds_every_number(tmp_path, count):
+@pytest.mark.parametrize("count", [37, 0])
+def test_an_independent_reader_finds_every_number_and_so_does_ours(tmp_path, count):
     """To float32's rounding, in the right shape, a vertex for each particle, and the exact time."""
     frame = a_frame(count)
     write_frame(tmp_path / "frame.vtp", frame)
-    found = read_polydata(tmp_path / "frame.vtp")
-    assert np.array_equal(found.points, frame.position_mm.astype(np.float32))
+    data = read_polydata(tmp_path / "frame.vtp")
+    assert np.array_equal(data.points, frame.position_mm.astype(np.float32))
     wanted = {name: getattr(frame, name) for name in ("velocity_mm_s", "speed_mm_s", "age_s", "density", "state")}
-    assert set(found.point_data) == set(wanted)
+    assert set(data.point_data) == set(wanted)
     for name, values in wanted.items():
-        assert np.array_equal(found.point_data[name], values.astype(found.point_data[name].dtype)), name
-    assert found.vertices == [[i] for i in range(count)]
-    assert found.field_data["TimeValue"].tolist() == [frame.t_s]
-    assert found.active == {"Scalars": "speed_mm_s", "Vectors": "velocity_mm_s"}
-
-
-def test_what_was_written_is_read(tmp_path):
-    frame = a_frame()
-    write_frame(tmp_path / "frame.vtp", frame)
+        assert np.array_equal(data.point_data[name], values.astype(data.point_data[name].dtype)), name
+    assert data.vertices == [[i] for i in range(count)]
+    assert data.field_data["TimeValue"].tolist() == [frame.t_s]
+    assert data.active == {"Scalars": "speed_mm_s", "Vectors": "velocity_mm_s"}
     read = read_frame(tmp_path / "frame.vtp")
     assert read.t_s == frame.t_s
     assert np.array_equal(read.state, frame.state)

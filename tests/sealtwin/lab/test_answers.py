@@ -5,11 +5,11 @@ import json
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import present
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.sheets import kind_of_text
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import QUIET, answer, edit, fates, hashes_of, levels_mm, question, sealtwin
+from tests.labs import QUIET, answer, fates, hashes_of, levels_mm, question, sealtwin
 from validate.readings.read_readings import read_readings
 
 UNKNOWN = "Stelle;a;b\n1;1,5;1,6\n5;1,4;1,5\n11;1,6;1,7\n"
@@ -35,14 +35,12 @@ def test_answers_may_be_in_small_letters(small, tmp_path):
     (small / "P01.csv").write_text(UNKNOWN.replace("Stelle;a;b", "Stelle;eins;zwei"))
     ingest(small, lab, QUIET)
     columns = {"s": "a", "levels": "b c", "unit": "MM", "sign": "Down", "range": "a1:c9", "as_written": "b2, Sign"}
-    pairing = answer(lab, {"P01.csv": columns})
-    assert fates(ingest(small, lab, QUIET, pairing=pairing))["P01"] == "new"
+    answer(lab, {"P01.csv": columns})
+    assert fates(ingest(small, lab, QUIET))["P01"] == "new"
     assert levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
-    readings = load_trial(lab / "P01" / "trial.toml").readings
-    assert readings is not None
+    readings = present(load_trial(lab / "P01" / "trial.toml").readings, "readings")
     assert readings.as_written == ("B2", "sign")
-    assert readings.columns is not None
-    assert readings.columns.range == "A1:C9"
+    assert present(readings.columns, "columns").range == "A1:C9"
 
 
 def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_path):
@@ -51,7 +49,7 @@ def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_p
     ingest(small, lab, QUIET)
     answer(lab, {"P01.csv": {"s": "A", "levels": "b", "unit": "mm", "sign": "down"}})
     assert fates(ingest(small, lab, QUIET))["P01"] == "failed"
-    assert "'b' is not a column, or both a letter and another's name" in question(lab, "P01.csv")
+    assert "'b' is not a column, or is a letter and also a name" in question(lab, "P01.csv")
     answer(lab, {"P01.csv": {"s": "Stelle", "levels": "b:b"}})
     assert fates(ingest(small, lab, QUIET))["P01"] == "new"
     assert levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]
@@ -69,13 +67,6 @@ def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, 
     assert not ingest(small, lab, QUIET).faults
     assert levels_mm(lab, "P01") == pytest.approx([-0.5, -0.4, -0.6])
     assert levels_mm(lab, "P02") == pytest.approx([-1.55, -1.45, -1.65])
-
-
-def test_what_was_understood_is_shown_before_anything_is_taken_in(small, tmp_path):
-    shown = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET, dry_run=True)).lines)
-    assert not (tmp_path / "lab").exists()
-    for line in ("  column  name ", "  A       s_mm ", "level upward, 1  mm    -"):
-        assert line in shown
 
 
 @pytest.fixture
@@ -102,17 +93,14 @@ def test_a_doubt_holds_its_sample_alone_names_cell_and_answer_and_is_answered_in
     assert fates(ingest(doubtful, lab, QUIET, pairing=pairing))["P01"] == "new"
 
 
-@pytest.mark.parametrize("cells", ['["C4"]', '["B2", "C4"]'])
-def test_one_line_of_its_note_takes_the_sample_in_as_written(doubtful, tmp_path, cells):
+def test_one_line_of_its_note_takes_the_sample_in_as_written(doubtful, tmp_path):
     note = doubtful / "P01.toml"
-    note.write_text(f"readings.as_written = {cells}\n{note.read_text()}")
+    note.write_text(f'readings.as_written = ["B2", "C4"]\n{note.read_text()}')
     assert fates(ingest(doubtful, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "new"}
-    trial = load_trial(tmp_path / "lab" / "P01" / "trial.toml")
-    assert trial.readings is not None
-    assert "C4" in (trial.readings.as_written or ())
-    profile = read_readings(tmp_path / "lab" / "P01" / trial.readings.file, trial.readings, None, 8.0)
-    assert profile.repeats_mm is not None
-    assert profile.repeats_mm[2, 1] == 0.0
+    readings = present(load_trial(tmp_path / "lab" / "P01" / "trial.toml").readings, "readings")
+    assert readings.as_written == ("B2", "C4")
+    profile = read_readings(tmp_path / "lab" / "P01" / readings.file, readings, None, 8.0)
+    assert present(profile.repeats_mm, "repeats")[2, 1] == 0.0
     assert profile.doubts == ()
 
 
@@ -120,10 +108,8 @@ def test_one_line_of_its_note_takes_the_sample_in_as_written(doubtful, tmp_path,
     ("cells", "named"),
     [
         pytest.param('["C5"]', 'readings.as_written = ["C4"]', id="another cell answers nothing"),
-        ('["c4"]', "P01.toml"),
         ('["all"]', "P01.toml"),
         ('"C4"', "P01.toml"),
-        ("[4]", "P01.toml"),
     ],
 )
 def test_an_answer_is_the_cell_a_row_a_column_or_a_word(doubtful, tmp_path, cells, named):
@@ -149,12 +135,7 @@ def test_a_note_in_words_answers_too(small, tmp_path, line):
     assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "new"}
 
 
-def test_no_answer_holds_for_all_samples(doubtful, tmp_path):
-    edit(doubtful / "lab.toml", "[readings]\n", '[readings]\nas_written = ["C4"]\n')
-    with pytest.raises(InputError, match="as_written"):
-        ingest(doubtful, tmp_path / "lab", QUIET)
-
-
+@pytest.mark.broad
 def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, tmp_path):
     """0.08 ml fill a third of the crack, and levels 1.5 mm below its face most of it."""
     rows = (f"{s_mm},-1.5{s_mm},-1.4{13 - s_mm}" for s_mm in (0, 3, 5, 8, 11, 13))
@@ -182,10 +163,8 @@ def test_a_text_is_kept_with_its_sample_and_never_fails_it(small, tmp_path):
     assert (lab / "P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
     assert [len(list((lab / name / "inputs").glob("text-*"))) for name in ("P01", "P02")] == [2, 2]
     assert "Not used: README.txt" in "\n".join(ingest_answer(ingested).lines)
-    assert any(
-        "P01.txt is kept as text and not read; it gives no setting; its numbers Massstab: 0" in remark
-        for remark in ingested.outcomes[0].remarks
-    ), "the hint names what nothing would read"
+    hint = "P01.txt is kept as text and not read; it gives no setting; its numbers Massstab: 0"
+    assert any(hint in remark for remark in ingested.outcomes[0].remarks)
     (small / "P01.txt").write_text("Mehr dazu.")
     assert fates(ingest(small, lab, QUIET))["P01"] == "unchanged", "it says nothing of the trial"
 
@@ -197,23 +176,19 @@ def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small,
     outcome = ingest(small, lab, QUIET).outcomes[0]
     assert any("seems to give crack.depth_mm = 8.0" in one for one in [*outcome.remarks, *outcome.asked.values()])
     assert "set its role to note" in question(lab, "P01.txt")
-    pairing = answer(lab, {"P01.txt": {"role": "note"}})
-    assert fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
-    crack = load_trial(lab / "P01" / "trial.toml").crack
-    assert crack is not None
-    assert crack.depth_mm == 8.0
+    answer(lab, {"P01.txt": {"role": "note"}})
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "unchanged"}
+    assert present(load_trial(lab / "P01" / "trial.toml").crack, "crack").depth_mm == 8.0
 
 
 @pytest.mark.parametrize(
     ("text", "kind"),
     [
         ("s_mm\tlevel_mm\n0\t-1\n5\t-2\n", "readings"),
-        ("Tiefe;s\n1;0\n2;5\n", "readings"),
         ("s [mm];Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
         ("Stelle;Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
         ("Auslitern P01;\nMasse [g];Pegel unter Kante [cm]\n0,02;0,6\n0,06;0,4\n", "fill"),
         ("Schritt Masse [g];Ablesung\n1;2\n2;3\n", "fill"),
-        ("Tiefe;16 mm\nPrüfer;M\n", "note"),
         ("Tiefe;16 mm\nMasse;12 g\n", "note"),
         ("crack.depth_mm\t8\n", "note"),
         ("Tiefe;Ort\n1 mm;0 mm\n2 mm;5 mm\n", "text"),

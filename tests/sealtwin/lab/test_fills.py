@@ -7,7 +7,7 @@ import numpy as np
 import openpyxl
 import pytest
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.settings import checked
 from sealtwin.lab.found_files import read_names
 from sealtwin.lab.ingest import ingest
@@ -25,8 +25,8 @@ def _read(tmp_path, text, **answers):
     (tmp_path / "fill.csv").write_text(text)
     mass, _, unit = answers.pop("mass", "").partition(" ")
     columns = as_columns({**answers, "s": mass} if mass else answers)
-    table, said, _ = read_fill(tmp_path / "fill.csv", checked(Declared, tmp_path, {"columns": columns}), unit)
-    assert said.startswith(f"{tmp_path / 'fill.csv'}: a fill of {len(table['mass_g'])} steps")
+    table, sentence, _ = read_fill(tmp_path / "fill.csv", checked(Declared, tmp_path, {"columns": columns}), unit)
+    assert sentence.startswith(f"{tmp_path / 'fill.csv'}: a fill of {len(table['mass_g'])} steps")
     return table["mass_g"], table["level_mm"]
 
 
@@ -51,7 +51,7 @@ def test_fills_are_read_as_labs_write_them(tmp_path, text, answers):
 
 
 @pytest.mark.parametrize(
-    ("text", "found"),
+    ("text", "question"),
     [
         ("Masse;Pegel [mm]\n1;-5\n2;0\n", "'Masse': no unit.*mass = "),
         ("Masse [g];Pegel\n1;-5\n2;0\n", "'Pegel': no unit.*unit"),
@@ -63,8 +63,8 @@ def test_fills_are_read_as_labs_write_them(tmp_path, text, answers):
         ("s_mm;level_mm\n1;5\n2;6\n", "no column of masses"),
     ],
 )
-def test_what_a_fill_leaves_open_is_asked(tmp_path, text, found):
-    with pytest.raises(InputError, match=rf"fill\.csv.*{found}"):
+def test_what_a_fill_leaves_open_is_asked(tmp_path, text, question):
+    with pytest.raises(InputError, match=rf"fill\.csv.*{question}"):
         _read(tmp_path, text)
 
 
@@ -83,24 +83,22 @@ def test_a_fill_beside_the_readings_is_copied_used_and_reported(small, tmp_path)
     named = read_names([PurePath("P01 Wasser.xlsx")], "x")[PurePath("P01 Wasser.xlsx")]
     assert (named.sample, named.role) == ("P01", "fill")
     lab = tmp_path / "lab"
-    held = sealtwin("ingest", small, "--out", lab, "--quiet")
+    asked = sealtwin("ingest", small, "--out", lab, "--quiet").stdout
     (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")
     assert (row["file"], row["sample"]) == ("P01 Wasser.xlsx", "P01")
-    assert "crack.tilt is missing, and the steps of a fill need it" in held.stdout
+    assert "crack.tilt is missing, and the steps of a fill need it" in asked
     answer(lab, {"P01 Wasser.xlsx": {"settings": 'crack.tilt = "funnel"'}})
     assert "P01 Wasser.xlsx: a fill of 5 steps, up to" in sealtwin("ingest", small, "--out", lab, "--quiet").stdout
     trial = load_trial(lab / "P01" / "trial.toml")
-    assert trial.crack is not None
-    assert trial.crack.fill is not None
-    assert trial.crack.fill.level_mm == (-6.0, -4.5, -3.0, -1.5, 0.0)
-    assert trial.crack.fill.mass_sd_g == 0.02
+    fill = present(present(trial.crack, "crack").fill, "fill")
+    assert fill.level_mm == (-6.0, -4.5, -3.0, -1.5, 0.0)
+    assert fill.mass_sd_g == 0.02
     assert trial.note is None or "wall_angle_deg" not in trial.note
     assert (lab / "P01" / "inputs" / "fill.xlsx").read_bytes() == (small / "P01 Wasser.xlsx").read_bytes()
     weighed = json.loads((lab / "P01" / "run" / "solid.json").read_text())["weighed"]
     assert weighed["wall_angle_deg"] < 3.0, "the walls of what was poured are upright"
-    other = load_trial(lab / "P02" / "trial.toml")
-    assert other.crack is not None
-    assert (other.crack.fill, other.crack.wall_angle_deg) == (None, 5.0), "the folder's words hold for the others"
+    other = present(load_trial(lab / "P02" / "trial.toml").crack, "crack")
+    assert (other.fill, other.wall_angle_deg) == (None, 5.0), "the folder's words hold for the others"
 
 
 def test_a_fill_in_doubt_is_asked_beside_its_file(small, tmp_path):
@@ -111,7 +109,5 @@ def test_a_fill_in_doubt_is_asked_beside_its_file(small, tmp_path):
     with (small / "P01.toml").open("a") as note:
         note.write('[crack.fill]\nfile = "other.csv"\n')
     (outcome, _) = ingest(small, lab, QUIET).outcomes
-    assert any(
-        "P01.toml: crack.fill = 'other.csv', but by its name P01 Wasser.xlsx belongs to this" in one
-        for one in outcome.faults
-    )
+    fault = "P01.toml: crack.fill = 'other.csv', but by its name P01 Wasser.xlsx belongs to this"
+    assert any(fault in one for one in outcome.faults)

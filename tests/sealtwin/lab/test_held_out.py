@@ -4,15 +4,13 @@ import shutil
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Profile
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.held_out import facts_above, note_study, note_use, readings_hash
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import edit
+from tests.labs import edit, sealtwin
 from validate.readings.read_readings import read_readings
 
 STUDY = """
@@ -40,9 +38,6 @@ def test_readings_that_nothing_was_chosen_by_are_held_out(lab, tmp_path):
     assert not facts_of(lab / "P02").lab_searched, "it claims nothing"
     outside = shutil.copytree(lab / "P01", tmp_path / "elsewhere" / "P01")
     assert not facts_of(outside).lab_searched, "there is no catalogue"
-
-
-def test_a_run_inside_the_lab_finds_its_catalogue(lab):
     shutil.copytree(lab / "P01" / "inputs", lab / "P01" / "run" / "inputs")
     shutil.copy(lab / "P01" / "trial.toml", lab / "P01" / "run")
     assert facts_of(lab / "P01" / "run").lab_searched
@@ -69,7 +64,7 @@ def test_a_study_of_the_lab_is_named_where_it_chose_with_the_readings(lab, tmp_p
         facts_of(lab / "P01")
     assert len(str(fault.value).splitlines()) == 1
     assert facts_of(lab / "P02").lab_searched
-    answer = CliRunner().invoke(app, ["run", str(lab / "P01" / "trial.toml"), "--out", str(tmp_path / "run")])
+    answer = sealtwin("run", lab / "P01" / "trial.toml", "--out", tmp_path / "run")
     assert answer.exit_code == 3
     assert "which U" in answer.stderr
     assert not (tmp_path / "run").exists()
@@ -81,9 +76,8 @@ def test_a_study_of_the_lab_is_named_where_it_chose_with_the_readings(lab, tmp_p
 def test_another_samples_broken_files_are_a_caution(lab, broken):
     """Once they kept every held-out trial of the lab from its run."""
     calibrated(lab / "P02")
-    trial = load_trial(lab / "P02" / "trial.toml")
-    assert trial.readings is not None
-    (lab / "P02" / (trial.readings.file if broken == "inputs" else broken)).write_text("no table")
+    readings = present(load_trial(lab / "P02" / "trial.toml").readings, "readings")
+    (lab / "P02" / (readings.file if broken == "inputs" else broken)).write_text("no table")
     facts = facts_of(lab / "P01")
     assert not facts.lab_searched, "what is not read may hold the same"
     (caution,) = facts.cautions
@@ -91,13 +85,12 @@ def test_another_samples_broken_files_are_a_caution(lab, broken):
 
 
 def test_a_map_against_a_sheet_of_the_lab_is_a_use_of_it(lab, tmp_path):
-    trial = load_trial(lab / "P01" / "trial.toml")
-    assert trial.readings is not None
-    sheet = lab / "P01" / trial.readings.file
-    note_use(sheet, read_readings(sheet, trial.readings), "map of the study 'x'")
-    note_use(tmp_path / sheet.name, read_readings(sheet, trial.readings), "map of the study 'y'")
-    uses = Catalogue.of(lab).content.uses
-    assert uses == {readings_hash(read_readings(sheet, trial.readings)): ["map of the study 'x'"]}
+    settings = present(load_trial(lab / "P01" / "trial.toml").readings, "readings")
+    sheet = lab / "P01" / settings.file
+    profile = read_readings(sheet, settings)
+    note_use(sheet, profile, "map of the study 'x'")
+    note_use(tmp_path / sheet.name, profile, "map of the study 'y'")
+    assert Catalogue.of(lab).content.uses == {readings_hash(profile): ["map of the study 'x'"]}
     with pytest.raises(InputError, match="map of the study 'x'"):
         facts_of(lab / "P01")
 

@@ -17,6 +17,7 @@ from tests.pictures import mortar, write_png
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
 
+@pytest.mark.broad
 def test_links_are_not_followed(small, tmp_path):
     secret = write_png(tmp_path / "secret.png", mortar((200, 200)))
     (small / "P03.png").symlink_to(secret)
@@ -29,23 +30,18 @@ def test_links_are_not_followed(small, tmp_path):
     assert fates(ingested) == {"P01": "new", "P02": "new", "P03": "failed"}
 
 
-def test_a_link_in_place_of_a_sheet_holds_its_sample_back(small, tmp_path):
-    (small / "P02_Messung.csv").rename(tmp_path / "elsewhere.csv")
-    (small / "P02_Messung.csv").symlink_to(tmp_path / "elsewhere.csv")
-    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "failed"}
-
-
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
         ("P02_Messung.xls", OLD_EXCEL, "an old Excel workbook (.xls), or one with a password"),
         ("P02 mesures.xlsb", b"PK\x03\x04", "damaged, or not an XLSX"),
+        pytest.param("P02_Messung.csv", None, "not a plain file", id="a link"),
     ],
 )
 def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name, content, sentence):
     """Once it was new, without readings, and nobody looked again."""
-    (small / "P02_Messung.csv").unlink()
-    (small / name).write_bytes(content)
+    sheet = (small / "P02_Messung.csv").rename(tmp_path / "elsewhere.csv")
+    (small / name).symlink_to(sheet) if content is None else (small / name).write_bytes(content)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "failed"}
     (fault,) = ingested.faults

@@ -20,31 +20,30 @@ def shared(small):
     return small
 
 
-def test_rows_go_to_the_samples_that_they_name(shared, tmp_path):
-    ingested = ingest(shared, tmp_path / "lab", QUIET)
+@pytest.mark.parametrize("name", ["caliper_all.csv", "Carnet/mesures mai.csv"])
+def test_rows_go_to_the_samples_that_they_name(shared, tmp_path, name):
+    """In another folder than its photos a table once left its samples sound without readings."""
+    lab, table = tmp_path / "lab", shared / name
+    table.parent.mkdir(exist_ok=True)
+    (shared / "caliper_all.csv").rename(table)
+    ingested = ingest(shared, lab, QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert levels_mm(tmp_path / "lab", "P01") == [-1.0, -1.5]
-    assert levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
-    assert "caliper_all.csv, rows of p-02" in "\n".join(ingest_answer(ingested).lines)
-    kept = tmp_path / "lab" / "P02" / "inputs" / "readings.csv"
-    assert kept.read_bytes() == (shared / "caliper_all.csv").read_bytes()
-
-
-def test_what_is_added_for_one_sample_revises_no_other(shared, tmp_path):
-    ingest(shared, tmp_path / "lab", QUIET)
-    (shared / "caliper_all.csv").write_text(TABLE + "P02;5;-2,2\n")
-    assert fates(ingest(shared, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "revised"}
-    assert levels_mm(tmp_path / "lab", "P02@2") == [-2.0, -2.2, -2.5]
+    assert levels_mm(lab, "P01") == [-1.0, -1.5]
+    assert levels_mm(lab, "P02") == [-2.0, -2.5]
+    assert f"{name}, rows of p-02" in "\n".join(ingest_answer(ingested).lines)
+    assert (lab / "P02" / "inputs" / "readings.csv").read_bytes() == table.read_bytes()
+    # What is added for one sample revises no other.
+    table.write_text(TABLE + "P02;5;-2,2\n")
+    assert fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "revised"}
+    assert levels_mm(lab, "P02@2") == [-2.0, -2.2, -2.5]
 
 
 def test_a_sample_without_a_photo_is_asked_about_and_can_be_corrected(shared, tmp_path):
     lab = tmp_path / "lab"
     (shared / "caliper_all.csv").write_text(TABLE.replace("p-02", "Z02"))
     asked = ingest(shared, lab, QUIET)
-    assert (
-        "caliper_all.csv, rows of Z02: no photo of sample Z02. Is it of P02.png?"
-        in asked.outcomes[-1].sample.questions[0]
-    )
+    question = "caliper_all.csv, rows of Z02: no photo of sample Z02. Is it of P02.png?"
+    assert question in asked.outcomes[-1].sample.questions[0]
     pairing = lab / "pairing.csv"
     assert "caliper_all.csv,readings,P01,rows of P01," in pairing.read_text()
     edit(pairing, "readings,Z02,rows", "readings,P02,rows")
@@ -96,18 +95,8 @@ def test_worksheets_named_after_samples_are_theirs(shared, tmp_path):
     ingested = ingest(shared, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "new"}
     assert levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.0]
-    assert "Messungen Mai.xlsx, sheet P02 Messung" in (
-        f"{outcome.sample.files['readings']}, {outcome.sample.part}" for outcome in ingested.outcomes
-    )
-
-
-def test_a_workbook_in_another_folder_than_its_photos_is_divided_too(shared, tmp_path):
-    """Once its samples were sound without readings."""
-    (shared / "Carnet").mkdir()
-    (shared / "caliper_all.csv").rename(shared / "Carnet" / "mesures mai.csv")
-    ingested = ingest(shared, tmp_path / "lab", QUIET)
-    assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
+    (sample,) = (outcome.sample for outcome in ingested.outcomes if outcome.sample.name == "P02")
+    assert (str(sample.files["readings"]), str(sample.part)) == ("Messungen Mai.xlsx", "sheet P02 Messung")
 
 
 def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path):
@@ -118,10 +107,8 @@ def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path)
     ingested = ingest(shared, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "failed"}
     (fault,) = ingested.faults
-    assert (
-        "caliper.xlsx, sheet 'P02', row 2: no column of readings beside 'Ort [mm]' in A 'Ort [mm]' (1), B 'Füllung"
-        in fault.sentence
-    )
+    question = "caliper.xlsx, sheet 'P02', row 2: no column of readings beside 'Ort [mm]' in A 'Ort [mm]' (1), B 'Fül"
+    assert question in fault.sentence
     first, second = ([cover[1], ("wo", header), *rows] for header in ("level_mm", "Füllung [mm]"))
     _workbook(shared / "caliper.xlsx", {"Sheet": cover, "P01": first, "P02": second})
     ingested = ingest(shared, tmp_path / "other", QUIET)
@@ -136,14 +123,3 @@ def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):
     ingested = ingest(shared, tmp_path / "lab", QUIET)
     assert not ingested.faults
     assert levels_mm(tmp_path / "lab", "P02") == [-1.0, -1.0]
-
-
-def test_a_note_may_name_the_sheet_if_it_means_the_same_one(shared, tmp_path):
-    (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sample;P01\n")
-    (fault,) = ingest(shared, tmp_path / "lab", QUIET).faults
-    assert (
-        "readings.sample = 'P01', but by its name caliper_all.csv, rows of p-02, belongs to this sample"
-        in fault.sentence
-    )
-    (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sample;p-02\n")
-    assert not ingest(shared, tmp_path / "lab", QUIET).faults

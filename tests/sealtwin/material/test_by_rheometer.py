@@ -20,18 +20,18 @@ def table(folder, rows: str):
 
 def test_a_line_is_found_exactly_and_its_scale_is_never_better_than_the_torques(tmp_path):
     rows = "\n".join(f"{rate:g},{12 + 0.5 * rate:.9g}" for rate in np.geomspace(1, 100, 9))
-    found = table(tmp_path, f"shear_rate_per_s,stress_pa\n{rows}\n")
-    assert found.yield_stress_pa == pytest.approx(12.0, rel=1e-3)
-    assert found.viscosity_pa_s == pytest.approx(0.5, rel=1e-3)
-    assert found.yield_stress_error_pa == pytest.approx(12 * TORQUE, rel=0.01)
+    paste = table(tmp_path, f"shear_rate_per_s,stress_pa\n{rows}\n")
+    assert paste.yield_stress_pa == pytest.approx(12.0, rel=1e-3)
+    assert paste.viscosity_pa_s == pytest.approx(0.5, rel=1e-3)
+    assert paste.yield_stress_error_pa == pytest.approx(12 * TORQUE, rel=0.01)
 
 
 def test_a_curve_that_is_no_line_is_known_the_worse(tmp_path):
     """Herschel and Bulkley's 12 + 3 gamma^0.5: the line is up to 3 Pa off the yield stress, and says so."""
     rows = "\n".join(f"{rate:g},{12 + 3 * rate**0.5:.9g}" for rate in np.geomspace(1, 100, 20))
-    found = table(tmp_path, f"shear_rate_per_s,stress_pa\n{rows}\n")
-    assert found.yield_stress_95_pa[0] < 12.0 + 3.0
-    assert found.yield_stress_error_pa > 2 * TORQUE * found.yield_stress_pa
+    paste = table(tmp_path, f"shear_rate_per_s,stress_pa\n{rows}\n")
+    assert paste.yield_stress_95_pa[0] < 12.0 + 3.0
+    assert paste.yield_stress_error_pa > 2 * TORQUE * paste.yield_stress_pa
 
 
 @pytest.mark.parametrize(

@@ -30,17 +30,15 @@ def flat_heap(stress_pa: float) -> tuple[Heap, SpreadBlob]:
 
 
 def test_a_flat_heap_has_the_closed_forms_stress():
-    found = estimate(*flat_heap(8.0))
-    assert not found.replayed
-    assert found.height_to_radius < 0.1
-    assert found.value == pytest.approx(8.0, rel=1e-6)
-    assert found.interval[0] < 8.0 < found.interval[1]
-    assert found.flat_pa > 1.1 * found.value
-    assert found.error == pytest.approx(np.sqrt(sum(part**2 for part in found.parts.values())), rel=0.05)
-
-
-def test_surface_tension_takes_its_term_off():
     heap, seen = flat_heap(8.0)
+    paste = estimate(heap, seen)
+    assert not paste.replayed
+    assert paste.height_to_radius < 0.1
+    assert paste.value == pytest.approx(8.0, rel=1e-6)
+    assert paste.interval[0] < 8.0 < paste.interval[1]
+    assert paste.flat_pa > 1.1 * paste.value
+    assert paste.error == pytest.approx(np.sqrt(sum(part**2 for part in paste.parts.values())), rel=0.05)
+    # Surface tension takes its term off.
     with_it = estimate(heap.model_copy(update={"edge_n_m": 0.005, "edge_error_n_m": 0.0}), seen)
     assert with_it.value == pytest.approx(8.0 - 0.005 * (1e-3 * seen.radius_mm) ** 2 / 1e-3, rel=1e-6)
 
@@ -65,11 +63,11 @@ def test_a_high_heap_is_told_from_slumps_and_refused_without_a_cone():
     """The slumps are known here, and are those of the closed form."""
     radius_mm, length_mm = spread_radius_mm(20.0, VOLUME, 1690.0), VOLUME ** (1 / 3)
     unit_pa = 1690 * GRAVITY_M_S2 * length_mm * 1e-3
-    known = {n: spread_radius_mm(STEP**n * unit_pa, VOLUME, 1690.0) / length_mm for n in range(-14, 0)}
+    slumps = {n: spread_radius_mm(STEP**n * unit_pa, VOLUME, 1690.0) / length_mm for n in range(-14, 0)}
     heap = Heap(density_kg_m3=1690.0, cone_mm=CONE, edge_n_m=0.0, edge_error_n_m=0.0)
-    found = estimate(heap, spread(radius_mm), curve=SlumpCurve(Cone(*CONE), 1690.0, known))
-    assert found.replayed
-    assert found.value == pytest.approx(20.0, rel=0.01)
+    paste = estimate(heap, spread(radius_mm), curve=SlumpCurve(Cone(*CONE), 1690.0, slumps))
+    assert paste.replayed
+    assert paste.value == pytest.approx(20.0, rel=0.01)
     with pytest.raises(InputError, match=r"valid up to 0\.1, .*give --cone-mm, or spread more paste"):
         estimate(Heap(density_kg_m3=1690.0, mass_g=VOLUME * 1.69e-3), spread(radius_mm))
 
@@ -91,12 +89,12 @@ def test_a_photo_becomes_a_file_of_the_material(tmp_path):
     line += ["--density-kg-m3", "1690", "--data", "synthetic", "--date", "2026-11-21", "--out", str(out), "--json"]
     answer = CliRunner().invoke(app, line)
     assert answer.exit_code == 0, answer.output
-    told, kept = json.loads(answer.stdout), read_material(out)
-    assert told["spread_mm"] == pytest.approx(110.0, abs=0.1)
-    assert kept.yield_stress_pa == told["yield_stress_pa"]
-    assert (kept.date, kept.data) == ("2026-11-21", "synthetic")
-    assert any("another age" in sentence for sentence in kept.not_for)
-    assert "closed form" in kept.method
+    content, material = json.loads(answer.stdout), read_material(out)
+    assert content["spread_mm"] == pytest.approx(110.0, abs=0.1)
+    assert material.yield_stress_pa == content["yield_stress_pa"]
+    assert (material.date, material.data) == ("2026-11-21", "synthetic")
+    assert any("another age" in sentence for sentence in material.not_for)
+    assert "closed form" in material.method
     # Another result does not replace it in silence.
     again = CliRunner().invoke(app, [*line[:-1], "--mass-error-g", "3"])
     assert again.exit_code == 3
@@ -115,15 +113,15 @@ def test_the_time_of_a_radius_tells_the_viscosity():
     assert true.viscosity_pa_s is not None
     radius_mm = 0.85 * true.at_rest_mm
     early_s = float(np.interp(radius_mm, np.maximum.accumulate(true.radius_mm), true.t_s))
-    found = PasteEstimate(STRESS_PA, 1.0, (23.0, 27.0), 30.0, 0.3, cone.volume_mm3, True, {})
+    paste = PasteEstimate(STRESS_PA, 1.0, (23.0, 27.0), 30.0, 0.3, cone.volume_mm3, True, {})
     early = SpreadBlob(radius_mm, 0.2, 0.0, (2 * radius_mm, 2 * radius_mm), ())
-    value, percent = viscosity(heap, found, [(early, early_s)])
+    value, percent = viscosity(heap, paste, [(early, early_s)])
     assert value == pytest.approx(true.viscosity_pa_s, rel=0.15)
     assert 25 < percent < 60
     # Twice as thick, it takes twice as long, and of two photos both count.
-    twice, doubt = viscosity(heap, found, [(early, 2 * early_s)])
+    twice, doubt = viscosity(heap, paste, [(early, 2 * early_s)])
     assert twice == pytest.approx(2 * value)
-    both, less = viscosity(heap, found, [(early, early_s), (early, 2 * early_s)])
+    both, less = viscosity(heap, paste, [(early, early_s), (early, 2 * early_s)])
     assert value < both < twice
     assert 25 < less < percent
     assert doubt < percent

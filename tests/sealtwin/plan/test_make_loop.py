@@ -20,12 +20,11 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
-from sealtwin.plan import loop_model, make_loop
+from sealtwin.plan import loop_model, make_loop, search
 from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import write_model
 from sealtwin.plan.loop_step import LevelFrame, LoggedStep, LoopState, step
 from sealtwin.plan.make_loop import TABLES, replay
-from sealtwin.plan.pages import write_loop_page
 from sealtwin.plan.verify import Misfit
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
@@ -93,38 +92,9 @@ def test_a_sensor_loses_levels_is_late_and_does_not_see_the_nozzle():
             assert line.plan.said != "corrected"
 
 
-def test_the_page_has_the_numbers_of_its_pour(tmp_path):
-    content: dict[str, Any] = {
-        "under_mm3": 12.4,
-        "over_mm3": 3.2,
-        "after_first_pass_mm3": 77.7,
-        "updates": 5,
-        "given_mm3": 1234.0,
-    }
-    content |= {"tables_off_mm": 0.2, "stopped": "flow <b>0.1</b>", "other_versions": ["plan: computed by simulate 1."]}
-    content["fluid_warnings"] = ["2 of 2 runs: it bridges the crack."]
-    write_loop_page(tmp_path / "loop.html", by_fast_model(), content)
-    page = (tmp_path / "loop.html").read_text()
-    for said in (
-        "EMULATED",
-        "12 mm3",
-        "78 mm3",
-        "1.23 ml",
-        "flow &lt;b&gt;0.1",
-        "plan: computed by simulate 1.",
-        "2 of 2 runs: it",
-    ):
-        assert said in page
-    rows = (tmp_path / "figures" / "estimates.csv").read_text().splitlines()
-    assert len(rows) == len(by_fast_model().lines) + 1
-
-
-def test_a_log_is_answered_alike(tmp_path):
-    assert replay(tmp_path, log_of(tmp_path)) == len(by_fast_model().lines) > 10
-
-
-def test_another_answer_is_named_by_its_line(tmp_path):
+def test_a_log_is_answered_alike_and_another_answer_is_named_by_its_line(tmp_path):
     log = log_of(tmp_path)
+    assert replay(tmp_path, log) == len(by_fast_model().lines) > 10
     lines = log.read_text().splitlines()
     third = json.loads(lines[2])
     third["state"]["flow"] += 0.01
@@ -164,8 +134,7 @@ def test_a_cell_whose_programs_keep_one_flow_is_refused_before_any_run(tmp_path)
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("raised", ["digitise", "simulate"])
-def test_tables_of_another_solver_are_made_anew(tmp_path, monkeypatch, raised):
+def test_tables_of_another_solver_are_made_anew(tmp_path, monkeypatch):
     """Their plan is the same, and its motion: only who computes the areas is another."""
     made = []
     stand_ins = {"case_of": lambda *_: None, "by_particles": lambda *_, **__: None}
@@ -175,33 +144,31 @@ def test_tables_of_another_solver_are_made_anew(tmp_path, monkeypatch, raised):
     (tmp_path / "plan.csv").write_text("t_s\n0\n")
     trial: Any = SimpleNamespace(seed=0)
     bench: Any = SimpleNamespace(trajectory=None)
-    for expected in (1, 1):
+    for raised, times in (("", 1), ("", 1), ("digitise", 2), ("simulate", 3)):
+        monkeypatch.setitem(NUMBERS, raised, 999)
         make_loop._model(tmp_path, bench, trial, passes(), PHYSICS, Progress())
-        assert len(made) == expected
-    monkeypatch.setitem(NUMBERS, raised, 999)
-    make_loop._model(tmp_path, bench, trial, passes(), PHYSICS, Progress())
-    assert len(made) == 2
+        assert len(made) == times
 
 
 def test_who_replays_or_reads_a_loop_of_another_solver_is_told_so(tmp_path, monkeypatch):
     log, own = log_of(tmp_path), NUMBERS["simulate"]
-    words = ["loop", str(tmp_path), "--replay", str(log), "--quiet"]
-    for number, told in ((own, False), (999, True)):
+    command = ["loop", str(tmp_path), "--replay", str(log), "--quiet"]
+    for number, times in ((own, 0), (999, 1)):
         monkeypatch.setitem(NUMBERS, "simulate", number)
-        answers = [CliRunner().invoke(app, [*words, *more]) for more in ([], ["--json"])]
+        answers = [CliRunner().invoke(app, [*command, *more]) for more in ([], ["--json"])]
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             assert read_loop(tmp_path).first == model().first
         others = json.loads(answers[1].stdout)["other_versions"]
-        assert [f"{shown(tmp_path)}: the tables of its loop were computed by " in one for one in others] == [
-            True
-        ] * told
+        words = f"{shown(tmp_path)}: the tables of its loop were computed by "
+        assert [words in one for one in others] == [True] * times
         assert [str(one.message) for one in caught] == others
-        assert [answers[0].stdout.count(one) for one in others] == [1] * told
+        assert [answers[0].stdout.count(one) for one in others] == [1] * times
 
 
 def test_plan_and_loop_of_a_tiny_trial(tmp_path, monkeypatch):
     monkeypatch.setattr(loop_model, "LOOP", replace(loop_model.LOOP, first=10, again=8, tried=2))
+    monkeypatch.setattr(search, "MOST_STEPS", 2)
     lab, out = plannable_lab(tmp_path), tmp_path / "out"
 
     def called(*words: object) -> dict:
@@ -226,8 +193,8 @@ def test_plan_and_loop_of_a_tiny_trial(tmp_path, monkeypatch):
     assert emulated["fluid_warnings"] == planned["fluid_warnings"]
     assert called("loop", out, "--replay", out / emulated["log"])["steps"] == emulated["updates"] > 5
     assert "EMULATED" in (out / "loop.html").read_text()
-    left = called("loop", out, "--emulate", lab / "faults.toml", "--uncorrected")
-    assert left["updates"] == 0
+    uncorrected = called("loop", out, "--emulate", lab / "faults.toml", "--uncorrected")
+    assert uncorrected["updates"] == 0
     # The pump gives 0.8 of what the first pass asks for, which in so short a crack is 0.76 of the plan.
-    assert left["given_mm3"] == pytest.approx(0.8 * 0.76 * planned["sealant_mm3"], rel=0.1)
-    assert left["given_mm3"] < emulated["given_mm3"]
+    assert uncorrected["given_mm3"] == pytest.approx(0.8 * 0.76 * planned["sealant_mm3"], rel=0.1)
+    assert uncorrected["given_mm3"] < emulated["given_mm3"]

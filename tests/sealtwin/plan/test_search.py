@@ -13,8 +13,8 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
+from sealtwin.plan import search as searching
 from sealtwin.plan.make_plan import Options, case_of, plan_on
-from sealtwin.plan.pages import chance_rows
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
@@ -65,24 +65,27 @@ def level_plan():
     return searched()
 
 
+@pytest.mark.broad
 def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping(level_plan):
     """Four times better on the model that is searched; particles judge it elsewhere."""
     own = CASE.fill(OWN, 20, 60)
-    found = KNOTS.trajectory(level_plan)
-    bed = CASE.fill(found)
+    path = KNOTS.trajectory(level_plan)
+    bed = CASE.fill(path)
     planned = misfit(OUTLINE, SOLID, bed.sections.s_mm, bed.level_mm).total_mm3
     assert planned < 0.25 * misfit(OUTLINE, SOLID, own.sections.s_mm, own.level_mm).total_mm3
-    giving = found.flow_mm3_s[found.giving][:-1]
+    giving = path.flow_mm3_s[path.giving][:-1]
     assert giving.min() >= 9.99
     assert giving.max() <= 500.01
 
 
+@pytest.mark.broad
 def test_a_search_aims_by_the_level_of_the_middle():
     """Paste of 5 Pa stands 0.2 mm higher there than on average, where it lies a millimetre below the face."""
     bed = CASE.fill(KNOTS.trajectory(searched(1.0)))
     assert np.median(bed.level_mm) == pytest.approx(-1.0, abs=0.07)
 
 
+@pytest.mark.broad
 def test_last_bits_of_a_solver_do_not_reach_a_plan(level_plan, monkeypatch):
     """By them processors differ, and pours by particles part at any difference."""
     monkeypatch.setattr("scipy.optimize.lsq_linear", with_other_last_bits)
@@ -98,9 +101,9 @@ def test_a_discrepancy_moves_the_goal():
 
 
 def test_under_and_over_are_volumes_at_the_face():
-    found = misfit(OUTLINE, SOLID, np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5]))
-    assert found.under_mm3 == pytest.approx(80.0, rel=0.01)
-    assert found.over_mm3 == pytest.approx(40.0, rel=0.01)
+    volumes = misfit(OUTLINE, SOLID, np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5]))
+    assert volumes.under_mm3 == pytest.approx(80.0, rel=0.01)
+    assert volumes.over_mm3 == pytest.approx(40.0, rel=0.01)
 
 
 @pytest.mark.parametrize(("flow_max", "keep"), [(60.0, True), (20.0, False)])
@@ -124,38 +127,28 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
         require_possible(limits, thin, np.array([0.0, 40.0]), OWN, Path("trial.toml"))
 
 
-def test_chances_are_told_as_draws():
-    """The page counts draws; plan.json has their share."""
-    share = {"over_above_100_mm3": 0.25, "level_above_0.8_mm": 0.0, "draws": 24.0}
-    assert chance_rows(share) == [
-        ("draws of the posterior with more than 100 mm3 over the face", "6 of 24"),
-        ("draws with a level above 0.8 mm", "0 of 24"),
-    ]
-    assert chance_rows({}) == []
-
-
 class FastModelItself(Verifier):
     """Stands for particles that do what the fast model says."""
 
     def levels(self, title, paths):
-        case = case_of(self.sample, self.trial, OWN)
-        found = [
-            case.fill(plan_trajectory(OUTLINE, path, SOLID.cavity_volume_mm3, SOLID.sections)) for _, path, _ in paths
-        ]
-        return [Profile(bed.sections.s_mm, bed.level_mm) for bed in found]
+        case, solid = case_of(self.sample, self.trial, OWN), (SOLID.cavity_volume_mm3, SOLID.sections)
+        beds = [case.fill(plan_trajectory(OUTLINE, path, *solid)) for _, path, _ in paths]
+        return [Profile(bed.sections.s_mm, bed.level_mm) for bed in beds]
 
 
-def test_a_plan_expects_the_level_of_the_middle(tmp_path):
+def test_a_plan_expects_the_level_of_the_middle(tmp_path, monkeypatch):
     """By the mean level it would expect 0.11 mm less of this paste."""
+    monkeypatch.setattr(searching, "MOST_STEPS", 1)
     folder = plannable_lab(tmp_path)
     trial = load_trial(folder / "planned.toml").loaded(folder)
     sample = Sample(OUTLINE, SOLID, OWN)
-    found = plan_on(FastModelItself(folder, trial, sample, "cpu", Progress()), Options(rounds=1, seeds=1), [])
-    assert found.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
+    particles = FastModelItself(folder, trial, sample, "cpu", Progress())
+    planned = plan_on(particles, Options(knots=3, rounds=1, seeds=1), [])
+    assert planned.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
     # One run shows no scatter: a band of no width would be false.
-    assert found.half_width_mm is None
+    assert planned.half_width_mm is None
     with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
-        plan_on(FastModelItself(folder, trial, sample, "cpu", Progress()), Options(knots=3, rounds=1, seeds=2), [])
+        plan_on(particles, Options(knots=3, rounds=1, seeds=2), [])
 
 
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("without_pictures")
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A tiny run, compared; no report is drawn. It freezes late, and so keeps enough volume for a ranking."""
+    """A tiny run, compared. It freezes late, and so keeps enough volume for a ranking."""
     late = TRIAL.replace("freeze_after_s = 0.2", "freeze_after_s = 0.6")
     path = run_tiny(tmp_path_factory.mktemp("lab"), late)
     hold(path)
@@ -64,10 +64,8 @@ def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
     assert content == json.loads(json.dumps(answer))
     assert content["differing"] == {"fluid.U": [30.0, 3.0]}
     assert [each["name"] for each in content["runs"]] == [f"tiny ({run})", f"tiny ({other})"]
-    assert [(each["number"], each["readings_of_run"], each["edited"]) for each in content["runs"]] == [
-        (1, 1, []),
-        (2, 1, []),
-    ]
+    facts = [(each["number"], each["readings_of_run"], each["edited"]) for each in content["runs"]]
+    assert facts == [(1, 1, []), (2, 1, [])]
     assert content["runs"][0]["mean_error_mm"] == files.read_json(run / "comparison.json")["mean_error_mm"]
     assert all((tmp_path / "page" / name).is_file() for name in content["files"])
     warned = [one for one in content["fluid_warnings"] if "without a yield stress" in one]
@@ -77,51 +75,47 @@ def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
     assert content["replicates"][0].startswith("No area validation metric")
 
 
+@pytest.mark.broad
 def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
     """The same settings with readings of their own; with another nozzle's speed it is another trial."""
     path = shutil.copytree(run, tmp_path / "second")
     sheet = path / "inputs" / "readings.csv"
     sheet.write_text("s_mm,level_1_mm\n1,-3\n4,-3\n7,-2\n11,-2\n", encoding="utf-8")
     hold(path)
-    (told,) = compare_runs([run, path], tmp_path / "page")[0]["replicates"]
-    assert "over 2 replicates" in told
+    assert "over 2 replicates" in compare_runs([run, path], tmp_path / "page")[0]["replicates"][0]
     change(path, "digitise", "speed_mm_s = 20.0", "speed_mm_s = 21.0")
-    (told,) = compare_runs([run, path], tmp_path / "page")[0]["replicates"]
-    assert told.startswith("No area validation metric")
+    (sentence,) = compare_runs([run, path], tmp_path / "page")[0]["replicates"]
+    assert sentence.startswith("No area validation metric")
 
 
-def test_what_is_no_finished_run_is_refused_by_name(run, other, tmp_path):
-    with pytest.raises(InputError, match="nowhere: not a run folder"):
-        compare_runs([run, tmp_path / "nowhere"], tmp_path / "page")
-    with pytest.raises(InputError, match="named twice"):
-        compare_runs([run, run], tmp_path / "page")
-    (other / "comparison.json").unlink()
-    with pytest.raises(InputError, match="second: not compared with its readings yet"):
-        compare_runs([run, other], tmp_path / "page")
-    (other / "profile.csv").unlink()
-    with pytest.raises(InputError, match=re.escape("second: simulate is not finished (profile.csv is missing)")):
-        compare_runs([run, other], tmp_path / "page")
-
-
-def test_results_of_other_settings_or_files_are_not_compared(run, other, tmp_path):
+def test_what_is_no_finished_run_of_its_own_trial_is_refused_by_name(run, other, tmp_path):
     """As validate does: what lies in the folder must be what its trial says, and the comparison of these very files."""
 
-    def refused(sentence: str) -> None:
+    def refused(second: Path, sentence: str) -> None:
         with pytest.raises(InputError, match=re.escape(sentence)) as fault:
-            compare_runs([run, other], tmp_path / "page")
+            compare_runs([run, second], tmp_path / "page")
         assert "\n" not in str(fault.value)
 
-    kept = {name: (other / name).read_bytes() for name in ("trial.toml", "profile.csv", "manifest.json")}
-    (other / "trial.toml").write_bytes(kept["trial.toml"].replace(b"U = 3.0", b"U = 4.0"))
-    refused("[fluid] differs from what simulate ran with here")
-    (other / "trial.toml").write_bytes(kept["trial.toml"])
-    (other / "profile.csv").write_bytes(kept["profile.csv"].replace(b",-", b",", 1))
-    refused("profile.csv was changed since the readings were compared. Run 'sealtwin validate")
-    (other / "profile.csv").write_bytes(kept["profile.csv"])
-    (other / "manifest.json").write_text("null", encoding="utf-8")
-    refused("manifest.json: damaged")
-    (other / "manifest.json").write_bytes(kept["manifest.json"])
+    refused(tmp_path / "nowhere", "nowhere: not a run folder")
+    refused(run, "named twice")
+    for name, change, sentence in (
+        ("trial.toml", (b"U = 3.0", b"U = 4.0", 1), "[fluid] differs from what simulate ran with here"),
+        (
+            "profile.csv",
+            (b",-", b",", 1),
+            "profile.csv was changed since the readings were compared. Run 'sealtwin vali",
+        ),
+        ("manifest.json", (b"{", b"[", 1), "manifest.json: damaged"),
+    ):
+        content = (other / name).read_bytes()
+        (other / name).write_bytes(content.replace(*change))
+        refused(other, sentence)
+        (other / name).write_bytes(content)
     compare_runs([run, other], tmp_path / "page")
+    (other / "comparison.json").unlink()
+    refused(other, "second: not compared with its readings yet")
+    (other / "profile.csv").unlink()
+    refused(other, "second: simulate is not finished (profile.csv is missing)")
 
 
 def test_what_no_result_can_be_is_refused_by_its_name(run, other, tmp_path):
@@ -142,8 +136,9 @@ def test_what_no_result_can_be_is_refused_by_its_name(run, other, tmp_path):
         (other / name).write_text(text, encoding="utf-8")
 
 
+@pytest.mark.broad
 def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
-    """Edited and then validated, a level is taken as it is; the page says so."""
+    """Edited and then validated, a level is taken as it is; the page says so, and that a run gained volume."""
     profile = record_files.read_profile(other)
     record_files.write_profile(other, Profile(profile.s_mm, profile.level_mm + 1.0))
     hold(other)
@@ -152,22 +147,16 @@ def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
     lines = compared_lines(content, sheet)
     assert any("run 2: edited by hand since it was made (profile.csv)" in line for line in lines)
     assert not any("Nearest is run 2" in line for line in lines)
-
-
-def test_a_run_that_gained_volume_is_named(run, other, tmp_path):
-    """Its own report says so, and so does the page that sets it beside others."""
-    path = other / "simulation.json"
-    content = json.loads(path.read_text(encoding="utf-8"))
-    content["health"]["volume_ratio"] = 1.66
-    path.write_text(json.dumps(content), encoding="utf-8")
+    simulation = files.read_json(other / "simulation.json")
+    simulation["health"]["volume_ratio"] = 1.66
+    files.write_json(other / "simulation.json", simulation)
     hold(other)
     lines = compared_lines(*compare_runs([run, other], tmp_path / "page"))
     assert any("1.660 of the dispensed volume" in line for line in lines if "run 2:" in line)
 
 
 def test_the_command_wants_two_runs(run, other, tmp_path):
-    asked = sealtwin("compare", run, other, "--out", tmp_path / "page", "--json")
-    assert asked.exit_code == 0, asked.output
-    assert json.loads(asked.stdout)["differing"] == {"fluid.U": [30.0, 3.0]}
+    answer = sealtwin("compare", run, other, "--out", tmp_path / "page", "--json")
+    assert json.loads(answer.stdout)["differing"] == {"fluid.U": [30.0, 3.0]}
     assert sealtwin("compare", run).exit_code == 2
     assert f"2 to {MOST}." in sealtwin("compare", "--help").output

@@ -59,29 +59,26 @@ def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch)
         assert vary(job)
         assert not vary(job)
         result = run_stages(job, ("validate",)).result
-    found = files.read_json(fast / "comparison.json")["uncertainty"]
+    figures = files.read_json(fast / "comparison.json")["uncertainty"]
     volume_mm, depth_mm = MM_PER_ML * 0.01, -MM_PER_MM * 0.5
-    assert [one["mean_level_mm"] for one in found["inputs"]] == pytest.approx([volume_mm, depth_mm], rel=1e-3)
-    assert found["mean_level"]["inputs_mm"] == pytest.approx(0.98 * hypot(volume_mm, depth_mm), rel=0.03)
+    assert [one["mean_level_mm"] for one in figures["inputs"]] == pytest.approx([volume_mm, depth_mm], rel=1e-3)
+    assert figures["mean_level"]["inputs_mm"] == pytest.approx(0.98 * hypot(volume_mm, depth_mm), rel=0.03)
     share = volume_mm**2 / (volume_mm**2 + depth_mm**2)
-    assert [one["share"] for one in found["inputs"]] == pytest.approx([share, 1 - share], abs=1e-3)
+    assert [one["share"] for one in figures["inputs"]] == pytest.approx([share, 1 - share], abs=1e-3)
     # Named beside each component; of a level by the fast model no sentence of V&V 20.
-    assert {one["model"] for one in found["inputs"]} == {"slot"}
-    inputs = [one["name"] for one in found["budget"]["parts"] if one["kind"] == "inputs"]
-    assert inputs == [
-        "volume given, by the fast model",
-        "the crack's depth, by the fast model",
-        "inputs together, by the fast model",
-    ]
-    assert found["input_draws"]["runs"] == RUNS
-    assert found["mean_level"]["numerics_mm"] is None
-    assert "the level is the fast model's" in found["sentences"][0]
+    assert {one["model"] for one in figures["inputs"]} == {"slot"}
+    inputs = [one["name"] for one in figures["budget"]["parts"] if one["kind"] == "inputs"]
+    assert inputs == [f"{name}, by the fast model" for name in ("volume given", "the crack's depth", "inputs together")]
+    assert figures["input_draws"]["runs"] == RUNS
+    assert figures["mean_level"]["numerics_mm"] is None
+    assert "the level is the fast model's" in figures["sentences"][0]
     assert result.comparison is not None
-    assert result.comparison.model_dump(mode="json")["uncertainty"] == found
+    assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
     assert not list((fast / "uncertainty").glob("drawn-*")), "its parts are in uncertainty.json"
     assert len(files.read_json(fast / SPREAD)["draws"]["moved_mm"]) == RUNS
 
 
+@pytest.mark.broad
 def test_a_part_that_was_done_before_a_kill_is_not_done_again(fast, linear, tmp_path, monkeypatch):
     base, done = base_of(fast), []
     first = draw(base, tmp_path, 0, Progress(), 2 * PART)
@@ -111,10 +108,10 @@ def test_the_fast_model_itself_is_moved(fast):
 
 
 def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
-    told = drawn_runs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
-    assert isinstance(told, str)
-    assert "volume_ml -1" in told
-    assert "uncertainty.differences" in told
+    fault = drawn_runs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
+    assert isinstance(fault, str)
+    assert "volume_ml -1" in fault
+    assert "uncertainty.differences" in fault
 
 
 @pytest.mark.parametrize(
@@ -130,15 +127,12 @@ def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
 def test_the_fast_model_is_taken_in_its_domain_or_where_declared(fast, monkeypatch, own, declared, unfit, drawn):
     monkeypatch.setattr(drawn_runs, "unfit_for", lambda _: unfit)
     assert takes_draws(_with(base_of(fast), own, declared)) is drawn
-
-
-def test_particles_do_not_move_a_level_of_the_fast_model(fast):
     with pytest.raises(InputError, match=r"trial.toml: uncertainty.differences.*solver.model"):
         takes_draws(_with(base_of(fast), "slot", "particles"))
 
 
 def _with(base: Base, own: str | None, declared: str | None) -> Base:
     solver = base.trial.solver.model_copy(update={"model": own})
-    known = base.trial.uncertainty.model_copy(update={"differences": declared})
-    trial = base.trial.model_copy(update={"solver": solver, "uncertainty": known})
+    uncertainty = base.trial.uncertainty.model_copy(update={"differences": declared})
+    trial = base.trial.model_copy(update={"solver": solver, "uncertainty": uncertainty})
     return Base(base.path, trial, base.sample, base.run, base.profile)

@@ -15,7 +15,6 @@ from sealtwin.study.estimate import (
     Forecast,
     RunSize,
     estimate,
-    expected_time,
     require_disk,
     require_memory,
     size_of,
@@ -36,29 +35,15 @@ def _run(state, work_s, wall_s=None):
 
 def test_runs_that_are_done_correct_the_model():
     """It expected 10 s for them and they took 30: the two that are left take 9 and 15, side by side 15."""
-    runs = [
-        _run("done", 4.0, 12.0),
-        _run("done", 6.0, 18.0),
-        _run("failed", 5.0, 1.0),
-        _run("waiting", 3.0),
-        _run("waiting", 5.0),
-    ]
-    found = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
-    assert (found.runs, found.measured) == (2, True)
-    assert (found.time_s, found.processor_s) == (pytest.approx(15.0), pytest.approx(24.0))
-    assert "by the runs that are done" in found.sentence
+    runs = [_run("done", 4.0, 12.0), _run("done", 6.0, 18.0), _run("failed", 5.0, 1.0)]
+    runs += [_run("waiting", 3.0), _run("waiting", 5.0)]
+    by_runs = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
+    assert (by_runs.runs, by_runs.measured) == (2, True)
+    assert (by_runs.time_s, by_runs.processor_s) == (pytest.approx(15.0), pytest.approx(24.0))
+    assert "by the runs that are done" in by_runs.sentence
     unknown = estimate(runs[2:], RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
     assert unknown.time_s == pytest.approx(5.0)
     assert "by a model" in unknown.sentence
-
-
-def test_a_run_takes_as_long_as_those_of_its_own_size():
-    """The model is off by 3 for the small runs and by 4 for the large ones; another size is off as the nearest one."""
-    timings = [(1.0, 3.0), (1.02, 3.0), (10.0, 40.0)]
-    assert expected_time(1.01, timings) == pytest.approx(3.0)
-    assert expected_time(10.0, timings) == pytest.approx(40.0)
-    assert expected_time(20.0, timings) == pytest.approx(80.0)
-    assert expected_time(20.0, []) == 20.0
 
 
 def test_tasks_follow_each_other_on_the_process_that_is_free_first():
@@ -68,7 +53,7 @@ def test_tasks_follow_each_other_on_the_process_that_is_free_first():
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])
-@pytest.mark.parametrize("off", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("off", [0.3, 3.0])
 @pytest.mark.parametrize("order", [1, -1])
 def test_the_time_left_is_within_a_factor_of_two_after_a_tenth_of_the_work(jobs, off, order):
     """As of --uncertainty: three sizes 1.3 apart and a design, whose times grow faster than the model says.
@@ -84,7 +69,7 @@ def test_the_time_left_is_within_a_factor_of_two_after_a_tenth_of_the_work(jobs,
     forecast = Forecast(jobs, [(1.5, off * 10 * 1.5**1.2)])
     done, ratios = 0.0, list[float]()
     end_s = time_of_all(took_s, [0.0] * jobs)
-    left, ends_s = [[run] for run in runs], list[tuple[float, int]]()
+    groups, ends_s = [[run] for run in runs], list[tuple[float, int]]()
     waiting = iter(range(len(runs)))
     for number in (*islice(waiting, jobs),):
         forecast.begin(str(number), 0.0)
@@ -95,29 +80,17 @@ def test_the_time_left_is_within_a_factor_of_two_after_a_tenth_of_the_work(jobs,
         if (following := next(waiting, None)) is not None:
             forecast.begin(str(following), now_s)
             ends_s.append((now_s + took_s[following], following))
-        left = [group for group in left if group[0].key != str(number)]
+        groups = [group for group in groups if group[0].key != str(number)]
         forecast.finish(str(number), [_run("done", work_s[number], took_s[number])])
         done += took_s[number]
         if ends_s and done > 0.1 * sum(took_s):
-            ratios.append(forecast.left_s(left, now_s) / (end_s - now_s))
+            ratios.append(forecast.left_s(groups, now_s) / (end_s - now_s))
     assert len(ratios) > 8
     assert 0.5 < min(ratios) <= max(ratios) < 2.0
 
 
-def test_memory_counts_processes_and_disk_what_is_kept():
-    runs = [_run("waiting", 1.0) for _ in range(10)]
-    size = RunSize(10_000, 2_000, 1.0)
-    one, four = (estimate(runs, size, jobs, 1, keep_runs=False) for jobs in (1, 4))
-    assert four.memory_bytes == pytest.approx(4 * one.memory_bytes)
-    # More processes than runs are not started.
-    assert estimate(runs, size, 40, 1, keep_runs=False).memory_bytes == pytest.approx(10 * one.memory_bytes)
-    kept = estimate(runs, size, 1, 1, keep_runs=True)
-    # particles.csv of the paper's run: 14,527 lines in 1.1 MB.
-    assert kept.disk_bytes - one.disk_bytes == pytest.approx(10 * 10_000 * 75)
-
-
-@pytest.mark.parametrize("freeze_after_s", [2.58, "never"])
-@pytest.mark.parametrize("runs", [1, 3])
+@pytest.mark.broad
+@pytest.mark.parametrize(("freeze_after_s", "runs"), [(2.58, 1), ("never", 3)])
 def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_after_s):
     """The paper's crack and sealant at R = 0.6 mm: 2.2 MB a run where paste freezes by age, 7.8 where it never does.
 
@@ -126,27 +99,15 @@ def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_afte
     solid, outline = slot(80.0)
     trial = load_trial(FIXTURE / "trial.toml")
     assert trial.fluid is not None
-    trial = trial.model_copy(
-        update={
-            "fluid": trial.fluid.model_copy(update={"freeze_after_s": freeze_after_s}),
-            # A factor that is given: the columns that a bed is measured in lie on the host.
-            "solver": trial.solver.model_copy(update={"radius_mm": 0.6, "settle_s": 0.5, "volume_factor": 1.1}),
-        }
-    )
+    fluid = trial.fluid.model_copy(update={"freeze_after_s": freeze_after_s})
+    # A factor that is given: the columns that a bed is measured in lie on the host.
+    solver = trial.solver.model_copy(update={"radius_mm": 0.6, "settle_s": 0.5, "volume_factor": 1.1})
+    trial = trial.model_copy(update={"fluid": fluid, "solver": solver})
     trajectory = path(outline, 4.8, trim_mm=10.0)
     enclosure = enclose(solid, outline, 0.6, "cpu")
     before = _arrays()
-    injection = prepare(
-        solid,
-        outline,
-        trajectory,
-        [trial.fluid] * runs,
-        trial.solver,
-        trial.nozzle,
-        seed=0,
-        device="cpu",
-        enclosure=enclosure,
-    )
+    physics = [fluid] * runs, trial.solver, trial.nozzle
+    injection = prepare(solid, outline, trajectory, *physics, seed=0, device="cpu", enclosure=enclosure)
     taken = sum(array.capacity for number, array in _arrays().items() if number not in before)
     size = size_of(trial, Sample(outline, solid, trajectory))
     assert size.particles * runs == injection.engine.state.count

@@ -1,9 +1,7 @@
 """The extra runs: the same physics at other sizes, inputs moved as declared, computed once, timed, a failure named."""
 
-import json
 import re
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,22 +10,20 @@ import pytest
 
 from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_runs, runner
 from sealtwin.study.estimate import size_of
 from sealtwin.study.extra_runs import time_of_extra_runs, vary
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import Outcome, read_plan
-from sealtwin.trial.job import STAGES, Above, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
 from tests.labs import edit
 from tests.narration import Narration
-from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
-from tests.studies import TRIAL, job_in, run_tiny, tiny_lab
+from tests.pages import leave_out_pages
+from tests.studies import TRIAL, job_in, run_tiny
 from validate.result import read_comparison
 from validate.wording.headline import headline
 
@@ -48,7 +44,6 @@ def run_folder(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def path(run_folder, tmp_path) -> Path:
-    """A copy of it."""
     return shutil.copytree(run_folder, tmp_path / "run")
 
 
@@ -57,9 +52,9 @@ def varied(run_folder, tmp_path_factory) -> Path:
     folder = shutil.copytree(run_folder, tmp_path_factory.mktemp("varied") / "run")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(extra_runs, "cores", lambda: 0)
-        told = Narration()
-        assert _vary(folder, told)
-        (remark,) = [note for note in told.notes if note.startswith("note: ")]
+        narration = Narration()
+        assert _vary(folder, narration)
+        (remark,) = [note for note in narration.notes if note.startswith("note: ")]
         assert "fluid.U is " in remark, "as of the trial's own run"
         assert " runs, with the numbers of run 1: " in remark
     return folder
@@ -67,7 +62,6 @@ def varied(run_folder, tmp_path_factory) -> Path:
 
 @pytest.fixture
 def again(varied, tmp_path) -> Path:
-    """A copy of it."""
     return shutil.copytree(varied, tmp_path / "run")
 
 
@@ -98,6 +92,10 @@ def test_three_sizes_of_three_runs_and_a_design_of_four(varied):
     signs = np.array([[run.settings[name] for name in ("speed_mm_s", "volume_ml", "width_mm")] for run in runs[8:]])
     assert np.abs(signs) == pytest.approx(np.tile([1.0, 0.01, 0.1], (4, 1)))
     assert signs.sum(axis=0) == pytest.approx(np.zeros(3))
+    sizes = present(present(_spread(varied), "spread").sizes, "sizes")
+    assert [size.levels_mm.shape[0] for size in sizes] == [3, 3, 3]
+    assert min(size.levels_mm.std(axis=0, ddof=1).min() for size in sizes) > 0, "they scatter by their seeds"
+    assert sizes[1].levels_mm[0] == pytest.approx(record_files.read_profile(varied).level_mm)
 
 
 def test_the_paste_is_as_stiff_at_every_size(varied):
@@ -119,6 +117,7 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
         assert fluid.D_cm / health["frame_s"] == pytest.approx(drag, rel=1e-6)
 
 
+@pytest.mark.broad
 def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
     """To the last digit in profile.csv, though its viscosity is in Pa s: replicates differ from it in seed alone."""
     with job_in(run_folder) as job:
@@ -127,17 +126,6 @@ def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
     (sealing,) = runner.seal(base.sample, [trial], device="cpu", keep_runs=False)
     assert isinstance(sealing, Sealing)
     assert sealing.profile.level_mm == pytest.approx(base.profile.level_mm, abs=1e-6)
-
-
-def test_the_runs_of_a_size_scatter_by_their_seeds(varied):
-    kept = _spread(varied)
-    assert kept is not None
-    assert kept.sizes is not None
-    assert [size.levels_mm.shape[0] for size in kept.sizes] == [3, 3, 3]
-    for size in kept.sizes:
-        assert size.levels_mm.std(axis=0, ddof=1).min() > 0
-    own = record_files.read_profile(varied)
-    assert kept.sizes[1].levels_mm[0] == pytest.approx(own.level_mm)
 
 
 def test_the_comparison_tells_numerics_and_inputs(again, monkeypatch):
@@ -151,29 +139,20 @@ def test_the_comparison_tells_numerics_and_inputs(again, monkeypatch):
     assert "Particle size: mean error " in lines
     assert " mm, by 3, 3, 3 runs: ± " in lines
     assert "the nozzle's speed " in lines
-    found = read_comparison(path).uncertainty
-    assert found is not None
-    assert found.numerics is not None
-    assert found.numerics.radii_mm == pytest.approx([0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3)
-    assert found.mean_level.numerics_mm is not None
-    assert found.mean_level.numerics_mm > 0
-    assert [one.name for one in found.inputs] == ["speed_mm_s", "volume_ml", "width_mm"]
-    effects = {one.name: one.mean_level_mm for one in found.inputs}
+    figures = present(read_comparison(path).uncertainty, "uncertainty")
+    radii_mm = present(figures.numerics, "numerics").radii_mm
+    assert radii_mm == pytest.approx([0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3)
+    assert present(figures.mean_level.numerics_mm, "numerics_mm") > 0
+    assert [one.name for one in figures.inputs] == ["speed_mm_s", "volume_ml", "width_mm"]
+    effects = {one.name: one.mean_level_mm for one in figures.inputs}
     # 0.01 of 0.08 ml stand some 0.4 mm high in this crack, a wider one lets them sink.
     assert effects["volume_ml"] > 0.1
     assert effects["width_mm"] < 0
-    assert "start_mm" in found.inputs_left_out
-
-
-def test_a_second_call_computes_nothing(varied, monkeypatch):
-    monkeypatch.setattr(extra_runs, "compute", lambda *_: pytest.fail("computed again"))
-    before = (varied / SPREAD).read_bytes()
-    assert not _vary(varied)
-    assert (varied / SPREAD).read_bytes() == before
+    assert "start_mm" in figures.inputs_left_out
 
 
 def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatch, here):
-    """Without its result but with its ledger, a folder computes only the run whose profile is gone."""
+    """Without its result but with its ledger, a folder computes only the run whose profile is gone; then nothing."""
     path = again
     edit(path / "trial.toml", "volume_ml = 0.01", "volume_ml = 0.0100")
     (path / SPREAD).unlink()
@@ -189,12 +168,10 @@ def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatc
     assert _vary(path)
     assert waiting == [lost.key]
     assert (path / SPREAD).read_bytes() == (varied / SPREAD).read_bytes()
-
-
-def test_other_settings_make_the_old_runs_say_nothing(again):
-    assert _spread(again) is not None
-    edit(again / "trial.toml", "width_mm = 0.1", "width_mm = 0.2")
-    assert _spread(again) is None
+    assert not _vary(path)
+    assert waiting == [lost.key]
+    edit(path / "trial.toml", "width_mm = 0.1", "width_mm = 0.2")
+    assert _spread(path) is None, "of other settings the old runs say nothing"
 
 
 def test_a_failed_run_is_named_and_nothing_is_said(path, monkeypatch, here):
@@ -259,28 +236,6 @@ def own_run(tmp_path_factory):
     return run_tiny(tmp_path_factory.mktemp("lab"))
 
 
-@pytest.mark.parametrize(("declared", "designed"), [("", 0), (DECLARED, 4)])
-def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(own_run, monkeypatch, declared, designed):
-    """By hand: three finer runs, two more of the own size, three coarser ones and the design, on two cores."""
-    (own_run / "trial.toml").write_text(TRIAL.replace("readings.csv", "inputs/readings.csv") + declared)
-    monkeypatch.setattr(extra_runs, "cores", lambda: 2)
-    manifest = json.loads((own_run / "manifest.json").read_text())
-    manifest["stages"]["simulate"]["wall_time_s"] = 1e5  # Hours have a decimal
-    (own_run / "manifest.json").write_text(json.dumps(manifest))
-    trial, sample = load_trial(own_run / "trial.toml"), record_files.read_sample(own_run)
-    finer_s, own_s, coarser_s = (
-        size_of(
-            trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 * ratio})}), sample
-        ).work_s
-        for ratio in (1 / 1.3, 1.0, 1.3)
-    )
-    expected_s = (3 * finer_s + 2 * own_s + (3 + designed) * coarser_s) / own_s * 1e5 / 2
-    with job_in(own_run) as job:
-        hours, unit = time_of_extra_runs(job).split()
-    # The last run leaves one of the cores idle.
-    assert (float(hours), unit) == (pytest.approx(expected_s / 3600, rel=0.02), "h")
-
-
 def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_path, monkeypatch):
     """A run of the fast model with moved inputs, timed as 36 s: a thousand on two cores take 5 h."""
     text = TRIAL.replace("freeze_after_s = 0.2\n", 'freeze_after_s = "never"\nyield_stress_pa = 3.0\n').replace(
@@ -305,16 +260,3 @@ def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault
         size_of(finer, sample)
     with job_in(own_run) as job:
         assert time_of_extra_runs(job) == ""
-
-
-def test_it_is_asked_for_once_a_command(tmp_path, monkeypatch):
-    """It times a run of the fast model: asked for again, it could say another time than the report."""
-    leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
-    tiny_lab(tmp_path)
-    edit(tmp_path / "trial.toml", "substeps = 2", "substeps = 2\nsettle_s = 0.2")
-    told = iter(["5 min", "6 min"])
-    with open_folder(tmp_path / "run", create=True) as folder:
-        job = start_job(load_trial(tmp_path / "trial.toml"), tmp_path, folder, "cpu", Progress())
-        run_stages(replace(job, above=Above(extra_runs=lambda _: next(told))), STAGES)
-    assert next(told) == "6 min"

@@ -13,7 +13,7 @@ import pytest
 
 from sealtwin.core.progress import Progress
 from sealtwin.study.study_folder import OUTCOME, read_plan, run_path
-from sealtwin.study.sweep import merge, sweep
+from sealtwin.study.sweep import sweep
 from tests.programs import start_interruptible
 from tests.studies import HERE, results_of, tiny_lab
 
@@ -37,19 +37,19 @@ def results(many, tmp_path_factory):
     return results_of(out)
 
 
-def _start(study, out, *options, jobs=2):
+def _start(study, out, jobs=2):
     command = [sys.executable, "-m", "sealtwin", "sweep", study, "--out", out, "--device", "cpu", "--jobs", jobs]
     # A group of its own, as a terminal makes it.
-    return start_interruptible([*map(str, command), "--quiet", *options], start_new_session=True)
+    return start_interruptible([*map(str, command), "--quiet"], start_new_session=True)
 
 
 def _workers(pid):
     """Processes that compute for a parent, whichever thread of it started them."""
-    found = []
+    children = []
     for listed in Path(f"/proc/{pid}/task").glob("*/children"):
         with suppress(OSError):  # The thread has ended.
-            found += [int(child) for child in listed.read_text().split()]
-    return [child for child in found if b"spawn_main" in _command(child)]
+            children += map(int, listed.read_text().split())
+    return [child for child in children if b"spawn_main" in _command(child)]
 
 
 def _command(pid):
@@ -72,33 +72,6 @@ def _wait_for_progress(parent, out, more):
         time.sleep(0.02)
 
 
-def _kill_until_done(study, out, kills, seed, *options):
-    """Kill now a worker and now the parent, or both, most of them while runs are computed."""
-    chance = random.Random(seed)
-    seen, killed = [], 0
-    parent = _start(study, out, *options)
-    while killed < kills:
-        _wait_for_progress(parent, out, chance.choice([0, 1, 1]))
-        time.sleep(chance.uniform(0, 0.3))
-        seen.append(_finished(out))
-        workers = _workers(parent.pid)
-        if killed % 2 == 0 and workers:
-            with suppress(ProcessLookupError):  # Its parent has just finished.
-                os.kill(chance.choice(workers), signal.SIGKILL)
-        if killed % 2 or not workers:
-            parent.kill()
-            parent.communicate()
-            assert _gone(workers), "workers outlive their parent"
-            parent = _start(study, out, *options)
-        killed += 1
-    _, errors = parent.communicate(timeout=300)
-    assert parent.returncode == 0, errors
-    assert len(seen[0]) < len(_finished(out))
-    last = _finished(out)
-    for before in seen:
-        assert {key: last[key] for key in before} == before, "a finished run was computed again"
-
-
 def _gone(pids):
     until = time.monotonic() + 20
     while any(_command(pid) for pid in pids) and time.monotonic() < until:
@@ -106,28 +79,36 @@ def _gone(pids):
     return not any(_command(pid) for pid in pids)
 
 
-def _check(out, results):
-    assert results_of(out) == results
-    assert len(_finished(out)) == 24
-    assert not list(out.glob("runs/*/.*"))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(many, results, tmp_path, seed):
-    _kill_until_done(many, tmp_path / "out", 10, seed)
-    _check(tmp_path / "out", results)
+    """Kill now a worker and now the parent, or both, most of them while runs are computed."""
+    chance, out = random.Random(seed), tmp_path / "out"
+    seen, parent = [], _start(many, out)
+    for number in range(10):
+        _wait_for_progress(parent, out, chance.choice([0, 1, 1]))
+        time.sleep(chance.uniform(0, 0.3))
+        seen.append(_finished(out))
+        workers = _workers(parent.pid)
+        if number % 2 == 0 and workers:
+            with suppress(ProcessLookupError):  # Its parent has just finished.
+                os.kill(chance.choice(workers), signal.SIGKILL)
+        if number % 2 or not workers:
+            parent.kill()
+            parent.communicate()
+            assert _gone(workers), "workers outlive their parent"
+            parent = _start(many, out)
+    _, errors = parent.communicate(timeout=300)
+    assert parent.returncode == 0, errors
+    last = _finished(out)
+    assert len(seen[0]) < len(last) == 24
+    for before in seen:
+        assert {key: last[key] for key in before} == before, "a finished run was computed again"
+    assert results_of(out) == results
+    assert not list(out.glob("runs/*/.*"))
 
 
-@pytest.mark.slow
-def test_two_shards_killed_five_times_each_merge_to_an_unbroken_sweep(many, results, tmp_path):
-    shards = [tmp_path / "1", tmp_path / "2"]
-    for number, out in enumerate(shards, start=1):
-        _kill_until_done(many, out, 5, number, "--shard", f"{number}/2")
-    assert merge(shards, tmp_path / "out")["exit_code"] == 0
-    _check(tmp_path / "out", results)
-
-
+@pytest.mark.broad
 def test_interrupted_it_leaves_no_process_and_keeps_what_is_done(many, tmp_path):
     out = tmp_path / "out"
     parent = _start(many, out, jobs=1)

@@ -33,24 +33,18 @@ def _rows(out):
     return list(csv.DictReader((out / "runs.csv").read_text().splitlines()))
 
 
-def test_shards_hold_each_run_once_and_merge_to_the_whole(lab, shards, unbroken, tmp_path):
+def test_shards_hold_each_run_once_and_a_merge_is_continued_by_a_sweep_or_another_merge(
+    lab, shards, unbroken, tmp_path
+):
     assert [[run.number for run in read_plan(shard).runs] for shard in shards] == [[1, 4], [2], [3]]
     out = tmp_path / "out"
-    answer = sealtwin("sweep", "merge", *shards, "--out", out)
-    assert answer.exit_code == 0, answer.output
+    assert "2 of the study's 4 runs" in "\n".join(swept_lines(merge(shards[:1], out)))
+    assert merge(shards[1:], out)["states"]["done"] == 4
     assert results_of(out) == results_of(unbroken)
     assert [{**row, "wall_s": ""} for row in _rows(out)] == [{**row, "wall_s": ""} for row in _rows(unbroken)]
     # A sweep of the whole study finds nothing left to do.
     again = sweep(lab, out, replace(HERE, dry_run=True), Progress())
     assert again["states"] == {"waiting": 0, "done": 4, "failed": 0}
-
-
-def test_a_merge_of_some_shards_is_continued_by_a_sweep_or_another_merge(lab, shards, unbroken, tmp_path):
-    out = tmp_path / "out"
-    first = merge(shards[:1], out)
-    assert "2 of the study's 4 runs" in "\n".join(swept_lines(first))
-    assert merge(shards[1:], out)["states"]["done"] == 4
-    assert results_of(out) == results_of(unbroken)
     merge(shards[:2], tmp_path / "other")
     sweep(lab, tmp_path / "other", HERE, Progress())
     assert results_of(tmp_path / "other") == results_of(unbroken)
@@ -74,12 +68,9 @@ def test_what_is_no_shard_of_the_same_study_is_not_merged(shards, tmp_path):
     assert not (tmp_path / "out" / PLAN).exists()
 
 
-@pytest.mark.parametrize("shard", ["0/2", "3/2", "1", "a/b", "1/2/3"])
-def test_a_shard_that_cannot_be_is_a_usage_error(lab, shard):
-    assert sealtwin("sweep", lab, "--shard", shard).exit_code == 2
-
-
-def test_more_shards_than_runs_are_refused(lab, tmp_path):
+def test_a_shard_that_cannot_be_is_refused(lab, tmp_path):
+    for shard in ("0/2", "3/2", "1", "a/b", "1/2/3"):
+        assert sealtwin("sweep", lab, "--shard", shard).exit_code == 2, shard
     with pytest.raises(InputError, match="--shard 5/5: the study has 4 runs"):
         sweep(lab, tmp_path / "out", replace(HERE, shard=(5, 5)), Progress())
     assert not (tmp_path / "out").exists()
@@ -143,12 +134,12 @@ def test_a_worker_of_other_stage_numbers_is_refused(scheduler, monkeypatch):
     """Its version is the same, and its solver another: it would compute other levels into the same study."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
-    with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, here is .*'simulate': 999"):
+    with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, but this machine has .*: 999"):
         next(run_tasks(pow, [(0, (1, 1))], 0, scheduler, own_numbers))
 
 
 def test_a_scheduler_that_is_not_there_is_bad_input(lab, tmp_path, monkeypatch):
-    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.5)
+    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.1)
     answer = sealtwin("sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", "tcp://127.0.0.1:9")
     assert answer.exit_code == 3
     assert "--scheduler tcp://127.0.0.1:9: " in answer.stderr

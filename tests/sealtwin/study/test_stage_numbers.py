@@ -66,45 +66,32 @@ def test_status_merge_and_map_say_that_another_version_computed_the_runs(out, tm
     """A sweep computes its runs anew; these three take them as they are."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
-    told = f"2 finished runs were computed by simulate {own}, while this version has simulate 999. 'sealtwin sweep'"
-    for words in (["status", out], ["merge", out, "--out", tmp_path / "merged"]):
-        terminal, as_json = (sealtwin("sweep", *words, "--quiet", *more).stdout for more in ([], ["--json"]))
-        assert terminal.count(told) == 1
+    words = f"2 finished runs were computed by simulate {own}, while this version has simulate 999. 'sealtwin sweep'"
+    for command in (["status", out], ["merge", out, "--out", tmp_path / "merged"]):
+        terminal, as_json = (sealtwin("sweep", *command, "--quiet", *more).stdout for more in ([], ["--json"]))
+        assert terminal.count(words) == 1
         (sentence,) = json.loads(as_json)["other_versions"]
-        assert told in sentence
+        assert words in sentence
     monkeypatch.setitem(NUMBERS, "simulate", own)
     assert status(out)["other_versions"] == []
 
 
-@pytest.mark.parametrize(("raised", "told"), [("simulate", 1), ("validate", 0)])
-def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch, raised, told):
+@pytest.mark.parametrize(("raised", "times"), [("simulate", 1), ("validate", 0)])
+def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch, raised, times):
     """The readings are compared anew, so that the number of validate is this version's."""
     own = NUMBERS[raised]
     monkeypatch.setitem(NUMBERS, raised, 999)
     mapped = map_study(done, None, None, None, None, Progress(), any_volume=True)
     sentence = f"4 finished runs were computed by {raised} {own}, while this version has {raised} 999."
-    assert [sentence in other for other in mapped.content["other_versions"]] == [True] * told
-    assert "\n".join(mapped_lines(mapped)).count(sentence) == told
+    assert [sentence in other for other in mapped.content["other_versions"]] == [True] * times
+    assert "\n".join(mapped_lines(mapped)).count(sentence) == times
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         page = write_map(done, any_volume=True)
     warned = [str(one.message) for one in caught if one.category is RuntimeWarning]
-    assert [sentence in one for one in warned if "computed by" in one] == [True] * told
+    assert [sentence in one for one in warned if "computed by" in one] == [True] * times
     assert set(mapped.content["fluid_warnings"]) < {*warned, ""}
-    assert page.read_text(encoding="utf-8").count(sentence) == told
-
-
-def test_a_study_without_readings_does_not_depend_on_validate(tmp_path, monkeypatch):
-    study = tiny_lab(tmp_path, TWO)
-    (tmp_path / "trial.toml").write_text(TRIAL.split("[readings]")[0])
-    dry = replace(HERE, dry_run=True)
-    sweep(study, tmp_path / "out", dry, Progress())
-    before = [run.key for run in read_plan(tmp_path / "out").runs]
-    monkeypatch.setitem(NUMBERS, "validate", 999)
-    sweep(study, tmp_path / "out", dry, Progress())
-    assert [run.key for run in read_plan(tmp_path / "out").runs] == before
-    compute_here(tmp_path / "out")
-    assert status(tmp_path / "out")["other_versions"] == []
+    assert page.read_text(encoding="utf-8").count(sentence) == times
 
 
 def test_shards_of_two_numbers_are_not_merged(two, tmp_path, monkeypatch):
@@ -128,6 +115,6 @@ def test_a_number_that_differs_between_two_runs_is_a_row_of_their_comparison(tmp
         run_stages(job, ("simulate",))
     content, sheet = compare_runs(runs, tmp_path / "page")
     assert content["differing"] == {"stage_number.simulate": [own["simulate"], 999]}
-    (told,) = content["other_versions"]
-    assert told.startswith(f"{shown(runs[0])}: computed by simulate {own['simulate']}, while this version has")
-    assert compared_lines(content, sheet).count(told) == 1
+    (sentence,) = content["other_versions"]
+    assert sentence.startswith(f"{shown(runs[0])}: computed by simulate {own['simulate']}, while this version has")
+    assert compared_lines(content, sheet).count(sentence) == 1

@@ -25,26 +25,41 @@ def _values(planned, name):
     return [trial[table][key] if table else trial[key] for trial in trials]
 
 
-def test_a_grid_is_each_value_with_each_in_the_order_given(tmp_path):
-    planned = _plan(tmp_path, '[grid]\n"fluid.U" = [3, 30.0]\nfluid.D_cm = [0.1, 0.2, 0.3]\n')
-    found = [(run.settings["fluid.U"], run.settings["fluid.D_cm"]) for run in planned]
-    assert found == [(3, 0.1), (3, 0.2), (3, 0.3), (30, 0.1), (30, 0.2), (30, 0.3)]
-    assert [run.number for run in planned] == [1, 2, 3, 4, 5, 6]
-    assert list(zip(_values(planned, "fluid.U"), _values(planned, "fluid.D_cm"), strict=True)) == found
-
-
-def test_what_is_fixed_holds_in_all_runs_and_the_rest_is_the_trial_s_own(tmp_path):
-    planned = _plan(tmp_path, '[fixed]\nsolver.radius_mm = 0.5\n[list]\ncolumns = ["seed"]\nrows = [[1], [2]]\n')
-    assert _values(planned, "solver.radius_mm") == [0.5, 0.5]
-    assert _values(planned, "seed") == [1, 2]
-    assert _values(planned, "fluid.freeze_after_s") == [0.2, 0.2]
-
-
-def test_a_list_takes_values_of_every_kind(tmp_path):
-    rows = '[["never", [3.0, 5.0]], [1.5, 4.0]]'
-    planned = _plan(tmp_path, f'[list]\ncolumns = ["fluid.freeze_after_s", "crack.wall_angle_deg"]\nrows = {rows}\n')
-    assert _values(planned, "fluid.freeze_after_s") == ["never", 1.5]
-    assert _values(planned, "crack.wall_angle_deg") == [(3.0, 5.0), 4.0]
+@pytest.mark.parametrize(
+    ("varies", "values"),
+    [
+        pytest.param(
+            '[grid]\n"fluid.U" = [3, 30.0]\nfluid.D_cm = [0.1, 0.2, 0.3]\n',
+            {"fluid.U": [3, 3, 3, 30, 30, 30], "fluid.D_cm": [0.1, 0.2, 0.3, 0.1, 0.2, 0.3]},
+            id="a grid is each value with each in the order given",
+        ),
+        pytest.param(
+            '[fixed]\nsolver.radius_mm = 0.5\n[list]\ncolumns = ["seed"]\nrows = [[1], [2]]\n',
+            {"solver.radius_mm": [0.5, 0.5], "seed": [1, 2], "fluid.freeze_after_s": [0.2, 0.2]},
+            id="what is fixed holds in all runs and the rest is the trial's own",
+        ),
+        pytest.param(
+            '[list]\ncolumns = ["fluid.freeze_after_s", "crack.wall_angle_deg"]\n'
+            'rows = [["never", [3.0, 5.0]], [1.5, 4.0]]',
+            {"fluid.freeze_after_s": ["never", 1.5], "crack.wall_angle_deg": [(3.0, 5.0), 4.0]},
+            id="a list takes values of every kind",
+        ),
+        pytest.param(
+            '[grid]\n"fluid.viscosity_pa_s" = [1.0, 5.0]\n',
+            {"fluid.viscosity_pa_s": [1.0, 5.0], "fluid.U": [None, None], "fluid.D_cm": [None, None]},
+            id="a viscosity takes the place of the trial's U and of the D beside it",
+        ),
+        pytest.param(
+            '[grid]\n"fluid.viscosity_pa_s" = [1.0]\n"fluid.D_cm" = [0.1]\n',
+            {"fluid.U": [None], "fluid.D_cm": [0.1]},
+            id="unless the study gives a D",
+        ),
+    ],
+)
+def test_runs_have_the_values_that_vary_or_are_fixed(tmp_path, varies, values):
+    planned = _plan(tmp_path, varies)
+    assert [run.number for run in planned] == [*range(1, len(planned) + 1)]
+    assert {name: _values(planned, name) for name in values} == values
 
 
 def test_a_latin_hypercube_has_one_value_in_each_slice_of_each_range(tmp_path):
@@ -65,16 +80,6 @@ def test_a_latin_hypercube_has_one_value_in_each_slice_of_each_range(tmp_path):
     other = _plan(tmp_path, f"[latin]\ncount = 12\nseed = 8\n{ranges}")
     assert [run.settings for run in again] == [run.settings for run in planned]
     assert [run.settings for run in other] != [run.settings for run in planned]
-
-
-def test_a_viscosity_in_physical_units_takes_the_place_of_the_trial_s_u(tmp_path):
-    planned = _plan(tmp_path, '[grid]\n"fluid.viscosity_pa_s" = [1.0, 5.0]\n')
-    assert _values(planned, "fluid.U") == [None, None]
-    assert _values(planned, "fluid.viscosity_pa_s") == [1.0, 5.0]
-    # And of the D beside it, unless the study gives one.
-    assert _values(planned, "fluid.D_cm") == [None, None]
-    planned = _plan(tmp_path, '[grid]\n"fluid.viscosity_pa_s" = [1.0]\n"fluid.D_cm" = [0.1]\n')
-    assert (_values(planned, "fluid.D_cm"), _values(planned, "fluid.U")) == ([0.1], [None])
 
 
 def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_path):

@@ -41,23 +41,19 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, done)
     assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
     assert _finished(out) == _finished(unbroken)
     assert not [note for note in narration.notes if "fluid.U" in note], "a remark on what runs begin with"
-    told = _status(out)
-    assert told["states"] == report["states"]
+    shown = _status(out)
+    assert shown["states"] == report["states"]
     ratios = {number: figures["volume_ratio"] for number, (_, figures) in results_of(out).items()}
     off = [number for number, ratio in ratios.items() if not 0.9495 < ratio < 1.0505]
-    assert [run["number"] for run in told["not_ranked"]] == off != []
+    assert [run["number"] for run in shown["not_ranked"]] == off != []
     errors_mm = {number: figures["mean_error_mm"] for number, (_, figures) in results_of(out).items()}
-    assert told["best"]["number"] == min(set(errors_mm) - set(off), key=errors_mm.__getitem__)
-    assert told["best"]["beats_flat_level"] is (told["best"]["mean_error_mm"] < told["best"]["flat_level_error_mm"])
-    assert any("Not ranked" in line for line in swept_lines(told))
-    # A study says of its fluids what a run says of one.
-    liquid, *others = [one for one in told["fluid_warnings"] if "without a yield stress" in one]
-    assert liquid.startswith("2 of 4 runs: fluid.U is 300: without a yield stress particles move before")
-    assert not others
-    assert [swept_lines(told).count(one) for one in told["fluid_warnings"]] == [1] * len(told["fluid_warnings"])
-    table = (out / "runs.csv").read_text().splitlines()
-    assert len(table) == 5
-    assert table[0].startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
+    best = shown["best"]
+    assert best["number"] == min(set(errors_mm) - set(off), key=errors_mm.__getitem__)
+    assert best["beats_flat_level"] is (best["mean_error_mm"] < best["flat_level_error_mm"])
+    assert any("Not ranked" in line for line in swept_lines(shown))
+    head, *rows = (out / "runs.csv").read_text().splitlines()
+    assert len(rows) == 4
+    assert head.startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
 
 
 def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path):
@@ -77,6 +73,7 @@ def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path)
         assert ("a curve with 4 numbers passes through all 4 stations." in sentence) is (fitted == 4)
 
 
+@pytest.mark.broad
 def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, unbroken, done):
     out = done
     runs = read_plan(out).runs
@@ -95,6 +92,7 @@ def test_a_study_that_grows_keeps_what_is_done(done, tmp_path, lab):
         assert [run.state for run in read_plan(done).runs] == states
 
 
+@pytest.mark.broad
 def test_a_setting_that_is_a_list_can_vary(tmp_path):
     """Its values are read again from the plan, and stand in the table."""
     lab, out = tiny_lab(tmp_path / "lab", '[grid]\n"path.trim_mm" = [[1, 1], [1, 2]]\n'), tmp_path / "out"
@@ -111,6 +109,7 @@ def _computed(study, out, **how):
     return read_plan(out).runs
 
 
+@pytest.mark.broad
 def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
     """Of two radii, so that no run may stand in the walls of another one's particles."""
     lab = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 0.5]\n')
@@ -122,18 +121,6 @@ def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
         _, alone = fill(record_files.read_sample(sample), *trial.physics, seed=trial.seed)
         record_files.write_profile(tmp_path, alone)
         assert profile_path(out, run.key).read_bytes() == (tmp_path / "profile.csv").read_bytes()
-
-
-def test_pastes_with_and_without_a_yield_stress_share_a_launch(tmp_path):
-    """The volume factor, which differed, is no constant of a launch any more."""
-    lab = tiny_lab(tmp_path, '[grid]\n"fluid.freeze_after_s" = ["never"]\n"fluid.yield_stress_pa" = [0.0, 12.0]\n')
-    out = tmp_path / "out"
-    runs = _computed(lab, out, batch=4, keep_runs=True)
-    assert [run.state for run in runs] == ["done", "done"]
-    recorded = [read_json(run_path(out, run.key) / "simulation.json") for run in runs]
-    assert len({run.kin for run in runs}) == 1
-    assert [facts["settings"]["fluid"]["yield_stress_pa"] for facts in recorded] == [0.0, 12.0]
-    assert all(0.9499 < facts["health"]["volume_factor"] < 1.2001 for facts in recorded)
 
 
 def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
@@ -169,31 +156,14 @@ def _prepared(at, trial):
     return ready(at, [fluid], solver, nozzle, seed=trial.seed, device="cpu", slope=trial.sample)
 
 
-def test_a_study_replays_its_frames_where_freezing_keeps_few_moving(fresh, monkeypatch):
-    """And whoever watches a run gets it frame by frame, with what each took."""
-    at, trial = _first(fresh)
-    assert trial.fluid is not None
-    assert not _prepared(at, trial).engine.replays
-    replayed = []
-    monkeypatch.setattr(
-        "simulate.run.follow", lambda injection, _: replayed.append(injection.engine.replays) or injection.advance()
-    )
-    never = {"fluid": trial.fluid.model_copy(update={"freeze_after_s": "never"})}
-    explicit = {"solver": trial.solver.model_copy(update={"viscosity_solve": "explicit"})}
-    for changed in ({}, never, explicit):
-        runner.seal(at, [trial.model_copy(update=changed)], device="cpu", keep_runs=False)
-    assert replayed == [True, False, False]
-
-
 def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
     compute_here(fresh, batch=2)
     alone, together = results_of(unbroken), results_of(fresh)
-    assert {number: profile for number, (profile, _) in together.items()} == {
-        number: profile for number, (profile, _) in alone.items()
-    }
-    for number, (_, figures) in together.items():
-        assert figures["mean_error_mm"] == alone[number][1]["mean_error_mm"]
-        assert figures["volume_ratio"] == alone[number][1]["volume_ratio"]
+    assert together.keys() == alone.keys()
+    for number, (profile, figures) in together.items():
+        assert profile == alone[number][0]
+        for name in ("mean_error_mm", "volume_ratio"):
+            assert figures[name] == alone[number][1][name]
 
 
 def test_explicit_runs_of_a_claim_are_computed_one_by_one(fresh, monkeypatch):
@@ -239,8 +209,8 @@ def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(
 
     report = sweep(lab, fresh, HERE, Progress())
     assert report["exit_code"] == 1  # a bug's code, before that of runs that failed
-    told = "failed: run 2 (fluid.U = 3, fluid.D_cm = 0.3): A position is no number any more. Frame 7."
-    assert told in swept_lines(report)
+    failed = "failed: run 2 (fluid.U = 3, fluid.D_cm = 0.3): A position is no number any more. Frame 7."
+    assert failed in swept_lines(report)
     monkeypatch.setattr(runner, "_seal", real)
     sweep(lab, fresh, replace(HERE, retry=True, dry_run=True), Progress())
     compute_here(fresh)
@@ -272,29 +242,21 @@ def test_another_terminal_sees_how_far_it_is(fresh, unbroken):
     done = sorted(read_plan(unbroken).runs, key=lambda run: off_by[run.number])[:2]
     for run in done:
         shutil.copytree(run_path(unbroken, run.key), run_path(fresh, run.key))
-    plan = json.loads((fresh / "plan.json").read_text())
+    plan = read_json(fresh / "plan.json")
     plan["started_unix_s"] = max(run.finished_unix_s or 0.0 for run in done) - 4.0
     (fresh / "plan.json").write_text(json.dumps(plan))
     assert _status(fresh)["computed_by"] is None
     assert _status(fresh)["left_s"] is None
     with holding(fresh):
-        found = _status(fresh)
-    assert found["states"] == {"waiting": 2, "done": 2, "failed": 0}
-    assert f"process {os.getpid()} on" in found["computed_by"]
-    assert found["left_s"] == pytest.approx(4.0, abs=0.1)
-    ranked = {run.number for run in done} - {run["number"] for run in found["not_ranked"]}
-    assert found["best"]["number"] == min(ranked, key=lambda number: figures_of[number]["mean_error_mm"])
+        shown = _status(fresh)
+    assert shown["states"] == {"waiting": 2, "done": 2, "failed": 0}
+    assert f"process {os.getpid()} on" in shown["computed_by"]
+    assert shown["left_s"] == pytest.approx(4.0, abs=0.1)
+    ranked = {run.number for run in done} - {run["number"] for run in shown["not_ranked"]}
+    assert shown["best"]["number"] == min(ranked, key=lambda number: figures_of[number]["mean_error_mm"])
     with holding(fresh):
         (fresh / ".holder.json").write_text(json.dumps({"process": 2**22 + 1, "host": platform.node(), "since": ""}))
         assert _status(fresh)["computed_by"] is None  # killed, it has left its name
-
-
-def test_a_plan_whose_trial_has_no_table_of_readings_is_refused(fresh):
-    plan = json.loads((fresh / "plan.json").read_text())
-    plan["runs"][0]["trial"]["readings"] = "readings.csv"
-    (fresh / "plan.json").write_text(json.dumps(plan))
-    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is not a table"):
-        read_plan(fresh)
 
 
 def _status(out):
@@ -317,11 +279,6 @@ def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_inp
         assert sealtwin("sweep", *arguments).exit_code == code, arguments
 
 
-def test_a_second_parent_is_refused(lab, fresh):
-    with holding(fresh), pytest.raises(BusyError, match="in use by process"):
-        sweep(lab, fresh, HERE, Progress())
-
-
 def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp_path):
     study = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 3.0]\n"fluid.U" = [1.0, 2.0]\n')
     with pytest.raises(InputError) as caught:
@@ -330,16 +287,14 @@ def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp
     assert read_plan(tmp_path / "out").runs == []
 
 
+@pytest.mark.broad
 def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab, tmp_path):
-    told = Narration()
-    report = sweep(lab, tmp_path / "out", replace(HERE, dry_run=True), told)
-    (estimate,) = [note for note in told.notes if note.startswith("tiny: ")]
-    assert "4 runs of 170 particles" in estimate
-    assert "by a model" in estimate
-    assert "GB of memory" in estimate
-    assert "on disk" in estimate
+    narration = Narration()
+    report = sweep(lab, tmp_path / "out", replace(HERE, dry_run=True), narration)
+    (estimate,) = [note for note in narration.notes if note.startswith("tiny: ")]
+    assert all(words in estimate for words in ("4 runs of 170 particles", "by a model", "GB of memory", "on disk"))
     assert report["states"]["waiting"] == 4
-    thin, viscous = [note for note in told.notes if "fluid.U is " in note]
+    thin, viscous = [note for note in narration.notes if "fluid.U is " in note]
     assert thin.startswith("note: 2 of 4 runs: fluid.U is 3: ")
     assert viscous.startswith("note: 2 of 4 runs: fluid.U is 300: without a yield stress")
     again = Narration()
@@ -347,13 +302,14 @@ def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab,
     assert viscous in again.notes
 
 
+@pytest.mark.broad
 def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken, done):
     sweep(lab, done, replace(HERE, keep_runs=True), Progress())
     assert len(list(done.glob("runs/*/particles.csv"))) == 4
     assert results_of(done) == results_of(unbroken)
 
 
-def test_folders_of_somebody_else_are_left_alone(lab, tmp_path, fresh):
+def test_folders_that_are_somebody_else_s_in_use_or_edited_are_refused(lab, tmp_path, fresh):
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "thesis.txt").write_text("mine")
     with pytest.raises(InputError, match=r"has files that no sweep wrote \(thesis.txt\)"):
@@ -362,6 +318,13 @@ def test_folders_of_somebody_else_are_left_alone(lab, tmp_path, fresh):
     other.write_text(other.read_text().replace('name = "tiny"', 'name = "another"'))
     with pytest.raises(InputError, match="has the study 'tiny'; this is 'another'"):
         sweep(other, fresh, HERE, Progress())
+    with holding(fresh), pytest.raises(BusyError, match="in use by process"):
+        sweep(lab, fresh, HERE, Progress())
+    plan = read_json(fresh / "plan.json")
+    plan["runs"][0]["trial"]["readings"] = "readings.csv"
+    (fresh / "plan.json").write_text(json.dumps(plan))
+    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is not a table"):
+        read_plan(fresh)
 
 
 @pytest.mark.slow

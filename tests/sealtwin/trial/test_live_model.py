@@ -45,26 +45,26 @@ def modelled(tmp_path: Path, outline: Outline | None = None, **tables: object) -
 
 
 def test_the_page_has_what_the_run_had_and_ranges_that_a_trial_may_have(tmp_path):
-    found = present(modelled(tmp_path), "found")
+    model = present(modelled(tmp_path), "model")
     # 28 mm at 4 mm/s take 7 s; the lead of 4 mm takes one more, without sealant.
-    assert found.path["t_s"][-1] == pytest.approx(7.0)
-    assert found.after_s == pytest.approx(1.0)
-    assert found.widths[0].given_mm3[-1] == pytest.approx(1200.0)
-    assert found.sliders["flow_mm3_s"].as_run == pytest.approx(1200.0 / 7.0)
-    for name, slider in found.sliders.items():
+    assert model.path["t_s"][-1] == pytest.approx(7.0)
+    assert model.after_s == pytest.approx(1.0)
+    assert model.widths[0].given_mm3[-1] == pytest.approx(1200.0)
+    assert model.sliders["flow_mm3_s"].as_run == pytest.approx(1200.0 / 7.0)
+    for name, slider in model.sliders.items():
         assert slider.low < 0 < slider.high, name
         assert slider.as_run + slider.low * slider.step >= 0.0, name
-    mean_mm = found.sliders["mean_width_mm"]
-    assert sorted(found.widths) == list(range(mean_mm.low, mean_mm.high + 1))
-    wider_mm = found.widths[1].floor_mm[30] - found.widths[0].floor_mm[30]
+    mean_mm = model.sliders["mean_width_mm"]
+    assert sorted(model.widths) == list(range(mean_mm.low, mean_mm.high + 1))
+    wider_mm = model.widths[1].floor_mm[30] - model.widths[0].floor_mm[30]
     assert wider_mm == pytest.approx(mean_mm.step, abs=2e-5)
 
 
 def test_the_trial_file_is_completed_by_four_lines_and_nothing_in_its_texts_is_one(tmp_path):
-    found = present(modelled(tmp_path), "found")
-    lines = [line for line in found.trial.split("\n") if line.endswith(' = "@"')]
+    model = present(modelled(tmp_path), "model")
+    lines = [line for line in model.trial.split("\n") if line.endswith(' = "@"')]
     assert lines == [f'{key} = "@"' for key in ("mean_width_mm", "volume_ml", "speed_mm_s", "yield_stress_pa")]
-    text = found.trial.replace('"@"', "1.5")
+    text = model.trial.replace('"@"', "1.5")
     completed = checked(Trial, tmp_path / "trial.toml", tomllib.loads(text))
     assert (completed.note, len(completed.name)) == (LINE, 60 + len(" (changed)"))
     assert completed.photo is not None
@@ -72,44 +72,37 @@ def test_the_trial_file_is_completed_by_four_lines_and_nothing_in_its_texts_is_o
 
 
 @pytest.mark.parametrize(
-    "tables",
-    [
-        {"fluid": {**PASTE, "freeze_after_s": 2.0}},
-        {"fluid": {**PASTE, "structuration_pa_per_s": 0.1}},
-        {"fluid": {**PASTE, "viscosity_pa_s": 0.0}},
-        {"fluid": None},
-    ],
+    "fluid", [{"freeze_after_s": 2.0}, {"structuration_pa_per_s": 0.1}, {"viscosity_pa_s": 0.0}, None]
 )
-def test_what_the_fast_model_cannot_do_has_no_chapter(tmp_path, tables):
-    assert modelled(tmp_path, **tables) is None
+def test_what_the_fast_model_cannot_do_has_no_chapter(tmp_path, fluid):
+    assert modelled(tmp_path, fluid=fluid and PASTE | fluid) is None
 
 
 def test_side_cracks_keep_their_width(tmp_path):
-    found = present(modelled(tmp_path, replace(straight_slot(40.0), branches_kept=True)), "found")
-    assert "mean_width_mm" not in found.sliders
-    assert "mean_width_mm" not in found.trial
-    assert list(found.widths) == [0]
-    assert any("side cracks" in sentence for sentence in found.unknown)
+    model = present(modelled(tmp_path, replace(straight_slot(40.0), branches_kept=True)), "model")
+    assert "mean_width_mm" not in model.sliders
+    assert "mean_width_mm" not in model.trial
+    assert list(model.widths) == [0]
+    assert any("side cracks" in sentence for sentence in model.unknown)
 
 
 def test_a_width_that_the_trial_gave_is_written_where_it_is_not_moved(tmp_path):
-    photo = {"file": "crack.png", "data": "synthetic", "mm_per_px": 1.0, "mean_width_mm": 3.1}
-    without = {key: value for key, value in photo.items() if key != "mean_width_mm"}
-    for given, said in ((photo, True), (without, False)):
-        found = present(modelled(tmp_path, photo=given), "found")
-        assert found.sliders["mean_width_mm"].in_trial == said
+    photo = {"file": "crack.png", "data": "synthetic", "mm_per_px": 1.0}
+    for given, in_trial in ((photo | {"mean_width_mm": 3.1}, True), (photo, False)):
+        model = present(modelled(tmp_path, photo=given), "model")
+        assert model.sliders["mean_width_mm"].in_trial == in_trial
 
 
 def test_a_long_path_is_thinned(tmp_path):
     path = {"volume_ml": 1.2, "trim_mm": 6.0, "spacing_mm": 0.02}
     assert len(plan_trajectory(straight_slot(40.0), NozzlePath.model_validate(path)).t_s) > MOST_PLACES
-    found = present(modelled(tmp_path, path=path), "found")
-    assert len(found.path["t_s"]) == len(found.widths[0].given_mm3) == MOST_PLACES
-    assert found.widths[0].given_mm3[-1] == pytest.approx(1200.0)
+    model = present(modelled(tmp_path, path=path), "model")
+    assert len(model.path["t_s"]) == len(model.widths[0].given_mm3) == MOST_PLACES
+    assert model.widths[0].given_mm3[-1] == pytest.approx(1200.0)
 
 
 def test_the_page_says_what_the_crack_s_shape_hides_from_its_model(tmp_path):
     """A bar along half of the slot; the page, which computes no such reason, called it fit."""
     ring_mm = np.array([(10.0, -0.4), (10.0, 0.4), (30.0, 0.4), (30.0, -0.4)])
-    found = present(modelled(tmp_path, replace(straight_slot(40.0), islands_mm=(ring_mm,))), "found")
-    assert any(why.startswith("Stones,") for why in found.unknown)
+    model = present(modelled(tmp_path, replace(straight_slot(40.0), islands_mm=(ring_mm,))), "model")
+    assert any(why.startswith("Stones,") for why in model.unknown)

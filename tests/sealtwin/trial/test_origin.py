@@ -24,17 +24,12 @@ def job(tmp_path) -> Job:
     run.mkdir()
     sheet = source / "inputs" / "readings.csv"
     sheet.write_bytes((FIXTURE / "caliper.csv").read_bytes())
-    kept = {
-        "role": "readings",
-        "original": "P01 Messung.csv",
-        "kept_as": "inputs/readings.csv",
-        "sha256": sha256(sheet),
-    }
-    record = {"ingested_utc": "2026", "source": "/home/a", "files": [kept], "operator": "A. B.", "date": "1.3.2026"}
+    file = {"role": "readings", "original": "P01 Messung.csv", "kept_as": "inputs/readings.csv"}
+    file["sha256"] = sha256(sheet)
+    record = {"ingested_utc": "2026", "source": "/home/a", "files": [file], "operator": "A. B.", "date": "1.3.2026"}
     (source / RECORD).write_text(json.dumps(record))
     trial = load_trial(FIXTURE / "trial.toml")
-    assert trial.readings is not None
-    readings = trial.readings.model_copy(update={"file": Path("inputs/readings.csv")})
+    readings = present(trial.readings, "readings").model_copy(update={"file": Path("inputs/readings.csv")})
     trial = trial.model_copy(update={"readings": readings})
     return Job(trial, source, RunFolder(run, {"version": 1, "stages": {}}), sheet, "cpu", Progress())
 
@@ -43,8 +38,7 @@ def test_a_sheet_is_named_as_the_lab_named_it_and_in_the_run_folder_still(job):
     sheet = present(sheet_of(job), "sheet")
     assert (sheet.name, sheet.operator, sheet.date) == ("P01 Messung.csv", "A. B.", "1.3.2026")
     keep_origin(job)
-    kept = (job.path / ORIGIN).read_text()
-    assert "/home/a" not in kept
+    assert "/home/a" not in (job.path / ORIGIN).read_text()
     assert sheet_of(replace(job, source=job.path)) == sheet
 
 

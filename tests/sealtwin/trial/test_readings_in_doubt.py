@@ -6,15 +6,15 @@ import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
+from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
-from sealtwin.trial.job import STAGES, resume_job
+from sealtwin.trial.job import STAGES
 from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import readings_of
 from tests.evidence import make_evidence
 from tests.pages import leave_out_pages
-from tests.studies import tiny_lab
+from tests.studies import job_in, tiny_lab
 from validate.wording.comparison import readings_table
 
 SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
@@ -35,41 +35,35 @@ def run(tmp_path, monkeypatch):
     return tmp_path / "run"
 
 
-def _told(run) -> str:
-    """Return what 'sealtwin validate --quiet' says beside its answer, on one line."""
+def _warnings(run) -> str:
+    """Return what 'sealtwin validate --quiet' writes beside its answer, on one line."""
     answer = CliRunner().invoke(app, ["validate", str(run), "--quiet"])
     assert answer.exit_code == 0, answer.output
     return " ".join(answer.stderr.split())
 
 
 def test_a_doubt_is_said_until_the_trial_answers_it(run):
-    narration = _told(run)
-    assert "warning:" in narration
-    assert "cell C3: 0 mm at s = 4 mm" in narration
-    assert 'readings.as_written = ["C3"]' in narration
+    narration = _warnings(run)
+    for words in ("warning:", "cell C3: 0 mm at s = 4 mm", 'readings.as_written = ["C3"]'):
+        assert words in narration
     trial = run / "trial.toml"
     trial.write_text(trial.read_text().replace("[readings]\n", '[readings]\nas_written = ["C3"]\n'))
-    assert "cell C3" not in _told(run)
+    assert "cell C3" not in _warnings(run)
 
 
 def test_readings_are_held_against_no_volume_that_nobody_said(run):
     """The default fills the cavity: how much was dispensed is then not known."""
     (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
-    with open_folder(run, create=False) as folder:
-        job = resume_job(folder, "cpu", Progress())
+    with job_in(run) as job:
         unsaid = job.trial.model_copy(update={"path": job.trial.path.model_copy(update={"volume_ml": "cavity"})})
-        said_volume, said_none = (readings_of(one) for one in (job, replace(job, trial=unsaid)))
-    assert said_volume is not None
-    assert said_none is not None
-    assert any("were dispensed" in doubt for doubt in said_volume.doubts)
-    assert not any("were dispensed" in doubt for doubt in said_none.doubts)
+        for one, doubted in ((job, True), (replace(job, trial=unsaid), False)):
+            readings = present(readings_of(one), "readings")
+            assert any("were dispensed" in doubt for doubt in readings.doubts) is doubted
 
 
 def test_a_doubt_stands_in_the_reports_table_of_readings(tmp_path):
     evidence = make_evidence(tmp_path)
-    assert evidence.readings is not None
-    assert evidence.comparison is not None
-    doubtful = replace(evidence.readings, doubts=("caliper.csv, line 3, cell C3: 0 mm",))
-    rows = readings_table(doubtful, evidence.comparison, None).rows
-    assert ("in doubt", "caliper.csv, line 3, cell C3: 0 mm") in rows
-    assert "in doubt" not in dict(readings_table(evidence.readings, evidence.comparison, None).rows)
+    comparison, readings = present(evidence.comparison, "comparison"), present(evidence.readings, "readings")
+    doubtful = replace(readings, doubts=("caliper.csv, line 3, cell C3: 0 mm",))
+    assert ("in doubt", "caliper.csv, line 3, cell C3: 0 mm") in readings_table(doubtful, comparison, None).rows
+    assert "in doubt" not in dict(readings_table(readings, comparison, None).rows)

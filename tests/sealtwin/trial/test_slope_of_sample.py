@@ -10,16 +10,14 @@ import sealtwin as st
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study.study_folder import read_plan, run_path
-from sealtwin.study.sweep import SweepOptions, sweep
-from sealtwin.trial.job import resume_job, stage_settings
+from sealtwin.study.sweep import sweep
+from sealtwin.trial.job import stage_settings
 from sealtwin.trial.pipeline import run_stages, run_trial
 from sealtwin.trial.trial_file import load_trial
-from tests.studies import compute_here, tiny_lab
+from tests.studies import HERE, compute_here, job_in, tiny_lab
 
 QUIET = Progress()
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
 
 
 def run(lab: Path, out: Path, table: str = "") -> tuple[str, ...]:
@@ -30,6 +28,7 @@ def run(lab: Path, out: Path, table: str = "") -> tuple[str, ...]:
     return run_trial(load_trial(trial), lab, out, ("digitise", "simulate"), "cpu", QUIET).redone
 
 
+@pytest.mark.broad
 def test_a_changed_slope_redoes_the_fluid_and_an_unchanged_one_nothing(tmp_path):
     tiny_lab(tmp_path)
     out = tmp_path / "out"
@@ -45,11 +44,8 @@ def test_a_changed_slope_redoes_the_fluid_and_an_unchanged_one_nothing(tmp_path)
     # Seen to fail where only tables that are wanted now were compared.
     trial = out / "trial.toml"
     trial.write_text(trial.read_text(encoding="utf-8").replace("gradient_deg = 5.0", "gradient_deg = 0.0"))
-    with (
-        open_folder(out, create=False) as folder,
-        pytest.raises(InputError, match=r"\[sample\] differs from what simulate ran with"),
-    ):
-        run_stages(resume_job(folder, "cpu", QUIET), ("validate",))
+    with job_in(out) as job, pytest.raises(InputError, match=r"\[sample\] differs from what simulate ran with"):
+        run_stages(job, ("validate",))
     assert run(tmp_path, out) == ("simulate",)
     assert (out / "particles.csv").read_bytes() == level
 

@@ -13,14 +13,14 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.extra_runs import vary
 from sealtwin.trial import pipeline, validate_stage
-from sealtwin.trial.job import STAGES, resume_job, shown, start_job
+from sealtwin.trial.job import STAGES, shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
 from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
 from tests.narration import Narration
 from tests.pages import leave_out_pages
-from tests.studies import tiny_lab
+from tests.studies import job_in, tiny_lab
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,12 @@ def redone_in(run: Path, lab: Path) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize(
-    ("raised", "redone"), [("digitise", STAGES), ("simulate", ("simulate", "validate")), ("validate", ("validate",))]
+    ("raised", "redone"),
+    [
+        pytest.param("digitise", STAGES, marks=pytest.mark.broad),
+        pytest.param("simulate", ("simulate", "validate"), marks=pytest.mark.broad),
+        ("validate", ("validate",)),
+    ],
 )
 def test_a_raised_number_makes_its_stage_and_those_after_it_anew(run, lab, monkeypatch, raised, redone):
     assert redone_in(run, lab) == ()
@@ -80,9 +85,9 @@ def test_a_stage_that_goes_on_from_files_of_another_number_says_so_and_records_i
     before = dict(NUMBERS)
     monkeypatch.setitem(NUMBERS, "digitise", 999)
     narration = Narration()
-    with open_folder(run, create=False) as folder:
-        run_stages(resume_job(folder, "cpu", narration), ("simulate",))
-        assert folder.numbers_of("simulate") == numbers_up_to("simulate") | {"digitise": before["digitise"]}
+    with job_in(run, narration) as job:
+        run_stages(job, ("simulate",))
+        assert job.folder.numbers_of("simulate") == numbers_up_to("simulate") | {"digitise": before["digitise"]}
     words = f"computed by digitise {before['digitise']}, while this version has digitise 999. 'sealtwin run TRIAL"
     assert any(words in note for note in narration.notes)
 
@@ -104,33 +109,34 @@ def test_every_answer_on_a_run_of_another_version_says_so_once(run, tmp_path, mo
     places = {"RUN": run, "CELL": tmp_path / "cell.toml", "OUT": tmp_path / "out"}
     command = [*(str(places.get(word, word)) for word in words.split()), "--quiet"]
     own = NUMBERS[raised]
-    for number, told in ((own, 0), (999, 1)):
+    for number, times in ((own, 0), (999, 1)):
         monkeypatch.setitem(NUMBERS, raised, number)
         answers = [CliRunner().invoke(app, [*command, *more]) for more in ([], ["--json"])]
         assert [answer.exit_code for answer in answers] == [0, 0], answers[0].stderr
         sentence = f"{shown(run)}: computed by {raised} {own}, while this version has {raised} 999. 'sealtwin run TRIAL"
-        assert answers[0].stdout.count(sentence) == told
+        assert answers[0].stdout.count(sentence) == times
         others = json.loads(answers[1].stdout)["other_versions"]
-        assert [other.startswith(sentence) for other in others] == [True] * told
+        assert [other.startswith(sentence) for other in others] == [True] * times
 
 
 def test_extra_runs_of_another_solver_than_the_level_are_refused(run, monkeypatch):
     """Their differences from the level would be taken for the scatter of one solver."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
-    with open_folder(run, create=False) as folder, pytest.raises(InputError, match="from another solver") as fault:
-        vary(resume_job(folder, "cpu", Narration()))
+    with job_in(run) as job, pytest.raises(InputError, match="from another solver") as fault:
+        vary(job)
     assert f"simulate {own}, while this version has simulate 999" in str(fault.value)
 
 
 def test_extra_runs_of_another_number_are_left_out_of_a_report_with_a_word(run, monkeypatch):
     """The file is there and whole; only its number is another."""
     narration = Narration()
-    with open_folder(run, create=False) as folder:
-        job = resume_job(folder, "cpu", narration)
+    with job_in(run, narration) as job:
         files.write_json(run / validate_stage.SPREAD, {})
         settings, numbers = validate_stage.varied_settings(job.trial), {**NUMBERS, "simulate": 999}
-        folder.record(validate_stage.UNCERTAINTY, "key", settings, {}, [validate_stage.SPREAD], 1.0, numbers=numbers)
+        job.folder.record(
+            validate_stage.UNCERTAINTY, "key", settings, {}, [validate_stage.SPREAD], 1.0, numbers=numbers
+        )
         assert validate_stage.read_spread(job) is None
     assert "not used, since its extra runs were computed by simulate 999, while" in narration.notes[0]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.run_folder import MANIFEST
 from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
@@ -36,31 +36,31 @@ def listed(folder: Path) -> list[tuple[float, str]]:
     return [(t_s, file.name) for t_s, file in entries]
 
 
+@pytest.mark.broad
 def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
     """Frames behind the checkpoint stay, those beyond it and what was being written go."""
     folder, times_s = tmp_path / "frames", [0.05 * number for number in range(12)]
-    run, seen = injection(), []
+    run, lengths = injection(), []
     watcher = FrameFiles(folder / "fill.pvd", times_s)
     watcher.begin(run)
-    kept = None
+    checkpoint = None
     while run.done < 50:
         go_on(run, watcher, 1)
-        seen.append(len(listed(folder)))
+        lengths.append(len(listed(folder)))
         if run.done == 25:
-            kept = run.snapshot()
-    assert kept is not None
-    assert seen == sorted(seen)
-    assert seen[24] < seen[-1] == len(list(folder.glob("*.vtp")))
+            checkpoint = run.snapshot()
+    assert lengths == sorted(lengths)
+    assert lengths[24] < lengths[-1] == len(list(folder.glob("*.vtp")))
     at_kill = listed(folder)
     (folder / ".sealtwin-tmp-4711-0123abcd.vtp").write_bytes(b"half")
     mine = {".notes.txt", "axes.vtp", "results.vtp"}
     for name in mine:
         (folder / name).write_text("mine")
     resumed = injection()
-    resumed.restore(kept)
+    resumed.restore(present(checkpoint, "checkpoint"))
     watcher = FrameFiles(folder / "fill.pvd", times_s)
     watcher.begin(resumed)
-    assert listed(folder) == at_kill[: seen[24]]
+    assert listed(folder) == at_kill[: lengths[24]]
     assert {file.name for file in folder.iterdir()} == {"fill.pvd", *mine, *(name for _, name in listed(folder))}
     go_on(resumed, watcher, 25)
     assert listed(folder) == at_kill

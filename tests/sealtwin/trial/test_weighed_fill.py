@@ -12,13 +12,11 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study.extra_runs import _variants
 from sealtwin.study.moved_inputs import Base
-from sealtwin.trial.job import resume_job
 from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
-from tests.studies import tiny_lab
+from tests.studies import job_in, tiny_lab
 
 QUIET = Progress()
 DECLARED = "\n[uncertainty]\nwidth_mm = 0.1\ndepth_mm = 0.3\n"
@@ -40,18 +38,18 @@ def run(trial: Path, out: Path, *stages) -> tuple[str, ...]:
     return run_trial(load_trial(trial), trial.parent, out, stages or ("digitise",), "cpu", QUIET).redone
 
 
+@pytest.mark.broad
 def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
     trial, out = lab_with(tmp_path), tmp_path / "out"
     assert run(trial, out) == ("digitise",)
     recorded = read_json(out / "solid.json")
-    weighed = recorded["weighed"]
+    weighed, volume_95_mm3 = recorded["weighed"], recorded["cavity_volume_95_mm3"]
     assert recorded["wall_angles_deg"] == pytest.approx([weighed["wall_angle_deg"]] * 2)
     assert recorded["depth_mm"] == pytest.approx(weighed["depth_mm"])
-    assert recorded["cavity_volume_95_mm3"][0] < recorded["cavity_volume_mm3"] < recorded["cavity_volume_95_mm3"][1]
+    assert volume_95_mm3[0] < recorded["cavity_volume_mm3"] < volume_95_mm3[1]
     assert record_files.read_solid(out).figures.weighed is not None
-    crack = present(load_trial(out / "trial.toml").crack, "crack")
-    assert crack.fill is not None
-    assert crack.fill.mass_g == (0.109, 0.174, 0.246)
+    fill = present(present(load_trial(out / "trial.toml").crack, "crack").fill, "fill")
+    assert fill.mass_g == (0.109, 0.174, 0.246)
     # Its content counts, not its name; and so does how well width and depth are known.
     (tmp_path / "fill.csv").rename(tmp_path / "renamed.csv")
     text = trial.read_text(encoding="utf-8").replace("fill.csv", "renamed.csv")
@@ -86,7 +84,7 @@ def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path, fill, place):
 @pytest.mark.parametrize(
     ("crack", "more", "key"),
     [
-        ('fill = "fill.csv"\nwall_angle_deg = 5.5', DECLARED, "wall_angle_deg beside fill"),
+        ('fill = "fill.csv"\nwall_angle_deg = 5.5', DECLARED, "wall_angle_deg cannot be combined with fill"),
         ('fill = "fill.csv"', f"{DECLARED}wall_angle_deg = 1.0\n", "uncertainty.wall_angle_deg with crack.fill"),
         ("[crack.fill]\nmass_g = [1.0]", DECLARED, "give file"),
         ('[crack.fill]\nfile = "fill.csv"\nmass_g = [1.0]', DECLARED, "mass_g and file"),
@@ -105,8 +103,7 @@ def test_the_extra_runs_move_width_angle_and_depth_together(tmp_path):
     text = trial.read_text(encoding="utf-8").replace("radius_mm = 0.45", "radius_mm = 0.36")
     trial.write_text(text, encoding="utf-8")
     run(trial, out, "digitise", "simulate")
-    with open_folder(out, create=False) as folder:
-        job = resume_job(folder, "cpu", QUIET)
+    with job_in(out) as job:
         base = Base.of(job)
         variants = _variants(base, designed=True)
     weighed = present(base.sample.solid.figures.weighed, "weighed")

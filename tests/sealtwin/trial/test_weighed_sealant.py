@@ -6,41 +6,25 @@ from pathlib import Path
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.core.settings import checked
 from sealtwin.study.moved_inputs import Base, moved_sample
-from sealtwin.trial.job import resume_job, start_job
-from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial, with_settings
 from sealtwin.trial.validate_stage import varied_settings
-from tests.studies import TRIAL, tiny_lab
+from tests.studies import TRIAL, job_in, run_tiny
 
-WEIGHED = """
-[path.weighed]
-mass_g = 0.11
-mass_sd_g = 0.0055
-density_kg_m3 = 1100
-density_sd_kg_m3 = 22
-"""
+WEIGHT = {"mass_g": 0.11, "mass_sd_g": 0.0055, "density_kg_m3": 1100.0, "density_sd_kg_m3": 22.0}
 TEXT = TRIAL.replace("volume_ml = 0.08\n", "").replace("[solver]", '[solver]\nmodel = "slot"')
 TEXT = (
     TEXT.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", 'viscosity_pa_s = 0.05\nfreeze_after_s = "never"')
-    + WEIGHED
+    + "\n[path.weighed]\n"
+    + "".join(f"{key} = {value:g}\n" for key, value in WEIGHT.items())
 )
 
 
 def test_the_nozzle_gives_mass_over_density_with_the_doubt_of_both(tmp_path):
-    tiny_lab(tmp_path)
-    (tmp_path / "trial.toml").write_text(TEXT)
-    with open_folder(tmp_path / "run", create=True) as folder:
-        run_stages(
-            start_job(load_trial(tmp_path / "trial.toml"), tmp_path, folder, "cpu", Progress()),
-            ("digitise", "simulate"),
-        )
-    with open_folder(tmp_path / "run", create=False) as folder:
+    with job_in(run_tiny(tmp_path, TEXT)) as job:
         # The folder's own trial has the volume beside the mass that it follows from.
-        base = Base.of(job := resume_job(folder, "cpu", Progress()))
+        base = Base.of(job)
     assert base.sample.trajectory.dispensed_mm3 == pytest.approx(100.0)
     assert base.inputs == {"volume_ml": pytest.approx(0.1 * hypot(0.05, 0.02))}
     assert moved_sample(base, {"volume_ml": 0.01}).trajectory.dispensed_mm3 == pytest.approx(110.0)
@@ -49,26 +33,19 @@ def test_the_nozzle_gives_mass_over_density_with_the_doubt_of_both(tmp_path):
     assert varied_settings(other) != varied_settings(job.trial)
 
 
-WEIGHT = {"mass_g": 0.11, "mass_sd_g": 0.0055, "density_kg_m3": 1100.0, "density_sd_kg_m3": 22.0}
-
-
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "named"),
     [
-        ("speed_mm_s = 20\n", "speed_mm_s = 20\nvolume_ml = 0.09\n", "volume_ml beside weighed"),
-        (
-            "[path.weighed]",
-            "[uncertainty]\nvolume_ml = 0.1\n\n[path.weighed]",
-            "uncertainty.volume_ml with path.weighed",
-        ),
+        ("speed_mm_s = 20\n", "speed_mm_s = 20\nvolume_ml = 0.09\n", "volume_ml cannot be combined with weighed"),
+        ("[path.weighed]", "[uncertainty]\nvolume_ml = 0.1\n[path.weighed]", "uncertainty.volume_ml with path.weighed"),
         ("mass_sd_g = 0.0055\n", "", "path.weighed.mass_sd_g"),
         ("density_kg_m3 = 1100", "density_kg_m3 = 1.1", "path.weighed.density_kg_m3"),
     ],
 )
-def test_what_contradicts_it_is_refused_by_name(tmp_path, old, new, told):
+def test_what_contradicts_it_is_refused_by_name(tmp_path, old, new, named):
     assert old in TEXT
     (tmp_path / "trial.toml").write_text(TEXT.replace(old, new))
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=named):
         load_trial(tmp_path / "trial.toml")
 
 

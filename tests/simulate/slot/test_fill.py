@@ -20,7 +20,7 @@ def poured_in_the_middle(crack: tuple[Solid, Outline], volume_mm3: float, within
 
 
 @pytest.mark.parametrize("stress_pa", [0.0, 3.0, 40.0])
-@pytest.mark.parametrize("index", [0.5, 1.0])
+@pytest.mark.parametrize("index", [pytest.param(0.5, marks=pytest.mark.broad), 1.0])
 def test_no_sealant_is_lost(stress_pa: float, index: float):
     """Overfilled cracks and steep samples too."""
     for volume_ml, slope in ((1.0, SampleSlope()), (3.0, SampleSlope(gradient_deg=8.0, crossfall_deg=3.0))):
@@ -61,9 +61,9 @@ def test_paste_at_rest_keeps_the_slope_that_its_walls_hold():
     sections = filled.sections
     height_mm = sections.height_mm(filled.area_mm2)
     radius_mm = sections.holding_mm(filled.area_mm2, sections.wetted_mm(height_mm))
-    held = PASTE.yield_stress_pa / (1690.0 * 9.81e-3) / np.maximum(radius_mm, 1e-6)
+    steepest = PASTE.yield_stress_pa / (1690.0 * 9.81e-3) / np.maximum(radius_mm, 1e-6)
     rises = np.abs(np.diff(filled.level_mm) / sections.step_mm)
-    upper = np.where(filled.level_mm[1:] > filled.level_mm[:-1], held[1:], held[:-1])
+    upper = np.where(filled.level_mm[1:] > filled.level_mm[:-1], steepest[1:], steepest[:-1])
     beside = np.abs((sections.s_mm[1:] + sections.s_mm[:-1]) / 2 - 40.0) > 6.0
     deep = beside & (filled.area_mm2[1:] > 20.0) & (filled.area_mm2[:-1] > 20.0)
     # The last of the flow is slow: 0.02 of the slope is left to flow.
@@ -93,6 +93,7 @@ def test_newtons_fluid_spreads_as_barenblatt_says():
     assert np.abs(x[height_mm > 0.3]).max() == pytest.approx(front_mm, rel=0.03)
 
 
+@pytest.mark.broad
 def test_finer_cells_and_steps_change_little_and_less():
     crack = slot(60.0, 4.0, 16.0)
     trajectory = path(crack[1], 2.0, trim_mm=8.0)

@@ -66,11 +66,11 @@ def test_a_level_over_the_face_is_outside_and_what_it_asks_for_is_inside():
     assert run.fast_fill.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
     assert run.fast_fill.fill < FULLEST
     assert any("above the face" in sentence for sentence in run.unfit)
-    found = re.search(r"yield_stress_pa = ([\d.]+) or less", run.unfit[-1])
-    assert found is not None
+    stress = re.search(r"yield_stress_pa = ([\d.]+) or less", run.unfit[-1])
+    assert stress is not None
     share = re.search(r"path\.fill = ([\d.]+)", run.unfit[-1])
     volume_ml = 1.6 * float(share[1]) / run.fast_fill.fill if share else 1.6
-    again, _ = poured(volume_ml=volume_ml, yield_stress_pa=float(found[1]))
+    again, _ = poured(volume_ml=volume_ml, yield_stress_pa=float(stress[1]))
     assert again.fast_fill is not None
     assert again.unfit == ()
 
@@ -91,8 +91,8 @@ def test_a_crack_with_room_that_sections_leave_out_is_outside(room: float, fit: 
     """Such as side cracks, or closed tips of walls that open downward; 5 % are allowed."""
     solid, outline = slot(40.0)
     roomy = replace(solid, cavity_volume_mm3=room * solid.cavity_volume_mm3)
-    found = fitness_of(roomy, outline, path(outline, 1.2, trim_mm=6.0), HerschelBulkley(1690.0, 4.0, 0.3))
-    assert ("volume" not in str(found.unfit)) is fit
+    fitness = fitness_of(roomy, outline, path(outline, 1.2, trim_mm=6.0), HerschelBulkley(1690.0, 4.0, 0.3))
+    assert ("volume" not in str(fitness.unfit)) is fit
 
 
 @pytest.mark.parametrize(
@@ -157,6 +157,6 @@ def test_the_fast_model_fills_a_sample_that_does_not_lie_level():
 def test_a_fill_alone_is_advised_and_one_of_a_study_is_not():
     """A dozen fills more for each of hundreds of runs would be read by nobody."""
     alone, each = ([*run.unfit] for run, _ in one_of_each(stiff(11.0), 1.6))
-    assert alone[-1].startswith("Inside its domain with: ")
+    assert alone[-1].startswith("The case is inside the domain with: ")
     assert each == alone[:-1]
     assert each

@@ -3,13 +3,14 @@
 import json
 import struct
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
 
-from tests.meshes import Mesh, box, mesh_of, slotted
+from tests.meshes import box, mesh_of, slotted
 from tests.slow.reports.table import LONG_SLOT_MM3, MESH, MM3, SLOT, TO, refused, report, right, warned
 
 
@@ -38,8 +39,11 @@ def obj_of_polygons(folder: Path) -> None:
     (folder / "block.obj").write_text("\n".join(lines) + "\n")
 
 
-def slotted_mesh() -> Any:
+def slotted_mesh(standing: bool = False) -> Any:
+    """The slotted block in mm; ``standing``: in m, with y upward as a GLB has it."""
     vertices, faces = mesh_of(slotted())
+    if standing:
+        vertices = vertices[:, [0, 2, 1]] * (0.001, 0.001, -0.001)
     return trimesh.Trimesh(vertices, faces, process=False)
 
 
@@ -70,13 +74,20 @@ def write_three_mf(folder: Path, unit: str, build: str, further: str = "") -> No
         archive.writestr("3D/3dmodel.model", model)
 
 
-def _write_obj(path: Path, mesh: Mesh, *parts: str) -> None:
-    """Write faces in as many parts, each behind its lines."""
-    vertices, faces = mesh
+def _write_obj(path: Path, *parts: str) -> None:
+    """Write the slotted block's faces in as many parts, each behind its lines."""
+    vertices, faces = mesh_of(slotted())
     lines = [f"v {x} {y} {z}" for x, y, z in vertices]
     for head, share in zip(parts, np.array_split(faces + 1, len(parts)), strict=True):
         lines += [head, *(f"f {a} {b} {c}" for a, b, c in share)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _write_off(folder: Path, head: str, before_corners: Sequence[str] = (), before_faces: Sequence[str] = ()) -> None:
+    vertices, faces = mesh_of(slotted())
+    lines = [f"{head}{len(vertices)} {len(faces)} 0", *before_corners, *(f"{x} {y} {z}" for x, y, z in vertices)]
+    lines += [*before_faces, *(f"3 {a} {b} {c}" for a, b, c in faces)]
+    (folder / "block.off").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 # Concave polygons of an OBJ are cut into a fan that covers their notches.
@@ -135,10 +146,7 @@ def ply_cut_short(folder: Path) -> None:
 )
 def glb_y_up(folder: Path) -> None:
     """A GLB is y upward by its specification, and lies on its side where z is up."""
-    mesh = slotted_mesh()
-    x, y, z = mesh.vertices.T / 1000
-    mesh.vertices = np.column_stack([x, z, -y])
-    mesh.export(folder / "block.glb")
+    slotted_mesh(standing=True).export(folder / "block.glb")
 
 
 @report("openscad/openscad/issues/945", MESH("stl"), SLOT, refused("block.stl", "area|degenerate|flat"))
@@ -166,11 +174,9 @@ def three_mf_scaled_by_its_build(folder: Path) -> None:
 )
 def glb_quantized(folder: Path) -> None:
     """Positions stored as normalised integers come out half or twice as large."""
-    mesh = slotted_mesh()
-    x, y, z = mesh.vertices.T / 1000
-    standing = np.column_stack([x, z, -y])
-    low, reach_m = standing.min(axis=0), 0.1
-    stored = np.rint((standing - low) / reach_m * 65535).astype("<u2")
+    mesh, reach_m = slotted_mesh(standing=True), 0.1
+    low = mesh.vertices.min(axis=0)
+    stored = np.rint((mesh.vertices - low) / reach_m * 65535).astype("<u2")
     # Rows of positions are padded to 8 bytes, as the format asks.
     padded = np.column_stack([stored, np.zeros(len(stored), dtype="<u2")])
     indices = mesh.faces.astype("<u2").tobytes()
@@ -204,9 +210,7 @@ def glb_quantized(folder: Path) -> None:
 @report("tinyobjloader/tinyobjloader/pull/235", MESH("obj"), SLOT)
 def obj_of_two_objects(folder: Path) -> None:
     """Of two objects one is skipped where a material is named before the object."""
-    mesh = slotted_mesh()
-    parts = ("usemtl stone\no Block.001", "usemtl wall\no Block")
-    _write_obj(folder / "block.obj", (mesh.vertices, mesh.faces), *parts)
+    _write_obj(folder / "block.obj", "usemtl stone\no Block.001", "usemtl wall\no Block")
 
 
 @report(
@@ -240,11 +244,7 @@ def stl_of_overlapping_bodies(folder: Path) -> None:
 @report("Twinklebear/tobj/issues/15", MESH("obj"), SLOT)
 def obj_of_groups_named_twice(folder: Path) -> None:
     """A group whose name comes twice is taken for two. Faces of one block in the groups a, b and a again."""
-    mesh = slotted_mesh()
-    lines = [f"v {x} {y} {z}" for x, y, z in mesh.vertices]
-    for name, share in zip("aba", np.array_split(mesh.faces + 1, 3), strict=True):
-        lines += [f"g {name}", *(f"f {a} {b} {c}" for a, b, c in share)]
-    (folder / "block.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    _write_obj(folder / "block.obj", "g a", "g b", "g a")
 
 
 @report("bambulab/BambuStudio/issues/11745", MESH("3mf"), SLOT, refused("block.3mf", "component|transform"))
@@ -284,17 +284,10 @@ def ply_of_polygons(folder: Path) -> None:
 @report("mikedh/trimesh/issues/542", MESH("off"), SLOT, refused("block.off", "readable|line|remark"))
 def off_with_remarks(folder: Path) -> None:
     """Remarks in an OFF stop its import. Remarks and empty lines between the parts of the file."""
-    mesh = slotted_mesh()
-    lines = ["OFF", "# a slotted block", f"{len(mesh.vertices)} {len(mesh.faces)} 0", "", "# corners"]
-    lines += [f"{x} {y} {z}" for x, y, z in mesh.vertices]
-    lines += ["", "# triangles", *(f"3 {a} {b} {c}" for a, b, c in mesh.faces)]
-    (folder / "block.off").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    _write_off(folder, "OFF\n# a slotted block\n", ["", "# corners"], ["", "# triangles"])
 
 
 @report("mikedh/trimesh/pull/753", MESH("off"), SLOT, refused("block.off", "readable|header|count"))
 def off_of_one_head(folder: Path) -> None:
     """The counts of an OFF stand directly behind its first word."""
-    mesh = slotted_mesh()
-    lines = [f"OFF{len(mesh.vertices)} {len(mesh.faces)} 0", *(f"{x} {y} {z}" for x, y, z in mesh.vertices)]
-    lines += [f"3 {a} {b} {c}" for a, b, c in mesh.faces]
-    (folder / "block.off").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    _write_off(folder, "OFF")

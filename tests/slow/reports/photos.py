@@ -1,6 +1,5 @@
 """Photos and masks."""
 
-import io
 import struct
 import zlib
 from pathlib import Path
@@ -10,13 +9,27 @@ import numpy as np
 import tifffile
 from PIL import Image, ImageCms
 
+import sealtwin as st
 from tests.pictures import mortar, with_crack
 from tests.slow.reports.files import CRACK_PX, WIDTH_PX, grey, photo, small_crack
-from tests.slow.reports.table import CLICKED, LENGTH, SCALED, WIDE, WIDTH, refused, report, right, warned
+from tests.slow.reports.table import (
+    CLICKED,
+    LENGTH,
+    SCALED,
+    WIDE,
+    WIDTH,
+    Command,
+    Maker,
+    refused,
+    report,
+    right,
+    warned,
+)
 
 CRACK_MM = 44.12
 """Length of the crack at 0.1 mm per pixel, with its round ends."""
-MASKED = f"digitise photo.png --mask mask.png {SCALED}"
+JPG, PNG, TIF = (f"digitise photo.{ending} {CLICKED}" for ending in ("jpg", "png", "tif"))
+JPG_MASK, PNG_MASK, TIF_MASK = (f"digitise photo.png --mask mask.{ending} {SCALED}" for ending in ("jpg", "png", "tif"))
 LENGTH_RIGHT = right(LENGTH, CRACK_MM, 1.5)
 
 
@@ -57,13 +70,32 @@ def _srgb() -> bytes:
     return ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 
 
+def rgb() -> Image.Image:
+    return Image.fromarray(grey()).convert("RGB")
+
+
+def tagged(orientation: int) -> Image.Exif:
+    tags = Image.Exif()
+    tags[274] = orientation
+    return tags
+
+
+def masked(save: Maker) -> Maker:
+    """Return a function that writes the photo, and its mask by ``save``."""
+    return lambda folder: (photo(folder), save(folder))
+
+
+def between(*ends_px: tuple[float, float]) -> Command:
+    return lambda: st.trace_crack(st.read_photo("crack.png", mm_per_px=0.1), ends_px=ends_px)
+
+
 def square_photo(folder: Path) -> None:
     small_crack(folder / "crack.png")
 
 
 @report(
     "divamgupta/image-segmentation-keras/issues/11",
-    MASKED,
+    PNG_MASK,
     right(WIDTH, 2.1, 0.3),
     refused("mask.png", "grey|values|between"),
 )
@@ -74,71 +106,50 @@ def mask_enlarged(folder: Path) -> None:
     cv2.imwrite(str(folder / "mask.png"), cv2.resize(small, (500, 300), interpolation=cv2.INTER_LINEAR))
 
 
-@report("jimp-dev/jimp/issues/816", f"digitise photo.tif {CLICKED}", refused("photo.tif", "page"), warned("page"))
+@report("jimp-dev/jimp/issues/816", TIF, refused("photo.tif", "page"), warned("page"))
 def two_pages(folder: Path) -> None:
     """Of a TIFF with several pages the first is taken, without a word."""
     first, second = Image.fromarray(grey(WIDTH_PX // 2)), Image.fromarray(grey())
     first.save(folder / "photo.tif", save_all=True, append_images=[second])
 
 
-@report(
-    "d2phap/ImageGlass/issues/1077",
-    f"digitise photo.tif {CLICKED}",
-    LENGTH_RIGHT,
-    refused("photo.tif", "orientation|turned|rotat|tag 274"),
+# A TIFF's tag of orientation is not respected.
+report("d2phap/ImageGlass/issues/1077", TIF, LENGTH_RIGHT, refused("photo.tif", "orientation|turned|rotat|tag 274"))(
+    lambda folder: (
+        Image.fromarray(grey()).transpose(Image.Transpose.ROTATE_90).save(folder / "photo.tif", tiffinfo={274: 6})
+    )
 )
-def turned_tiff(folder: Path) -> None:
-    """A TIFF's tag of orientation is not respected."""
-    upright = Image.fromarray(grey())
-    upright.transpose(Image.Transpose.ROTATE_90).save(folder / "photo.tif", tiffinfo={274: 6})
 
 
-@report(
-    "haraldk/TwelveMonkeys/issues/184",
-    f"digitise photo.tif {CLICKED}",
-    LENGTH_RIGHT,
-    refused("photo.tif", "planar|plane"),
-)
+@report("haraldk/TwelveMonkeys/issues/184", TIF, LENGTH_RIGHT, refused("photo.tif", "planar|plane"))
 def planar_tiff(folder: Path) -> None:
     """A TIFF whose colours lie in planes is taken for one with interleaved colours."""
     planes = np.stack([grey(), 0.9 * grey(), 0.75 * grey()]).astype(np.uint8)
     tifffile.imwrite(folder / "photo.tif", planes, photometric="rgb", planarconfig="separate")
 
 
-@report("image-rs/image-tiff/issues/400", f"digitise photo.tif {CLICKED}", LENGTH_RIGHT, refused("photo.tif", "tile"))
+@report("image-rs/image-tiff/issues/400", TIF, LENGTH_RIGHT, refused("photo.tif", "tile"))
 def tiled_tiff(folder: Path) -> None:
     """A tiled TIFF whose width is not a multiple of the tiles' has black columns."""
     tifffile.imwrite(folder / "photo.tif", np.stack([grey()] * 3, axis=-1), photometric="rgb", tile=(128, 128))
 
 
-@report(
-    "darktable-org/darktable/pull/18815",
-    f"digitise photo.png --mask mask.tif {SCALED}",
-    WIDE,
-    refused("mask.tif", "white|inverted"),
+# A grey TIFF whose 0 is white is read inverted. A mask in a TIFF whose 0 is white, by its tag 262.
+report("darktable-org/darktable/pull/18815", TIF_MASK, WIDE, refused("mask.tif", "white|inverted"))(
+    masked(lambda folder: tifffile.imwrite(folder / "mask.tif", 255 - painted(), photometric="miniswhite"))
 )
-def mask_of_white_zero(folder: Path) -> None:
-    """A grey TIFF whose 0 is white is read inverted. A mask in a TIFF whose 0 is white, by its tag 262."""
-    photo(folder)
-    tifffile.imwrite(folder / "mask.tif", 255 - painted(), photometric="miniswhite")
 
 
-@report(
-    "pnggroup/libpng/issues/853",
-    f"digitise photo.png {CLICKED}",
-    LENGTH_RIGHT,
-    refused("photo.png", "16|interlac|more than 8 bits"),
+# An interlaced PNG of 16 bits, brought to 8, has wrong values in half of its pixels.
+report("pnggroup/libpng/issues/853", PNG, LENGTH_RIGHT, refused("photo.png", "16|interlac|more than 8 bits"))(
+    lambda folder: _grey_png(folder / "photo.png", grey().astype(np.uint16) * 257, 16, interlaced=True)
 )
-def interlaced_of_16_bits(folder: Path) -> None:
-    """An interlaced PNG of 16 bits, brought to 8, has wrong values in half of its pixels."""
-    _grey_png(folder / "photo.png", grey().astype(np.uint16) * 257, 16, interlaced=True)
 
 
-@report("michaelrsweet/pappl/issues/267", MASKED, WIDE, refused("mask.png", "bit"))
-def mask_of_2_bits(folder: Path) -> None:
-    """A grey PNG of few bits is all black."""
-    photo(folder)
-    _grey_png(folder / "mask.png", painted() // 85, 2)
+# A grey PNG of few bits is all black.
+report("michaelrsweet/pappl/issues/267", PNG_MASK, WIDE, refused("mask.png", "bit"))(
+    masked(lambda folder: _grey_png(folder / "mask.png", painted() // 85, 2))
+)
 
 
 @report(
@@ -149,28 +160,25 @@ def mask_of_2_bits(folder: Path) -> None:
 )
 def turned_webp(folder: Path) -> None:
     """The orientation that a WebP states is ignored."""
-    tags = Image.Exif()
-    tags[274] = 6
-    stored = Image.fromarray(grey()).convert("RGB").transpose(Image.Transpose.ROTATE_90)
-    stored.save(folder / "photo.webp", lossless=True, exif=tags.tobytes())
+    stored = rgb().transpose(Image.Transpose.ROTATE_90)
+    stored.save(folder / "photo.webp", lossless=True, exif=tagged(6).tobytes())
 
 
-@report("openMVG/openMVG/issues/217", f"digitise photo.jpg {CLICKED}", LENGTH_RIGHT, refused("photo.jpg", "exif|size"))
+@report("openMVG/openMVG/issues/217", JPG, LENGTH_RIGHT, refused("photo.jpg", "exif|size"))
 def size_of_before(folder: Path) -> None:
     """The size in the EXIF is not that of the picture, which was made smaller."""
-    tags = Image.Exif()
-    tags[274] = 1
+    tags = tagged(1)
     tags.get_ifd(34665).update({40962: 4000, 40963: 2400, 41989: 26})
-    Image.fromarray(grey()).convert("RGB").save(folder / "photo.jpg", quality=95, exif=tags.tobytes())
+    rgb().save(folder / "photo.jpg", quality=95, exif=tags.tobytes())
 
 
-@report("haraldk/TwelveMonkeys/issues/147", f"digitise photo.jpg {CLICKED}", LENGTH_RIGHT, refused("photo.jpg", "cmyk"))
-def cmyk_by_adobe(folder: Path) -> None:
-    """A JPEG in CMYK by Adobe is read inverted."""
-    Image.fromarray(grey()).convert("RGB").convert("CMYK").save(folder / "photo.jpg", quality=95)
+# A JPEG in CMYK by Adobe is read inverted.
+report("haraldk/TwelveMonkeys/issues/147", JPG, LENGTH_RIGHT, refused("photo.jpg", "cmyk"))(
+    lambda folder: rgb().convert("CMYK").save(folder / "photo.jpg", quality=95)
+)
 
 
-@report("RodDalBen/SHINE_color/issues/11", MASKED, WIDE, refused("mask.png", "transparen|alpha|white|whole|all of"))
+@report("RodDalBen/SHINE_color/issues/11", PNG_MASK, WIDE, refused("mask.png", "transparen|alpha|white|whole|all of"))
 def mask_by_transparency(folder: Path) -> None:
     """What is transparent in a PNG becomes as coloured as the rest."""
     photo(folder)
@@ -193,22 +201,16 @@ def jpeg_cut_short(folder: Path) -> None:
     path.write_bytes(content[: int(0.55 * len(content))])
 
 
-@report(
-    "ilastik/ilastik/issues/1068",
-    f"digitise photo.png --mask mask.tif {SCALED}",
-    WIDE,
-    refused("mask.tif", "float|32|8 bits"),
+# Probabilities from 0 to 1 in floats become zeros.
+report("ilastik/ilastik/issues/1068", TIF_MASK, WIDE, refused("mask.tif", "float|32|8 bits"))(
+    masked(lambda folder: Image.fromarray((painted() / 255).astype(np.float32), mode="F").save(folder / "mask.tif"))
 )
-def mask_of_probabilities(folder: Path) -> None:
-    """Probabilities from 0 to 1 in floats become zeros."""
-    photo(folder)
-    Image.fromarray((painted() / 255).astype(np.float32), mode="F").save(folder / "mask.tif")
 
 
 # Points are given as row and column where column and row are meant.
 report(
     "scikit-image/scikit-image/issues/2523",
-    'st.trace_crack(st.read_photo("crack.png", mm_per_px=0.1), ends_px=[(101, 40), (98, 160)])',
+    between((101, 40), (98, 160)),
     refused("crack.png"),
     refused("dark|no crack|bare|ground|not on"),
 )(square_photo)
@@ -222,39 +224,29 @@ report(
 )
 def stale_orientation(folder: Path) -> None:
     """A picture is turned twice, since an editor turned it and left the tag."""
-    tags = Image.Exif()
-    tags[274] = 3
-    Image.fromarray(grey()).convert("RGB").save(folder / "photo.jpg", quality=95, exif=tags.tobytes())
+    rgb().save(folder / "photo.jpg", quality=95, exif=tagged(3).tobytes())
     Image.fromarray(painted()).save(folder / "mask.png")
 
 
-@report(
-    "arahusky/Tensorflow-Segmentation/issues/11",
-    f"digitise photo.png --mask mask.jpg {SCALED}",
-    WIDE,
-    refused("mask.jpg", "jpeg|between|brightness"),
+# A mask that was saved as JPEG holds all values.
+report("arahusky/Tensorflow-Segmentation/issues/11", JPG_MASK, WIDE, refused("mask.jpg", "jpeg|between|brightness"))(
+    masked(lambda folder: Image.fromarray(painted()).save(folder / "mask.jpg", quality=60))
 )
-def mask_as_jpeg(folder: Path) -> None:
-    """A mask that was saved as JPEG holds all values."""
-    photo(folder)
-    Image.fromarray(painted()).save(folder / "mask.jpg", quality=60)
 
 
-@report("mantasu/glasses-detector/issues/22", MASKED, refused("mask.png", "300 x 500"))
-def mask_of_transposed_shape(folder: Path) -> None:
-    """A mask comes out with width and height exchanged."""
-    photo(folder)
-    Image.fromarray(painted().reshape(painted().shape[::-1])).save(folder / "mask.png")
+# A mask comes out with width and height exchanged.
+report("mantasu/glasses-detector/issues/22", PNG_MASK, refused("mask.png", "300 x 500"))(
+    masked(lambda folder: Image.fromarray(painted().reshape(500, 300)).save(folder / "mask.png"))
+)
 
 
-@report("oxipng/oxipng/pull/470", MASKED, WIDE)
-def mask_with_an_unused_clear_grey(folder: Path) -> None:
-    """A transparent grey that no pixel has makes a mask black and transparent."""
-    photo(folder)
-    Image.fromarray(painted()).save(folder / "mask.png", transparency=1)
+# A transparent grey that no pixel has makes a mask black and transparent.
+report("oxipng/oxipng/pull/470", PNG_MASK, WIDE)(
+    masked(lambda folder: Image.fromarray(painted()).save(folder / "mask.png", transparency=1))
+)
 
 
-@report("sksamuel/scrimage/issues/93", f"digitise photo.jpg {CLICKED}", LENGTH_RIGHT)
+@report("sksamuel/scrimage/issues/93", JPG, LENGTH_RIGHT)
 def two_orientations(folder: Path) -> None:
     """A picture with a tag of orientation for its thumbnail too is not turned."""
 
@@ -262,49 +254,37 @@ def two_orientations(folder: Path) -> None:
         return struct.pack("<HHHIHHI", 1, 274, 3, 1, orientation, 0, following)
 
     tags = b"Exif\0\0II*\0" + struct.pack("<I", 8) + directory(6, 26) + directory(1, 0)
-    stored = Image.fromarray(grey()).convert("RGB").transpose(Image.Transpose.ROTATE_90)
+    stored = rgb().transpose(Image.Transpose.ROTATE_90)
     stored.save(folder / "photo.jpg", quality=95, exif=tags)
 
 
-@report(
-    "koral--/android-gif-drawable/issues/286",
-    f"digitise photo.png {CLICKED}",
-    LENGTH_RIGHT,
-    refused("photo.png", "webp|png"),
+# The ending of a file's name is not that of its format.
+report("koral--/android-gif-drawable/issues/286", PNG, LENGTH_RIGHT, refused("photo.png", "webp|png"))(
+    lambda folder: rgb().save(folder / "photo.png", "WEBP", lossless=True)
 )
-def webp_named_png(folder: Path) -> None:
-    """The ending of a file's name is not that of its format."""
-    content = io.BytesIO()
-    Image.fromarray(grey()).convert("RGB").save(content, "WEBP", lossless=True)
-    (folder / "photo.png").write_bytes(content.getvalue())
 
 
 # A picture of floats up to 255 is clipped at 1.
 report(
     "llSourcell/Object_Detection_demo_LIVE/issues/8",
-    'st.read_photo(__import__("numpy").full((300, 500), 128.0), mm_per_px=0.1)',
+    lambda: st.read_photo(np.full((300, 500), 128.0), mm_per_px=0.1),
     refused("float64", "uint8"),
 )(photo)
 
 
-@report(
-    "haraldk/TwelveMonkeys/issues/455",
-    f"digitise photo.tif {CLICKED}",
-    LENGTH_RIGHT,
-    refused("photo.tif", "icc|profile|white"),
+# A TIFF whose 0 is white comes out inverted where it has a colour profile.
+report("haraldk/TwelveMonkeys/issues/455", TIF, LENGTH_RIGHT, refused("photo.tif", "icc|profile|white"))(
+    lambda folder: tifffile.imwrite(folder / "photo.tif", 255 - grey(), photometric="miniswhite", iccprofile=_srgb())
 )
-def white_zero_with_profile(folder: Path) -> None:
-    """A TIFF whose 0 is white comes out inverted where it has a colour profile."""
-    tifffile.imwrite(folder / "photo.tif", 255 - grey(), photometric="miniswhite", iccprofile=_srgb())
 
 
-@report("wavexx/fgallery/issues/26", f"digitise photo.jpg {CLICKED}", LENGTH_RIGHT, refused("photo.jpg", "icc|profile"))
-def grey_with_colour_profile(folder: Path) -> None:
-    """A grey picture with a profile of colours. A grey JPEG that kept the profile of the colours it had."""
-    Image.fromarray(grey()).save(folder / "photo.jpg", quality=95, icc_profile=_srgb())
+# A grey picture with a profile of colours. A grey JPEG that kept the profile of the colours it had.
+report("wavexx/fgallery/issues/26", JPG, LENGTH_RIGHT, refused("photo.jpg", "icc|profile"))(
+    lambda folder: Image.fromarray(grey()).save(folder / "photo.jpg", quality=95, icc_profile=_srgb())
+)
 
 
-@report("MouseLand/cellpose/issues/740", MASKED, WIDE, refused("mask.png", "pieces|parts|two|2 "))
+@report("MouseLand/cellpose/issues/740", PNG_MASK, WIDE, refused("mask.png", "pieces|parts|two|2 "))
 def mask_with_a_speck(folder: Path) -> None:
     """A mask has one pixel more, far from what it is of. A mask with one more pixel, far from the crack."""
     photo(folder)
@@ -316,6 +296,6 @@ def mask_with_a_speck(folder: Path) -> None:
 # Points are given as a row of x and a row of y, which two points make possible.
 report(
     "Fusion-Power-Plant-Framework/bluemira/issues/3066",
-    'st.trace_crack(st.read_photo("crack.png", mm_per_px=0.1), ends_px=[(40, 160), (101, 98)])',
+    between((40, 160), (101, 98)),
     refused("dark|no crack|bare|ground|not on"),
 )(square_photo)

@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from contextlib import chdir, redirect_stdout
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,8 @@ class Ended:
         return all(any(one in self.words for one in word.split("|")) for word in words)
 
 
+Command = str | Callable[[], object]
+"""Words after ``sealtwin``, with {out} for an empty folder to write to; or a call of the Python functions."""
 Maker = Callable[[Path], object]
 """Makes the files of a report in a folder."""
 Check = Callable[[Ended], bool]
@@ -48,8 +51,7 @@ Figures = Callable[[Ended], Sequence[float]]
 class Report:
     address: str
     """On github.com."""
-    command: str
-    """Words after ``sealtwin``, or an expression with ``st``; {out} is an empty folder to write to."""
+    command: Command
     sound: tuple[Check, ...]
     """Any of them."""
     make: Maker
@@ -58,7 +60,7 @@ class Report:
 REPORTS: list[Report] = []
 
 
-def report(address: str, command: str, *sound: Check) -> Callable[[Maker], Maker]:
+def report(address: str, command: Command, *sound: Check) -> Callable[[Maker], Maker]:
     """Add a report on the file that the function below makes; its first line says what went wrong there."""
 
     def add(make: Maker) -> Maker:
@@ -80,15 +82,15 @@ def answer_to(one: Report, folder: Path) -> Ended:
     return Ended(code, " ".join(words.lower().split()), stdout, out)
 
 
-def _run(command: str, out: Path) -> tuple[int, str, str]:
-    if not command.startswith("st."):
+def _run(command: Command, out: Path) -> tuple[int, str, str]:
+    if isinstance(command, str):
         ended = labs.sealtwin(*(word.format(out=out) for word in command.split()))
         if ended.exception and not isinstance(ended.exception, SystemExit):
             raise ended.exception
         return ended.exit_code, ended.stdout, ended.stderr
     with redirect_stdout(io.StringIO()) as printed:
         try:
-            printed.write(str(eval(command, {"st": st})))
+            printed.write(str(command()))
         except InputError as fault:
             return 3, "", str(fault)
     return 0, printed.getvalue(), ""
@@ -107,8 +109,8 @@ def right(figures: Figures, values: float | Sequence[float], within: float, *wor
     def check(ended: Ended) -> bool:
         if ended.code != 0 or not ended.says(words):
             return False
-        seen, expected = np.atleast_1d(figures(ended)), np.atleast_1d(values)
-        return seen.shape == expected.shape and bool(np.all(np.abs(seen - expected) <= within))
+        values_seen, expected = np.atleast_1d(figures(ended)), np.atleast_1d(values)
+        return values_seen.shape == expected.shape and bool(np.all(np.abs(values_seen - expected) <= within))
 
     return check
 
@@ -136,14 +138,14 @@ def settings(key: str, *samples: str) -> Figures:
     """A setting of the trials that 'sealtwin ingest' wrote, NaN for a sample without one."""
 
     def look(ended: Ended) -> Sequence[float]:
-        found = []
+        figures = []
         for sample in samples:
             (trial,) = sorted((ended.out / "lab").glob(f"{sample}*/trial.toml")) or [None]
             table = {} if trial is None else tomllib.loads(trial.read_text(encoding="utf-8"))
             for part in key.split("."):
                 table = table.get(part, {})
-            found.append(float(table) if isinstance(table, int | float) else float("nan"))
-        return found
+            figures.append(float(table) if isinstance(table, int | float) else float("nan"))
+        return figures
 
     return look
 
@@ -173,7 +175,7 @@ TWELVE = right(figure("yield_stress_pa", "viscosity_pa_s"), (12, 1.5), 0.1)
 SLOT = right(MM3, LONG_SLOT_MM3, 24)
 ALONG = f"import-dxf a.dxf --line CENTRELINE {LINE}"
 OUTLINED = f"import-dxf a.dxf --outline OUTLINE --depth-mm 10 {TO}"
-CSV, XLSX = 'st.read_readings("a.csv").level_mm', 'st.read_readings("a.xlsx").level_mm'
+CSV, XLSX = (partial(lambda name: st.read_readings(name).level_mm, name) for name in ("a.csv", "a.xlsx"))
 MESH = f"import-mesh block.{{}} --units mm {TO.replace('{', '{{').replace('}', '}}')}".format
 WIDE = right(WIDTH, 2.1, 0.2)
 THREE = has_levels((-2.0, -2.1, -2.2))

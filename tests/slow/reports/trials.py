@@ -124,8 +124,8 @@ def aged_material(*rows: str) -> Maker:
     def make(folder: Path) -> None:
         trial = small_trial(folder)
         fluid = "U = 30.0\nD_cm = 0.3\n"
-        told = trial.read_text(encoding="utf-8").replace(fluid, 'curve = "material.csv"\n')
-        trial.write_text(told, encoding="utf-8")
+        content = trial.read_text(encoding="utf-8").replace(fluid, 'curve = "material.csv"\n')
+        trial.write_text(content, encoding="utf-8")
         text("material.csv", "age_s,viscosity_pa_s,yield_stress_pa", *rows)(folder)
 
     return make
@@ -319,8 +319,8 @@ report(
 def trial_with_true(folder: Path) -> None:
     """True is taken for the number 1."""
     trial = small_trial(folder)
-    told = trial.read_text(encoding="utf-8")
-    trial.write_text(told.replace("speed_mm_s = 20\n", "speed_mm_s = true\n"), encoding="utf-8")
+    text = trial.read_text(encoding="utf-8")
+    trial.write_text(text.replace("speed_mm_s = 20\n", "speed_mm_s = true\n"), encoding="utf-8")
 
 
 @report("BourgeoisLab/GPXLab/issues/29", TRIAL_OF, refused("plan.csv", "row|line|t_s|time"))
@@ -338,8 +338,8 @@ def path_of_swapped_times(folder: Path) -> None:
 def trial_with_a_key_elsewhere(folder: Path) -> None:
     """A key behind the head of another table is that table's, and left out without a word."""
     trial = small_trial(folder)
-    told = trial.read_text(encoding="utf-8").replace("mm_per_px = 0.1\n", "")
-    trial.write_text(told.replace("[crack]\n", "[crack]\nmm_per_px = 0.1\n"), encoding="utf-8")
+    text = trial.read_text(encoding="utf-8").replace("mm_per_px = 0.1\n", "")
+    trial.write_text(text.replace("[crack]\n", "[crack]\nmm_per_px = 0.1\n"), encoding="utf-8")
 
 
 # An output folder that is the input's is emptied first.

@@ -49,12 +49,6 @@ def test_the_likelihood_is_that_of_scikit_learn_and_its_gradient_its_slope():
     assert np.allclose(gradient, slope, atol=1e-4)
 
 
-def test_runs_at_more_points_leave_less_open_there():
-    processes = _processes()
-    new = np.array([[0.95, 0.05]])
-    assert processes.with_points(new, np.ones(1)).at(new)[1][0, 0] < 0.5 * processes.at(new)[1][0, 0]
-
-
 def test_an_emulator_of_profiles_finds_the_profile_between_its_runs():
     """Forty runs of a smooth function with scatter 0.05 mm: five components and it is known to about that."""
     s = np.linspace(0, 1, 15)

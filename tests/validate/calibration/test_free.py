@@ -33,10 +33,10 @@ def test_what_was_known_beforehand_is_flat_or_normal_in_the_setting():
 
 
 def test_an_interval_wider_than_half_of_what_was_known_does_not_identify():
-    found = marginals_of(FREES, _draws(), np.array([0.5, 0.5, 0.5]))
-    assert [one.identified for one in found] == [False, False, False]
-    assert found[2].width_over_prior == pytest.approx(1.0, abs=0.02)
-    assert found[0].low == pytest.approx(3 * 20**0.23, rel=0.02)
+    marginals = marginals_of(FREES, _draws(), np.array([0.5, 0.5, 0.5]))
+    assert [one.identified for one in marginals] == [False, False, False]
+    assert marginals[2].width_over_prior == pytest.approx(1.0, abs=0.02)
+    assert marginals[0].low == pytest.approx(3 * 20**0.23, rel=0.02)
     narrow = marginals_of(FREES, 0.5 + 0.1 * (_draws() - 0.5), np.array([0.5, 0.5, 0.5]))
     assert all(one.identified for one in narrow)
 

@@ -47,6 +47,7 @@ def test_the_density_is_the_normal_one_of_the_whole_covariance():
     assert np.isneginf(posterior.log_density(np.array([[1.1, 0.5]]))).all()
 
 
+@pytest.mark.broad
 def test_draws_have_the_spread_of_least_squares():
     posterior = _posterior((0.4, 0.6))
     draws, mixing = posterior.draws(500, 600)
@@ -58,6 +59,7 @@ def test_draws_have_the_spread_of_least_squares():
     assert np.array_equal(draws, _posterior((0.4, 0.6)).draws(500, 600)[0])
 
 
+@pytest.mark.broad
 def test_a_measured_setting_keeps_its_measure_where_readings_say_less():
     """Readings know the first to 0.05; a measurement to 0.005 is what counts."""
     frees = [Free("fluid.a", 0.0, 1.0, (0.45, 0.005)), Free("fluid.b", 0.0, 1.0)]
@@ -86,9 +88,9 @@ def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
     points = random.random((20, 2))
     levels_mm = (points - 0.5) @ SLOPES + 0.05 * random.standard_normal((20, STATIONS))
     covariance = NOISE_MM**2 * np.eye(STATIONS)
-    held = reach_of(points, levels_mm, ReadLevels(S_MM, 0.2 * SLOPES[1], covariance))
-    assert held.possible
-    assert held.residual_mm < 0.1
+    reach = reach_of(points, levels_mm, ReadLevels(S_MM, 0.2 * SLOPES[1], covariance))
+    assert reach.possible
+    assert reach.residual_mm < 0.1
     other = reach_of(points, levels_mm, ReadLevels(S_MM, 2.0 * np.sin(S_MM), covariance))
     assert not other.possible
     assert other.residual_mm > 3 * other.noise_mm

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from validate.calibration.free import Free
 from validate.calibration.posterior import BasisReach, ReadLevels
@@ -74,6 +75,7 @@ def test_without_a_posterior_the_page_says_why_and_gives_no_number():
     assert [part.title for part in sheet.parts] == ["Gates"]
 
 
+@pytest.mark.broad
 def test_the_band_of_a_held_out_trial_holds_a_further_run_as_often_as_it_says():
     """Twelve runs and a thirteenth of the same scatter, read with an error: 95 % of 4,000 stations, to 1.5 %."""
     random = np.random.default_rng(5)

@@ -2,23 +2,20 @@
 
 import csv
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tests.evidence import axes_of
 from tests.sides import compared, side
-from validate.comparison import Baseline, ErrorUncertainty, VolumeComparison
-from validate.figures.compare_sheet import MOST, compare_sheet, draw_errors_of_runs, draw_levels_of_runs
+from validate.figures.compare_sheet import MOST, compare_sheet, draw_levels_of_runs
 from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
 from validate.figures.side_by_side import held_out_mean_mm
-from validate.figures.theme import INK
 
 
+@pytest.mark.broad
 def test_runs_go_by_numbers_whose_names_the_first_table_has(tmp_path):
     """28 runs, names of 80 emoji: no table has a name in its head. A collapsed figure warns, and fails."""
     sides = [side("🛣" * 80 + str(number), 0.1, lowered_mm=0.1 * number) for number in range(28)]
@@ -34,15 +31,6 @@ def test_runs_go_by_numbers_whose_names_the_first_table_has(tmp_path):
         assert next(csv.reader(file))[28] == "28 " + sides[27].name
 
 
-def test_the_nearest_is_told_where_all_are_held_against_the_same():
-    assert "Nearest is run 1, a, 0.50 mm off" in compare_sheet([side("a", 0.5), side("b", 0.7)]).finding
-    apart = compare_sheet([side("a", 0.5), side("b", 0.2, lowered_mm=1.0)])
-    assert "Nearest" not in apart.finding
-    names = compare_sheet([side("a", 0.5), side("b", 0.7)]).parts[0].items[0]
-    assert isinstance(names, FigureTable)
-    assert names.rows[1] == ["2", "0.50", "measured, held-out, the same as of run 1", "b"]
-
-
 def test_what_was_edited_and_never_measured_is_said_first():
     made_up = replace(side("b", 0.5, data="reconstructed"), edited=["profile.csv"])
     kinds, edits = compare_sheet([side("a", 0.5), made_up]).cautions
@@ -55,8 +43,9 @@ def test_what_was_edited_and_never_measured_is_said_first():
 def test_what_one_run_was_tuned_on_is_held_out_from_none():
     """Whoever set the role: the same numbers were seen."""
     tuned = replace(side("a", 0.5), comparison=compared(role="calibrated-on"))
-    (told,) = compare_sheet([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions
-    assert told == "Not held out: the readings of run 2 were used to calibrate run 1."
+    assert compare_sheet([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions == [
+        "Not held out: the readings of run 2 were used to calibrate run 1."
+    ]
 
 
 def table_of(sheet, title: str) -> FigureTable:
@@ -83,13 +72,12 @@ def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
 
 
 def test_the_nearest_is_held_against_its_baselines():
-    finding = compare_sheet([side("a", 0.5), side("b", 0.7)]).finding
-    assert "The dispensed volume lying flat is 4.00 mm off; the simulation, made without" in finding
-    assert "no better" not in finding
-    fitted = {"fitted": ("fluid.U", "fluid.D_cm", "crack.tilt"), "baselines": (Baseline("a parabola", 3, 0.1),)}
-    tuned = compared(role="calibrated-on", **fitted)
-    worse = [replace(each, comparison=tuned) for each in (side("a", 0.5), side("b", 0.7))]
-    assert "no closer to these readings than a curve with no more numbers" in compare_sheet(worse).finding
+    sheet = compare_sheet([side("a", 0.5), side("b", 0.7)])
+    assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
+    assert "The dispensed volume lying flat is 4.00 mm off; the simulation, made without" in sheet.finding
+    names = sheet.parts[0].items[0]
+    assert isinstance(names, FigureTable)
+    assert names.rows[1] == ["2", "0.50", "measured, held-out, the same as of run 1", "b"]
 
 
 def held_out_words(sheet):
@@ -115,65 +103,28 @@ def sides_of(count):
     return [side("W" * 60 + str(number), 0.1, lowered_mm=0.1 * number, data="reconstructed") for number in range(count)]
 
 
-@pytest.mark.parametrize("count", [2, MOST])
-@pytest.mark.parametrize("draw", [draw_levels_of_runs, draw_errors_of_runs])
-def test_any_number_of_runs_leaves_the_plot_its_width(draw, count):
-    """Its axes take four fifths of the figure, and the legend ends with it.
-
-    Broken on purpose with names and sheets in the legend, four runs leave a plot half as wide.
-    """
-    figure = draw(sides_of(count))
+def test_any_number_of_runs_leaves_the_plot_its_width():
+    """Broken on purpose with names and sheets in the legend, four runs leave a plot half as wide."""
+    figure = draw_levels_of_runs(sides_of(MOST))
     assert isinstance(figure, Figure)
     FigureCanvasAgg(figure).draw()
     (axes,) = axes_of(figure)
     assert axes.get_position().width > 0.8
     legend = axes.get_legend()
     assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()] == [str(number + 1) for number in range(count)]
+    assert [text.get_text() for text in legend.get_texts()] == [str(number + 1) for number in range(MOST)]
     box = legend.get_window_extent()
     assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
     assert axes.bbox.y1 <= box.y0 < box.y1 <= figure.bbox.y1
 
 
-def test_no_two_runs_look_alike():
-    """By colour and stroke; neighbours, which may lie on each other, by both."""
-    (axes,) = axes_of(draw_errors_of_runs(sides_of(MOST)))
-    looks = [(to_rgb(line.get_color()), line.get_linestyle()) for line in axes.lines if line.get_label() != "_child0"]
-    assert len(set(looks)) == len(looks) == MOST
-    for (colour, stroke), (next_colour, next_stroke) in pairwise(looks):
-        assert (colour != next_colour, stroke != next_stroke) == (True, True)
-
-
-def test_readings_that_runs_share_belong_to_none_of_them():
-    """And the figure says, also when it stands alone, that nobody measured them."""
-    same = [replace(each, readings=sides_of(1)[0].readings) for each in sides_of(2)]
-    (axes,) = axes_of(draw_levels_of_runs([*same, *sides_of(3)[2:]]))
-    circles = [line for line in axes.lines if line.get_marker() == "o"]
-    runs = {str(line.get_label()): line.get_color() for line in axes.lines if line.get_marker() != "o"}
-    assert [line.get_color() for line in circles] == [INK, runs["3"]]
-    assert axes.get_title(loc="left") == "Levels, and readings (RECONSTRUCTED) as circles"
-
-
-def trial(name: str, role: str, mean_error_mm: float, **figures):
-    return replace(side(name, 0.1), comparison=compared(role=role, mean_error_mm=mean_error_mm, **figures))
-
-
-def held_out_rows(sides):
-    numbers: Any = table_of(compare_sheet(sides), "Held out").numbers
-    return [dict(zip(numbers.columns, row, strict=True)) for row in numbers.rows]
+def trial(name: str, role: str, mean_error_mm: float):
+    return replace(side(name, 0.1), comparison=compared(role=role, mean_error_mm=mean_error_mm))
 
 
 def test_held_out_trials_come_first_and_alone_make_the_mean():
     sides = [trial("a", "calibrated-on", 0.2), trial("b", "held-out", 1.0), trial("c", "held-out", 2.0)]
-    assert [row["trial"] for row in held_out_rows(sides)] == ["b", "c", "a"]
+    numbers: Any = table_of(compare_sheet(sides), "Held out").numbers
+    assert [row[numbers.columns.index("trial")] for row in numbers.rows] == ["b", "c", "a"]
     assert held_out_mean_mm(sides) == pytest.approx(1.5)
     assert held_out_mean_mm(sides[:1]) is None
-
-
-def test_an_interval_is_shown_where_there_is_one():
-    uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=(0.9, 1.1))
-    volumes = VolumeComparison.model_construct(volume_balance_error_mm=0.8, beats_volume_balance=False)
-    known = trial("a", "held-out", 1.0, uncertainty=uncertainty, volumes=volumes)
-    row, bare = held_out_rows([known, trial("b", "held-out", 1.0)])
-    assert (row["low_mm"], row["high_mm"], row["beats_volume_balance"]) == (0.9, 1.1, "no")
-    assert (bare["low_mm"], bare["beats_volume_balance"]) == (None, "-")

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -43,6 +42,7 @@ def boxes(figure, artists):
     return [artist.get_window_extent() for artist in artists]
 
 
+@pytest.mark.broad
 def test_every_axis_has_a_unit_and_no_legend_lies_on_the_plot(drawn):
     for figure in drawn.values():
         (axes,) = axes_of(figure)
@@ -61,25 +61,16 @@ def test_the_profile_shows_simulation_means_and_every_reading(drawn, evidence):
     assert np.array_equal(heights(curve(figure, "simulated")), evidence.profile.level_mm)
     assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
     (axes,) = axes_of(figure)
-    marks = [line for line in axes.lines if line.get_marker() == "_"]
-    assert np.sort(np.concatenate([heights(line) for line in marks])) == pytest.approx(
-        np.sort(evidence.readings.repeats_mm.ravel())
-    )
+    marks_mm = np.concatenate([heights(line) for line in axes.lines if line.get_marker() == "_"])
+    assert np.sort(marks_mm) == pytest.approx(np.sort(evidence.readings.repeats_mm.ravel()))
+    assert [text.get_text() for text in axes.texts] == ["face", "floor"]
+    assert heights(curve(drawn["error"], "simulated - measured")) == pytest.approx(0.5), "above 0 if too high"
 
 
-@pytest.mark.parametrize("data", ["reconstructed", "synthetic"])
-def test_readings_that_nobody_took_are_called_so_in_the_legend(evidence, data):
-    readings = replace(evidence.readings, data=data)
+def test_readings_that_nobody_took_are_called_so_in_the_legend(evidence):
+    readings = replace(evidence.readings, data="reconstructed")
     figure = draw_profile(evidence.profile, level_floor(10.0), readings, evidence.comparison)
-    assert data.upper() in str(curve(figure, "caliper").get_label())
-
-
-def test_a_profile_alone_has_no_caliper_and_can_be_a_part_of_a_page(evidence):
-    page = Figure(layout="constrained")
-    lower = page.subfigures(2, 1, squeeze=False)[1, 0]
-    assert draw_profile(evidence.profile, level_floor(10.0), None, None, on=lower) is page
-    (axes,) = axes_of(lower)
-    assert axes.get_legend_handles_labels()[1] == ["simulated"]
+    assert "RECONSTRUCTED" in str(curve(figure, "caliper").get_label())
 
 
 def test_the_floor_is_drawn_where_it_is(evidence):
@@ -93,12 +84,7 @@ def test_the_floor_is_drawn_where_it_is(evidence):
     assert corner_mm[:, 1].min() == pytest.approx(axes.get_ylim()[0]) == -11.5
 
 
-def test_the_error_is_positive_where_the_simulation_stands_too_high(drawn):
-    assert heights(curve(drawn["error"], "simulated - measured")) == pytest.approx(0.5)
-
-
 def test_bars_are_the_bins_of_the_comparison_and_no_line_runs_through_their_numbers(drawn):
-    """The mean lies just above its bars; a box that hides all lines stands behind each number."""
     figure = drawn["histogram"]
     (axes,) = axes_of(figure)
     bars = [bar.get_extents().transformed(axes.transData.inverted()).bounds for bar in axes.patches]
@@ -106,9 +92,7 @@ def test_bars_are_the_bins_of_the_comparison_and_no_line_runs_through_their_numb
     assert {str(line.get_label()) for line in axes.lines} == {"mean error 0.50 mm", "gate for the mean, 1 mm"}
     assert [text.get_text() for text in axes.texts] == ["0.50"] * 4
     for text in axes.texts:
-        box = text.get_bbox_patch()
-        assert box is not None
-        assert box.get_alpha() in (None, 1.0)
+        assert text.get_bbox_patch() is not None
         assert text.get_zorder() > max(line.get_zorder() for line in axes.lines)
     plot = axes.get_window_extent()
     for number, bar in zip(boxes(figure, axes.texts), boxes(figure, axes.patches), strict=True):
@@ -116,29 +100,9 @@ def test_bars_are_the_bins_of_the_comparison_and_no_line_runs_through_their_numb
         assert number.y1 < plot.y1
 
 
-def test_uncovered_bins_have_no_bar(evidence):
-    comparison = evidence.comparison
-    first, *others = comparison.error_by_bin
-    bare = replace(first, covered_mm=0.0, mean_error_mm=None)
-    comparison = comparison.model_copy(update={"error_by_bin": (bare, *others)})
-    (axes,) = axes_of(draw_histogram(comparison))
-    assert len(axes.patches) == 3
-
-
-def test_face_and_floor_are_named_beside_the_plot(drawn):
-    figure = drawn["profile"]
-    (axes,) = axes_of(figure)
-    assert [text.get_text() for text in axes.texts] == ["face", "floor"]
-    plot, face, floor = boxes(figure, [axes.patch, *axes.texts])
-    for label, z_mm in ((face, 0.0), (floor, -10.0)):
-        assert label.x0 > plot.x1
-        assert (label.y0 + label.y1) / 2 == pytest.approx(axes.transData.transform((0, z_mm))[1], abs=2)
-
-
 def test_a_long_crack_has_numbers_that_do_not_touch(evidence):
-    bins = tuple(
-        ErrorBin(from_mm=10.0 * i, to_mm=10.0 * (i + 1), covered_mm=10.0, mean_error_mm=1.23) for i in range(40)
-    )
+    bin_at = {"covered_mm": 10.0, "mean_error_mm": 1.23}
+    bins = tuple(ErrorBin(from_mm=10.0 * i, to_mm=10.0 * (i + 1), **bin_at) for i in range(40))
     comparison = evidence.comparison.model_copy(update={"error_by_bin": bins})
     figure = draw_histogram(comparison)
     (axes,) = axes_of(figure)
@@ -146,17 +110,6 @@ def test_a_long_crack_has_numbers_that_do_not_touch(evidence):
         drawn_boxes = boxes(figure, row)
         assert all(left.x1 < right.x0 for left, right in pairwise(drawn_boxes))
     assert not axes.texts, "so many numbers have no room side by side"
-
-
-def test_the_distribution_tells_how_much_of_the_length_is_how_near(evidence):
-    """An error of 0.5 mm everywhere: all of the length within 0.5 mm, none within less."""
-    figure = draw_distribution(evidence.profile, evidence.readings, evidence.comparison)
-    (axes,) = axes_of(figure)
-    within_mm, percent = (np.asarray(values) for values in axes.lines[0].get_data())
-    assert percent[-1] == 100
-    assert within_mm[-1] == pytest.approx(evidence.comparison.worst_error_mm)
-    assert percent[within_mm < 0.49].max() < 1
-    assert [line.get_label() for line in axes.lines[1:]] == ["50 % within 0.50 mm", "95 % within 0.50 mm"]
 
 
 def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evidence):
@@ -168,12 +121,7 @@ def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evide
     (axes,) = axes_of(draw_distribution(simulated, measured, comparison))
     within_mm, percent = (np.asarray(values) for values in axes.lines[0].get_data())
     assert percent == pytest.approx(50 * within_mm, abs=0.1)
-
-
-def test_drawing_leaves_no_trace_in_matplotlib(evidence):
-    before = dict(rcParams)
-    draw_histogram(evidence.comparison)
-    assert dict(rcParams) == before
+    assert [line.get_label() for line in axes.lines[1:]] == ["50 % within 1.00 mm", "95 % within 1.90 mm"]
 
 
 def test_readings_alone_are_drawn_without_a_band_or_a_floor(evidence):
@@ -185,13 +133,17 @@ def test_readings_alone_are_drawn_without_a_band_or_a_floor(evidence):
     assert [text.get_text() for text in axes.texts] == ["face"]
 
 
-@pytest.mark.parametrize("label", ["worst, 4.13 mm at 5 mm", "worst, 14.13 mm at 105 mm of a long crack"])
-def test_a_legend_stays_within_its_figure(label):
+def test_a_legend_stays_within_its_figure():
     """Two columns of long labels went over the right edge: "worst, 14.13 mm at 5 mn"."""
     with theme.themed():
         figure = theme.plate(3.6)
         axes = figure.add_subplot()
-        for name in ("95 % band, all stations together", "bias +12.34 mm", "simulated - measured", label):
+        for name in (
+            "95 % band, all stations together",
+            "bias +12.34 mm",
+            "simulated - measured",
+            "worst, 14.13 mm at 105 mm of a long crack",
+        ):
             axes.plot([0, 1], [0, 1], label=name)
         theme.label_axes(axes, "s (mm)", "error (mm)", "Error", legend=2)
         figure.canvas.draw()

@@ -15,9 +15,14 @@ HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
 
 
 @pytest.fixture(scope="module")
-def map_folder(tmp_path_factory):
+def hostile():
+    return make_chart((Excluded(36, {"fluid.U": "=2+2"}, HOSTILE),), name=HOSTILE)
+
+
+@pytest.fixture(scope="module")
+def map_folder(hostile, tmp_path_factory):
     folder = tmp_path_factory.mktemp("map")
-    return folder, write_sheet_of_figures(folder, "map.html", map_sheet(make_chart(), ()))
+    return folder, write_sheet_of_figures(folder, "map.html", map_sheet(hostile, ()))
 
 
 def test_a_map_is_one_page_with_a_file_for_each_figure(map_folder):
@@ -36,30 +41,31 @@ def test_a_map_is_one_page_with_a_file_for_each_figure(map_folder):
     assert min(rows, key=lambda row: float(row["mean_error_mm"]))["fluid.U"] == "30"
 
 
-def test_the_same_study_leaves_the_same_files(map_folder, tmp_path):
+@pytest.mark.broad
+def test_the_same_study_leaves_the_same_files(hostile, map_folder, tmp_path):
     folder, written = map_folder
-    assert write_sheet_of_figures(tmp_path, "map.html", map_sheet(make_chart(), ())) == written
+    assert write_sheet_of_figures(tmp_path, "map.html", map_sheet(hostile, ())) == written
     assert [name for name in written if (tmp_path / name).read_bytes() != (folder / name).read_bytes()] == []
 
 
-def test_names_and_reasons_are_text_and_nothing_else(tmp_path):
+def test_names_and_reasons_are_text_and_nothing_else(map_folder):
     """In the page, in SVGs and in the CSV that a spreadsheet opens."""
-    chart = make_chart((Excluded(36, {"fluid.U": "=2+2"}, HOSTILE),), name=HOSTILE)
-    write_sheet_of_figures(tmp_path, "map.html", map_sheet(chart, ()))
-    page = (tmp_path / "map.html").read_text(encoding="utf-8")
+    folder, _ = map_folder
+    page = (folder / "map.html").read_text(encoding="utf-8")
     assert "<script" not in page
     assert "&lt;script&gt;alert(1)" in page
     assert "=1+1" in page
-    with (tmp_path / "figures" / "left-out.csv").open(encoding="utf-8", newline="") as file:
+    with (folder / "figures" / "left-out.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.reader(file):
             assert not any(cell.startswith(("=", "+", "-", "@")) for cell in row)
 
 
 def test_numbers_of_a_map_are_written_as_in_a_report():
     """Short runs are no 0 min together, a bias that rounds to nothing has no minus, and percent stands apart."""
-    chart = make_chart()
-    runs = tuple(replace(held, bias_mm=-1e-6, wall_s=1.4) for held in chart.runs)
+    chart = make_chart(fluid_warnings=("2 of 4 runs: a hollow.",), unused=("It is not used.",))
+    runs = tuple(replace(run, bias_mm=-1e-6, wall_s=1.4) for run in chart.runs)
     sheet = map_sheet(replace(chart, runs=runs), ())
+    assert sheet.cautions[-2:] == ["2 of 4 runs: a hollow.", "It is not used."]
     assert ("its bias", "+0.00 mm") in sheet.key_figures
     assert ("of the length under 1 mm", "100 %") in sheet.key_figures
     (cost,) = [part for part in sheet.parts if part.title == "Cost"]

@@ -30,29 +30,16 @@ def test_the_nearer_plate_hides_the_farther_in_any_order():
         assert abs(share - 0.25) < 0.01
 
 
-def test_from_the_side_plates_are_lines_and_the_rest_is_transparent():
-    vertices, faces, colour = stacked(True)
-    corner = np.vstack([vertices, [[0.0, 0.0, 3.0], [0.1, 0.0, 3.0], [0.0, 0.0, 0.0]]])
-    picture = render(corner, np.vstack([faces, [[8, 9, 10]]]), np.vstack([colour, RED]), 0, 0, 100)
-    assert np.mean(picture[..., 3] > 0) < 0.1
-
-
-def test_the_view_turns_with_the_viewer():
-    """Looking along +y, x is to the right; a viewer turned by 180 degrees sees it to the left. No mirror."""
-    left, faces = plate(0.0, 1.0)
-    vertices = np.vstack([left, left + np.array([4.0, 0.0, 0.0])])
-    colour = np.array([RED, RED, GREEN, GREEN])
-    ahead = render(vertices, np.vstack([faces, faces + 4]), colour, 0, 60, 60)
-    behind = render(vertices, np.vstack([faces, faces + 4]), colour, 180, 60, 60)
+def test_the_view_turns_with_the_viewer_and_up_is_up():
+    """Looking along +y, x is to the right and +y is up; turned by 180 degrees, x is to the left. No mirror."""
+    near, faces = plate(0.0, 1.0)
+    both, colour = np.vstack([faces, faces + 4]), np.array([RED, RED, GREEN, GREEN])
+    aside, beyond = (np.vstack([near, near + np.array(by)]) for by in ((4.0, 0.0, 0.0), (0.0, 4.0, 0.0)))
+    ahead, behind, above = (
+        render(vertices, both, colour, *angles_deg, 60)
+        for vertices, angles_deg in ((aside, (0, 60)), (aside, (180, 60)), (beyond, (0, 45)))
+    )
     middle = ahead.shape[0] // 2
     assert ahead[middle, 5, 0] > 100 > ahead[middle, 5, 1]
     assert behind[middle, 5, 1] > 100 > behind[middle, 5, 0]
-
-
-def test_up_is_up():
-    """Tilted view: what is farther along +y stands higher in the picture."""
-    near, faces = plate(0.0, 1.0)
-    vertices = np.vstack([near, near + np.array([0.0, 4.0, 0.0])])
-    picture = render(vertices, np.vstack([faces, faces + 4]), np.array([RED, RED, GREEN, GREEN]), 0, 45, 60)
-    assert picture[3, 30, 1] > 100
-    assert picture[-4, 30, 0] > 100
+    assert (above[3, 30, 1] > 100, above[-4, 30, 0] > 100) == (True, True)

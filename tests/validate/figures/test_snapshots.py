@@ -45,16 +45,8 @@ def test_only_discs_that_others_hide_are_left_out():
     place_mm = np.random.default_rng(0).uniform(0.0, 10.0, (2000, 2))
     seen = not_hidden(place_mm, 0.4)
     assert 0.1 < seen.mean() < 0.9
-    assert np.abs(pixels(place_mm) - pixels(place_mm[seen], np.flatnonzero(seen))).max() < 40
-
-
-def test_a_disc_is_hidden_by_later_ones_around_its_place_and_by_no_earlier_one():
-    ring = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
-    around_mm = 1.0 + 0.2 * np.column_stack([np.cos(ring), np.sin(ring)])
-    alone_mm, middle_mm = np.array([[5.0, 5.0]]), np.array([[1.0, 1.0]])
-    hidden = ~not_hidden(np.vstack([middle_mm, alone_mm, around_mm, middle_mm]), 0.4)
-    assert np.flatnonzero(hidden).tolist() == [0]
     assert not_hidden(np.zeros((0, 2)), 0.4).tolist() == []
+    assert np.abs(pixels(place_mm) - pixels(place_mm[seen], np.flatnonzero(seen))).max() < 40
 
 
 def pixels(place_mm, value=None):
@@ -110,6 +102,7 @@ def test_many_moments_are_thinned_to_a_page(scene, frames):
     assert len(axes_of(figure)) == 8 * 2 + 2
 
 
+@pytest.mark.broad
 def test_a_gallery_is_the_same_when_it_is_made_again(scene, frames, health, tmp_path, monkeypatch):
     """But for the last bits of where the layout puts a panel; no file says when it was made, or by what."""
     monkeypatch.setattr("validate.figures.snapshots.DPI", 40)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.evidence import axes_of, heights
 from tests.shapes import straight_slot
-from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
+from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_top_view
 
 LINES = "centreline_mm", "left_wall_mm", "right_wall_mm"
 
@@ -49,17 +49,6 @@ def test_sections_show_a_slice_of_one_diameter(evidence):
     for axes in axes_of(figure):
         assert np.abs(places(axes)[:, 0]).max() < 3.1 / 2
         assert len(axes.patches) == 1
-
-
-def test_the_cast_is_the_cavity_and_the_block_holds_it(evidence):
-    figure = draw_solid(evidence.solid)
-    block, cast = (np.asarray(axes.images[0].get_array()) for axes in axes_of(figure))
-    assert block.shape[2] == cast.shape[2] == 4
-    # Seen from 14 degrees above, 10 mm of depth over 40 mm of length: about a quarter as high as wide.
-    assert cast.shape[0] / cast.shape[1] == pytest.approx(
-        (10 * np.cos(np.radians(14)) + 3.1 * np.sin(np.radians(14))) / 40, rel=0.02
-    )
-    assert "1.24 ml" in axes_of(figure)[1].get_title(loc="left")
 
 
 def test_a_crack_of_few_points_and_few_millimetres_has_sections(evidence):

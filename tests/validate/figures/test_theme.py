@@ -2,39 +2,13 @@
 
 import re
 
-import matplotlib
 import numpy as np
 import pytest
-from matplotlib import rc_context
-from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from PIL import Image
 
 from validate.figures.snapshots import draw_fill, draw_snapshot
-from validate.figures.solid_pictures import draw_sections, draw_side_view
-from validate.figures.theme import AGES, AIR, NO_METADATA, SPEEDS, as_picture, as_svg, in_page, plate, save, themed
-
-EASY = 7.0
-"""Contrast that WCAG 2.2 calls enhanced."""
-
-
-def luminance(colour):
-    """Relative, of WCAG 2.2."""
-    channel = np.asarray(to_rgb(colour))
-    linear = np.where(channel <= 0.04045, channel / 12.92, ((channel + 0.055) / 1.055) ** 2.4)
-    return float(linear @ [0.2126, 0.7152, 0.0722])
-
-
-@pytest.mark.parametrize(("kind", "metadata"), [("svg", NO_METADATA), ("png", {"Software": None})])
-def test_a_figure_is_saved_as_matplotlib_saves_it(kind, metadata, tmp_path, evidence):
-    """To the byte. Broken on purpose without a layout, the panels lie elsewhere."""
-    first, again = (draw_sections(evidence.run, evidence.outline, evidence.solid) for _ in range(2))
-    assert isinstance(first, Figure)
-    assert isinstance(again, Figure)
-    with themed(), rc_context({"svg.hashsalt": "one"}):
-        save(first, tmp_path / "first", format=kind, dpi=50, metadata=metadata)
-        again.savefig(tmp_path / "again", format=kind, dpi=50, metadata=metadata)
-    assert (tmp_path / "first").read_bytes() == (tmp_path / "again").read_bytes()
+from validate.figures.solid_pictures import draw_side_view
+from validate.figures.theme import AIR, as_picture, as_svg, in_page, plate, save, themed
 
 
 def test_a_figure_in_pixels_is_what_its_png_shows(tmp_path):
@@ -48,13 +22,7 @@ def test_a_figure_in_pixels_is_what_its_png_shows(tmp_path):
         assert np.array_equal(np.asarray(opened.convert("RGB")), np.asarray(as_picture(figure, 220)))
 
 
-@pytest.mark.parametrize("scale", [AGES, SPEEDS])
-def test_the_darkest_sealant_is_seen_in_the_air(scale):
-    """The youngest and the slowest; the dark page itself gives them a contrast of 1.1."""
-    darkest = luminance(matplotlib.colormaps[scale](0.0)[:3])
-    assert (luminance(AIR) + 0.05) / (darkest + 0.05) > EASY
-
-
+@pytest.mark.broad
 def test_the_air_around_sealant_stays_light_on_a_dark_page(scene, frames, evidence):
     """Every panel with particles has a ground of its own, whose colour is none of those that follow the page.
 

@@ -18,17 +18,11 @@ S_MM = np.linspace(0.0, 80.0, 17)
 FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
 
 
+NOTHING = {"level_error_mm": 0.0, "computed_heap_mm2": 0.0, "read_heap_mm2": 0.0}
+
+
 def errors_mm(measured: Profile, *numbers: int) -> list[float]:
     return [one.mean_error_mm for one in best_curves(measured, 0.0, 80.0, numbers)]
-
-
-def test_a_curve_finds_readings_of_its_own_kind():
-    """Readings are straight between stations 5 mm apart, where this parabola sags by 0.016 mm: 0.005 mm on average."""
-    parabola = Profile(S_MM, -5.0 + 4.0 * (S_MM / 40.0 - 1.0) ** 2)
-    one, three, six = errors_mm(parabola, 1, 3, 6)
-    assert one > 0.9
-    assert three < 0.02
-    assert six <= three + 1e-9
 
 
 def test_no_other_polynomial_comes_nearer():
@@ -54,12 +48,6 @@ def test_a_curve_through_all_stations_that_are_compared_is_no_baseline(to_mm, nu
     assert [one.numbers for one in best_curves(FAST_FILL, 0.0, to_mm, (1, 15, 16, 17, 20))] == numbers
 
 
-def test_outlying_readings_do_not_drag_a_curve_along():
-    """Least absolute error, as the simulation is judged by: one reading 10 mm off moves the rest by nothing."""
-    flat = Profile(S_MM, np.where(S_MM == 40.0, 10.0, 0.0))
-    assert errors_mm(flat, 1)[0] == pytest.approx(10.0 * 5.0 / 80.0)
-
-
 @pytest.mark.parametrize(
     ("role", "fitted", "names"),
     [
@@ -76,18 +64,6 @@ def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
     how = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
     compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, OUTLINE, SOLID, **how)
     assert [one.name for one in compared.baselines] == names
-
-
-def test_readings_that_a_parabola_meets_better_are_said_to_be():
-    """The simulation is 0.5 mm off with three settings fitted, and the readings are a parabola."""
-    readings = Profile(S_MM, -5.0 + 4.0 * (S_MM / 40.0 - 1.0) ** 2)
-    names = ("fluid.U", "fluid.D_cm", "crack.tilt")
-    how = {"role": "calibrated-on", "photo_data": "measured", "fitted": names}
-    compared = compare(Profile(S_MM, readings.level_mm + 0.5), readings, OUTLINE, SOLID, **how)
-    assert compared.beats_baseline is False
-    assert compared.beats_flat_level
-    assert "a parabola 0.00 mm; the simulation, with 3 settings fitted, 0.50 mm. " in compared.headline[1]
-    assert compared.headline[1].endswith("no closer to these readings than a curve with no more numbers.")
 
 
 def test_a_lab_s_earlier_samples_are_a_baseline():
@@ -110,26 +86,17 @@ def test_nothing_fitted_is_another_declaration_than_none():
     assert words[1].endswith("no closer to these readings than a curve with no more numbers.")
     assert "undeclared fitted settings" in words[1]
     assert [beaten(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)] == [True, False]
+    assert not beaten(2.0, [pool], "held-out", None), "of two equal errors the baseline's needs no simulation"
 
 
 def test_as_many_settings_as_stations_are_said_to_be_so():
     line = Baseline(name="a flat line", numbers=1, mean_error_mm=2.0)
     words = against_baselines(0.5, [line], "calibrated-on", 17, stations=17)
-    assert words.endswith(
-        "with 17 settings fitted, 0.50 mm. So many settings can fit any readings exactly: a curve with 17 numbers "
-        "passes through all 17 stations."
-    )
+    assert words.endswith("fit any readings exactly: a curve with 17 numbers passes through all 17 stations.")
     assert beaten(0.5, [line], "calibrated-on", 17)
     assert beaten(0.5, [], "held-out", None) is None
     assert against_baselines(0.5, [], "held-out", None).endswith("is 0.50 mm off; there is no baseline.")
 
 
 def _earlier(share: float) -> EarlierTrial:
-    return EarlierTrial(
-        name="P",
-        level_error_mm=0.0,
-        computed_fill_ratio=share,
-        read_fill_ratio=share,
-        computed_heap_mm2=0,
-        read_heap_mm2=0,
-    )
+    return EarlierTrial(name="P", computed_fill_ratio=share, read_fill_ratio=share, **NOTHING)

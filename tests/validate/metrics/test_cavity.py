@@ -8,7 +8,7 @@ from manifold3d import CrossSection
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from sealtwin.core.records import Floats, Outline
+from sealtwin.core.records import Floats
 from tests.shapes import CUT, arc_slot, closed_crack, cut_crack, straight_slot, wandering_crack, with_ring
 from validate.metrics.cavity import CavityByLevel, cavity_by_level, cell_areas
 
@@ -25,16 +25,14 @@ def whole_mm3(cavity: CavityByLevel, level_mm: float = 0.0) -> Floats:
 @pytest.mark.parametrize(
     ("outline", "tilt", "angle_deg", "depth_mm"),
     [
-        (wandering_crack(1), "flare", 5.0, RISING),
-        (wandering_crack(1), "undercut", 2.0, 12.0),
-        (cut_crack(2, length_mm=80.0), "funnel", 5.0, RISING),
+        pytest.param(wandering_crack(1), "undercut", 2.0, 12.0, marks=pytest.mark.broad),
+        pytest.param(cut_crack(2, length_mm=80.0), "funnel", 5.0, RISING, marks=pytest.mark.broad),
         (closed_crack(4, 30.0, 8.0), "flare", 30.0, RISING),
-        (closed_crack(4, 30.0, 8.0), "flare", 30.0, 12.0),
-        (arc_slot(), "lean", 8.0, RISING),
+        pytest.param(arc_slot(), "lean", 8.0, RISING, marks=pytest.mark.broad),
         (replace(SLOT, islands_mm=(STONE,)), "vertical", 0.0, RISING),
         (with_ring(SLOT, SIDE_CRACK), "vertical", 0.0, RISING),
     ],
-    ids=["flare", "undercut", "funnel", "tips", "tips of one depth", "lean", "stone", "side crack"],
+    ids=["undercut", "funnel", "flare with tips", "lean", "stone", "side crack"],
 )
 def test_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, depth_mm):
     """Within 0.2 %: floors that rise cross layers of a quarter of a millimetre."""
@@ -61,13 +59,6 @@ def test_a_floor_in_steps_is_where_it_is():
     assert whole_mm3(cavity, -8.0)[shallow] == pytest.approx(0.0, abs=1e-6)
     assert whole_mm3(cavity, -8.0)[cavity.middle_mm < 19.0].sum() == pytest.approx(19.0 * 6.0 * 4.0, rel=0.01)
     assert whole_mm3(cavity, -4.0)[shallow].sum() == pytest.approx(18.0 * 6.0 * 2.0, rel=0.02)
-
-
-def test_the_cut_is_kept_beside_the_solid():
-    solid = build_solid(SLOT, CrackShape(depth_mm=12.0, tilt="vertical"))
-    again: Outline = replace(SLOT)
-    assert cavity_by_level(SLOT, solid) is cavity_by_level(SLOT, solid)
-    assert cavity_by_level(again, solid) is not cavity_by_level(SLOT, solid)
 
 
 @pytest.mark.parametrize("kind", ["ring", "sliver", "on the borders", "nothing"])

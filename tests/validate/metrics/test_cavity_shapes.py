@@ -60,13 +60,11 @@ def at(level_mm: float) -> Profile:
     ("right_mm", "left_mm", "rough_mm", "tolerance"),
     [
         (0.0, 0.0, 0.0, 1e-4),
-        (0.5, 0.5, 0.0, 2e-3),
-        (2.0, 2.0, 0.0, 2e-3),
-        (5.0, 5.0, 0.0, 2e-3),
         (2.0, 0.0, 0.0, 2e-3),
-        (0.0, 0.0, 0.2, 2e-3),
-        (2.0, 2.0, 0.2, 0.01),
-        (0.5, 0.5, 0.1, 0.03),
+        *(
+            pytest.param(*row, marks=pytest.mark.broad)
+            for row in ((5.0, 5.0, 0.0, 2e-3), (0.0, 0.0, 0.2, 2e-3), (2.0, 2.0, 0.2, 0.01), (0.5, 0.5, 0.1, 0.03))
+        ),
     ],
 )
 def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
@@ -74,16 +72,16 @@ def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
 ):
     """The tolerance is that of the mouth's area, half a standard deviation of the noise at a chamfer; 0.1 % of room."""
     sample = brought(tmp_path, slot(right_mm, left_mm), rough_mm)
-    held = fill_volumes(at(1.0), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
+    volumes = fill_volumes(at(1.0), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
     heap_mm3 = LENGTH_MM * (WIDTH_MM + right_mm + left_mm)
     room_mm3 = LENGTH_MM * (WIDTH_MM * DEPTH_MM + (right_mm**2 + left_mm**2) / 2)
-    assert held["overfill_mm3"] == pytest.approx(heap_mm3, rel=tolerance)
-    assert held["sealant_mm3"] - held["overfill_mm3"] == pytest.approx(room_mm3, rel=1e-3)
+    assert volumes["overfill_mm3"] == pytest.approx(heap_mm3, rel=tolerance)
+    assert volumes["sealant_mm3"] - volumes["overfill_mm3"] == pytest.approx(room_mm3, rel=1e-3)
     flat = balance_profile(room_mm3 + heap_mm3, sample.outline, sample.solid)
     assert flat.level_mm == pytest.approx(np.full(len(flat.s_mm), 1.0), abs=tolerance + 0.01)
 
 
-@pytest.mark.parametrize("gap_mm", [0.5, 0.1, 0.02])
+@pytest.mark.parametrize("gap_mm", [0.5, 0.02])
 @pytest.mark.parametrize("tapered", [False, True])
 def test_a_gap_thinner_than_the_raster_counts_where_it_is(gap_mm, tapered):
     """A stone from s = 10 to 20 mm, a rectangle or a diamond, leaves gaps at both sides of a slot 4 mm wide."""
@@ -93,14 +91,14 @@ def test_a_gap_thinner_than_the_raster_counts_where_it_is(gap_mm, tapered):
     middle = ([(15.0, half_mm)], [(15.0, -half_mm)]) if tapered else ([], [])
     stone_mm = np.array([*ends, *middle[0], *other, *middle[1]])
     crack = replace(straight_slot(40.0, WIDTH_MM, CUT), islands_mm=(stone_mm,))
-    held = fill_volumes(at(0.0), crack, built(crack, 12.0), 11.0, 19.0)
+    volumes = fill_volumes(at(0.0), crack, built(crack, 12.0), 11.0, 19.0)
     # A diamond is as wide as 0.6 of its middle, from 11 to 19 mm.
     of_stone_mm = half_mm * (0.6 if tapered else 1.0)
-    assert held["sealant_mm3"] == pytest.approx(8.0 * 2 * (WIDTH_MM / 2 - of_stone_mm) * 12.0, rel=1e-3)
-    assert held["fill_ratio"] == pytest.approx(1.0)
+    assert volumes["sealant_mm3"] == pytest.approx(8.0 * 2 * (WIDTH_MM / 2 - of_stone_mm) * 12.0, rel=1e-3)
+    assert volumes["fill_ratio"] == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("at_mm", [20.0, 20.3, 20.6])
+@pytest.mark.parametrize("at_mm", [20.0, 20.3])
 def test_a_step_of_depth_parts_the_crack_where_it_is(at_mm):
     """From 12 to 3 mm, in a slot 6 mm wide: within the 0.03 mm of a quarter of a cell."""
     crack = straight_slot(40.0, 6.0, CUT)
@@ -111,7 +109,12 @@ def test_a_step_of_depth_parts_the_crack_where_it_is(at_mm):
 
 
 @pytest.mark.parametrize(
-    ("floor_mm", "roof_mm", "width_mm"), [(-5.0, -3.1, 3.0), (-6.1, -5.9, 6.0), (-8.0, -7.3, 6.0), (-9.4, -0.6, 1.0)]
+    ("floor_mm", "roof_mm", "width_mm"),
+    [
+        (-6.1, -5.9, 6.0),
+        pytest.param(-8.0, -7.3, 6.0, marks=pytest.mark.broad),
+        pytest.param(-9.4, -0.6, 1.0, marks=pytest.mark.broad),
+    ],
 )
 def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path, floor_mm, roof_mm, width_mm):
     shelf = [(21.9, floor_mm), (LEFT_MM + width_mm, floor_mm), (LEFT_MM + width_mm, roof_mm), (21.9, roof_mm)]
@@ -119,13 +122,11 @@ def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path, floor_
     for level_mm in (0.0, -6.0):
         shelf_mm = max(min(roof_mm, level_mm) - floor_mm, 0.0)
         expected_mm3 = LENGTH_MM * (WIDTH_MM * (DEPTH_MM + level_mm) + width_mm * shelf_mm)
-        held = fill_volumes(at(level_mm), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
-        assert held["sealant_mm3"] == pytest.approx(expected_mm3, rel=2e-4)
+        volumes = fill_volumes(at(level_mm), sample.outline, sample.solid, 0.0, sample.outline.length_mm)
+        assert volumes["sealant_mm3"] == pytest.approx(expected_mm3, rel=2e-4)
 
 
-@pytest.mark.parametrize(
-    ("shallow_mm", "deep_mm", "level_mm"), [(2, 12, -10.0), (2, 12, -6.0), (10, 12, -11.0), (11, 12, -11.5)]
-)
+@pytest.mark.parametrize(("shallow_mm", "deep_mm", "level_mm"), [(2, 12, -6.0), (11, 12, -11.5)])
 def test_a_level_that_follows_a_rising_floor_holds_nothing_there(shallow_mm, deep_mm, level_mm):
     """The wet part of a slot 3 mm wide is a wedge; 0.1 % is what its end within a bin leaves."""
     crack = straight_slot(40.0, 3.0, CUT)

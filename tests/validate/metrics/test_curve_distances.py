@@ -15,14 +15,12 @@ from validate.metrics.curve_distances import Difference, PiecewiseLinear, alignm
     ("a", "b", "area"),
     [
         (([0, 1], [0, 1]), ([0, 1], [1, 0]), 0.5),
-        (([0, 4], [0, 0]), ([0, 4], [1, 1]), 4.0),
-        (([0, 2], [0, 2]), ([0, 1, 2], [0, 1, 2]), 0.0),
         (([0, 3], [0, 0]), ([0, 3], [-1, 2]), 0.5 + 2.0),
         (([0, 10], [0, 0]), ([2, 7], [1, 1]), 5.0),
         (([1, 0], [1, 0]), ([0, 1], [1, 0]), 0.5),
         (([0, 1, 2], [0, 1, 0]), ([0, 2], [0.5, 0.5]), 0.5),
     ],
-    ids=["crossing", "parallel", "same curve", "unequal triangles", "part covered", "reversed", "tent"],
+    ids=["crossing", "unequal triangles", "part covered", "reversed", "tent"],
 )
 def test_areas_of_closed_form(a, b, area):
     (x_a, y_a), (x_b, y_b) = a, b
@@ -35,11 +33,6 @@ def test_what_rounding_leaves_at_a_station_drops_no_triangle(rest):
     """Found by hypothesis: the library sees a crossing at x = 1 - 1e-17 as none, and gives 0 for 0.5."""
     assert Difference([0, 1], [0, 0], [0, 1], [-1, rest]).area == pytest.approx(0.5, abs=1e-12)
     assert Difference([0, 1], [0, 0], [0, 1], [-1, rest]).area_by_similaritymeasures() == pytest.approx(0.5, abs=1e-9)
-
-
-def test_a_parabola_converges_to_its_integral():
-    x = np.linspace(0, 1, 20_001)
-    assert Difference(x, x**2, [0, 1], [0, 1]).area == pytest.approx(1 / 6, abs=1e-9)
 
 
 def test_frechet_is_the_same_however_a_curve_is_sampled():
@@ -96,40 +89,17 @@ def test_the_flat_level_is_the_median_and_no_other_does_better():
 
 
 RAMP = PiecewiseLinear(np.array([0.0, 10.0]), np.array([0.0, 5.0]))
-STEPS = PiecewiseLinear(np.array([0.0, 4.0, 4.0 + 1e-9, 10.0]), np.array([1.0, 1.0, 3.0, 3.0]))
 
 
-def test_mean_and_root_mean_square_of_a_ramp():
-    assert RAMP.mean() == pytest.approx(2.5)
-    assert RAMP.rms() == pytest.approx(5 / np.sqrt(3))
-
-
-def test_shares_and_quantiles_invert_each_other():
+def test_means_shares_and_quantiles_of_a_ramp_and_of_steps():
+    assert (RAMP.mean(), RAMP.rms()) == pytest.approx((2.5, 5 / np.sqrt(3)))
     for share in (0.05, 0.5, 0.95):
         assert RAMP.quantile(share) == pytest.approx(5 * share)
-        assert RAMP.share_below(RAMP.quantile(share)) == pytest.approx(share)
-    assert RAMP.share_below(-1.0) == 0.0
-    assert RAMP.share_below(9.0) == 1.0
-
-
-def test_a_level_held_over_a_length_is_a_quantile():
-    assert STEPS.share_below(2.0) == pytest.approx(0.4)
-    assert STEPS.quantile(0.3) == pytest.approx(1.0)
-    assert STEPS.quantile(0.5) == pytest.approx(3.0)
-
-
-def test_a_constant_is_each_of_its_quantiles():
-    flat = PiecewiseLinear(np.array([0.0, 1.0]), np.array([2.0, 2.0]))
-    assert flat.quantile(0.5) == 2.0
-
-
-def test_differences_know_their_crossings():
-    difference = Difference([0, 4], [0, 4], [0, 4], [1, 1])
-    assert difference.x.tolist() == [0, 1, 4]
-    assert difference.value.tolist() == [-1, 0, 3]
-    # |error| is below 0.5 for 0.5 < x < 1.5.
-    assert difference.size.share_below(0.5) == pytest.approx(0.25)
-    assert difference.size.quantile(1.0) == pytest.approx(3.0)
+        assert RAMP.share_below(5 * share) == pytest.approx(share)
+    assert (RAMP.share_below(-1.0), RAMP.share_below(9.0)) == (0.0, 1.0)
+    steps = PiecewiseLinear(np.array([0.0, 4.0, 4.0 + 1e-9, 10.0]), np.array([1.0, 1.0, 3.0, 3.0]))
+    assert steps.share_below(1.0) == 0.0
+    assert (steps.share_below(2.0), steps.quantile(0.3), steps.quantile(0.5)) == pytest.approx((0.4, 1.0, 3.0))
 
 
 FINE_MM = np.linspace(0, 80, 401)

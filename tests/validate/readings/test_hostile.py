@@ -15,7 +15,7 @@ from validate.readings.samples import parts_of
 from validate.settings import Declared
 
 
-@pytest.mark.parametrize("start", [b"s_mm,depth_mm\n", b"PK\x03\x04"])
+@pytest.mark.parametrize("start", [b"s_mm,depth_mm\n", pytest.param(b"PK\x03\x04", marks=pytest.mark.broad)])
 def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
     """A child process grows by less than 20 MB while it refuses the file."""
     path = tmp_path / "large.csv"
@@ -35,22 +35,25 @@ def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
     assert int(grown_kb) < 20_000
 
 
+VAST = {
+    "blank columns": ("s_mm,depth_mm" + "," * 200_000 + "\n0,1\n", "1 station"),
+    "columns": ("s_mm" + ",depth_mm" * 20_000 + "\n0,1\n", "more than 256 columns"),
+    "a vast cell": ("s_mm,depth_mm\n0,1\n5," + "1" * 200_000 + "\n", "not a CSV"),
+    "a long number": ("s_mm,depth_mm\n0,1\n5," + "1" * 100_000 + "\n", "is not a number"),
+    "a long name": ("s_mm,depth_mm" + "x" * 100_000 + "\n0,1\n", "no column of readings"),
+    "a slow name": ("s_mm,depth (in" + " " * 100_000 + "x\n0,1\n", "no column of readings"),
+    "lines": ("\n" * 200_000 + "s_mm,depth_mm\n0,1\n", "1 station"),
+    "blanks": (";\n" * 30_000, "more than 10000 rows"),
+}
+QUICK = ("columns", "a slow name")
+
+
 @pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("s_mm,depth_mm" + "," * 200_000 + "\n0,1\n", "1 station"),
-        ("s_mm" + ",depth_mm" * 20_000 + "\n0,1\n", "more than 256 columns"),
-        ("s_mm,depth_mm\n0,1\n5," + "1" * 200_000 + "\n", "not a CSV"),
-        ("s_mm,depth_mm\n0,1\n5," + "1" * 100_000 + "\n", "is not a number"),
-        ("s_mm,depth_mm" + "x" * 100_000 + "\n0,1\n", "no column of readings"),
-        ("s_mm,depth (in" + " " * 100_000 + "x\n0,1\n", "no column of readings"),
-        ("\n" * 200_000 + "s_mm,depth_mm\n0,1\n", "1 station"),
-        (";\n" * 30_000, "more than 10000 rows"),
-    ],
-    ids=["blank columns", "columns", "a vast cell", "a long number", "a long name", "a slow name", "lines", "blanks"],
+    "case", [name if name in QUICK else pytest.param(name, marks=pytest.mark.broad) for name in VAST]
 )
-def test_vast_text_is_refused_shortly(tmp_path, content, words):
+def test_vast_text_is_refused_shortly(tmp_path, case):
     """A pattern that backtracks takes hours for a name of 100,000 blanks. The time is this process's alone."""
+    content, words = VAST[case]
     path = tmp_path / "vast.csv"
     path.write_text(content)
     began = time.process_time()

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sealtwin.core.records import Floats
 from tests.sheet_writers import Hand, write_sheet
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
@@ -48,27 +47,23 @@ def hands(draw: st.DrawFn) -> Hand:
 SEPARATORS, DECIMALS, UNITS = [",", ";", "\t"], [".", ","], ["mm", "cm", "m", "inch"]
 
 
-def read_back(path: Path, hand: Hand) -> tuple[Floats, Floats]:
+def read_back(path: Path, hand: Hand) -> str:
+    """Compare what is read with what was written; return how it was understood."""
     sheet = read_readings(write_sheet(path, hand, S_MM, LEVELS_MM), Declared())
-    assert sheet.repeats_mm is not None
-    return sheet.s_mm, sheet.repeats_mm
+    assert sheet.s_mm == pytest.approx(np.array(S_MM), abs=CLOSE_MM)
+    assert sheet.repeats_mm == pytest.approx(LEVELS_MM, abs=CLOSE_MM, nan_ok=True)
+    return sheet.dialect
 
 
-def assert_same(s_mm: Floats, levels_mm: Floats | None) -> None:
-    assert levels_mm is not None
-    np.testing.assert_allclose(s_mm, S_MM, rtol=0, atol=CLOSE_MM)
-    np.testing.assert_allclose(levels_mm, LEVELS_MM, rtol=0, atol=CLOSE_MM)
-
-
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(hand=hands())
 def test_any_hand_writes_the_same_profile(tmp_path_factory, hand):
     """Encoding, separator, decimals, names, units, layout and order change nothing."""
-    assert_same(*read_back(tmp_path_factory.mktemp("hand") / "sheet", hand))
+    read_back(tmp_path_factory.mktemp("hand") / "sheet", hand)
 
 
 @pytest.mark.parametrize(
-    ("encoding", "mark", "told"),
+    ("encoding", "mark", "name"),
     [
         ("utf-8", False, "UTF-8"),
         ("utf-8", True, "UTF-8"),
@@ -81,36 +76,12 @@ def test_any_hand_writes_the_same_profile(tmp_path_factory, hand):
         ("cp1252", False, "Windows-1252"),
     ],
 )
-def test_every_encoding_is_told_from_the_others(tmp_path, encoding, mark, told):
+def test_every_encoding_is_told_from_the_others(tmp_path, encoding, mark, name):
     hand = Hand(encoding=encoding, mark=mark, language="german", separator=";", decimal=",", title=("Prüfer: Groß",))
-    sheet = read_readings(write_sheet(tmp_path / "sheet.csv", hand, S_MM, LEVELS_MM), Declared())
-    assert sheet.dialect.startswith(f"CSV, {told}, semicolons")
-    assert_same(sheet.s_mm, sheet.repeats_mm)
+    assert read_back(tmp_path / "sheet.csv", hand).startswith(f"CSV, {name}, semicolons")
 
 
-@pytest.mark.parametrize("separator", SEPARATORS)
-@pytest.mark.parametrize("decimal", DECIMALS)
-@pytest.mark.parametrize("long", [False, True])
-def test_the_dialect_is_told_as_it_is(tmp_path, separator, decimal, long):
-    hand = Hand(
-        separator=separator,
-        decimal=decimal,
-        long=long,
-        encoding="utf-16",
-        language="german",
-        quantity="depth",
-        unit="cm",
-    )
-    sheet = read_readings(write_sheet(tmp_path / "sheet.csv", hand, S_MM, LEVELS_MM), Declared())
-    named = {",": "commas", ";": "semicolons", "\t": "tabs", ".": "point"}
-    assert sheet.dialect == (
-        f"CSV, UTF-16, {named[separator]}, decimal {'comma' if decimal == ',' else 'point'}; "
-        f"{'long' if long else 'wide'}, 3 repeats; depth downward in cm from the sample surface, places in mm; "
-        "2 readings missing"
-    )
-    assert_same(sheet.s_mm, sheet.repeats_mm)
-
-
+@pytest.mark.broad
 @given(
     hundredths=st.lists(st.integers(-9_999, 9_999), min_size=4, max_size=12),
     separator=st.sampled_from(SEPARATORS),

@@ -17,7 +17,7 @@ def _written(folder, text):
     return path
 
 
-@pytest.mark.parametrize("name", ["sample", "Probe", "Prüfkörper Nr.", "Échantillon", "muestra", "specimen ID"])
+@pytest.mark.parametrize("name", ["sample", "Prüfkörper Nr."])
 def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
     path = _written(tmp_path, TABLE.replace("sample", name))
     first, second = (read_readings(path, Declared(sample=sample)) for sample in ("p-08", "P09"))
@@ -33,11 +33,7 @@ def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
         (TABLE, None, "rows of several samples: 'P08', 'P09'. Select one: [readings] sample."),
         (TABLE, "P10", "no row of sample 'P10'; column 'sample' contains 'P08', 'P09'"),
         (TABLE + ",10,-3\n", "P09", "line 6, column sample"),
-        (
-            "s_mm,level_1_mm\n0,-1\n5,-1\n",
-            "P08",
-            "no column contains sample names, but [readings] sample = 'P08'",
-        ),
+        ("s_mm,level_1_mm\n0,-1\n5,-1\n", "P08", "no column contains sample names, but [readings] sample = 'P08'"),
         (TABLE.replace("-2.5", "deep"), "P09", "'deep' is not a number"),
     ],
 )
@@ -68,8 +64,8 @@ def test_a_workbook_is_divided_by_its_sheets_and_their_columns(tmp_path):
         for row in rows:
             sheet.append(row)
     book.save(tmp_path / "all.xlsx")
-    found = [(part.sheet, part.rows_of, part.headed) for part in parts_of(tmp_path / "all.xlsx")]
-    assert found == [("P10", None, True), ("May", "P08", True), ("May", "P09", True), ("cover", None, False)]
+    parts = [(part.sheet, part.rows_of, part.headed) for part in parts_of(tmp_path / "all.xlsx")]
+    assert parts == [("P10", None, True), ("May", "P08", True), ("May", "P09", True), ("cover", None, False)]
 
 
 def test_a_part_changes_with_its_own_rows_only(tmp_path):

@@ -5,41 +5,31 @@ import pytest
 from validate.readings.header_words import ColumnMeaning, meaning, unit_of
 
 NAMES = {
-    ColumnMeaning("station", "mm"): "s_mm|s/mm|S [mm]|position le long de la fissure [mm]|Abscisse (mm)|"
-    "distancia desde el inicio (mm)",
-    ColumnMeaning("station", "cm"): "Position entlang Riss (cm)|posición [cm]",
+    ColumnMeaning("station", "mm"): "s_mm|s/mm|position le long de la fissure [mm]|distancia desde el inicio (mm)",
+    ColumnMeaning("station", "cm"): "Position entlang Riss (cm)",
     ColumnMeaning("station", "m"): "distance from start in m",
     ColumnMeaning("station"): "Abstand",
     ColumnMeaning("station", "1/10 mm"): "s [1/10 mm]",
-    ColumnMeaning("reading", "mm", "level", "1"): "level_1_mm|Pegel 1 [mm]|Level up 1 [mm]",
-    ColumnMeaning("reading", "mm", "level", "2"): "Pegel aufwärts 2 [mm]",
-    ColumnMeaning("reading", "mm", "level"): "h in mm|Pegel nach oben [mm]|Niveau vers le haut (mm)|"
-    "Nivel hacia arriba (mm)|Niveau [mm]|nivel (milímetros)",
-    ColumnMeaning("reading", "cm", "level"): "Hauteur mesurée (cm)",
+    ColumnMeaning("reading", "mm", "level", "1"): "level_1_mm|Level up 1 [mm]",
+    ColumnMeaning("reading", "mm", "level"): "h in mm|Pegel nach oben [mm]|Niveau vers le haut (mm)|nivel (milímetros)",
     ColumnMeaning("reading", "inch", "level", "2"): "Höhe 2 / Zoll",
-    ColumnMeaning("reading", "inch", "level"): "altura [pulgadas]",
     ColumnMeaning("reading", None, "level"): "Ho\u0308he|HOEHE",
-    ColumnMeaning("reading", "mm", "depth"): "depth [mm]|value down [mm]|Tiefe unter Oberkante [mm]|Höhe abwärts [mm]|"
-    "Messwert_nach_unten_mm|Hauteur vers le bas (mm)|Altura hacia abajo (mm)|Height downward [mm]|"
-    "profondeur sous la surface en mm",
-    ColumnMeaning("reading", "mm", "depth", "1"): "profundidad 1 [mm]",
-    ColumnMeaning("reading", "mm", "depth", "2"): "Profondeur 2 (mm)",
+    ColumnMeaning("reading", "mm", "depth"): "depth [mm]|Tiefe unter Oberkante [mm]|Höhe abwärts [mm]|"
+    "Messwert_nach_unten_mm|Hauteur vers le bas (mm)|Altura hacia abajo (mm)|profondeur sous la surface en mm",
     ColumnMeaning("reading", "mm", "depth", "3"): "Tiefe unter Oberfläche Messung 3 [mm]",
-    ColumnMeaning("reading", "cm", "depth"): "Tiefe (cm)",
     ColumnMeaning("reading", "inch", "depth", "12"): "depth_12_in",
     ColumnMeaning("reading", "inch", "depth"): "depth [in]",
     ColumnMeaning("reading", "1/10 mm", "depth"): "Tiefe [1/10 mm]|Tiefe \u2152 mm",
     ColumnMeaning("reading", "1/100 mm", "depth", "2"): "Tiefe 2 (mm/100)",
     ColumnMeaning("reading", "mm", "depth", "0-1", factor="0,1 mm"): "Tiefe (0,1 mm)",
-    ColumnMeaning("reading", None, None, "1"): "rep1",
     ColumnMeaning("reading", "mm", None, "2"): "2. Messung (mm)",
     ColumnMeaning("reading", "mm", None, "3"): "Mesure n° 3 [mm]",
     ColumnMeaning("reading"): "value|lectura",
-    ColumnMeaning("repeat"): "Messung|Wdh.|Reading No.|Medición",
+    ColumnMeaning("repeat"): "Messung|Reading No.",
     ColumnMeaning("mass", "g", factor="10 g"): "Masse 10 g",
-    ColumnMeaning("sample"): "échantillon|Muestra Nº|Probe|Sample ID",
+    ColumnMeaning("sample"): "Muestra Nº|Sample ID",
     ColumnMeaning("skipped", "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
-    ColumnMeaning("skipped"): "Nr.|Temperatur [°C]|Station Nr|Bemerkung|Opérateur|Fecha",
+    ColumnMeaning("skipped"): "Nr.|Temperatur [°C]|Station Nr|Opérateur",
 }
 UNKNOWN = (
     "|x|t|d [mm]|12|Länge [mm]|crack depth [mm]|Füllhöhe [mm]|height above floor [mm]|depth level [mm]|"

@@ -38,29 +38,27 @@ def test_every_field_is_described():
         assert {name for name, field in part["properties"].items() if not {"description", "$ref"} & set(field)} == set()
 
 
-@pytest.mark.parametrize(
-    ("record", "units"),
-    [
-        ("Comparison", {"mean_error_mm": "mm", "area_mm2": "mm²", "coverage": "1", "measured_underfill_mm3": "mm³"}),
-        # The millimetre in its name is another's.
-        ("Comparison", {"share_under_1_mm": "1"}),
-        ("MassBalance", {"footprint_mm2": "mm²", "shrinkage_percent": "%"}),
-        ("SizeSeries", {"values": "mm", "scatter": "mm", "band": "mm", "order_95": "1"}),
-        # Each in a unit of its own: "1" would call it a pure number.
-        ("InputEffect", {"standard": "that of the name", "mean_level_mm": "mm", "share": "1"}),
-        ("Expectation", dict.fromkeys(("bias", "scatter"), "that of the quantity; 1 if relative")),
-        ("Expectation", dict.fromkeys(("computed", "expected", "expected_95"), "that of the quantity")),
-        ("NumberWithUnit", {"value": "that of unit"}),
-    ],
-)
-def test_the_schema_has_the_units_of_numbers(record, units):
-    fields = schema()["$defs"][record]["properties"]
-    assert {name: fields[name].get("unit") for name in units} == units
+UNITS = {
+    # The millimetre in the name of share_under_1_mm is another's.
+    "Comparison": {"mean_error_mm": "mm", "area_mm2": "mm²", "coverage": "1", "share_under_1_mm": "1"},
+    "MassBalance": {"footprint_mm2": "mm²", "shrinkage_percent": "%", "readings_mm3": "mm³"},
+    "SizeSeries": {"values": "mm", "scatter": "mm", "order_95": "1"},
+    # Each in a unit of its own: "1" would call it a pure number.
+    "InputEffect": {"standard": "that of the name", "mean_level_mm": "mm", "share": "1"},
+    "Expectation": {"bias": "that of the quantity; 1 if relative", "computed": "that of the quantity"},
+    "NumberWithUnit": {"value": "that of unit"},
+}
 
 
+def test_the_schema_has_the_units_of_numbers():
+    for record, units in UNITS.items():
+        fields = schema()["$defs"][record]["properties"]
+        assert {name: fields[name].get("unit") for name in units} == units
+
+
+@pytest.mark.broad
 def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     """Sizes, inputs, shifts and settled volumes were on the page alone; and a table that is added there comes along."""
-    declared = Uncertainty(volume_ml=0.1)
     sheet = ReadingsSheet(name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01")
     s_mm = np.linspace(0, 40, 81)
     fine, middle, coarse = (
@@ -70,32 +68,17 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     runs = Spread(s_mm, (fine, middle, coarse), (Effect("volume_ml", 0.1, np.full(81, 0.3)),), 0.02, 0.6)
     settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
     evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5, sheet=sheet)
-    compared = assess(evidence, settings, declared, runs, Gate(mean_error_mm=1.0))
+    compared = assess(evidence, settings, Uncertainty(volume_ml=0.1), runs, Gate(mean_error_mm=1.0))
     leave_out_figures(monkeypatch)
     write_report(tmp_path, replace(evidence, comparison=compared))
     data: Any = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert data.readings == ReadingsFile(**dict(sheet), dialect="", data="measured")
-    assert "ASME V&V 20: E = +0.50 mm" in data.findings[0]
-    assert (data.outcome, data.comparison.gate, data.comparison.role) == ("passed", Gate(mean_error_mm=1.0), "held-out")
-    assert data.comparison.mean_error_mm == pytest.approx(0.5)
-    assert len(data.comparison.error_by_bin) == 4
     assert data.comparison.model_dump_json() == compared.model_dump_json()
-    assert data.headline == data.comparison.headline
-    found = data.comparison.uncertainty
-    sizes = found.numerics.mean_error_mm
-    assert sizes.values == pytest.approx((0.45, 0.5, 0.6), abs=1e-3)
-    assert (sizes.runs, sizes.scatter) == ((3, 3, 3), pytest.approx(0.1, abs=1e-3))
-    assert found.mean_level.volume_level_mm is not None
-    assert [(one.name, one.mean_level_mm) for one in found.inputs] == [("volume_ml", pytest.approx(0.3))]
-    assert [shift.shift_mm for shift in found.alignment.shifts] == [-2, -1, 0, 1, 2]
-    # A slot of 40 x 3.1 x 10 mm, read at -4 mm on average.
-    assert data.comparison.volumes.mass_balance.readings_mm3 == pytest.approx(40 * 3.1 * 6, rel=2e-3)
-    assert data.comparison.measured_fill_ratio == pytest.approx(0.6, rel=2e-3)
+    assert (data.outcome, data.headline) == ("passed", compared.headline)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert [table.title for table in data.tables] == [
-        html.unescape(title) for title in re.findall("<h3>(.*)</h3>", page)
-    ]
-    assert len(data.tables) > 10
+    titles = [html.unescape(title) for title in re.findall("<h3>(.*)</h3>", page)]
+    assert [table.title for table in data.tables] == titles
+    assert len(titles) > 10
 
 
 @pytest.mark.parametrize(
@@ -113,6 +96,7 @@ def test_green_is_for_held_out_readings(outcome, role, colour):
     assert ReportData.model_construct(outcome=outcome, comparison=comparison).tone == colour
 
 
+@pytest.mark.broad
 def test_numbers_that_differ_have_labels_that_differ(evidence):
     """Of particles, of filled space and of levels: in and above the crack there are three of each."""
     settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
@@ -127,14 +111,8 @@ def test_numbers_that_differ_have_labels_that_differ(evidence):
     ]
     page = [item for chapter in chapters(evidence) for item in chapter.items if isinstance(item, PageTable)]
     labels = [row for table in page for row in table.rows if " mm³" in row[1]]
-    for told in (numbers, [(label, text.partition(" mm³")[0]) for label, text in labels]):
-        assert len(set(told)) == len({label for label, _ in told}) > 5
-
-
-def test_what_was_dispensed_is_somewhere(evidence):
-    volumes = report_data(evidence).mass_balance
-    parts = [volumes[key].value for key in ("in_crack", "above_face", "spilled")]
-    assert sum(value or 0.0 for value in parts) == volumes["dispensed"].value
+    for rows in (numbers, [(label, text.partition(" mm³")[0]) for label, text in labels]):
+        assert len(set(rows)) == len({label for label, _ in rows}) > 5
 
 
 def test_a_number_that_does_not_exist_is_null_and_an_unknown_key_is_refused(evidence):

@@ -63,25 +63,24 @@ def test_weights_of_a_mean_are_the_trapezoids_and_thirds_of_an_arch():
     assert hat == pytest.approx([1 / 16, *[1 / 8] * 7, 1 / 16])
     assert bump == pytest.approx([0.625 / 8] * 8)
     assert curve(x=np.linspace(0, 80, 1601)).weights()[1] == pytest.approx([2 / 3 / 8] * 8, rel=1e-3)
-
-
-def test_a_station_just_outside_counts_with_its_part():
+    # A station just outside counts with its part.
     assert curve(x=np.linspace(0, 75, 76)).weights()[0][-1] == pytest.approx(5 * (5 / 10) / 2 / 75)
 
 
 def test_a_band_of_all_stations_is_wider_by_their_number_and_one_error_for_all_is_one_test():
     """The largest of nine independent normal errors is below 2.77 in 95 % (Sidak), of one below 1.96."""
-    found, shared, none = budget(own(0.1)), budget(alike(0.1)), budget()
-    for each, number in ((found, 9), (found.at(S_MM < 35), 4)):
+    apart, shared, none = budget(own(0.1)), budget(alike(0.1)), budget()
+    for each, number in ((apart, 9), (apart.at(S_MM < 35), 4)):
         assert len(each.band_mm) == number
         wide = stats.norm.ppf((1 + 0.95 ** (1 / number)) / 2)
         assert each.profile_band_mm == pytest.approx(wide * 0.1, rel=PERCENT)
-    assert found.by_chance == pytest.approx(0.05 * 9, rel=0.01)
+    assert apart.by_chance == pytest.approx(0.05 * 9, rel=0.01)
     assert shared.profile_band_mm == pytest.approx(shared.band_mm)
     assert none.band_mm.tolist() == none.profile_band_mm.tolist() == [0.0] * 9
     assert none.mean_error_interval(curve(0.7)) == pytest.approx((0.7, 0.7))
 
 
+@pytest.mark.broad
 @given(st.lists(st.floats(-9, 9).map(lambda value: round(value, 3)), min_size=2, max_size=12))
 def test_the_mean_of_absolutes_is_the_integral_of_the_comparison(values):
     """The mean is the same for any sampling, with crossings inside pieces."""
@@ -93,9 +92,9 @@ def test_the_mean_of_absolutes_is_the_integral_of_the_comparison(values):
 
 def test_an_error_of_one_sign_is_as_unsure_as_the_bias():
     """1,000 draws know a half-width to 6 %."""
-    known = budget(own(0.1))
-    half_mm = known.mean_mm(curve().weights())
-    low_mm, high_mm = known.mean_error_interval(curve(2.0))
+    doubt = budget(own(0.1))
+    half_mm = doubt.mean_mm(curve().weights())
+    low_mm, high_mm = doubt.mean_error_interval(curve(2.0))
     assert (2 - low_mm, high_mm - 2) == (pytest.approx(half_mm, rel=0.06), pytest.approx(half_mm, rel=0.06))
 
 
@@ -113,11 +112,11 @@ def test_a_shared_error_moves_a_balanced_one_little():
 def test_readings_that_are_probably_too_high_hide_an_error():
     """Levels that are read 0.5 mm too high: the error against the true ones is that much larger."""
     high = Component("outliers", "repeats", 0.5 + 0.1 * normals("own", 9))
-    known, plain = budget(high), budget(own(0.1))
-    low_mm, high_mm = known.mean_error_interval(curve(2.0))
+    raised, plain = budget(high), budget(own(0.1))
+    low_mm, high_mm = raised.mean_error_interval(curve(2.0))
     _, around_mm = plain.mean_error_interval(curve(2.5))
     assert (low_mm, high_mm) == (2.0, pytest.approx(around_mm, abs=0.01))
-    assert known.mean_error_interval(curve(-2.0))[0] == pytest.approx(1.5, abs=0.1)
+    assert raised.mean_error_interval(curve(-2.0))[0] == pytest.approx(1.5, abs=0.1)
 
 
 def test_what_scatter_alone_would_make_may_be_nothing():
@@ -130,8 +129,7 @@ def test_what_scatter_alone_would_make_may_be_nothing():
 
 def test_each_part_of_the_summary_is_that_error_alone():
     between = Component("arch", "assumed", 0.3 * uniforms("arch", 8), shared=True, between=True)
-    found = budget(own(0.1), alike(0.2), between).summary(curve())
-    scatter, datum, arch = found.parts
+    scatter, datum, arch = budget(own(0.1), alike(0.2), between).summary(curve()).parts
     assert (scatter.station_mm, datum.station_mm, arch.station_mm) == pytest.approx((0.098, 0.196, 0.0), rel=1e-2)
     assert datum.mean_level_mm == pytest.approx(0.196, rel=1e-3)
     assert arch.mean_level_mm > 0.05

@@ -12,9 +12,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_json
 from validate.uncertainty.budget import Budget
 from validate.uncertainty.computed import (
-    ORDERS,
     RUNS,
-    Effect,
     InputDraws,
     Inputs,
     Replicates,
@@ -45,8 +43,7 @@ def band_mm(means_mm, apart_mm: ArrayLike = APART_MM) -> float:
 @pytest.mark.parametrize("order", [0.6, 1.0, 1.7])
 def test_a_power_law_without_scatter_has_its_order_and_error(order):
     means_mm = [5.0 + 0.3 * h**order for h in RADII_MM]
-    found = replicates(means_mm, [0.0] * 3)
-    assert found.orders(4000) == pytest.approx(np.full(4000, order), abs=0.03)
+    assert replicates(means_mm, [0.0] * 3).orders(4000) == pytest.approx(np.full(4000, order), abs=0.03)
     assert band_mm(means_mm, [0.0] * 3) == pytest.approx(0.3, rel=0.06)
 
 
@@ -63,13 +60,20 @@ def test_for_a_known_order_it_is_the_text_books_regression(order, monkeypatch):
     assert np.quantile(draws, [0.025, 0.25, 0.5, 0.75, 0.975]) == pytest.approx(expected, abs=0.1 * fit.stderr)
 
 
-@pytest.mark.parametrize(("near_mm", "apart_mm"), [(0.1, APART_MM), (-0.3, APART_MM / 10)])
-def test_there_is_no_jump_anywhere(near_mm, apart_mm):
+@pytest.mark.parametrize(
+    ("near_mm", "apart_mm", "least", "most"),
+    [
+        (0.1, APART_MM, 1.1, 1.18),
+        pytest.param(0.1, APART_MM, 0.8, 1.5, marks=pytest.mark.broad),
+        pytest.param(-0.3, APART_MM / 10, 0.8, 1.5, marks=pytest.mark.broad),
+    ],
+)
+def test_there_is_no_jump_anywhere(near_mm, apart_mm, least, most):
     """Far over near from 0.8 to 1.5. By index and spread, 1.141 gave a band of 1.012 and 1.139 one of 0.214.
 
     A step of 0.002 in the ratio moves the band by less than 1 %; halved, by about half of that.
     """
-    ratios = np.arange(0.8, 1.5, 0.002)
+    ratios = np.arange(least, most, 0.002)
     bands_mm = np.array([band_mm((-near_mm, 0.0, ratio * near_mm), apart_mm) for ratio in ratios])
     steps = np.abs(np.diff(np.log(bands_mm)))
     assert steps.max() < 0.01
@@ -79,6 +83,7 @@ def test_there_is_no_jump_anywhere(near_mm, apart_mm):
     assert halves.max() < 0.8 * steps.max()
 
 
+@pytest.mark.broad
 def test_there_is_no_jump_where_a_number_turns():
     """An oscillating number had its spread, one that converges an index."""
     bands_mm = [band_mm((-0.1, 0.0, far_mm)) for far_mm in np.arange(-0.1, 0.1, 0.001)]
@@ -100,11 +105,9 @@ def test_the_mean_of_stations_has_the_band_of_their_mean():
     for runs_mm in (alike, apart):
         (size, _) = numerical_errors(Replicates(RADII_MM, runs_mm), None)
         mean = np.quantile(np.abs(size.draws_mm.mean(axis=1)), 0.95)
-        assert mean == pytest.approx(band_mm_of([runs.mean(axis=1) for runs in runs_mm]), rel=0.05)
-
-
-def band_mm_of(runs_mm) -> float:
-    return size_series([one.tolist() for one in runs_mm], RADII_MM).band
+        assert mean == pytest.approx(
+            size_series([runs.mean(axis=1).tolist() for runs in runs_mm], RADII_MM).band, rel=0.05
+        )
 
 
 def test_volume_that_was_gained_moves_all_stations_alike():
@@ -112,12 +115,6 @@ def test_volume_that_was_gained_moves_all_stations_alike():
     assert np.quantile(np.abs(volume.draws_mm), 0.95, axis=0) == pytest.approx([0.95 * 0.3] * 4, rel=1e-3)
     assert (volume.kind, volume.source, volume.shared) == ("numerics", "computed", True)
     assert np.ptp(volume.draws_mm, axis=1).max() == 0.0
-
-
-def test_the_order_stays_within_what_is_allowed_for():
-    for means_mm in ((0.0, 0.1, 0.11), (0.0, 0.1, 0.9), (0.1, 0.0, 0.1)):
-        orders = replicates(means_mm).orders(1000)
-        assert ORDERS[0] <= orders.min() <= orders.max() <= ORDERS[-1]
 
 
 def test_extra_runs_that_are_copies_are_refused():
@@ -141,7 +138,7 @@ def test_extra_runs_that_show_no_scatter_are_not_read(sizes: int | None, says: s
         Spread.of(json.loads(as_json(spread.content())))
 
 
-@pytest.mark.parametrize(("inputs", "runs"), [(1, 2), (2, 4), (3, 4), (4, 8), (5, 8), (7, 8), (8, 16)])
+@pytest.mark.parametrize(("inputs", "runs"), [(1, 2), (3, 4), (4, 8), (8, 16)])
 def test_every_input_is_half_up_half_down_and_against_every_other(inputs, runs):
     design = two_level_design(inputs)
     assert design.shape == (runs, inputs)
@@ -204,16 +201,3 @@ def test_a_parabola_is_an_inputs_own_and_a_product_is_of_both_together():
     # All parts together have the spread of the runs.
     sums_mm = np.sum([one.draws_mm for one in curved.inputs.errors()], axis=0)
     assert np.std(sums_mm[:, 0]) == pytest.approx(np.std(curved.moved_mm[:, 0]), rel=0.03)
-
-
-def test_effects_by_particles_have_shares_too():
-    effects = tuple(Effect(name, 1.0, np.full(7, step)) for name, step in (("volume_ml", 0.3), ("depth_mm", -0.4)))
-    inputs = Spread(S_MM, None, effects, None, None).inputs_at(S_MM)
-    reported, together = inputs.reported(S_MM)
-    assert [one.share for one in reported] == pytest.approx([0.36, 0.64])
-    assert {one.model for one in reported} == {"particles"}
-    assert together == 0
-    assert [one.name for one in inputs.errors()] == [
-        "volume given, by particles",
-        "the crack's depth, by particles",
-    ]

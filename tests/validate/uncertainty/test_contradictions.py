@@ -50,6 +50,7 @@ def hardly_ever(sheets: int) -> float:
     return sheets * (0.01 + 3 * np.sqrt(0.01 * 0.99 / sheets))
 
 
+@pytest.mark.broad
 def test_repeats_that_are_no_passes_are_hardly_ever_refused():
     """Whatever the scatter: sheets of four kinds."""
     random = np.random.default_rng(5)
@@ -58,6 +59,7 @@ def test_repeats_that_are_no_passes_are_hardly_ever_refused():
     assert count <= hardly_ever(200)
 
 
+@pytest.mark.broad
 def test_a_column_by_an_operator_who_reads_0_3_mm_higher_contradicts_no_passes():
     """By 0.15 mm of scatter in 17 stations, found in 99 of 100 sheets; at most 3 of 60 may be missed."""
     random = np.random.default_rng(6)
@@ -73,6 +75,7 @@ def test_a_column_by_an_operator_who_reads_0_3_mm_higher_contradicts_no_passes()
     assert refused(sheets[0], Uncertainty(pass_mm=0.01))
 
 
+@pytest.mark.broad
 def test_passes_of_the_declared_size_are_hardly_ever_refused():
     random = np.random.default_rng(7)
     sheets = [noise_mm(random, "normal") + 0.2 * random.standard_normal(3) for _ in range(100)]
@@ -106,8 +109,8 @@ def test_a_repeatability_that_the_repeats_stay_below_is_said_to_be_unused():
     true, large = (sum(bool(unused_repeatability(sheet, one, 0.01)) for sheet in sheets) for one in declared)
     assert true <= hardly_ever(300)
     assert large == 300
-    (said,) = unused_repeatability(sheets[0], declared[1], 0.01)
-    assert said.startswith("uncertainty.repeatability_mm = 1 is not used: the repeats show the scatter, 0.1")
+    (sentence,) = unused_repeatability(sheets[0], declared[1], 0.01)
+    assert sentence.startswith("uncertainty.repeatability_mm = 1 is not used: the repeats show the scatter, 0.1")
     # A last digit of 2 mm hides a scatter of 1 mm; a single reading shows none.
     assert not unused_repeatability(sheets[0], declared[1], 2.0)
     assert not unused_repeatability(replace(sheets[0], repeats_mm=None), declared[1], 0.01)

@@ -1,44 +1,16 @@
 """What a report says of readings, of how near they are and of where a level leaves them, pinned by value."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from validate.comparison import StationError, StationErrors
-from validate.report_input import ReadingsSheet
 from validate.wording.comparison import (
-    agreement_table,
     between_stations,
-    readings_table,
     stretches_off,
     worst_at_a_station,
 )
 
 S_MM = np.arange(0.0, 45.0, 5.0)
-
-
-def test_both_areas_stand_side_by_side(evidence):
-    agreement = dict(agreement_table(evidence.comparison).rows)
-    assert agreement["area between the curves, exact"] == "20.0000 mm²"
-    assert agreement["area by similaritymeasures"].startswith("20.0000 mm²")
-    assert agreement["mean error = area / covered length"] == "0.500 mm"
-    assert agreement["area by similaritymeasures"].endswith("the same to 1e-9 mm²")
-    assert "100.0 % of the crack" in agreement["covered length"]
-    assert "the simulation beats it" in agreement["the dispensed volume lying flat, as a baseline"]
-
-
-def test_the_sheet_that_is_judged_is_named_with_how_it_was_understood(evidence):
-    """A comma taken for thousands, or a depth for a level, is seen here first."""
-    plain = dict(readings_table(evidence.readings, evidence.comparison, None).rows)
-    assert not plain.keys() & {"read as", "file"}
-    assert plain["stations compared"].startswith("9 of 9,")
-    read = replace(evidence.readings, dialect="CSV, decimal comma; depth downward in cm")
-    sheet = ReadingsSheet(name="P01 Messung.csv", sha256="73cf", operator="A. B.", date=None)
-    table = dict(readings_table(read, evidence.comparison, sheet).rows)
-    assert table["read as"] == "CSV, decimal comma; depth downward in cm"
-    assert (table["file"], table["sha256 of the file"]) == ("P01 Messung.csv", "73cf")
-    assert (table["read by"], table["read on"]) == ("A. B.", "not recorded")
 
 
 def stations(*errors_mm):
@@ -62,7 +34,6 @@ LARGEST_FIRST = (
         ((2, 0, -2.1, 0, 2.2, 0, -2.3, 0, 2.4), "2 other stretches", "at 0 mm"),
         ((0.99,) * 9, "", "too"),
     ],
-    ids=["side, place and largest error first", "three, and the others counted", "in the band"],
 )
 def test_stretches_off_are_named(errors_mm, named, absent):
     text = " ".join(stretches_off(stations(*errors_mm)))
@@ -71,11 +42,8 @@ def test_stretches_off_are_named(errors_mm, named, absent):
     assert bool(text) == bool(named)
 
 
-@pytest.mark.parametrize(("worst_at_mm", "sentences"), [(10.0, 0), (12.5, 1)])
-def test_a_worst_error_between_stations_is_said_to_be_one(worst_at_mm, sentences):
-    assert len(between_stations(S_MM, worst_at_mm)) == sentences
-
-
-@pytest.mark.parametrize(("worst_at_mm", "expected"), [(S_MM[1], None), (S_MM[-1] + 0.4, StationError(2.0, S_MM[2]))])
-def test_a_worst_error_beyond_the_readings_has_one_at_a_station_beside_it(worst_at_mm, expected):
-    assert worst_at_a_station(stations(0, 0, -2.0, *[0] * 6), worst_at_mm) == expected
+def test_a_worst_error_between_stations_or_beyond_the_readings_is_said_to_be_one():
+    assert [len(between_stations(S_MM, at_mm)) for at_mm in (10.0, 12.5)] == [0, 1]
+    errors = stations(0, 0, -2.0, *[0] * 6)
+    assert worst_at_a_station(errors, S_MM[1]) is None
+    assert worst_at_a_station(errors, S_MM[-1] + 0.4) == StationError(2.0, S_MM[2])

@@ -37,8 +37,6 @@ def test_what_a_weighed_fill_contradicts_is_said_first(evidence):
     [
         ("reconstructed", "measured", "the caliper readings are reconstructed. "),
         ("measured", "synthetic", "the photo is synthetic. "),
-        (None, "synthetic", "the photo is synthetic. "),
-        ("measured", "undeclared", "it is not declared whether the photo is measured. "),
         ("undeclared", "measured", "it is not declared whether the caliper readings are measured. "),
         ("reconstructed", "synthetic", "the photo is synthetic and the caliper readings are reconstructed. "),
     ],
@@ -59,7 +57,7 @@ LOST = "The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is sound)"
 GAINED = "The fluid gained 11 % of its volume, or covers hollows (1.107"
 
 WARNED = {
-    **{f"{ratio} is kept": ({}, {}, ratio, [], []) for ratio in (0.9495, 0.95, 0.997, 1.05, 1.0504)},
+    **{f"{ratio} is kept": ({}, {}, ratio, [], []) for ratio in (0.9495, 1.0504)},
     "preset paper loses": ({"solver": {"preset": "paper"}}, {}, 0.775, [LOST, 'Preset "paper"'], []),
     "preset accurate does not": ({"solver": {"preset": "accurate"}}, {}, 0.775, [LOST], ["known"]),
     "two particles across": ({}, TWO, 1.107, [GAINED, "Only 2.1 particles", "solver.radius_mm"], []),
@@ -69,11 +67,8 @@ WARNED = {
     "a bed of 9.99 %": ({}, {"density_error_p95": 0.0999}, 1.0, [], []),
     "a bed of 10.1 %": ({}, {"density_error_p95": 0.101}, 1.0, [BED + "10 %", 'solver.pressure = "two-level"'], []),
     "what is on already is not advised": (
-        {"solver": {"pressure": "two-level"}},
-        {"density_error_p95": 0.2},
-        1.0,
-        [BED, "solver.substeps"],
-        ["two-level"],
+        *({"solver": {"pressure": "two-level"}}, {"density_error_p95": 0.2}, 1.0),
+        *([BED, "solver.substeps"], ["two-level"]),
     ),
 }
 
@@ -98,8 +93,6 @@ def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
     lost, ran = run_warnings(replace(run, spilled=spilled), 0.9 * (1 - share))
     assert lost.startswith("The fluid lost 10 %")
     assert ran == text
-    (lost,) = run_warnings(replace(run, spilled=spilled & (spilled.cumsum() < 3)), 0.8)
-    assert lost.startswith("The fluid lost 20 %")
     (gained,) = run_warnings(replace(run, spilled=spilled), 1.04)
     assert gained.startswith("The fluid gained 15 %")
     # The ratio that the terminal prints is of all sealant.
@@ -122,21 +115,13 @@ def test_files_that_somebody_edited_come_before_everything(run, evidence):
     assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
 
 
-@pytest.mark.parametrize(
-    ("gate", "error_mm", "outcome", "lies"),
-    [
-        (GATE, 0.5, "passed", "0.5 mm above"),
-        (GATE, -1.5, "failed", "1.5 mm below"),
-        (None, 0.0, "open", "as high as"),
-    ],
-)
-def test_the_headline_is_the_verdict_and_then_by_how_much_and_to_which_side(tmp_path, gate, error_mm, outcome, lies):
-    evidence = make_evidence(tmp_path, gate=gate, error_mm=error_mm)
+def test_the_headline_is_the_verdict_and_then_by_how_much_and_to_which_side(tmp_path):
+    evidence = make_evidence(tmp_path, gate=GATE, error_mm=0.5)
     assert evidence.comparison is not None
-    assert headline(evidence) == (evidence.comparison.headline, outcome)
+    assert headline(evidence) == (evidence.comparison.headline, "passed")
     nearness, whereabouts = in_short(evidence)
-    assert f"{abs(error_mm):.1f} mm off the readings on average" in nearness
-    assert lies in nearness
+    assert "0.5 mm off the readings on average" in nearness
+    assert "0.5 mm above" in nearness
     assert "ml dispensed" in whereabouts
 
 
