@@ -223,7 +223,7 @@ class PhotoInput(Settings):
 
 
 class GivenCrack(Settings):
-    """What lines in mm need to be a crack, in place of a photo."""
+    """Facts that make lines in mm a crack, in place of a photo."""
 
     face_mm: tuple[FaceSide, FaceSide] | None = None
     """Width and height of the sample's face; its lower left corner is the origin. A crack that reaches its edge is open

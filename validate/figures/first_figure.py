@@ -44,7 +44,7 @@ ONE_TO_ONE = 1.05  # Ratio of heights to lengths up to which they are drawn to o
 
 @dataclass(frozen=True)
 class FirstFigure:
-    """What the first figure shows of a trial."""
+    """The parts of a trial that the first figure shows."""
 
     outline: Outline
     solid: Solid

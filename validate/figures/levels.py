@@ -54,8 +54,8 @@ def draw_levels(
 ) -> Figure:
     """Draw levels along a crack on ``axes``. Give ``profile`` or ``readings`` or both, and call it inside ``themed``.
 
-    The crack's floor is drawn only with ``sections``, the band of the readings only with ``comparison``. ``colour`` and ``label`` are
-    those of the simulated level. Without a ``title`` the axes keep their own, and a plain legend.
+    The crack's floor is drawn only with ``sections``, the band of the readings only with ``comparison``. ``colour``
+    and ``label`` are those of the simulated level. Without a ``title`` the axes keep their own, and a plain legend.
     """
     curves = [curve for curve in (profile, readings) if curve is not None]
     s_mm = curves[0].s_mm

@@ -17,11 +17,11 @@ FLUSH_MM = 0.5  # Distance from the face up to which the level is called flush
 AS_ABSENT = 0.05  # Error at a station that rounds to 0.1 mm
 
 
-class Bar(JsonRecord):
+class ErrorBar(JsonRecord):
     """One line of a small bar chart."""
 
     name: str
-    """What the error is of, with the count of its numbers."""
+    """The level that has this error."""
     error_mm: float
     """Mean error against the same readings."""
     own: bool
@@ -36,8 +36,8 @@ class Tile(JsonRecord):
     figure: str
     """The figure with its unit, or one word."""
     text: str
-    """What it rests on."""
-    bars: tuple[Bar, ...] = ()
+    """Its meaning, interval or parts, in a sentence or two."""
+    bars: tuple[ErrorBar, ...] = ()
     """Errors to compare it with."""
 
 
@@ -51,7 +51,7 @@ class FirstPage(JsonRecord):
     verdict: str
     """The result in a sentence or two."""
     lead: tuple[str, ...]
-    """What was computed and compared, and where it is off."""
+    """Sentences on the line and the dots, and on where the line is off."""
     labels: tuple[tuple[str, str], ...]
     """Reservations: a word and a text."""
     tiles: tuple[Tile, ...]
@@ -197,12 +197,13 @@ def _mean_error(comparison: Comparison) -> Tile:
 def _instead(comparison: Comparison) -> Tile:
     """The best level without a simulation: of as many numbers as were fitted, or, held out, one that saw no reading."""
     fitted = len(set(comparison.fitted or ())) if comparison.role == "calibrated-on" else 0
-    simulation = Bar(name="simulation", error_mm=comparison.mean_error_mm, own=True)
+    simulation = ErrorBar(name="simulation", error_mm=comparison.mean_error_mm, own=True)
     if not comparison.baselines:
         return Tile(title="Something simpler instead", figure="none", text="No baseline can be compared.")
     equal = max(comparison.baselines, key=lambda one: (one.numbers <= max(fitted, 1), one.numbers))
     bars = [
-        Bar(name=one.name.removeprefix("a "), error_mm=one.mean_error_mm, own=False) for one in comparison.baselines
+        ErrorBar(name=one.name.removeprefix("a "), error_mm=one.mean_error_mm, own=False)
+        for one in comparison.baselines
     ]
     text = f"Error of {equal.name}."
     if fitted:
