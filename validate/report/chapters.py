@@ -112,20 +112,24 @@ def first_figure(evidence: Evidence) -> FirstFigure:
     )
 
 
-def first_caption(evidence: Evidence, shown: FirstFigure, layout: FirstLayout) -> str:
-    """Return the text below the first figure in a layout: its scale, its bands and the count of stations in them."""
+def scale_words(shown: FirstFigure, layout: FirstLayout) -> str:
+    """Return a sentence on the scale of the first figure in a layout."""
     stretch = shown.stretch(layout)
-    scale = "Heights, widths and lengths are drawn to one scale."
-    if stretch != 1.0:
-        scale = f"Heights and widths are drawn {stretch:.2g} times larger than lengths."
+    if stretch == 1.0:
+        return "Heights, widths and lengths are drawn to one scale."
+    return f"Heights and widths are drawn {stretch:.2g} times larger than lengths."
+
+
+def first_caption(evidence: Evidence) -> str:
+    """Return a text on the bands of the first figure, and on the stations in them; empty without a comparison."""
     comparison = evidence.comparison
     uncertainty = None if comparison is None else comparison.uncertainty
     if uncertainty is None or uncertainty.stations is None:
-        return scale
+        return ""
     stations = uncertainty.stations
     inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
     return (
-        f"{scale} Bars: 95 % interval of each reading. Grey: in 95 of 100 repeats of these readings, a perfect model "
+        f"Bars: 95 % interval of each reading. Grey: in 95 of 100 repeats of these readings, a perfect model "
         f"would be in it at all stations; this one is in it at {inside}."
     )
 
@@ -159,12 +163,12 @@ def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Ite
         yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
     yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
     yield "Uncertainty", "uncertainty", [Paragraph(uncertainty_sentences(evidence))]
-    assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
-    yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
 
 
 def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     comparison, readings = evidence.comparison, evidence.readings
+    assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
+    yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
     volumes: list[Item] = []
     if comparison is not None and readings is not None:
         agreement = [agreement_table(comparison), readings_table(readings, comparison, evidence.sheet)]

@@ -36,6 +36,7 @@ from validate.report.chapters import (
     chapters,
     first_caption,
     first_figure,
+    scale_words,
 )
 from validate.report.live_chapter import live_chapter
 from validate.report.report_data import ReportData, report_data
@@ -52,6 +53,7 @@ OUTCOME_COLOUR = {"passed": "#00704f", "failed": "#b3261e", "undecided": "#7a5c0
 CAUTION = "#7a5c00"
 REPORT = ("report.html", "report.pdf", "report.json")  # Files of a report
 
+ALT = "The straightened photo, the level of the sealant and its error along the crack, and a section across"
 StationRows = Sequence[tuple[str, Sequence[str]]]
 FONT = "DejaVu Sans"
 Weight = Literal["", "B"]
@@ -116,23 +118,24 @@ class First:
     """The first page's figure for both widths of the page, and the stations that it shows."""
 
     shown: FirstFigure
-    wide_caption: str
-    narrow_caption: str
+    wide_scale: str
+    narrow_scale: str
+    caption: str
     table: StationRows
 
     @property
     def wide(self) -> Markup:
-        return in_page(as_svg(self.shown.draw(WIDE), "first-wide", PIXELS_DPI), self.wide_caption)
+        return in_page(as_svg(self.shown.draw(WIDE), "first-wide", PIXELS_DPI), ALT)
 
     @property
     def narrow(self) -> Markup:
-        return in_page(as_svg(self.shown.draw(NARROW), "first-narrow", PIXELS_DPI), self.narrow_caption)
+        return in_page(as_svg(self.shown.draw(NARROW), "first-narrow", PIXELS_DPI), ALT)
 
 
 def _first_of(evidence: Evidence) -> First:
     shown = first_figure(evidence)
-    captions = (first_caption(evidence, shown, layout) for layout in (WIDE, NARROW))
-    return First(shown, *captions, station_rows(evidence))
+    scales = (scale_words(shown, layout) for layout in (WIDE, NARROW))
+    return First(shown, *scales, first_caption(evidence), station_rows(evidence))
 
 
 def _page(evidence: Evidence, data: ReportData, first: First, content: Sequence[Chapter]) -> str:
@@ -183,7 +186,7 @@ def _write_pdf(path: Path, data: ReportData, first: First, content: Sequence[Cha
         for word, text in page.labels:
             paper.paragraph(f"{word} {text}", colour=MUTED)
         picture = as_picture(first.shown.draw(WIDE), FIGURE_DPI)
-        paper.pictures([(picture, f"Figure 1. {first.wide_caption}")])
+        paper.pictures([(picture, f"Figure 1. {first.wide_scale} {first.caption}".rstrip())])
         paper.tiles(page.tiles)
         if first.table:
             paper.stations(first.table)
