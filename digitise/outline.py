@@ -81,7 +81,9 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         raise InputError(f"{photo.file}: photo.walls_px cannot be combined with width_mm or path_only: give one.")
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
-        return _along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
+        return (
+            outline_along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
+        )
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(TooThinError):
             return outline_by_walls(photo, path, settings)
@@ -102,7 +104,7 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
     sides = find_side_cracks(source, path, wall_share)
     traced, rings_px = trace_past_mouths(source, path, sides)
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
-    outline = _along(photo, path, traced, "walls", lines_mm=lines_mm)
+    outline = outline_along(photo, path, traced, "walls", lines_mm=lines_mm)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     # Paint has no blur that could be mistaken for width.
     least_px = 0.0 if painted else MIN_WIDTH_PX
@@ -117,7 +119,7 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
     )
 
 
-def _along(
+def outline_along(
     photo: Photo,
     path: CrackPath,
     traced: Traced,
@@ -157,7 +159,7 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
             f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width: the result "
             "is its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
         )
-        return _along(photo, path, traced, "none", remarks=(thin,))
+        return outline_along(photo, path, traced, "none", remarks=(thin,))
     low_mm, mean_mm, high_mm = (px * copy.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
     if low_mm <= 0:
         raise InputError(
@@ -171,7 +173,9 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
         f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks "
         "and islands are not searched for"
     )
-    return _along(photo, path, traced, "fit", (low_mm, high_mm), (remark, *_judged_band(copy, narrow, traced, fit)))
+    return outline_along(
+        photo, path, traced, "fit", (low_mm, high_mm), (remark, *_judged_band(copy, narrow, traced, fit))
+    )
 
 
 def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> list[str]:
@@ -216,7 +220,7 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
             f"width_mm extends to s = {last_mm:g} mm, but the crack is {s_mm[-1]:.1f} mm long: its last width, "
             f"{width_there_mm:g} mm, is taken for the rest. Extend the table"
         )
-    return _along(photo, path, traced, "gauge", remarks=tuple(remarks))
+    return outline_along(photo, path, traced, "gauge", remarks=tuple(remarks))
 
 
 def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline | None:

@@ -26,8 +26,28 @@ if TYPE_CHECKING:
         plan_flow,
         read_loop,
     )
-    from sealtwin.api.runs import Fluid, Nozzle, PlannedPath, SimulatedLevel, Solver, inject, measure_level, plan_path
-    from sealtwin.api.samples import CrackOutline, SamplePhoto, build_solid, import_mesh, read_photo, trace_crack
+    from sealtwin.api.runs import (
+        Fluid,
+        Nozzle,
+        PlannedPath,
+        SimulatedLevel,
+        Solver,
+        fill_fast,
+        inject,
+        measure_level,
+        plan_path,
+    )
+    from sealtwin.api.samples import (
+        CrackOutline,
+        SamplePhoto,
+        build_solid,
+        crack_from_polyline,
+        crack_from_walls,
+        import_dxf,
+        import_mesh,
+        read_photo,
+        trace_crack,
+    )
     from sealtwin.api.shared import InputError, NumericalError, Run, SealtwinError, Solid
     from sealtwin.api.trials import CalibrationResult, SweepResult, TrialRun, calibrate, run_trial, sweep, write_map
 
@@ -59,6 +79,10 @@ __all__ = [
     "build_solid",
     "calibrate",
     "compare",
+    "crack_from_polyline",
+    "crack_from_walls",
+    "fill_fast",
+    "import_dxf",
     "import_mesh",
     "inject",
     "loop_step",

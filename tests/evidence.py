@@ -74,7 +74,9 @@ def make_evidence(
             unseen=flat_levels(readings, outline, solid, run.dispensed_volume_mm3),
         )
     overlay = folder / "overlay.png"
-    cv2.imwrite(str(overlay), np.full((60, 120, 3), 128, np.uint8))
+    straight = folder / "straight.png"
+    for picture in (overlay, straight):
+        cv2.imwrite(str(picture), np.full((60, 120, 3), 128, np.uint8))
     content: dict[str, Any] = {
         "name": name,
         "note": note,
@@ -87,6 +89,7 @@ def make_evidence(
         "comparison": comparison,
         "volume_ratio": 0.987,
         "overlay_path": overlay,
+        "straight_path": straight,
         "photo_data": photo_data,
         "provenance": {"sealtwin": "0.1.0", "seed": "0"},
         "commands": ("sealtwin run trial.toml",),

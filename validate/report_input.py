@@ -94,6 +94,7 @@ class Evidence:
     earlier: EarlierTrials | None = None  # Readings expected from earlier trials; None with fewer than two valid ones
     volume_ratio: float
     overlay_path: Path
+    straight_path: Path  # Picture of the photo along the crack
     photo_data: DataKind
     provenance: dict[str, str]  # Versions, device, seed, times and hashes, in the order of the report
     commands: tuple[str, ...] = ()  # Commands that make this report again, in order

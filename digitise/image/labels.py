@@ -20,7 +20,7 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
     Raises InputError, which names the crack ``name``, if the crack has no photo of known size, or is a path without
     walls.
     """
-    if outline.seen_in == "mesh" or outline.photo_size_px is None:
+    if outline.seen_in != "photo" or outline.photo_size_px is None:
         raise InputError(f"{name}: this crack is not from a photo of known size; digitise a photo again for its mask.")
     if outline.width_source == "none":
         raise InputError(f"{name}: a path alone covers no pixels; digitise it with a width, --width-mm, for its mask.")

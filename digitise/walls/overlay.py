@@ -37,6 +37,7 @@ FOUND: dict[PathSource, str] = {
     "mask": "as painted",
     "mesh": "along the mouth in the mesh",
     "line": "along the given line",
+    "drawn": "as drawn",
 }
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 

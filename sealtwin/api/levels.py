@@ -1,8 +1,11 @@
 """Readings along the crack, their comparison with a simulated level, and a plot of both."""
 
+import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,6 +19,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Outline, Profile, Sections, Solid
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
+from sealtwin.core.shown import Shown
 from validate.result import Comparison
 from validate.settings import Datum, Decimal, Gate, Quantity, Readings, Role, Separator, Uncertainty, Unit
 
@@ -27,7 +31,7 @@ OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit")
 """Keywords about the format of a file, which do not apply to an array."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
@@ -43,7 +47,7 @@ class LevelReadings(Profile):
 
 @keywords_of(Readings)
 def read_readings(
-    readings: FilePath | NDArray[np.floating[Any]],
+    readings: FilePath | NDArray[np.floating[Any]] | Sequence[Sequence[float]],
     crack: Outline | None = None,
     solid: Solid | None = None,
     *,
@@ -53,6 +57,7 @@ def read_readings(
     datum_level_mm: float | None = None,
     sheet: str | None = None,
     sample: str | None = None,
+    columns: Sequence[str] | Mapping[str, Any] | None = None,
     separator: Separator | None = None,
     decimal: Decimal | None = None,
     as_written: Sequence[str] | None = None,
@@ -73,9 +78,12 @@ def read_readings(
     Parameters
     ----------
     readings
-        A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array (n, 1 + r) in
-        mm: arc length along the crack, then r levels of each station, with NaN for a missing one. Cells of an array are
-        named as in a spreadsheet: "B4" is the reading [3, 1].
+        A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array or a list of
+        rows, (n, 1 + r), in mm: arc length along the crack, then r levels of each station, with NaN for a missing one.
+        Cells of an array are named as in a spreadsheet: "B4" is the reading [3, 1].
+    columns
+        For an array or a list, the names of its columns as in the header of a sheet, for example ``["s_cm", "depth 1
+        [mm]", "remark"]``: the rows are then read as a sheet. For a file, the table [readings.columns].
     crack, solid
         The crack and its solid. A station outside the crack or a level outside the solid is an error; without ``crack``
         or ``solid`` it is not checked.
@@ -101,24 +109,65 @@ def read_readings(
 
     if unknown := [name for name in fitted or () if name not in SETTINGS]:
         raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
-    is_array = isinstance(readings, np.ndarray)
-    file = Path("readings") if is_array else file_of(readings, "readings")
-    settings = settings_from(Readings, "read_readings", given, file=file)
+    file = Path("readings") if not isinstance(readings, str | PathLike) else file_of(readings, "readings")
+    named = columns is not None and not isinstance(columns, Mapping)
+    settings = settings_from(Readings, "read_readings", given, file=file, columns=None if named else columns)
     length_mm = None if crack is None else crack.length_mm
     depth_mm = None if solid is None else solid.depth_mm
-    if is_array:
+    if isinstance(readings, str | PathLike):
+        if named:
+            raise InputError('read_readings: columns of a file is a table, such as {"s": "A", "levels": ["B:D"]}.')
+        profile, digest = read_readings(file, settings, length_mm, depth_mm), sha256_of(file)
+    elif named:
+        profile, digest = _read_rows(readings, list(columns or ()), settings, length_mm, depth_mm)
+    else:
         if useless := [name for name in OF_A_FILE if given[name] is not None]:
             raise InputError(
                 f"read_readings: {useless[0]} is about the format of a file, and an array has none. Omit it."
             )
-        profile = take_readings(np.asarray(readings, dtype=np.float64), settings, length_mm, depth_mm)
-    else:
-        profile = read_readings(file, settings, length_mm, depth_mm)
+        numbers = _as_numbers(readings)
+        profile, digest = take_readings(numbers, settings, length_mm, depth_mm), sha256_of(numbers)
     warn(profile.doubts)
-    return LevelReadings(**content_of(profile), settings=settings, sha256=sha256_of(readings if is_array else file))
+    return LevelReadings(**content_of(profile), settings=settings, sha256=digest)
 
 
-class LevelComparison(Comparison):
+def _as_numbers(rows: Any) -> NDArray[np.float64]:
+    try:
+        return np.asarray(rows, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(
+            "read_readings: the rows are not all numbers of the same length. Use NaN for a missing reading, or give "
+            "columns."
+        ) from None
+
+
+def _read_rows(
+    rows: Any, names: list[Any], settings: Readings, length_mm: float | None, depth_mm: float | None
+) -> tuple[Profile, str]:
+    """Read rows below a header as a sheet is read; return the levels and the hash of the sheet."""
+    from validate.readings.read_readings import read_readings
+
+    table = [names, *([*row] for row in rows)]
+    if ragged := [number for number, row in enumerate(table) if len(row) != len(names)]:
+        raise InputError(f"read_readings: row {ragged[0]} has {len(table[ragged[0]])} cells, columns has {len(names)}.")
+    with TemporaryDirectory() as scratch:
+        file = Path(scratch) / "readings.csv"
+        with file.open("w", encoding="utf-8", newline="") as sheet:
+            writer = csv.writer(sheet, delimiter=";")
+            writer.writerows([["" if _is_missing(cell) else cell for cell in row] for row in table])
+        try:
+            declared = settings.model_copy(update={"file": file, "separator": "semicolon", "decimal": "point"})
+            profile = read_readings(file, declared, length_mm, depth_mm)
+        except InputError as fault:
+            raise InputError(str(fault).replace(str(file), "readings")) from None
+        return replace(profile, source="readings"), sha256_of(file)
+
+
+def _is_missing(cell: Any) -> bool:
+    return cell is None or (isinstance(cell, float) and np.isnan(cell))
+
+
+class LevelComparison(Shown, Comparison):
     """A simulated level compared with readings: what ``compare`` returns.
 
     Its main figures are ``mean_error_mm``, ``interval_95_mm``, ``worst_error_mm`` at ``worst_at_mm``, ``verdict``,
@@ -135,6 +184,16 @@ class LevelComparison(Comparison):
     """Declared standard uncertainties of the inputs."""
     sections: InstanceOf[Sections]
     """Cross-sections of the cavity along the crack, for plots."""
+
+    @property
+    def main_figures(self) -> dict[str, str]:
+        interval = "" if self.interval_95_mm is None else " ({:.2f} to {:.2f})".format(*self.interval_95_mm)
+        return {
+            "mean error": f"{self.mean_error_mm:.2f} mm{interval}",
+            "worst": f"{self.worst_error_mm:.2f} mm at s = {self.worst_at_mm:.1f} mm",
+            "readings": self.role,
+            "verdict": self.verdict,
+        }
 
 
 def compare(
@@ -211,6 +270,7 @@ def plot_levels(
     *,
     solid: Solid | None = None,
     ax: "Axes | None" = None,
+    label: str = "simulated",
 ) -> "Figure | SubFigure":
     """Plot levels along the crack: the simulated one, the readings, or both.
 
@@ -222,7 +282,10 @@ def plot_levels(
     solid
         Solid whose floor is drawn; default: the solid of ``result``.
     ax
-        Axes of matplotlib to draw on; default: those of a new pyplot figure.
+        Axes of matplotlib to draw on; default: those of a new pyplot figure. On axes of your own the level has the next
+        colour of their cycle, limits only grow, and the title stays.
+    label
+        Name of the simulated level in the legend.
 
     Returns
     -------
@@ -242,9 +305,18 @@ def plot_levels(
     from validate.figures.theme import themed
 
     with themed():
-        axes = pyplot.figure(figsize=(9.0, 3.9), layout="constrained").add_subplot() if ax is None else ax
         sections = solid.sections if solid is not None else result.sections if result is not None else None
-        draw_levels(axes, level, sections, readings, result if readings is not None else None)
+        compared = result if readings is not None else None
+        if ax is None:
+            axes = pyplot.figure(figsize=(9.0, 3.9), layout="constrained").add_subplot()
+            draw_levels(axes, level, sections, readings, compared, label=label)
+        else:
+            axes, limits = ax, (ax.get_xlim(), ax.get_ylim()) if ax.has_data() else None
+            how = {"title": None, "colour": ax.plot([], [])[0].get_color(), "label": label}
+            draw_levels(ax, level, sections, readings, compared, **how)
+            if limits is not None:
+                ax.set_xlim(min(limits[0][0], ax.get_xlim()[0]), max(limits[0][1], ax.get_xlim()[1]))
+                ax.set_ylim(min(limits[1][0], ax.get_ylim()[0]), max(limits[1][1], ax.get_ylim()[1]))
     figure = axes.get_figure()
     if figure is None:
         raise InputError("plot_levels: ax is not part of a figure; give axes of a figure, or omit ax.")

@@ -17,12 +17,11 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
 from sealtwin.core.settings import checked
+from sealtwin.trial.job import OVERLAY, STRAIGHT
 from sealtwin.trial.stage_numbers import NUMBERS
 
 if TYPE_CHECKING:
     from digitise.robots.cell import Format, RobotCell
-
-OVERLAY = "overlay.png"
 
 
 def write_report(
@@ -60,6 +59,7 @@ def write_report(
     """
     from digitise.trajectory import with_path
     from digitise.walls.overlay import draw_overlay
+    from digitise.walls.straight_view import straight_view
     from simulate.profile import measure_profile, volume_ratio
     from validate.compare import assess
     from validate.report.write_report import REPORT
@@ -85,6 +85,7 @@ def write_report(
     facts["written"] = datetime.now(UTC).isoformat(timespec="seconds")
     target.mkdir(parents=True, exist_ok=True)
     files.write_png(target / OVERLAY, draw_overlay(crack.photo, crack, path))
+    files.write_png(target / STRAIGHT, straight_view(crack.photo, crack))
     evidence = Evidence(
         name=name or target.resolve().name,
         note=note,
@@ -96,6 +97,7 @@ def write_report(
         readings=readings,
         volume_ratio=float(run.health.volume_ratio or volume_ratio(run, solid)),
         overlay_path=target / OVERLAY,
+        straight_path=target / STRAIGHT,
         photo_data=crack.data,
         provenance=provenance(facts, run.device, run.settings.get("seed"), versions(), NUMBERS),
         sheet=sheet,

@@ -3,23 +3,26 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from digitise.photo import Photo
-from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
+from digitise.settings import CrackShape, GivenDrawing, GivenLine, GivenWalls, MeshInput, MeshUnit, PhotoInput, Tilt
 from sealtwin.api.shared import FilePath, Points, content_of, file_of, settings_from, sha256_of
+from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import DataKind, Outline, Solid
 from sealtwin.core.settings_text import keywords_of
+from sealtwin.core.shown import Shown
 
 if TYPE_CHECKING:
     from digitise.image.decoding import Decoded
 
 
-@dataclass(frozen=True, kw_only=True)
-class SamplePhoto(Photo):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SamplePhoto(Shown, Photo):
     """A photo with its scale: what ``read_photo`` returns."""
 
     settings: PhotoInput
@@ -28,12 +31,20 @@ class SamplePhoto(Photo):
     """Hash of the file, or of the array's bytes."""
 
     @property
+    def main_figures(self) -> dict[str, str]:
+        return {
+            "size": "{} x {} px".format(*self.size_px),
+            "scale": f"{self.mm_per_px:.4g} mm/px, {self.scale_source}",
+            "warnings": str(len(self.warnings)),
+        }
+
+    @property
     def data(self) -> DataKind:
         """Declared origin of the photo."""
         return self.settings.data
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class CrackOutline(Outline):
     """A traced crack: what ``trace_crack`` returns.
 
@@ -227,6 +238,119 @@ def import_mesh(
     digest = sha256_of(settings.file)
     crack = CrackOutline(**content_of(sample.outline), photo=sample.photo, data=settings.data, sha256=digest)
     return crack, sample.solid
+
+
+@keywords_of(GivenLine)
+def crack_from_polyline(
+    points_mm: Points,
+    width_mm: float | Points,
+    *,
+    face_mm: Sequence[float] | None = None,
+    data: DataKind = "undeclared",
+) -> CrackOutline:
+    """Make a crack along a line, without a photo. Lengths are in mm; x is right and y is up.
+
+    Returns
+    -------
+    CrackOutline
+        Its ``photo`` is a drawing of the crack.
+
+    Raises
+    ------
+    InputError
+        A value is out of bounds; the line is shorter than three widths, or outside the face; or the walls cross.
+    """
+    settings = settings_from(GivenLine, "crack_from_polyline", locals())
+    from digitise.drawing.given_lines import outline_of_line
+
+    line_mm = np.array(settings.points_mm)
+    outline, photo = outline_of_line(line_mm, settings.widths_mm, settings.box_mm, "crack_from_polyline")
+    digest = sha256_of(np.concatenate([line_mm, settings.widths_mm]))
+    return CrackOutline(**content_of(outline), photo=photo, data=settings.data, sha256=digest)
+
+
+@keywords_of(GivenWalls)
+def crack_from_walls(
+    left_mm: Points,
+    right_mm: Points,
+    *,
+    face_mm: Sequence[float] | None = None,
+    data: DataKind = "undeclared",
+) -> CrackOutline:
+    """Make a crack between two lines, without a photo. Lengths are in mm; x is right and y is up.
+
+    Returns
+    -------
+    CrackOutline
+        Its ``photo`` is a drawing of the crack.
+
+    Raises
+    ------
+    InputError
+        A value is out of bounds; the walls cross or are exchanged; or they bound no crack with two ends.
+    """
+    settings = settings_from(GivenWalls, "crack_from_walls", locals())
+    from digitise.drawing.given_lines import outline_between
+
+    walls_mm = np.array(settings.left_mm), np.array(settings.right_mm)
+    outline, photo = outline_between(*walls_mm, settings.box_mm, "crack_from_walls")
+    digest = sha256_of(np.concatenate(walls_mm))
+    return CrackOutline(**content_of(outline), photo=photo, data=settings.data, sha256=digest)
+
+
+@keywords_of(GivenDrawing)
+def import_dxf(
+    drawing: FilePath,
+    depth_mm: float,
+    *,
+    outline: str | None = None,
+    walls: tuple[str, str] | None = None,
+    line: str | None = None,
+    width_mm: float | None = None,
+    units: Literal["mm", "cm", "m", "inch", "foot"] | None = None,
+    data: DataKind = "undeclared",
+) -> tuple[CrackOutline, Solid]:
+    """Read a crack that was drawn in CAD, seen from above. Its walls are upright and its floor is level.
+
+    Parameters
+    ----------
+    drawing
+        A DXF file. A closed line on the layer FACE is the edge of the sample.
+
+    Returns
+    -------
+    tuple of CrackOutline and Solid
+        In mm; z is 0 on the face, and the origin is the face's lower left corner. The crack's ``warnings`` include the
+        drawing's unit, and what in it was not read.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, a layer is missing or has other lines, or the lines bound no crack.
+    """
+    file = file_of(drawing, "drawing")
+    given = settings_from(GivenDrawing, "import_dxf", locals())
+    from digitise.drawing.drawn_block import drawn_crack
+    from digitise.drawing.drawn_layers import DrawnLayers
+    from digitise.drawing.read_dxf import open_drawing
+    from digitise.mesh_import.import_mesh import import_sample
+
+    drawn = open_drawing(file, given.units)
+    along = None if given.line is None or given.width_mm is None else (given.line, given.width_mm)
+    try:
+        crack = drawn_crack(DrawnLayers(drawn), given.depth_mm, outline=given.outline, walls=given.walls, line=along)
+        with TemporaryDirectory() as scratch:
+            mesh = MeshInput(file=Path("drawing.obj"), units="mm", data=data)
+            (Path(scratch) / mesh.file).write_bytes(crack.as_obj())
+            if crack.line_mm is not None:
+                mesh = mesh.model_copy(update={"path": Path("line.csv")})
+                np.savetxt(Path(scratch) / "line.csv", crack.line_mm, "%.6f", ",", header="x_mm,y_mm", comments="")
+            sample = import_sample(mesh, Path(scratch))
+    except ShapeError as fault:
+        raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
+    warnings = (*sample.outline.warnings, *drawn.notes, *drawn.not_read())
+    outline = replace(sample.outline, warnings=warnings)
+    return CrackOutline(**content_of(outline), photo=sample.photo, data=data, sha256=sha256_of(file)), sample.solid
 
 
 def _decoded(given: FilePath | NDArray[np.uint8], name: str) -> "Decoded":

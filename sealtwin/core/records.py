@@ -23,6 +23,7 @@ from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
+from sealtwin.core.shown import Shown
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
 Floats = NDArray[np.float64]
@@ -64,12 +65,12 @@ FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
 
 FACING = 0.98  # Least cosine at which the line between two walls counts as square to the centreline: 11 degrees
 
-PathSource = Literal["ends", "via", "automatic", "choice", "mask", "mesh", "line"]
+PathSource = Literal["ends", "via", "automatic", "choice", "mask", "mesh", "line", "drawn"]
 """Source of a crack's path.
 
 ends: given ends; via: given ends and points between them; automatic: search; choice: a person's choice among the cracks
-of a search; mask: a painted mask; mesh: the crack's mouth in a mesh; line: a given line in a mesh. An automatic path is
-a proposal until a person has looked at it.
+of a search; mask: a painted mask; mesh: the crack's mouth in a mesh; line: a given line in a mesh; drawn: lines given
+in mm. An automatic path is a proposal until a person has looked at it.
 """
 
 WidthSource = Literal["walls", "fit", "gauge", "none"]
@@ -101,8 +102,8 @@ class FaceLabel(IntEnum):
 
 
 @with_config(FROM_JSON)
-@dataclass(frozen=True)
-class Outline:
+@dataclass(frozen=True, repr=False)
+class Outline(Shown):
     """Crack on the face of a sample, in plan view.
 
     ``left_wall`` is on the left in the direction of growing s (mm frame, y up). At an oblique open end, one wall
@@ -143,6 +144,17 @@ class Outline:
         _require_as_long(self, "centreline_px", "left_wall_px", "right_wall_px")
 
     @property
+    def main_figures(self) -> dict[str, str]:
+        if self.width_source == "none":
+            width = "without walls"
+        elif self.width_95_mm is None:
+            width = f"{self.mean_width_mm:.2f} mm"
+        else:
+            width = "{:.2f} mm ({:.2f} to {:.2f})".format(self.mean_width_mm, *self.width_95_mm)
+        figures = {"length": f"{self.length_mm:.1f} mm", "mean width": width, "ends": " and ".join(self.ends)}
+        return figures | {"path": self.path_source, "warnings": str(len(self.warnings))}
+
+    @property
     def shown_px(self) -> Floats:
         """Lower and upper corner of the part of the photo that a report shows, (2, 2).
 
@@ -152,8 +164,10 @@ class Outline:
         return np.array([self.outline_px.min(axis=0) - around_px, self.outline_px.max(axis=0) + around_px])
 
     @property
-    def seen_in(self) -> Literal["photo", "mesh"]:
+    def seen_in(self) -> Literal["photo", "mesh", "drawing"]:
         """Kind of input that showed the crack."""
+        if self.path_source == "drawn":
+            return "drawing"
         return "mesh" if self.path_source in ("mesh", "line") else "photo"
 
     @property
@@ -242,8 +256,8 @@ class Sections:
         return one + (place - lower) * (other - one)
 
 
-@dataclass(frozen=True, eq=False)
-class Solid:
+@dataclass(frozen=True, eq=False, repr=False)
+class Solid(Shown):
     """Sample: a block minus the crack's cavity, with dams at open ends. It is watertight, and its faces point outward.
 
     Solids are compared by identity, so that a solid can be the key of a cache.
@@ -260,13 +274,22 @@ class Solid:
     sections: Sections  # Cavity along the centreline, without side cracks and the parts beyond its ends
     figures: SolidFigures
 
+    @property
+    def main_figures(self) -> dict[str, str]:
+        angles = " and ".join(f"{angle:g}" for angle in self.wall_angles_deg)
+        return {
+            "depth": f"{self.depth_mm:g} mm",
+            "walls": self.tilt if self.tilt == "modelled" else f"{self.tilt}, {angles} deg",
+            "cavity": f"{self.cavity_volume_mm3 / 1000:.2f} ml",
+        }
+
     def depth_at_mm(self, s_mm: Floats) -> Floats:
         """Return the depth of the cavity's floor at each arc length along the centreline, (n,)."""
         return np.interp(s_mm, self.sections.s_mm, self.sections.depth_mm)
 
 
-@dataclass(frozen=True)
-class Trajectory:
+@dataclass(frozen=True, repr=False)
+class Trajectory(Shown):
     """Timed nozzle path: waypoints, each with the speed and flow up to the next one.
 
     The last row has speed 0 and flow 0.
@@ -277,6 +300,14 @@ class Trajectory:
     s_mm: Floats  # (n,): arc length on the crack's centreline
     speed_mm_s: Floats  # (n,)
     flow_mm3_s: Floats  # (n,)
+
+    @property
+    def main_figures(self) -> dict[str, str]:
+        return {
+            "length": f"{self.length_mm:.1f} mm",
+            "time": f"{self.duration_s:.1f} s",
+            "sealant": f"{self.dispensed_mm3 / 1000:.2f} ml",
+        }
 
     @property
     def duration_s(self) -> float:
@@ -309,7 +340,7 @@ class JsonRecord(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Bed:
     """Particles, falling or at rest: the input for measuring levels and volumes."""
 
@@ -329,8 +360,8 @@ class Bed:
         return int(self.spilled.sum())
 
 
-@dataclass(frozen=True)
-class Run(Bed, FilledBy):
+@dataclass(frozen=True, repr=False)
+class Run(Shown, Bed, FilledBy):
     """Finished fluid run, by particles or by the fast model, which does not use particles."""
 
     age_s: Floats  # (n,): since release
@@ -340,6 +371,14 @@ class Run(Bed, FilledBy):
     fast_fill: FastFill | None = None
     remarks: tuple[str, ...] = ()  # Sentences, known before the first frame, on what the run cannot show of its sealant
     level: "Profile | None" = None  # Level by the fast model; None for particles, whose level is measured from them
+
+    @property
+    def main_figures(self) -> dict[str, str]:
+        ratio = self.health.volume_ratio
+        figures = {"dispensed": f"{self.dispensed_volume_mm3 / 1000:.2f} ml", "device": self.device}
+        if self.fast_fill is None:
+            figures |= {"particles": f"{self.particles}, {self.radius_mm:g} mm", "escaped": str(self.escaped_particles)}
+        return figures | ({} if ratio is None else {"volume kept": f"{ratio:.3f}"})
 
     @property
     def dispensed_volume_mm3(self) -> float:
@@ -393,8 +432,8 @@ class ReadColumn:
     first: str  # First value
 
 
-@dataclass(frozen=True)
-class Profile:
+@dataclass(frozen=True, repr=False)
+class Profile(Shown):
     """Level of the sealant along the crack, relative to the face: negative below it, positive above."""
 
     s_mm: Floats  # (n,), increasing
@@ -405,6 +444,14 @@ class Profile:
     dialect: str = ""  # Sentence on the interpretation of the sheet of readings; empty for a simulated profile
     doubts: tuple[str, ...] = ()  # Doubts about the interpretation, a sentence each with the cell and how to answer
     columns: tuple[ReadColumn, ...] = ()  # Interpretation of all columns of the sheet, read or not
+
+    @property
+    def main_figures(self) -> dict[str, str]:
+        return {
+            "stations": f"{len(self.s_mm)}, {self.s_mm[0]:g} to {self.s_mm[-1]:.4g} mm",
+            "level": f"{self.level_mm.min():.2f} to {self.level_mm.max():.2f} mm",
+            "data": self.data,
+        }
 
 
 @dataclass(frozen=True, eq=False)

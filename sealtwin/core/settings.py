@@ -4,7 +4,7 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_origin
@@ -54,6 +54,10 @@ class Settings(BaseModel, metaclass=KeywordTables):
         # A quoted "16" is a typo, not a number.
         strict=True,
     )
+
+    def __repr_args__(self) -> Iterator[tuple[str, Any]]:
+        """Yield the settings that were given; the others have their defaults."""
+        return ((name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set)
 
     @classmethod
     def __pydantic_init_subclass__(cls, **options: Any) -> None:

@@ -11,7 +11,17 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Outline, Pixels, Solid
 from sealtwin.core.stage_keys import stage_key
-from sealtwin.trial.job import DIGITISED, OF_A_PATH, Job, begin_writing, sample_files, shown, stage_settings
+from sealtwin.trial.job import (
+    DIGITISED,
+    OF_A_PATH,
+    OVERLAY,
+    STRAIGHT,
+    Job,
+    begin_writing,
+    sample_files,
+    shown,
+    stage_settings,
+)
 
 if TYPE_CHECKING:
     from digitise.photo import Photo
@@ -35,6 +45,7 @@ def bring_up_to_date(job: Job) -> bool:
 
     from digitise.trajectory import plan_trajectory, with_path
     from digitise.walls.overlay import draw_overlay
+    from digitise.walls.straight_view import straight_view
 
     outline, solid, photo = _digitise(job)
     job.progress.advance(4, "planning the path")
@@ -46,13 +57,14 @@ def bring_up_to_date(job: Job) -> bool:
         trajectory = plan_trajectory(outline, job.trial.path, solid.cavity_volume_mm3, solid.sections)
         solid = with_path(solid, trajectory, outline, job.trial.path)
     begin_writing(job, "digitise")
-    files.write_png(job.path / "overlay.png", draw_overlay(photo, outline, trajectory))
+    files.write_png(job.path / OVERLAY, draw_overlay(photo, outline, trajectory))
     record_files.write_outline(job.path, outline)
     record_files.write_trajectory(job.path, trajectory)
-    outputs, warnings = ["overlay.png", "trajectory.txt", *OF_A_PATH], outline.warnings
+    outputs, warnings = [OVERLAY, "trajectory.txt", *OF_A_PATH], outline.warnings
     if solid is not None:
         record_files.write_solid(job.path, solid)
-        outputs += ["crack.stl", "crack.glb", *(name for name in DIGITISED if name not in OF_A_PATH)]
+        files.write_png(job.path / STRAIGHT, straight_view(photo, outline))
+        outputs += [STRAIGHT, "crack.stl", "crack.glb", *(name for name in DIGITISED if name not in OF_A_PATH)]
         warnings = (*warnings, *solid.figures.warnings)
     job.progress.advance(5)
     for warning in warnings:

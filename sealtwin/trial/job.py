@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """Files of the first stage that later stages read."""
+OVERLAY, STRAIGHT = "overlay.png", "straight.png"  # Pictures of the first stage that the report shows
 OF_A_PATH = ("outline.json", "trajectory.csv")  # The files among DIGITISED of a path without a solid
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the second stage that the third reads
 FILES_OF_A_SAMPLE = ("file", "second_photo", "mask", "path")  # Settings of [photo] and [mesh] that name a file

@@ -10,7 +10,17 @@ from sealtwin.core import files, record_files
 from sealtwin.core.records import Profile
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.core.vtk_files import read_frame
-from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, check_sheet, made_by, stage_settings
+from sealtwin.trial.job import (
+    DIGITISED,
+    OVERLAY,
+    SIMULATED,
+    STRAIGHT,
+    Job,
+    begin_writing,
+    check_sheet,
+    made_by,
+    stage_settings,
+)
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
 from validate.report_input import ReadingsSheet, provenance
@@ -20,7 +30,7 @@ if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
 NOT_RECORDED = "not recorded"
-REPORT_FORM = 6  # Version of comparison.json and report.json; files of another version are written anew
+REPORT_FORM = 7  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
@@ -33,7 +43,7 @@ def bring_up_to_date(job: Job) -> bool:
     """Run the stage unless its files are current; return True if it ran. Raises InputError for unreadable readings."""
     trial = job.trial
     inputs = {
-        **made_by(job, "digitise", (*DIGITISED, "overlay.png")),
+        **made_by(job, "digitise", (*DIGITISED, OVERLAY, STRAIGHT)),
         **made_by(job, "simulate", SIMULATED),
         **{name: files.sha256(job.path / name) for name in snapshots_of(job)},
     }
@@ -75,7 +85,7 @@ def bring_up_to_date(job: Job) -> bool:
         job.progress.note(f"Readings: {readings.dialect}.")
         note_doubts(job, readings)
     job.progress.advance(1, "writing the report")
-    stages, used = ("digitise", "simulate", UNCERTAINTY), {*DIGITISED, "overlay.png", *SIMULATED, SPREAD}
+    stages, used = ("digitise", "simulate", UNCERTAINTY), {*DIGITISED, OVERLAY, STRAIGHT, *SIMULATED, SPREAD}
     run_folder = f"reports/{trial.folder_name}"
     trajectory = record_files.read_trajectory(job.path)
     evidence = Evidence(
@@ -88,7 +98,8 @@ def bring_up_to_date(job: Job) -> bool:
         profile=profile,
         readings=readings,
         volume_ratio=ratio,
-        overlay_path=job.path / "overlay.png",
+        overlay_path=job.path / OVERLAY,
+        straight_path=job.path / STRAIGHT,
         photo_data=trial.shown_by.data,
         provenance=_provenance(job, sheet, spread is not None),
         commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),

@@ -243,7 +243,7 @@ def test_a_report_says_what_nobody_declared(way, result, tmp_path, monkeypatch):
     leave_out_pdf(monkeypatch)
     _, crack, solid, path, run = way
     page = st.write_report(tmp_path / "P01", crack, solid, path, run, result, note="by hand")
-    assert {file.name for file in page.parent.iterdir()} == {*REPORT, "overlay.png"}
+    assert {file.name for file in page.parent.iterdir()} == {*REPORT, "overlay.png", "straight.png"}
     report = json.loads((page.parent / "report.json").read_text(encoding="utf-8"))
     assert report["name"] == "P01"
     compared = report["comparison"]
@@ -426,7 +426,7 @@ def test_the_script_of_fifteen_lines_runs_as_it_stands(tmp_path):
     printed = in_fresh_python("import matplotlib; matplotlib.use('Agg')\n" + SCRIPT, tmp_path)
     error_mm, low_mm, high_mm = (float(part.strip("(),")) for part in printed.split())
     assert 0 < low_mm < error_mm < high_mm < 5
-    assert {file.name for file in (tmp_path / "P01").iterdir()} == {*REPORT, "overlay.png"}
+    assert {file.name for file in (tmp_path / "P01").iterdir()} == {*REPORT, "overlay.png", "straight.png"}
 
 
 def test_the_fast_model_is_a_model_of_the_solver_and_its_level_is_measured_like_any_other():

@@ -76,7 +76,7 @@ def test_page_and_pdf_lead_with_the_verdict_and_have_every_table(usual):
         assert [words for words in f"{titles}|{facts}".split("|") if words not in text] == []
         assert "over the photo. Photo: measured. Scale: " in text.replace("\n", " ")
     numbers = [re.findall(r"Figure\s(\d+)\.\s", text) for text in (page.text, pdf)]
-    assert numbers[0] == numbers[1] == [str(number) for number in range(1, 11)]
+    assert numbers[0] == numbers[1] == [str(number) for number in range(1, 12)]
 
 
 def test_the_page_needs_nothing_but_itself(usual):
@@ -106,7 +106,7 @@ def test_the_page_needs_nothing_but_itself(usual):
 def test_every_figure_says_what_it_shows_in_the_colours_of_the_page(usual):
     source, page, _ = usual
     figures = [attributes for tag, attributes in page.tags if tag == "svg"]
-    assert len(figures) == 8
+    assert len(figures) == 10
     assert all(figure["role"] == "img" and figure["aria-label"] for figure in figures)
     drawing = source[source.index("<svg") :]
     # Curves too: blue that is told from white is hardly told from a dark page.
@@ -119,10 +119,13 @@ def test_every_figure_says_what_it_shows_in_the_colours_of_the_page(usual):
 
 
 def test_the_first_page_of_the_pdf_answers(usual_folder, usual):
-    """Verdict, plain sentences, main figures, photo and level plot; the appendix begins after six pages at most."""
+    """Verdict, two sentences, figure and four figures on one page; the appendix begins after six pages at most."""
     texts = [page.extract_text() for page in PdfReader(usual_folder / "report.pdf").pages]
-    facts = "Gate kept: mean error 0.50 mm|off the readings on average|ml dispensed|Figure 1.|Figure 2."
+    facts = (
+        "Tested: the simulation is 0.50 mm off|At the readings the line|Figure 1.|Mean error|% full|Held out|along, mm"
+    )
     assert [fact for fact in facts.split("|") if fact not in texts[0].replace("\n", " ")] == []
+    assert "Gate kept" in texts[1]
     assert next(number for number, text in enumerate(texts) if text.startswith("Appendix")) <= 6
 
 
@@ -148,10 +151,10 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path, monk
     _, page, pdf = written(tmp_path, readings_data=None, photo_data="synthetic")
     for text in (page.text, pdf):
         assert "No readings" in text
-        assert text.index("Not a validation") < text.index("volume ratio")
+        assert text.index("Not a validation") < text.index("Mass balance")
         assert "Agreement with the readings" not in text
         assert "mean error" not in text
-    assert sum(tag == "svg" for tag, _ in page.tags) == 5
+    assert sum(tag == "svg" for tag, _ in page.tags) == 7
     data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert (data.comparison, data.outcome) == (None, "open")
 

@@ -47,10 +47,15 @@ def draw_levels(
     sections: Sections | None,
     readings: Profile | None,
     comparison: Comparison | None,
+    *,
+    title: str | None = "Level of the sealant",
+    colour: str = theme.SIMULATED,
+    label: str = "simulated",
 ) -> Figure:
     """Draw levels along a crack on ``axes``. Give ``profile`` or ``readings`` or both, and call it inside ``themed``.
 
-    The crack's floor is drawn only with ``sections``, the band of the readings only with ``comparison``.
+    The crack's floor is drawn only with ``sections``, the band of the readings only with ``comparison``. ``colour``
+    and ``label`` are those of the simulated level. Without a ``title`` the axes keep their own, and a plain legend.
     """
     curves = [curve for curve in (profile, readings) if curve is not None]
     s_mm = curves[0].s_mm
@@ -75,10 +80,14 @@ def draw_levels(
         label = f"best flat level, {flat_mm:.1f} mm"
         axes.axhline(flat_mm, color=theme.THIRD, linewidth=1.2, linestyle=DOTTED, label=label)
     if profile is not None:
-        axes.plot(profile.s_mm, profile.level_mm, color=theme.SIMULATED, label="simulated")
+        axes.plot(profile.s_mm, profile.level_mm, color=colour, label=label)
     axes.set_xlim(0, s_mm[-1])
     axes.set_ylim(bottom_mm, max(3.0, float(curves[0].level_mm.max()) + 1.5))
-    return theme.label_axes(axes, theme.ALONG, theme.LEVEL, "Level of the sealant", legend=2)
+    if title is not None:
+        return theme.label_axes(axes, theme.ALONG, theme.LEVEL, title, legend=2)
+    axes.set(xlabel=theme.ALONG, ylabel=theme.LEVEL)
+    axes.legend()
+    return axes.figure.get_figure(root=True)
 
 
 def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison | None) -> None:

@@ -172,12 +172,13 @@ PAGE_COLOURS = {
 
 def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
     """Write a figure as ``Figure.savefig`` does, in a quarter less time: the dry run for the layout draws nothing."""
-    draw = figure.draw
+    draw, engine = figure.draw, figure.get_layout_engine()
+    if not isinstance(engine, ConstrainedLayoutEngine):
+        figure.savefig(target, **how)
+        return
 
     def lay_out(_: RendererBase) -> None:
-        engine = figure.get_layout_engine()
-        if isinstance(engine, ConstrainedLayoutEngine):
-            engine.execute(figure)
+        engine.execute(figure)
         vars(figure)["draw"] = draw
 
     vars(figure)["draw"] = lay_out

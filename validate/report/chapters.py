@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import count, groupby
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Pixels
+from validate.figures.first_figure import FirstFigure, FirstLayout
 from validate.figures.levels import (
     draw_distribution,
     draw_error,
@@ -36,6 +38,7 @@ from validate.wording.comparison import (
     volume_table,
     where_off,
 )
+from validate.wording.headline import verdict_in_full
 from validate.wording.prediction import prediction_table
 
 
@@ -95,12 +98,48 @@ class Chapter:
             yield from (items[first : first + size] for first in range(0, len(items), size))
 
 
+def first_figure(evidence: Evidence) -> FirstFigure:
+    """Return what the first page draws. Raises InputError if the picture along the crack cannot be read."""
+    return FirstFigure(
+        outline=evidence.outline,
+        solid=evidence.solid,
+        trajectory=evidence.trajectory,
+        profile=evidence.profile,
+        straight=_read_picture(evidence.straight_path),
+        readings=evidence.readings,
+        comparison=evidence.comparison,
+        prediction=evidence.prediction,
+    )
+
+
+def scale_words(shown: FirstFigure, layout: FirstLayout) -> str:
+    """Return a sentence on the scale of the first figure in a layout."""
+    stretch = shown.stretch(layout)
+    if stretch == 1.0:
+        return "Heights, widths and lengths are drawn to one scale."
+    return f"Heights and widths are drawn {stretch:.2g} times larger than lengths."
+
+
+def first_caption(evidence: Evidence) -> str:
+    """Return a text on the bands of the first figure, and on the stations in them; empty without a comparison."""
+    comparison = evidence.comparison
+    uncertainty = None if comparison is None else comparison.uncertainty
+    if uncertainty is None or uncertainty.stations is None:
+        return ""
+    stations = uncertainty.stations
+    inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
+    return (
+        f"Bars: 95 % interval of each reading. Grey: in 95 of 100 repeats of these readings, a perfect model "
+        f"would be in it at all stations; this one is in it at {inside}."
+    )
+
+
 def chapters(evidence: Evidence) -> list[Chapter]:
     """Return the chapters of a trial's report, with numbered figures: result, explanation, appendix.
 
     Raises InputError if the overlay cannot be read.
     """
-    number = count(1)
+    number = count(2)
 
     def numbered(item: Item) -> Item:
         if isinstance(item, Plate):
@@ -117,18 +156,19 @@ def chapters(evidence: Evidence) -> list[Chapter]:
 
 def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     """Yield title, name and items of each chapter before the appendix."""
-    yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
+    yield "The verdict in full", "verdict", [Paragraph(verdict_in_full(evidence))]
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
     if evidence.run.has_particles:
         yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
+    yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
     yield "Uncertainty", "uncertainty", [Paragraph(uncertainty_sentences(evidence))]
-    assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
-    yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
 
 
 def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     comparison, readings = evidence.comparison, evidence.readings
+    assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
+    yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
     volumes: list[Item] = []
     if comparison is not None and readings is not None:
         agreement = [agreement_table(comparison), readings_table(readings, comparison, evidence.sheet)]
@@ -238,12 +278,8 @@ OVERLAY_PX = 1500  # Largest width of the overlay in the report; the run folder 
 
 
 def _photo(evidence: Evidence) -> PhotoBlock:
-    path, outline, seen_in = evidence.overlay_path, evidence.outline, evidence.outline.seen_in
-    content = np.frombuffer(files.read_bytes(path) if path.is_file() else b"", np.uint8)
-    picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
-    if picture is None:
-        raise InputError(f"{path}: no readable picture. Run 'sealtwin digitise' again, which draws the overlay.")
-    picture = _around_crack(np.asarray(picture, dtype=np.uint8), outline)
+    outline, seen_in = evidence.outline, evidence.outline.seen_in
+    picture = _around_crack(_read_picture(evidence.overlay_path), outline)
     scale = min(1.0, OVERLAY_PX / picture.shape[1])
     pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     origin = "of undeclared origin" if evidence.photo_data == "undeclared" else evidence.photo_data
@@ -253,6 +289,14 @@ def _photo(evidence: Evidence) -> PhotoBlock:
         f"The {seen_in} of the sample with the traced walls and centreline of the crack",
         np.asarray(pixels, dtype=np.uint8),
     )
+
+
+def _read_picture(path: Path) -> Pixels:
+    content = np.frombuffer(files.read_bytes(path) if path.is_file() else b"", np.uint8)
+    picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
+    if picture is None:
+        raise InputError(f"{path}: no readable picture. Run 'sealtwin digitise' again, which draws it.")
+    return np.asarray(picture, dtype=np.uint8)
 
 
 def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:

@@ -18,7 +18,9 @@ from validate.report_input import Evidence, ReadingsSheet
 from validate.result import Comparison, EarlierTrials, Outcome, PredictedLevel
 from validate.uncertainty.validation import with_time
 from validate.units import PageTable, unit_of, words
+from validate.wording import first_page as first_page_words
 from validate.wording.comparison import uncertainty_sentences, volumes_mm3
+from validate.wording.first_page import FirstPage, first_page
 from validate.wording.headline import cautions, headline, in_short
 from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
 
@@ -52,6 +54,8 @@ class ReportData(JsonRecord):
     """Name of the trial."""
     note: str
     """Note of the trial, in its user's words."""
+    first_page: FirstPage
+    """The first page in words: verdict, two sentences, four figures."""
     in_short: tuple[str, ...]
     """Result in plain sentences."""
     headline: tuple[str, ...]
@@ -108,7 +112,16 @@ def schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of report.json, with the meaning of each field and units of numbers."""
     content: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     content |= ReportData.model_json_schema(mode="serialization")
-    modules = (settings, comparison, result, report_input, units, solid_figures, sys.modules[__name__])
+    modules = (
+        settings,
+        comparison,
+        result,
+        report_input,
+        units,
+        solid_figures,
+        first_page_words,
+        sys.modules[__name__],
+    )
     for record in (content, *content["$defs"].values()):
         # The docstring of a table of settings ends with a list of its fields.
         record["description"] = record["description"].partition("\n\nParameters\n")[0]
@@ -127,6 +140,7 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
     return ReportData(
         name=evidence.name,
         note=evidence.note,
+        first_page=first_page(evidence),
         in_short=in_short(evidence),
         headline=sentences,
         outcome=outcome,

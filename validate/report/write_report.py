@@ -22,14 +22,27 @@ from PIL import Image
 
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.figure_sheet import page_environment
+from validate.figures.first_figure import NARROW, WIDE, FirstFigure
 from validate.figures.solid_pictures import draw_still
 from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
-from validate.report.chapters import Chapter, CommandLines, Model, Paragraph, PhotoBlock, Picture, Plate, chapters
+from validate.report.chapters import (
+    Chapter,
+    CommandLines,
+    Model,
+    Paragraph,
+    PhotoBlock,
+    Picture,
+    Plate,
+    chapters,
+    first_caption,
+    first_figure,
+    scale_words,
+)
 from validate.report.live_chapter import live_chapter
 from validate.report.report_data import ReportData, report_data
 from validate.report_input import Evidence
 from validate.units import PageTable
-from validate.wording.headline import key_figures
+from validate.wording.first_page import Tile, station_rows
 
 PIXELS_DPI = 200  # Resolution of the pixels inside a figure of the page
 FIGURE_DPI = 220  # Resolution of a figure of the PDF
@@ -40,7 +53,8 @@ OUTCOME_COLOUR = {"passed": "#00704f", "failed": "#b3261e", "undecided": "#7a5c0
 CAUTION = "#7a5c00"
 REPORT = ("report.html", "report.pdf", "report.json")  # Files of a report
 
-KeyFigures = Sequence[tuple[str, str]]
+ALT = "The straightened photo, the level of the sealant and its error along the crack, and a section across"
+StationRows = Sequence[tuple[str, Sequence[str]]]
 FONT = "DejaVu Sans"
 Weight = Literal["", "B"]
 
@@ -74,6 +88,10 @@ class PdfLayout:
     """Largest number of lines in a row of a table: fpdf2 refuses a row that is higher than a page."""
     gutter_in: float = 0.2
     """Space between two pictures side by side."""
+    station_pt: float = 6.5
+    station_in: float = 0.36
+    """Width of a station in the table of the first page."""
+    station_label_in: float = 0.95
     picture_share: float = 0.6
     """Largest height of a picture, as a share of the page's height."""
 
@@ -86,16 +104,41 @@ def write_report(folder: Path, evidence: Evidence) -> None:
 
     Raises InputError if the overlay cannot be read.
     """
-    content, figures = chapters(evidence), key_figures(evidence)
+    content, first = chapters(evidence), _first_of(evidence)
     tables = tuple(item for chapter in content for item in chapter.items if isinstance(item, PageTable))
     data = report_data(evidence, tables)
-    write_text(folder / "report.html", _page(evidence, data, figures, content))
+    write_text(folder / "report.html", _page(evidence, data, first, content))
     with replacing(folder / "report.pdf") as temporary:
-        _write_pdf(temporary, data, figures, content)
+        _write_pdf(temporary, data, first, content)
     write_json(folder / "report.json", data.model_dump(mode="json"))
 
 
-def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> str:
+@dataclass(frozen=True)
+class First:
+    """The first page's figure for both widths of the page, and the stations that it shows."""
+
+    shown: FirstFigure
+    wide_scale: str
+    narrow_scale: str
+    caption: str
+    table: StationRows
+
+    @property
+    def wide(self) -> Markup:
+        return in_page(as_svg(self.shown.draw(WIDE), "first-wide", PIXELS_DPI), ALT)
+
+    @property
+    def narrow(self) -> Markup:
+        return in_page(as_svg(self.shown.draw(NARROW), "first-narrow", PIXELS_DPI), ALT)
+
+
+def _first_of(evidence: Evidence) -> First:
+    shown = first_figure(evidence)
+    scales = (scale_words(shown, layout) for layout in (WIDE, NARROW))
+    return First(shown, *scales, first_caption(evidence), station_rows(evidence))
+
+
+def _page(evidence: Evidence, data: ReportData, first: First, content: Sequence[Chapter]) -> str:
     environment = page_environment()
     # The page lists exceeded limits of the fast model in their own order.
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
@@ -110,7 +153,7 @@ def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Se
     stops = map(to_hex, matplotlib.colormaps[AGES](np.linspace(0, 1, STOPS)))
     return environment.get_template("report.html.j2").render(
         data=data,
-        key_figures=figures,
+        first=first,
         chapters=content,
         # The colour scale of ages for CSS, from left to right.
         colours=f"linear-gradient(to right, {', '.join(stops)})",
@@ -132,29 +175,30 @@ def _data_uri(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> str:
     return f"data:image/{kind};base64," + base64.b64encode(_encoded(kind, pixels).getvalue()).decode()
 
 
-def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> None:
-    """Write the content of the page as PDF. It has no date, so that the same evidence gives the same bytes.
-
-    Findings follow the first chapter, so that its figures are on the first page.
-    """
+def _write_pdf(path: Path, data: ReportData, first: First, content: Sequence[Chapter]) -> None:
+    """Write the content of the page as PDF. It has no date, so that the same evidence gives the same bytes."""
     with Typesetter(data.name) as paper:
-        paper.paragraph(data.name, size_pt=20, weight="B")
-        paper.paragraph(data.note, colour=MUTED)
+        page = data.first_page
+        paper.paragraph(f"{data.name} · {page.subject}", colour=MUTED)
+        paper.paragraph(page.state, size_pt=10, weight="B", colour=OUTCOME_COLOUR[data.tone])
+        paper.paragraph(page.verdict, size_pt=15, weight="B")
+        paper.paragraph(" ".join(page.lead), size_pt=10)
+        for word, text in page.labels:
+            paper.paragraph(f"{word} {text}", colour=MUTED)
+        picture = as_picture(first.shown.draw(WIDE), FIGURE_DPI)
+        paper.pictures([(picture, f"Figure 1. {first.wide_scale} {first.caption}".rstrip())])
+        paper.tiles(page.tiles)
+        if first.table:
+            paper.stations(first.table)
+        paper.add_page()
         for caution in data.cautions:
             paper.paragraph(caution, size_pt=10, weight="B", colour=CAUTION)
-        for sentence in data.headline:
-            paper.paragraph(sentence, size_pt=11, weight="B", colour=OUTCOME_COLOUR[data.tone])
-        for sentence in data.in_short:
-            paper.paragraph(sentence, size_pt=10)
-        paper.table_of(figures)
+        paper.paragraph(data.note, colour=MUTED)
         for before, chapter in zip([None, *content], content, strict=False):
             if before is not None and chapter.appendix and not before.appendix:
                 paper.add_page()
                 paper.chapter("Appendix", 0.0)
             _write_chapter(paper, chapter)
-            if before is None:
-                for finding in data.findings:
-                    paper.paragraph(finding)
         paper.output(str(path))
 
 
@@ -266,6 +310,46 @@ class Typesetter(FPDF):
                         padding=(PDF.cell_gap_in, PDF.label_gap_in, PDF.cell_gap_in, 0.0),
                     )
                     row.cell("\n".join(lines[begin : begin + PDF.lines_in_row]))
+
+    def tiles(self, tiles: Sequence[Tile]) -> None:
+        """Set figures side by side: title, figure, text, and the lines of its small chart as text."""
+        top_in, low_in = self.y, self.y
+        column_in = (self.epw - (len(tiles) - 1) * PDF.gutter_in) / len(tiles)
+        self.line(self.l_margin, top_in, self.l_margin + self.epw, top_in)
+        for number, tile in enumerate(tiles):
+            left_in = self.l_margin + number * (column_in + PDF.gutter_in)
+            self.set_xy(left_in, top_in + 0.3 * PDF.line_in)
+            lines: list[tuple[str, float, Weight, str]] = [
+                (tile.title, PDF.caption_pt, "B", MUTED),
+                (tile.figure, 15.0, "B", INK),
+                (tile.text, PDF.caption_pt, "", INK),
+                *(
+                    (f"{bar.error_mm:.2f} mm {bar.name}", PDF.caption_pt, "B" if bar.own else "", MUTED)
+                    for bar in tile.bars
+                ),
+            ]
+            for text, size_pt, weight, colour in lines:
+                self._style(size_pt, weight, colour)
+                self.set_x(left_in)
+                line_in = PDF.line_in * max(size_pt / PDF.text_pt, 1.0)
+                self.multi_cell(column_in, line_in, printable(text), align="L", new_x="LMARGIN", new_y="NEXT")
+            low_in = max(low_in, self.y)
+        self.set_y(low_in + 0.5 * PDF.line_in)
+
+    def stations(self, rows: StationRows) -> None:
+        """Set the stations side by side, a figure in each row; those that do not fit on the page are left out."""
+        self._style(PDF.station_pt)
+        label_in = PDF.station_label_in
+        most = int((self.epw - label_in) / PDF.station_in)
+        for begin in range(0, len(rows[0][1]), most):
+            if self.will_page_break(PDF.line_in * (len(rows) + 1)):
+                break
+            for label, values in rows:
+                self.cell(label_in, PDF.line_in, label)
+                for value in values[begin : begin + most]:
+                    self.cell(PDF.station_in, PDF.line_in, value, align="R")
+                self.ln(PDF.line_in)
+            self.ln(0.5 * PDF.line_in)
 
     def pictures(self, pictures: Sequence[tuple[Image.Image | io.BytesIO, str]]) -> None:
         """Set one picture with its caption across the page, or two side by side. A picture is an image or a JPEG."""

@@ -9,8 +9,8 @@ from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_vol
 from validate.report_input import Evidence
 from validate.result import Outcome
 from validate.uncertainty.earlier_trials import expected_sentences
-from validate.units import NOT_COMPUTED, counted
-from validate.wording.comparison import ROLES, volumes_mm3
+from validate.units import counted
+from validate.wording.comparison import volumes_mm3
 from validate.wording.prediction import predicted_sentence
 
 FEW_ACROSS = 3.0
@@ -126,6 +126,15 @@ def _table(run: Run | Simulation, name: str) -> dict[str, Any]:
 
 def cautions(evidence: Evidence) -> tuple[str, ...]:
     """Return cautions about edited files, about the run, and about data that were not measured."""
+    kinds = not_measured(evidence)
+    no_validation = (
+        [f"Not a validation: {' and '.join(kinds)}. No error here is that of a real sample."] if kinds else []
+    )
+    return (*faults(evidence), *no_validation)
+
+
+def faults(evidence: Evidence) -> tuple[str, ...]:
+    """Return cautions about edited files, the run and the weighed cavity."""
     texts = list(run_warnings(evidence.run, evidence.volume_ratio))
     if (weighed := evidence.solid.figures.weighed) is not None:
         texts += weighed.findings
@@ -135,6 +144,11 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
             "this trial. Run the trial again: it writes its own files and keeps yours."
         )
         texts.insert(0, edited)
+    return tuple(texts)
+
+
+def not_measured(evidence: Evidence) -> list[str]:
+    """Return clauses on the data that were not measured, or not declared; none for a validation."""
     kinds, seen_in = [], evidence.outline.seen_in
     readings_data = "measured" if evidence.readings is None else evidence.readings.data
     for thing, data in ((f"the {seen_in} is", evidence.photo_data), ("the caliper readings are", readings_data)):
@@ -144,9 +158,7 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
             kinds.append(f"{thing} {data}")
     if evidence.comparison is not None and evidence.comparison.role == "undeclared":
         kinds.append("it is not declared whether the fluid was calibrated on these readings")
-    if kinds:
-        texts.append(f"Not a validation: {' and '.join(kinds)}. No error here is that of a real sample.")
-    return tuple(texts)
+    return kinds
 
 
 def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
@@ -164,27 +176,10 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
     return ("No readings: this is the simulated fill alone, compared with nothing.",), "open"
 
 
-def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
-    """Return the main figures, each with its unit."""
-    run, comparison = evidence.run, evidence.comparison
-    figures = []
-    if comparison is not None:
-        m, interval_mm = comparison, comparison.interval_95_mm
-        figures.append(("mean error", f"{m.mean_error_mm:.2f} mm"))
-        if interval_mm is not None:
-            figures.append(("its 95 % interval by the readings", "{:.2f} to {:.2f} mm".format(*interval_mm)))
-        worst = f"worst error (at s = {m.worst_at_mm:.1f} mm)", f"{m.worst_error_mm:.2f} mm"
-        if (station := m.worst_at_a_station) is not None:
-            # Between stations, and beyond the last one, there is no reading to be off from.
-            worst = f"worst error at a station (at s = {station.s_mm:.1f} mm)", f"{station.error_mm:.2f} mm"
-        if m.baselines:
-            names = "; ".join(one.name for one in m.baselines)
-            figures.append(
-                (f"baselines: {names}", f"{'; '.join(f'{one.mean_error_mm:.2f}' for one in m.baselines)} mm")
-            )
-        figures += [worst, ("readings were", ROLES[m.role])]
-    lost = f"{run.escaped_particles}; {run.spilled_particles}" if run.has_particles else NOT_COMPUTED
-    return [*figures, ("volume ratio", f"{evidence.volume_ratio:.3f}"), ("particles escaped; spilled", lost)]
+def verdict_in_full(evidence: Evidence) -> tuple[str, ...]:
+    """Return the sentences of the verdict, the result in short, and the conclusions by ASME V&V 20."""
+    findings = () if evidence.comparison is None else evidence.comparison.findings
+    return (*headline(evidence)[0], *in_short(evidence), *findings)
 
 
 def in_short(evidence: Evidence) -> tuple[str, ...]:

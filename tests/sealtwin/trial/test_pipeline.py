@@ -23,9 +23,9 @@ from validate.result import FluidFigures, TrialResult, read_comparison, read_res
 from validate.wording.headline import FAST
 
 LEFT = {
-    "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
-    "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json", "report.html", "report.pdf",
-    "report.json", "run.json", "manifest.json", "health.csv", "progress.json",
+    "trial.toml", "overlay.png", "straight.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json",
+    "trajectory.csv", "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json",
+    "report.html", "report.pdf", "report.json", "run.json", "manifest.json", "health.csv", "progress.json",
 }  # fmt: skip
 """Of a run without pictures; with them, health.png too."""
 NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv", "progress.json"}

@@ -1,0 +1,150 @@
+"""The outline of a crack that is given in mm: a line with a width, or two walls. Nothing is traced."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from manifold3d import CrossSection, FillRule
+
+from digitise.crack_path.hints import CrackPath
+from digitise.geometry.polyline import Box, depth_inside, extended, resampled, signed_area, without_repeats
+from digitise.geometry.region import box_region
+from digitise.mesh_import.cavity_sections import covered
+from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
+from digitise.outline import outline_along
+from digitise.photo import Photo
+from digitise.scale.view import View
+from digitise.walls.centreline_and_walls import Traced
+from digitise.walls.straightened import Crossings, edge_crossing, rays_across
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import InputError, ShapeError
+from sealtwin.core.records import Floats, Outline
+
+
+@dataclass(frozen=True)
+class GivenLimits:
+    """Limits of given lines, and sizes of the picture in which a report shows them.
+
+    The first three decide which lines bound a crack. The others change the look of the picture alone.
+    """
+
+    slenderness: float = 3.0  # Least length over mean width, as of a crack in a mesh
+    on_edge_mm: float = 0.01  # Distance from the edge of the face within which an end is on it
+    most_trimmed: float = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
+    across_px: int = 40  # Pixels over the mean width
+    largest_px: int = 12_000_000  # Largest picture
+    around_mm: float = 15.0  # Width of face shown around the crack
+    face_grey: float = 205.0
+    crack_grey: float = 40.0
+
+
+LIMITS = GivenLimits()
+_NONE: Crossings = None, None
+Given = tuple[Outline, Photo]  # An outline, and the picture in which it is shown
+
+
+def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, name: str) -> Given:
+    """Return the outline of a crack along a line, (n, 2), with widths at arc lengths, (k, 2), linear between them.
+
+    An end on the edge of the face or beyond it is open; any other end is cut. Raises InputError that begins with
+    ``name`` if the line is too short for its width, turns back on itself, or is outside the face.
+    """
+    points_mm = without_repeats(points_mm, LIMITS.on_edge_mm)
+    s_mm = arc_length(points_mm)
+    mean_mm = float(np.trapezoid(np.interp(s_mm, *width_mm.T), s_mm) / max(s_mm[-1], np.finfo(float).tiny))
+    if len(points_mm) < 2 or s_mm[-1] < LIMITS.slenderness * mean_mm:
+        raise InputError(
+            f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack {mean_mm:.3g} mm wide on average; give a line "
+            f"of at least {LIMITS.slenderness:g} widths, in mm."
+        )
+    line_mm, crossings = resampled(points_mm, mean_mm / LIMITS.across_px), _NONE
+    first_mm, last_mm, begins_mm = 0.0, float(s_mm[-1]), 0.0
+    if face_mm is not None:
+        at_edge = [bool(depth_inside(points_mm[[end]], face_mm)[0] < LIMITS.on_edge_mm) for end in (0, -1)]
+        begins_mm, beyond_mm = (2 * mean_mm * at for at in at_edge)
+        line_mm = extended(line_mm, begins_mm, beyond_mm, mean_mm, mean_mm / LIMITS.across_px)
+        crossings = edge_crossing(line_mm, face_mm, at_start=True), edge_crossing(line_mm, face_mm, at_start=False)
+        if at_edge != [crossing is not None for crossing in crossings]:
+            raise InputError(f"{name}: the line is outside the face, {_size(face_mm)}, or crosses its edge twice.")
+        first_mm, last_mm = (
+            end_mm if crossing is None else crossing.s_mm
+            for end_mm, crossing in zip((begins_mm, begins_mm + last_mm), crossings, strict=True)
+        )
+    half_mm = np.interp(arc_length(line_mm) - begins_mm, *width_mm.T)[:, None] / 2
+    rays = rays_across(line_mm, mean_mm, crossings)
+    left_mm, right_mm = line_mm + half_mm * rays, line_mm - half_mm * rays
+    photo = _picture(_region(left_mm, right_mm, face_mm, name), mean_mm, face_mm, name)
+    one, other = ("cut" if crossing is None else "open" for crossing in crossings)
+    traced = Traced(line_mm, left_mm, right_mm, (one, other), (first_mm, last_mm), mean_mm / photo.mm_per_px, 0.0, 0.0)
+    return outline_along(photo, CrackPath(photo.to_px(line_mm), traced.width_px, "drawn"), traced, "gauge"), photo
+
+
+def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> Given:
+    """Return the outline of a crack between two walls, (n, 2) and (m, 2), whose ends are joined by straight lines.
+
+    Seen along the left wall, the crack is on its right. The second wall may run the other way. An end on the edge of
+    the face or beyond it is open. Raises InputError that begins with ``name`` if the walls cross or have changed sides.
+    """
+    if np.linalg.norm(left_mm[-1] - right_mm[-1]) > np.linalg.norm(left_mm[-1] - right_mm[0]):
+        right_mm = right_mm[::-1]
+    mouth = _region(left_mm, right_mm, face_mm, name)
+    try:
+        line = line_of_mouth(mouth, face_mm or _around(mouth))
+    except ShapeError as fault:
+        raise InputError(f"{name}: {fault.wrong}") from None
+    if np.linalg.norm(line.centreline_mm[0] - left_mm[0]) > np.linalg.norm(line.centreline_mm[-1] - left_mm[0]):
+        line = MouthLine(
+            line.centreline_mm[::-1], line.right_mm[::-1], line.left_mm[::-1], line.ends[::-1], (), line.warnings
+        )
+    width_mm = mouth.area() / arc_length(line.centreline_mm)[-1]
+    photo = _picture(mouth, width_mm, face_mm, name)
+    ring_mm = max(map(np.asarray, mouth.to_polygons()), key=signed_area)
+    lines = {"centreline": line.centreline_mm, "left_wall": line.left_mm, "right_wall": line.right_mm}
+    outline = Outline(
+        **photo.in_both_units(**lines, outline=ring_mm),
+        ends=line.ends,
+        **photo.facts_of_outline,
+        path_source="drawn",
+        warnings=line.warnings,
+    )
+    return outline, photo
+
+
+def _region(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> CrossSection:
+    """Return the crack between two walls on the face."""
+    ring_mm = np.concatenate([right_mm, left_mm[::-1]])
+    region, area_mm2 = CrossSection([ring_mm], FillRule.Positive), signed_area(ring_mm)
+    if area_mm2 <= 0:
+        raise InputError(f"{name}: the left wall is on the right of the other one; exchange them.")
+    if region.area() < (1 - LIMITS.most_trimmed) * area_mm2:
+        raise InputError(f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for its width.")
+    return region if face_mm is None else region ^ box_region(face_mm)
+
+
+def _picture(mouth: CrossSection, width_mm: float, face_mm: Box | None, name: str) -> Photo:
+    """Draw the crack dark on a bright face."""
+    low, high = np.reshape(_around(mouth), (2, 2))
+    mm_per_px = max(width_mm / LIMITS.across_px, float(np.sqrt(np.prod(high - low) / LIMITS.largest_px)))
+    view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
+    width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
+    crack = covered(mouth, view.to_px, (width_px, height_px)).astype(np.float32)
+    grey = LIMITS.face_grey + crack * (LIMITS.crack_grey - LIMITS.face_grey)
+    return Photo(
+        file=Path(name),
+        image=np.repeat(grey.round().astype(np.uint8)[:, :, None], 3, axis=2),
+        brightness=1.0 - crack,
+        view=view,
+        face_mm=face_mm,
+        mm_per_px=mm_per_px,
+        scale_source="given: lines in mm",
+    )
+
+
+def _around(mouth: CrossSection) -> Box:
+    x_min, y_min, x_max, y_max = mouth.bounds()
+    away_mm = LIMITS.around_mm
+    return x_min - away_mm, y_min - away_mm, x_max + away_mm, y_max + away_mm
+
+
+def _size(face_mm: Box) -> str:
+    return f"{face_mm[2] - face_mm[0]:g} x {face_mm[3] - face_mm[1]:g} mm"

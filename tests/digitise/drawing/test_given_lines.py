@@ -1,0 +1,85 @@
+"""Cracks that are given by lines in mm: lengths, widths and volumes of what was given, and refusals."""
+
+import numpy as np
+import pytest
+
+from digitise.drawing.given_lines import outline_between, outline_of_line
+from digitise.geometry.polyline import extended, left_normals, signed_area
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.errors import InputError
+
+X_MM = np.linspace(0.0, 80.0, 161)
+LINE_MM = np.column_stack([X_MM, 20 + 4 * np.sin(X_MM / 12)])
+LENGTH_MM = float(np.linalg.norm(np.diff(LINE_MM, axis=0), axis=1).sum())
+WIDTH_MM = np.array([[0.0, 3.0]])
+UPRIGHT = CrackShape(depth_mm=16.0, tilt="vertical", wall_angle_deg=0.0)
+
+
+def _walls_mm(beyond_mm: float) -> tuple[np.ndarray, np.ndarray]:
+    line_mm = extended(LINE_MM, beyond_mm, beyond_mm, 1.0, 0.5)
+    across_mm = 1.5 * left_normals(line_mm)
+    return line_mm + across_mm, line_mm - across_mm
+
+
+@pytest.mark.parametrize(
+    ("face_mm", "ends"),
+    [
+        (None, ("cut", "cut")),
+        ((0.0, 0.0, 80.0, 40.0), ("open", "open")),
+        ((0.0, 0.0, 100.0, 40.0), ("open", "cut")),
+        ((-20.0, 0.0, 80.0, 40.0), ("cut", "open")),
+    ],
+)
+def test_a_line_with_a_width_is_a_crack_of_that_length_width_and_volume(face_mm, ends):
+    """An oblique open end loses on one side what it gains on the other."""
+    outline, photo = outline_of_line(LINE_MM, WIDTH_MM, face_mm, "line")
+    assert (outline.ends, outline.seen_in, outline.warnings) == (ends, "drawing", ())
+    assert outline.length_mm == pytest.approx(LENGTH_MM, abs=0.01)
+    assert outline.mean_width_mm == pytest.approx(3.0, rel=1e-3)
+    assert build_solid(outline, UPRIGHT).cavity_volume_mm3 == pytest.approx(48 * LENGTH_MM, rel=5e-4)
+    assert photo.to_mm(outline.outline_px) == pytest.approx(outline.outline_mm)
+    dark_mm2 = float((1 - photo.brightness).sum()) * photo.mm_per_px**2
+    assert dark_mm2 == pytest.approx(signed_area(outline.outline_mm), rel=1e-3)
+
+
+def test_widths_follow_the_table_from_the_lines_first_point():
+    table_mm = np.array([[0.0, 2.0], [40.0, 4.0]])
+    outline, _ = outline_of_line(LINE_MM, table_mm, (0.0, 0.0, 80.0, 40.0), "line")
+    # Over an oblique open end the width is the mean of what is square to the line there.
+    inside = (outline.s_mm > 2.0) & (outline.s_mm < outline.length_mm - 2.0)
+    assert outline.width_mm[inside] == pytest.approx(np.interp(outline.s_mm, *table_mm.T)[inside], rel=1e-3)
+
+
+@pytest.mark.parametrize("face_mm", [None, (0.0, 0.0, 80.0, 40.0)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_two_walls_are_the_crack_between_them_whichever_way_the_second_runs(face_mm, turned):
+    # Walls that go on beyond the face end at its edge.
+    left_mm, right_mm = _walls_mm(0.0 if face_mm is None else 3.0)
+    outline, _ = outline_between(left_mm, right_mm[::-1] if turned else right_mm, face_mm, "walls")
+    # Ends that are joined square to the crack lie beyond its walls' middle by up to a tenth of a width.
+    assert outline.length_mm == pytest.approx(LENGTH_MM, abs=0.3)
+    assert outline.mean_width_mm == pytest.approx(3.0, rel=0.01)
+    assert np.linalg.norm(outline.centreline_mm[0] - LINE_MM[0]) < 0.6
+    area_mm2 = build_solid(outline, UPRIGHT).cavity_volume_mm3 / 16
+    assert area_mm2 == pytest.approx(3 * LENGTH_MM, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("points_mm", "face_mm", "words"),
+    [
+        ([(0, 0), (5, 0)], None, ["5 mm long", "3 mm wide"]),
+        ([(0, 0), (40, 0), (40, 1), (0, 1)], None, ["walls cross"]),
+        ([(0, 0), (40, 0)], (0.0, 10.0, 100.0, 40.0), ["outside the face", "100 x 30 mm"]),
+    ],
+)
+def test_a_line_that_bounds_no_crack_is_refused(points_mm, face_mm, words):
+    with pytest.raises(InputError) as refusal:
+        outline_of_line(np.array(points_mm, dtype=float), WIDTH_MM, face_mm, "line")
+    assert all(word in str(refusal.value) for word in words)
+
+
+def test_exchanged_walls_are_refused():
+    left_mm, right_mm = _walls_mm(0.0)
+    with pytest.raises(InputError, match="exchange"):
+        outline_between(right_mm, left_mm, None, "walls")

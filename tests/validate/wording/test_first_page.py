@@ -1,0 +1,132 @@
+"""The first page in words: verdict, two sentences and four figures of each kind of trial."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.evidence import FAST_FILL, make_evidence
+from validate.compare import assess
+from validate.settings import Gate, Readings, Uncertainty
+from validate.uncertainty.computed import Effect, Spread
+from validate.uncertainty.validation import predict
+from validate.wording.first_page import first_page, station_rows
+
+FITTED = ("fluid.U", "fluid.yield_stress_pa")
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    return make_evidence(tmp_path_factory.mktemp("plain"))
+
+
+def judged(evidence, role="held-out", gate_mm=None, fitted=None):
+    settings = Readings.model_validate(
+        {"file": Path("caliper.csv"), "data": evidence.readings.data, "role": role, "fitted": fitted}
+    )
+    gate = None if gate_mm is None else Gate(mean_error_mm=gate_mm, reason="of the joint")
+    return replace(evidence, comparison=assess(evidence, settings, Uncertainty(), None, gate))
+
+
+@pytest.mark.parametrize(
+    ("role", "gate_mm", "fitted", "state", "verdict", "tested"),
+    [
+        ("held-out", 2.0, None, "✓ Within its limit of 2 mm", "Tested: the simulation is 0.50 mm off", "Held out"),
+        ("held-out", 0.1, None, "✕ Beyond its limit of 0.1 mm", "beyond the limit of 0.1 mm", "Held out"),
+        ("held-out", None, None, "○ No limit declared", "Tested: ", "Held out"),
+        ("calibrated-on", 2.0, FITTED, "✓ Within", "fits its readings to 0.50 mm on average. Not yet tested", "Fitted"),
+        ("calibrated-on", 0.1, FITTED, "✕ Beyond", "Even fitted to its readings", "Fitted"),
+        ("undeclared", None, None, "○ No limit declared", "The simulation is 0.50 mm off the readings", "Not declared"),
+    ],
+)
+def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gate_mm, fitted, state, verdict, tested):
+    page = first_page(judged(plain, role, gate_mm, fitted))
+    assert page.state.startswith(state)
+    assert verdict in page.verdict
+    assert [tile.title for tile in page.tiles] == [
+        *("Mean error", "Something simpler instead", "Where the sealant went", "Fitted or held out?")
+    ]
+    assert page.tiles[0].figure == "0.50 mm"
+    assert ("of the joint" in page.tiles[0].text) is (gate_mm is not None)
+    assert page.tiles[3].figure == tested
+    words = " ".join([page.subject, page.state, page.verdict, *page.lead, *(" ".join(label) for label in page.labels)])
+    assert len(words.split()) <= 130
+
+
+def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(plain, tmp_path):
+    shifted = judged(plain, gate_mm=0.1)
+    assert "0.5 mm too high on average; without that shift it is 0.0 mm off" in first_page(shifted).lead[1]
+    assert "caliper's zero" in first_page(shifted).lead[1]
+    level_mm = plain.profile.level_mm - 0.5 + 0.8 * np.sign(plain.profile.s_mm - 20.0)
+    bent = judged(replace(plain, profile=replace(plain.profile, level_mm=level_mm)), gate_mm=0.1)
+    assert "check the paste" in first_page(bent).lead[1].lower()
+
+
+def test_errors_are_named_at_readings_where_they_are_largest(plain):
+    assert "0.5 mm too high at" in first_page(judged(plain)).lead[1]
+    exact = replace(plain, profile=replace(plain.profile, level_mm=plain.profile.level_mm - 0.5))
+    assert first_page(judged(exact)).lead[1] == "It meets every reading."
+
+
+def test_the_baseline_has_as_many_numbers_as_were_fitted(plain):
+    """The level is a slope, which a straight line meets exactly; the simulation is 0.5 mm off."""
+    tile = first_page(judged(plain, "calibrated-on", fitted=FITTED)).tiles[1]
+    assert "a straight line" in tile.text
+    assert "2 settings were fitted" in tile.text
+    assert tile.figure == "0.00 mm"
+    assert [bar.name for bar in tile.bars if bar.own] == ["simulation"]
+    assert [bar.error_mm for bar in tile.bars] == sorted((bar.error_mm for bar in tile.bars), reverse=True)
+
+
+def test_the_volumes_are_those_of_the_mass_balance(plain):
+    tile = first_page(judged(plain)).tiles[2]
+    below = float((plain.run.position_mm[~plain.run.spilled, 2] <= 0).mean())
+    assert tile.figure.endswith("% full")
+    assert f"of {plain.run.dispensed_volume_mm3 / 1000:.2f} ml are in the crack" in tile.text
+    assert 0 < below <= 1
+
+
+def test_faults_and_unmeasured_data_are_named_before_the_figure(plain, tmp_path):
+    lost = first_page(replace(judged(plain), volume_ratio=0.8))
+    assert lost.labels[0][0] == "Check first:"
+    assert "20 %" in lost.labels[0][1]
+    drawn = make_evidence(tmp_path, photo_data="synthetic", readings_data="reconstructed")
+    labels = dict(first_page(judged(drawn)).labels)
+    assert {"synthetic", "reconstructed"} <= set(labels["Not a validation:"].replace(",", "").replace(".", "").split())
+    assert first_page(judged(plain)).labels == ()
+    fast = replace(plain.run, fast_fill=FAST_FILL.model_copy(update={"unfit": ("A mound stays; it is large.",)}))
+    unfit = dict(first_page(replace(plain, run=fast, comparison=None, readings=None)).labels)
+    assert unfit["Check first:"].startswith("the fast model is UNFIT for this case. A mound stays")
+
+
+def test_escaped_particles_and_edited_files_leave_no_verdict(plain):
+    escaped = first_page(replace(plain, run=replace(plain.run, escaped_particles=1)))
+    assert escaped.state.startswith("✕ Fault")
+    assert "no result" in escaped.verdict
+    edited = first_page(replace(judged(plain), edited=("profile.csv",)))
+    assert edited.state.startswith("○ Files were edited")
+    assert "no result" in edited.verdict
+
+
+def test_a_prediction_and_a_simulation_alone_have_figures_of_their_own(plain):
+    alone = replace(plain, readings=None, comparison=None)
+    page = first_page(alone)
+    assert (page.state, page.tiles[3].figure) == ("○ Simulation alone", "No")
+    s_mm = plain.profile.s_mm
+    spread = Spread(s_mm, None, (Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1)),), 0.0, 0.5)
+    predicted = replace(alone, prediction=predict(plain.profile, spread, Uncertainty(volume_ml=0.1)))
+    page = first_page(predicted)
+    assert page.state == "○ Prediction, not read yet"
+    assert page.verdict.startswith("Predicted: a mean level 3.5 mm below the face, give or take 0.2 mm")
+    assert page.tiles[0].figure == "-3.50 mm"
+    assert page.tiles[3].figure == "Not yet"
+    assert station_rows(predicted) == ()
+
+
+def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(plain):
+    rows = dict(station_rows(judged(plain)))
+    assert rows["read, mm"][0] == "-8.0"
+    assert set(rows["error, mm"]) == {"+0.5"}
+    beyond = replace(plain.readings, s_mm=plain.readings.s_mm + 1.0)
+    assert dict(station_rows(judged(replace(plain, readings=beyond))))["error, mm"][-1] == "-"

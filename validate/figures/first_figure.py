@@ -1,0 +1,237 @@
+"""The figure of a report's first page: the straightened photo, the level and the error on one axis, and a section."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from sealtwin.core.records import Floats, Outline, Pixels, Profile, Solid, Trajectory
+from validate.figures import theme
+from validate.metrics.baselines import are_compared
+from validate.metrics.curve_distances import level_difference
+from validate.result import Comparison, PredictedLevel
+from validate.units import signed
+
+
+@dataclass(frozen=True)
+class FirstLayout:
+    """Sizes in inches of the first figure in one width of the page, chosen by eye."""
+
+    width: float
+    left: float  # Room for the labels of the level's axis
+    right: float  # Room for notes and the section
+    font_pt: float
+    level: tuple[float, float] = (1.9, 2.9)  # Least and largest height of the level
+    strip: float = 1.0  # Largest height of the photo
+    error: float = 0.85
+    gap: float = 0.42  # Between two rows, for their titles
+    foot: float = 0.5
+
+    @property
+    def along(self) -> float:
+        return self.width - self.left - self.right
+
+
+WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0)
+NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5)
+HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Shown above the highest level or reading, and below the floor
+LABELLED_MM = 0.5  # Least error at a station that has a number
+OBLIQUE = 0.3  # Largest distance of a wall's point along the crack, over that across it, at which it is drawn
+ONE_TO_ONE = 1.05  # Ratio of heights to lengths up to which they are drawn to one scale
+
+
+@dataclass(frozen=True)
+class FirstFigure:
+    """The parts of a trial that the first figure shows."""
+
+    outline: Outline
+    solid: Solid
+    trajectory: Trajectory
+    profile: Profile
+    straight: Pixels  # The photo along the crack, (height, width, 3)
+    readings: Profile | None = None
+    comparison: Comparison | None = None
+    prediction: PredictedLevel | None = None
+
+    def stretch(self, layout: FirstLayout) -> float:
+        """Return how much larger heights and widths are drawn than lengths; 1 if they are drawn to one scale."""
+        inch_per_mm = layout.along / self.outline.length_mm
+        height = self._range_mm * inch_per_mm
+        factor = float(np.clip(height, *layout.level)) / height
+        return 1.0 if 1 / ONE_TO_ONE < factor < ONE_TO_ONE else factor
+
+    @property
+    def _ends_mm(self) -> tuple[float, float]:
+        shown = [self.profile.level_mm] + ([] if self.readings is None else [self.readings.level_mm])
+        if self.prediction is not None:
+            shown.append(self.prediction.level_mm + self.prediction.profile_band_95_mm)
+        highest = max(0.0, *(float(np.max(levels)) for levels in shown))
+        return -self.solid.depth_mm - BELOW_FLOOR_MM, highest + HEADROOM_MM
+
+    @property
+    def _range_mm(self) -> float:
+        low, high = self._ends_mm
+        return high - low
+
+    @theme.themed()
+    def draw(self, layout: FirstLayout = WIDE) -> Figure:
+        """Draw the figure in a layout; the error only if there are readings, the section only in a wide one."""
+        stretch, compared = self.stretch(layout), self.comparison is not None and self.readings is not None
+        inch_per_mm = layout.along / self.outline.length_mm
+        across = self.straight.shape[0] * self.outline.length_mm / (self.straight.shape[1] - 1)
+        strip = min(layout.strip, across * inch_per_mm * stretch)
+        level = self._range_mm * inch_per_mm * stretch
+        heights = [strip, level, *([layout.error] if compared else [])]
+        total = sum(heights) + layout.gap * len(heights) + layout.foot
+        figure = Figure(figsize=(layout.width, total))
+        rows, top = [], total
+        for height in heights:
+            top -= layout.gap + height
+            box = (layout.left, top, layout.along, height)
+            rows.append(figure.add_axes(_share(box, layout.width, total)))
+        self._draw_photo(rows[0], strip / (inch_per_mm * stretch) / 2, across / 2, layout)
+        self._draw_level(rows[1], layout)
+        if compared:
+            self._draw_error(rows[2], layout)
+        for row in rows[:-1]:
+            row.tick_params(labelbottom=False)
+        ticks = [*(tick for tick in _tens(self.outline.length_mm)), self.outline.length_mm]
+        for row in rows:
+            row.set_xlim(0.0, self.outline.length_mm)
+            row.set_xticks(ticks, [f"{tick:.4g}" for tick in np.round(ticks, 1)])
+            row.tick_params(labelsize=layout.font_pt)
+        rows[-1].set_xlabel("distance along the crack from its start (mm)", fontsize=layout.font_pt)
+        if layout.right > 1 and (mouth_mm := self.solid.figures.mouth_width_mm) is not None:
+            floor_mm = self.solid.figures.floor_width_mm or 0.0
+            bottom = total - sum(heights[:2]) - 2 * layout.gap
+            box = (layout.width - layout.right + 0.35, bottom, layout.right - 0.45, level)
+            section = figure.add_axes(_share(box, layout.width, total))
+            self._draw_section(section, mouth_mm, floor_mm, box[2] / (inch_per_mm * stretch), layout)
+        return figure
+
+    def _draw_photo(self, axes: Axes, shown_mm: float, half_mm: float, layout: FirstLayout) -> None:
+        """Draw the straightened photo up to ``shown_mm`` from the centreline, with the walls and the nozzle's path."""
+        outline = self.outline
+        axes.imshow(
+            self.straight,
+            extent=(0.0, outline.length_mm, -half_mm, half_mm),
+            aspect="auto",
+            interpolation="antialiased",
+        )
+        axes.set_ylim(-shown_mm, shown_mm)
+        axes.grid(visible=False)
+        ahead = np.gradient(outline.centreline_mm, axis=0)
+        ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
+        for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
+            x, y = (wall_mm - outline.centreline_mm).T
+            along_mm, away_mm = ahead[:, 0] * x + ahead[:, 1] * y, ahead[:, 0] * y - ahead[:, 1] * x
+            # At an oblique open end a wall's points are on the edge of the face, not across from the centreline.
+            away_mm = np.where(np.abs(along_mm) < OBLIQUE * np.abs(away_mm), away_mm, np.nan)
+            axes.plot(outline.s_mm, away_mm, color="white", linewidth=2.2)
+            axes.plot(outline.s_mm, away_mm, color=theme.ON_GROUND, linewidth=1.1)
+        given = self.trajectory.s_mm[self.trajectory.giving]
+        if len(given):
+            arrow = {"arrowstyle": "-|>", "color": "white", "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
+            axes.plot(given[0], 0.0, "o", color="white", markersize=4.5, markerfacecolor="none")
+            axes.annotate("", (given[-1], 0.0), (given[0], 0.0), arrowprops=arrow)
+        axes.set_yticks([-round(shown_mm / 2), 0, round(shown_mm / 2)])
+        _title(axes, "Crack from above, straightened, mm", "; the arrow is the nozzle's way", layout)
+
+    def _draw_level(self, axes: Axes, layout: FirstLayout) -> None:
+        profile, readings, comparison = self.profile, self.readings, self.comparison
+        low_mm, high_mm = self._ends_mm
+        floor_mm = -self.solid.depth_at_mm(profile.s_mm)
+        theme.draw_ground(axes, profile.s_mm, floor_mm, low_mm)
+        filled = np.maximum(profile.level_mm, floor_mm)
+        axes.fill_between(profile.s_mm, floor_mm, filled, color=theme.SIMULATED, alpha=0.15, linewidth=0)
+        axes.axhline(0.0, color=theme.INK, linewidth=1.0)
+        if (prediction := self.prediction) is not None:
+            whole_mm = prediction.profile_band_95_mm
+            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.SIMULATED, 0.25, "95 % band")
+        if readings is not None:
+            if comparison is not None and comparison.uncertainty is not None:
+                bands = comparison.uncertainty.levels
+                theme.draw_band(
+                    axes, bands.s_mm, readings.level_mm, bands.profile_band_95_mm, theme.MUTED, 0.28, "95 % band of all"
+                )
+                axes.errorbar(
+                    bands.s_mm, readings.level_mm, bands.band_95_mm, fmt="none", ecolor=theme.MEASURED, elinewidth=1.1,
+                    capsize=2.5,
+                )  # fmt: skip
+            name = "readings, 95 %" if readings.data == "measured" else f"readings ({readings.data}), 95 %"
+            axes.plot(readings.s_mm, readings.level_mm, "o", color=theme.MEASURED, markersize=5, label=name)
+        kind = "simulated" if prediction is None else "predicted"
+        axes.plot(profile.s_mm, profile.level_mm, color=theme.SIMULATED, linewidth=2.0, label=kind)
+        axes.set_ylim(low_mm, high_mm)
+        _title(axes, "Level, mm from the face", " of the sample (0)", layout)
+        axes.legend(loc="lower right", fontsize=layout.font_pt, frameon=True, framealpha=0.85, edgecolor="none")
+
+    def _draw_error(self, axes: Axes, layout: FirstLayout) -> None:
+        """Draw the error between the curves pale, and at each compared station as a solid bar."""
+        readings, comparison = self.readings, self.comparison
+        if readings is None or comparison is None:
+            return
+        error = level_difference(self.profile, readings)
+        axes.fill_between(error.x, 0.0, error.value, color=theme.THIRD, alpha=0.3, linewidth=0)
+        inside = are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)
+        s_mm = readings.s_mm[inside]
+        error_mm = np.interp(s_mm, error.x, error.value)
+        axes.bar(s_mm, error_mm, 0.011 * self.outline.length_mm, color=theme.THIRD)
+        axes.axhline(0.0, color=theme.INK, linewidth=1.0)
+        most_mm = max(1.0, 2.0 * float(np.abs(error_mm).max()))
+        axes.set_ylim(-most_mm, most_mm)
+        for worst in {int(np.argmax(error_mm)), int(np.argmin(error_mm))}:
+            value = float(error_mm[worst])
+            if abs(value) >= LABELLED_MM:
+                axes.annotate(
+                    f"{signed(value, 1)} mm", (s_mm[worst], value), (0, 4 if value > 0 else -4),
+                    textcoords="offset points", ha="center", va="bottom" if value > 0 else "top",
+                    fontsize=layout.font_pt, fontweight="bold", color=theme.INK, annotation_clip=False,
+                )  # fmt: skip
+        _title(axes, "Error: simulated minus read, mm", "; solid at a reading, above 0 too high", layout)
+
+    def _draw_section(self, axes: Axes, mouth_mm: float, floor_mm: float, shown_mm: float, layout: FirstLayout) -> None:
+        """Draw the mean section across the crack to the scale of the level, filled to the mean level."""
+        depth_mm, (low_mm, high_mm) = self.solid.depth_mm, self._ends_mm
+        lean_mm = 0.0
+        if self.solid.tilt == "lean":
+            lean_mm = depth_mm * float(np.tan(np.radians(self.solid.wall_angles_deg[0])))
+        bottom = np.array([-floor_mm / 2, floor_mm / 2]) - lean_mm
+        middle_mm = float(np.mean([bottom.min(), bottom.max(), -mouth_mm / 2, mouth_mm / 2]))
+        walls = np.array([[-mouth_mm / 2, 0.0], [bottom[0], -depth_mm], [bottom[1], -depth_mm], [mouth_mm / 2, 0.0]])
+        half_mm = max(shown_mm / 2, 1.1 * float(np.abs(walls[:, 0] - middle_mm).max()))
+        axes.set_xlim(middle_mm - half_mm, middle_mm + half_mm)
+        axes.set_ylim(low_mm, high_mm)
+        ground = [(middle_mm - half_mm, low_mm), (middle_mm - half_mm, 0), *walls, (middle_mm + half_mm, 0)]
+        axes.add_patch(Polygon([*ground, (middle_mm + half_mm, low_mm)], color=theme.GROUND, linewidth=0))
+        level_mm = min(0.0, float(np.trapezoid(self.profile.level_mm, self.profile.s_mm) / np.ptp(self.profile.s_mm)))
+        share = -level_mm / depth_mm
+        top = walls[[0, 3]] + share * (walls[[1, 2]] - walls[[0, 3]])
+        axes.add_patch(Polygon([top[0], walls[1], walls[2], top[1]], color=theme.SIMULATED, alpha=0.25, linewidth=0))
+        axes.plot(*top.T, color=theme.SIMULATED, linewidth=2.0)
+        axes.plot(*walls.T, color=theme.ON_GROUND, linewidth=1.2)
+        for width_mm, z_mm, side in ((mouth_mm, 0.0, 1), (floor_mm, -depth_mm, -1)):
+            axes.annotate(
+                f"{width_mm:.1f} mm", (middle_mm if side < 0 else 0.0, z_mm), (0, 5 * side), textcoords="offset points",
+                ha="center", va="bottom" if side > 0 else "top", fontsize=layout.font_pt, annotation_clip=False,
+            )  # fmt: skip
+        axes.axis("off")
+        _title(axes, "Section across", "", layout)
+
+
+def _title(axes: Axes, text: str, more: str, layout: FirstLayout) -> None:
+    """Set a title; ``more`` is added where there is room for it."""
+    axes.set_title(text if layout is NARROW else text + more, fontsize=layout.font_pt, pad=4.0)
+
+
+def _tens(length_mm: float) -> Floats:
+    """Return round places along the crack, without one that the length's own label would cover."""
+    step = next(step for step in (5, 10, 20, 50, 100, 200, 500, 1000) if length_mm / step <= 10)
+    return np.arange(0.0, length_mm - 0.4 * step, step)
+
+
+def _share(box: tuple[float, float, float, float], width: float, height: float) -> tuple[float, float, float, float]:
+    """Return a box in inches as shares of the figure."""
+    return box[0] / width, box[1] / height, box[2] / width, box[3] / height
