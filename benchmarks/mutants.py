@@ -38,7 +38,7 @@ OPERATORS = (
 RUN_BY_CI = "not slow and not gpu and not browser"
 MOST_TESTS = 40  # Of a mutant: a line that everything runs has thousands, and each survivor would take minutes
 MOST_S = 100.0  # Time of one mutant's tests; a mutant that loops for ever counts as killed
-FAILED = (1, 2)  # Exit codes of pytest: a test failed, or a test module could not be imported
+FAILED = (1, 2, 4)  # Exit codes of pytest: a test failed, or its module could not be imported and has no tests
 LOST_AT_MOST = 0.01  # Share of the old suite's kills
 
 
@@ -157,13 +157,13 @@ def mutated(source: str, mutant: Mutant) -> str:
     return text
 
 
-def drawn(old: Suite, count: int, seed: str) -> list[Mutant]:
+def drawn(old: Suite, new: Suite, count: int, seed: str) -> list[Mutant]:
     """Draw mutants whose line a test of the old suite runs, a fourth of them from each package."""
     chance = random.Random(seed)
     chosen: list[Mutant] = []
     for stage in STAGES:
-        modules = git("ls-files", f"{stage}/*.py").splitlines()
-        candidates = sorted(mutant for module in modules for mutant, _ in mutants_of(ROOT, module))
+        modules = git("ls-files", f"{stage}/*.py", at=new.folder).splitlines()
+        candidates = sorted(mutant for module in modules for mutant, _ in mutants_of(new.folder, module))
         chance.shuffle(candidates)
         touched = (mutant for mutant in candidates if old.tests_of(mutant))
         chosen += [mutant for mutant, _ in zip(touched, range(count // len(STAGES)), strict=False)]
@@ -183,7 +183,7 @@ def main(
         suite.measure()
     results, names = folder / "mutants.json", [suite.name for suite in suites]
     killed: dict[str, dict[str, bool]] = json.loads(results.read_text()) if results.exists() else {}
-    mutants = drawn(suites[0], count, seed or git("rev-parse", "HEAD"))
+    mutants = drawn(*suites, count, seed or git("rev-parse", "HEAD"))
     for number, mutant in enumerate(mutants, 1):
         if mutant.key not in killed:
             with ThreadPoolExecutor() as pool:
