@@ -248,7 +248,12 @@ def crack_from_polyline(
     face_mm: Sequence[float] | None = None,
     data: DataKind = "undeclared",
 ) -> CrackOutline:
-    """Make a crack along a line, without a photo. Lengths are in mm; x is right and y is up.
+    """Make a crack along a line, without a photo.
+
+    Parameters
+    ----------
+    points_mm
+        Points of the centreline in mm, (n, 2); x is right and y is up. s is 0 at the first one.
 
     Returns
     -------
@@ -277,7 +282,13 @@ def crack_from_walls(
     face_mm: Sequence[float] | None = None,
     data: DataKind = "undeclared",
 ) -> CrackOutline:
-    """Make a crack between two lines, without a photo. Lengths are in mm; x is right and y is up.
+    """Make a crack between two lines, without a photo.
+
+    Parameters
+    ----------
+    left_mm, right_mm
+        Points of the walls in mm, (n, 2) and (m, 2); x is right and y is up. Seen along the left wall, the crack is on
+        its right; s is 0 at its first point.
 
     Returns
     -------

@@ -77,8 +77,8 @@ def draw_levels(
         _draw_readings(axes, readings, comparison)
     if comparison is not None and any(one.numbers for one in comparison.baselines):
         flat_mm = comparison.flat_level_mm
-        label = f"best flat level, {flat_mm:.1f} mm"
-        axes.axhline(flat_mm, color=theme.THIRD, linewidth=1.2, linestyle=DOTTED, label=label)
+        name = f"best flat level, {flat_mm:.1f} mm"
+        axes.axhline(flat_mm, color=theme.THIRD, linewidth=1.2, linestyle=DOTTED, label=name)
     if profile is not None:
         axes.plot(profile.s_mm, profile.level_mm, color=colour, label=label)
     axes.set_xlim(0, s_mm[-1])
