@@ -77,9 +77,7 @@ def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo
     """
     photo = load_photo(settings, folder)
     if photo.scale_uncertainty is None:
-        raise InputError(
-            f"{photo.file}: paste needs the scale of printed markers; give the table of the sheet that was printed."
-        )
+        raise InputError(f"{photo.file}: paste needs a scale by printed markers; give the table of the printed sheet.")
     if settings.markers is not None and settings.face_mm is not None:
         width_mm, height_mm = settings.face_mm
         for marker in settings.markers.markers:

@@ -57,7 +57,10 @@ class Bead:
 
 @dataclass(frozen=True)
 class PasteArea:
-    """Area under paste up to each distance from the nearest edge, (m,): of the whole, and of a piece in its middle."""
+    """Area of the paste's footprint in classes of distance from its edge, (m,): of all, and of a piece in its middle.
+
+    ``inward_mm`` is the middle of each class.
+    """
 
     inward_mm: Floats
     area_mm2: Floats

@@ -182,8 +182,7 @@ class Fluid(Settings):
             self.material.density_kg_m3,
         ):
             raise ValueError(
-                "material has another yield stress or density than yield_stress_pa and density_kg_m3: give either "
-                "material or these two"
+                "yield_stress_pa or density_kg_m3 differs from that of material: give either material or these two"
             )
         if isinstance(self.material, Path):
             beside = [key for key in BESIDE_NO_MATERIAL if getattr(self, key) != Fluid.model_fields[key].default]

@@ -217,8 +217,8 @@ def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float,
         spare = STABLE * MOST_PASSES * min(1.0, substeps_for(solver, softer, frame_s) / substeps) - (sum(parts) - part)
         allowed = f"Give at most {_rounded_down(value * spare / part)}, or" if spare > 0 else "Give"
     raise InputError(
-        f'{cause}: with solver.viscosity_solve = "explicit" paste that comes to rest takes {passes:.3g} passes a '
-        f"substep {_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. {allowed} "
+        f"{cause}: the explicit viscosity solve takes {passes:.3g} passes a substep for paste that comes to rest "
+        f"{_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. {allowed} "
         'solver.viscosity_solve = "implicit".'
     )
 

@@ -36,10 +36,10 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
     brightest = finite_median(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
     if ratio > NOT_DARK and brightest > BRIGHT:
         raise InputError(
-            f"{photo.file}: no crack between the ends: the path is as bright as the ground on one side of it, and "
-            f"something {brightest:.1f} times as bright as the ground runs along it. A crack brighter than the ground, "
-            "such as one with a filling or a light crust, is not found by its darkness: paint it in photo.mask, and "
-            f"give ends_px on the paint. If the crack is dark, {IN_ITS_MIDDLE}."
+            f"{photo.file}: no dark crack between the ends: the path is as bright as the ground on one side, and a "
+            f"line {brightest:.1f} times as bright runs along it. If the crack is brighter than the ground, as with a "
+            "filling or a light crust, paint it in photo.mask, and give ends_px on the paint. If it is dark, "
+            f"{IN_ITS_MIDDLE}."
         )
 
 

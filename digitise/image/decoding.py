@@ -161,9 +161,9 @@ def _inks(path: Path, photo: Image.Image, pixels: NDArray[np.uint8]) -> tuple[st
     """Return a warning if a CMYK file does not state its polarity. Raises InputError if the photo would be black."""
     if photo.mode != "CMYK" or photo.format != "JPEG" or "adobe" in photo.info:
         return ()
-    unsure = "a CMYK JPEG without Adobe's marker: whether its values are of ink or of light is not stated"
+    unsure = "a CMYK JPEG without Adobe's marker, which does not state whether its values mean ink or light"
     if np.percentile(pixels[::2, ::2], BRIGHT_PART) < BLACK:
-        raise InputError(f"{path}: {unsure}, and read as usual it is black; save it as RGB JPEG.")
+        raise InputError(f"{path}: {unsure}. Read the usual way, the photo is black. Save it as RGB JPEG.")
     return (f"the photo is {unsure}. If dark and light look exchanged in the overlay, save it as RGB JPEG",)
 
 

@@ -32,7 +32,7 @@ def shrunk(picture: Map, size_px: tuple[int, int]) -> Map:
 def sampled(
     picture: NDArray, places_px: Floats, how: int = cv2.INTER_LINEAR, beyond: int = cv2.BORDER_REPLICATE
 ) -> NDArray:
-    """Interpolate the picture at places (..., 2). ``how`` and ``beyond`` are OpenCV's modes at pixels and borders."""
+    """Interpolate the picture at places (..., 2). ``how`` is OpenCV's interpolation, ``beyond`` its border mode."""
     x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
     if x.size == 0:
         return np.zeros(x.shape, dtype=picture.dtype)

@@ -113,7 +113,7 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
 
 
 def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:
-    """Return the depth of the cavity on upright planes from wall to wall, (n,)."""
+    """Return the depth of the cavity at each station, (n,), in the vertical plane from wall to wall."""
     end_mm = FROM_END * s_mm[1]
     lines_mm = np.hstack([outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm])
     stations = at_arc_length(lines_mm, outline.s_mm, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))

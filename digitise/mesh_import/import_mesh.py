@@ -256,7 +256,7 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
 
 
 def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin) -> Solid:
-    """Return the block with a dam over each opening of its crack in a side, up to ``dam_height_mm`` above the face."""
+    """Return the block with a dam where the crack opens through a side; dams end ``dam_height_mm`` above the face."""
     plates = _plates(block, cavity)
     bottom_mm = float(block.body.bounding_box()[2])
     body = block.body

@@ -20,7 +20,7 @@ OPENS, POINTED = 0.15, 0.15  # Largest growth of circles from a sharp tip on, an
 
 @dataclass(frozen=True)
 class MouthEnd:
-    """Places at which the rim, walked counter-clockwise, arrives at an end of the crack and leaves it."""
+    """Places where the rim, followed counter-clockwise, enters and leaves an end of the crack."""
 
     kind: EndKind
     arrives: Place

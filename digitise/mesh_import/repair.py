@@ -260,7 +260,7 @@ def with_base(surface: RepairedSurface, rim: Integers, base_mm: float) -> Repair
     plan = CrossSection([np.ascontiguousarray(corners_mm[:, :2])], FillRule.Positive)
     signed_mm2 = signed_area(corners_mm[:, :2])
     if abs(plan.area() - signed_mm2) > FLAT * abs(signed_mm2):
-        raise InputError("The rim of the mesh overhangs itself in plan view. Crop the mesh to its upper side.")
+        raise InputError("Seen from above, the rim of the mesh overlaps itself. Crop the mesh to its upper side.")
     foot = len(surface.vertices_mm) + np.arange(len(rim))
     next_rim, next_foot = np.roll(rim, -1), np.roll(foot, -1)
     sides = np.concatenate([np.column_stack([next_rim, rim, foot]), np.column_stack([next_rim, foot, next_foot])])

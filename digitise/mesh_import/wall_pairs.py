@@ -8,10 +8,10 @@ BOTH, LEFT, RIGHT = 0, 1, 2  # Steps of a pair: along both walls, or along one o
 
 
 def facing(left_mm: Floats, right_mm: Floats) -> Integers:
-    """Return pairs of points of two walls in order, (k, 2), from both first points to both last ones.
+    """Pair the points of two walls in order, (k, 2). The first pair is both first points, the last both last points.
 
-    They minimise the distance across, integrated over the arc of both walls: the summed Fréchet distance, by dynamic
-    programming along the anti-diagonals of all pairs.
+    The pairs minimise the distance between the walls, integrated over the arc length of both (the summed Fréchet
+    distance). The method is dynamic programming along the anti-diagonals of all pairs.
     """
     count, other = len(left_mm), len(right_mm)
     left_step, right_step = (

@@ -1,10 +1,15 @@
 """Programs for robots: one module per language, each a function from a ``RobotPath`` to text.
 
-A new language takes its module here, its name, table and checks in ``cell.py`` (``Format``, a class of settings, its
-field and ``missing_for`` in ``RobotCell``), its file's name and writer in ``PROGRAMS`` of
-``sealtwin/trial/robot_files.py``, a table in ``sealtwin/templates/starter_cell.toml``, the help of ``--format`` in
-``sealtwin/cli/trials.py``, a row in ``docs/how-to/to-the-robot.md``, and an independent reader in
-``tests/robot_readers.py`` with its cases in ``tests/digitise/robots/``; ``tests/sealtwin/trial/test_robot.py`` writes
-every format. A language whose dispenser limits the flow, the speed or the start has these limits in
-``RobotCell.steady_settings``, ``plan.shape.limits_of`` and ``robot_path.place_path`` as well.
+To add a language, add
+
+- its module here;
+- its name, table and checks to ``cell.py``: ``Format``, a class of settings, its field and ``missing_for`` in
+  ``RobotCell``; and its limits of flow, speed or start, if its dispenser has any, to ``RobotCell.steady_settings``,
+  ``plan.shape.limits_of`` and ``robot_path.place_path``;
+- its file's name and writer to ``PROGRAMS`` of ``sealtwin/trial/robot_files.py``, a table to
+  ``sealtwin/templates/starter_cell.toml``, and the help of ``--format`` in
+  ``sealtwin/cli/trials.py``;
+- a row to ``docs/how-to/to-the-robot.md``;
+- an independent reader to ``tests/robot_readers.py``, and its cases to ``tests/digitise/robots/``.
+  ``tests/sealtwin/trial/test_robot.py`` writes every format.
 """

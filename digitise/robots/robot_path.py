@@ -89,9 +89,9 @@ class RobotPath:
         flow = flow[flow > 0]
         if flow.max() > flow.min() * (1 + 10 * ROUNDING):
             raise InputError(
-                f"{self.cell_file}: {dispenser} gives one flow or none, but that of the path ranges from "
-                f'{flow.min():.4g} to {flow.max():.4g} mm³/s. Digitise with path.flow = "constant" and either no '
-                f"path.ramp_mm or leads as long as it; or {remedy}."
+                f"{self.cell_file}: {dispenser} gives one flow or none, but the path's flow ranges from "
+                f'{flow.min():.4g} to {flow.max():.4g} mm³/s. Digitise with path.flow = "constant", and remove '
+                f"path.ramp_mm or make path.lead_in_mm and lead_out_mm as long; or {remedy}."
             )
         return float(flow.mean())
 

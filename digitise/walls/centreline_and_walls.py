@@ -88,8 +88,8 @@ def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
     length_px = float(arc_length(path.points_px)[-1])
     if length_px < LIMITS.least_slenderness * path.width_px:
         raise InputError(
-            f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; it needs "
-            f"{LIMITS.least_slenderness:g} times its width in length: give ends_px farther apart."
+            f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; it must be "
+            f"at least {LIMITS.least_slenderness:g} times as long as wide: give ends_px farther apart."
         )
     width_px = max(path.width_px, LEAST_WIDTH_PX)
     patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * LIMITS.reach) * width_px)

@@ -24,8 +24,8 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
     share, places = _narrow(photo, centreline_mm, width_mm, least_px)
     if share > MOST_MISSING:
         raise InputError(
-            f"{photo.file}: {share:.0%} of the crack (at most {MOST_MISSING:.0%}) is too narrow to measure, under "
-            f"{least_px:g} px: {places}; give ends_px of only the wide part, or move the camera closer."
+            f"{photo.file}: {share:.0%} of the crack is narrower than {least_px:g} px, too narrow to measure (at most "
+            f"{MOST_MISSING:.0%} is allowed): {places}; give ends_px of only the wide part, or move the camera closer."
         )
     share, places = _narrow(photo, centreline_mm, width_mm, MIN_WIDTH_PX)
     if share <= WORTH_SAYING:

@@ -261,7 +261,7 @@ class SampleIntake:
             name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
         if (lab / name).exists() and not answered:
             raise InputError(
-                f"{sample.files['photo']}: another sample has the folder {lab / name}; give this one another name "
+                f"{sample.files['photo']}: the folder {lab / name} exists already; give this sample another name "
                 "in the pairing file."
             )
         record = Record(

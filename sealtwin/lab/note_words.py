@@ -153,8 +153,8 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
     """Return ``text`` as a value of the setting that ``meaning`` names.
 
     ``unit`` is the word's unit, such as mm in "depth [mm]", or empty. ``exact`` is True for a number that a workbook
-    stores, and ``behind`` is the unit that its format shows. Raises ValueError if the value is ambiguous or invalid;
-    its text is the end of a sentence that begins with the place.
+    stores, and ``behind`` is the unit in the cell's number format. Raises ValueError if the value is ambiguous or
+    invalid; the message completes a sentence that begins with the place of the value.
     """
     if meaning.own:
         return _read_setting(text, exact=exact)

@@ -60,11 +60,11 @@ class SampleFiles:
 
 
 def place_files(named: Mapping[Piece, FilePlace], decisions: Decisions) -> dict[Piece, FilePlace]:
-    """Return the sample and role of each piece: by the user's decision on it or its whole file, otherwise by its name.
+    """Return the sample and role of each piece. The user's decision on it or its file comes first, then its name.
 
-    A file whose sample has no photo goes to the sample of the photo whose name differs only by words without a number:
-    l08_misure.csv goes to the sample of L08.jpg. It does not if that sample already has a file with the same role, or
-    if several photos fit.
+    If its sample has no photo, a file joins the sample of the photo whose name differs only by words without a number:
+    l08_misure.csv joins the sample of L08.jpg. The file stays separate if several photos fit, or if that sample already
+    has a file with the same role.
     """
     placed: dict[Piece, FilePlace] = {}
     for piece, place in named.items():

@@ -90,7 +90,7 @@ def measured_material(
 
 
 def by_source(parts_pa: Mapping[str, float]) -> str:
-    """Return a sentence with the part of each source in a yield stress's standard uncertainty."""
+    """Return a sentence with the contribution of each source to the standard uncertainty of a yield stress."""
     return (
         f"standard uncertainty in Pa by source: {', '.join(f'{name} {value:.2g}' for name, value in parts_pa.items())}"
     )

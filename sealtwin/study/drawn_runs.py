@@ -42,7 +42,7 @@ def takes_draws(base: Base) -> bool:
         if declared == PARTICLES:
             raise InputError(
                 f'{base.path / "trial.toml"}: uncertainty.differences = "{declared}" cannot be combined with '
-                f'solver.model = "{solver.model}": the model of the level also computes the differences. Leave it out.'
+                f'solver.model = "{solver.model}": that model also computes the differences. Remove differences.'
             )
         return True
     if declared is not None:

@@ -209,7 +209,9 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     for name in (*texts, *written):
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):
-            raise InputError(f"{path}: changed since sealtwin robot wrote it, and not replaced; give another --out.")
+            raise InputError(
+                f"{path}: not written by sealtwin robot, or changed since; it is not replaced. Give another --out."
+            )
     for name in written:
         (target / name).unlink(missing_ok=True)
     return []

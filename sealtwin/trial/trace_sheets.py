@@ -105,7 +105,10 @@ def _of_photo(path: Path, given: Mapping[str, Any]) -> tuple[PhotoInput, Hints]:
 
 
 def _shape(path: Path, given: Mapping[str, Any]) -> tuple[Shape, list[str]]:
-    """Return the shape in ``given``, and its keys that are given as a table. Raises InputError if one is unusable."""
+    """Return the crack's shape in ``given``, and the names of its settings whose value is a table.
+
+    Raises InputError if a value cannot be used.
+    """
     values = {key: given[f"crack.{key}"] for key in Shape.model_fields if f"crack.{key}" in given}
     tables = [key for key, value in values.items() if isinstance(value, list)]
     return checked(Shape, path, {key: value for key, value in values.items() if key not in tables}), tables

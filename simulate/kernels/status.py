@@ -27,8 +27,8 @@ class Particles:
     velocity: wp.array[wp.vec3]
     earlier_velocity: wp.array[wp.vec3]  # Velocity after the last substep but one
     scaled_residual: wp.array[wp.vec3]
-    """Residual over the diagonal in the solve of the viscosity; before the solve, the guess. Zero for a particle at
-    rest."""
+    """Residual divided by the diagonal during the viscosity solve; before the solve, the initial guess. It is 0 for a
+    particle at rest."""
     moved: wp.array[wp.vec3]
     """Displacement so far in this substep. It shares its memory with ``scaled_residual``, which is unused until
     pressure ends. The difference of two float32 positions would have errors of some thousandths of a mm/s in the

@@ -78,7 +78,8 @@ def fill(
 ) -> Filled:
     """Pour along the trajectory, let the bed settle, and return it.
 
-    ``watch`` receives the time and the areas after each step, without the mound that remains at the end.
+    ``watch`` receives the time and the filled area of each section after each step. Only the returned bed includes the
+    mound that remains under the nozzle.
     """
     weight = paste.weight_pa_mm
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE

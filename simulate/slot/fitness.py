@@ -83,8 +83,7 @@ class Fitness:
     held_mm: float = 0.0
     """Step of the level that stones, walls across and necks support, in addition to the sections at their places."""
     dragged: float = 0.0
-    """Length of crack that would drag a liquid as much as stones, walls across and necks do, divided by the length of
-    the crack."""
+    """Drag of stones, walls across and necks, as an equivalent length of crack divided by the crack's length."""
     narrowest_mm: float = 0.0
     """Arc length of the place that adds most drag."""
     goes_on_mm: float | None = None

@@ -28,7 +28,7 @@ class HerschelBulkley:
 
     @property
     def weight_pa_mm(self) -> float:
-        """Pressure under a millimetre of depth."""
+        """Hydrostatic pressure per millimetre of depth."""
         return 1e-3 * self.density_kg_m3 * GRAVITY_M_S2
 
 

@@ -138,7 +138,7 @@ def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
     [
         (lambda table: table[:, 0], "shape"),
         (lambda table: table[:1], "1 stations"),
-        (lambda table: np.vstack([table, table[:1]]), "each position once"),
+        (lambda table: np.vstack([table, table[:1]]), "none of them twice"),
         (lambda table: np.vstack([table, [90, 1, 1, 1]]), "row 3: 90 mm"),
         (lambda table: np.vstack([table, [20, 160, 1, 1]]), "row 3: 160 mm"),
         (lambda table: np.vstack([table, [np.nan, 1, 1, 1]]), "row 3"),

@@ -157,9 +157,9 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
 
 
 def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Floats:
-    """Return the arc length of the place on the main crack nearest to each cell, row by row; -1 outside the crack.
+    """Return the arc length of the nearest point on the main crack for each cell, row by row; -1 outside the crack.
 
-    A cell that is partly between the walls belongs to the main crack: a gap next to a stone may have no other cells.
+    A cell that is partly between the walls counts as main crack, since a gap next to a stone may contain no whole cell.
     """
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
     main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > LEAST_SHARE) & inside.ravel())

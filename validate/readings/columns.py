@@ -236,7 +236,7 @@ class _HeaderReader:
         return sorted([*columns, *unknown], key=lambda column: column.index)
 
     def _check_unknown(self, columns: Sequence[Column], unknown: Sequence[Column]) -> None:
-        """Add a fault for each unknown column, unless a blank column separates it from the table."""
+        """Add a fault for each unknown column. One with a name may be in a table of its own, after a blank column."""
         own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
         head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
         spans = list(blocks([head, *self.body]))

@@ -112,7 +112,7 @@ def take_readings(
     faults.raise_if_any()
     cells = _cells_of(stations, quantity, settings)
     if len(cells.s_mm) < 2 or (np.diff(cells.s_mm) <= 0).any():
-        raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, each position once.")
+        raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, none of them twice.")
     doubts = (
         in_words(doubt, f"{name}, cell {cell_name(doubt.row, doubt.column)}")
         for doubt in unanswered(screened(cells, depth_mm, None), settings)

@@ -195,7 +195,7 @@ def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
 
 
 def _codes(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
-    """Return the cells of nines that are farther from all other readings than these are from each other."""
+    """Return the cells with only nines, such as 999, that are farther from the other readings than their own range."""
     values_mm = cells.readings_mm
     nines = np.array([[NINES.fullmatch(f"{abs(value):.8g}") is not None for value in row] for row in values_mm])
     others_mm = values_mm[~nines & ~np.isnan(values_mm)]

@@ -57,9 +57,10 @@ class Curve:
 
     @classmethod
     def of(cls, x: Floats, error_mm: Floats, s_mm: Floats) -> "Curve":
-        """Return the curve of an error that is linear between the x, with added points at the quarters of each gap.
+        """Return the curve of an error, interpolated linearly between the points ``x``.
 
-        The added points show the arch between two stations. Stations of a scan are too close for a visible arch.
+        If there are few stations, points are added at the quarters of each gap between stations, to resolve the arch
+        over the gap. The closely spaced stations of a scan need no such points.
         """
         parts = [0.0, 0.25, 0.5, 0.75] if len(s_mm) <= FEW_STATIONS else [0.0]
         quarters = (s_mm[:-1, None] + np.diff(s_mm)[:, None] * parts).ravel()

@@ -83,7 +83,7 @@ def level_sentences(
 
 
 def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
-    """Return a comparison whose findings include the time, in words, of the runs that V&V 20 needs."""
+    """Return the comparison with ``extra_runs``, the time of the runs that V&V 20 needs, added to its findings."""
     if not extra_runs:
         return comparison
     timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED}, about {extra_runs}."}

@@ -75,7 +75,7 @@ def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
 
 
 def agreement_table(comparison: Comparison) -> PageTable:
-    """Return the table of the error's figures and of its baselines."""
+    """Return the table of the error's metrics and of the baselines."""
     m, uncertainty = comparison, comparison.uncertainty
     mean_interval = bias_interval = ""
     if uncertainty is not None:

@@ -191,7 +191,7 @@ def test_a_rim_that_overhangs_itself_is_refused():
     """The strip at one side is folded back over the sheet."""
     vertices, faces = sheet(rough_mm=0.0)
     vertices[vertices[:, 0] > 99, 0] -= 30.0
-    with pytest.raises(InputError, match="overhangs itself"):
+    with pytest.raises(InputError, match="overlaps itself"):
         based(vertices, faces, 15.0)
 
 

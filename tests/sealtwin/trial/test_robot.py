@@ -163,7 +163,7 @@ def test_the_files_go_elsewhere_where_asked_and_replace_only_their_own(run, cell
     assert not (run / "robot").exists()
     (out / "path.csv").write_text("mine")
     (out / "notes.txt").write_text("mine")
-    assert "path.csv: changed since sealtwin robot wrote it" in _refusal(
+    assert "path.csv: not written by sealtwin robot, or changed since" in _refusal(
         run, "--cell", cell, "--format", "csv", "--out", out
     )
     assert sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
