@@ -87,8 +87,8 @@ class DrawnLayers:
             raise InputError(
                 f"{self.drawing.file}, layer {name}: the closed line at {self._at(ring)} "
                 + ("is beside" if beside else "crosses")
-                + f" the crack's edge (the closed line at {self._at(largest)}). Lines inside it are stones, and a trial "
-                "has one crack. Put each crack on a layer of its own and give it as --outline."
+                + f" the crack's edge (the closed line at {self._at(largest)}). Lines inside it are stones, and a "
+                "trial has one crack. Put each crack on a layer of its own and give it as --outline."
             )
 
     def way(self, name: str) -> Floats:

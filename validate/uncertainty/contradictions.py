@@ -122,8 +122,8 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
     off = f"{off_mm:+.2f} ± {1.96 * drawn[:, shape, column].std():.2f} mm"
     raise InputError(
         f"{source}: the columns of repeats contradict uncertainty.pass_mm = {pass_mm:g}. Repeat {column + 1} is "
-        f"{WAYS[shape].format(off=off)} (95 % by chance). With this pass_mm, fewer than 1 of 100 sheets would differ so "
-        "much. Remove pass_mm, or set it to the standard deviation of the passes."
+        f"{WAYS[shape].format(off=off)} (95 % by chance). With this pass_mm, fewer than 1 of 100 sheets would differ "
+        "so much. Remove pass_mm, or set it to the standard deviation of the passes."
     )
 
 

@@ -43,7 +43,7 @@ def test_a_narrow_stretch_is_named_with_its_place(photo):
 
 
 def test_a_hairline_over_much_of_the_crack_is_refused_with_its_place(photo):
-    with pytest.raises(InputError, match=r"40% of the crack \(at most 20%\) is too narrow .*: 30 to 50 mm along, from"):
+    with pytest.raises(InputError, match=r"40% of the crack is narrower than 6 px.*: 30 to 50 mm along, from"):
         judge_stretches(photo, *straight((300, 11.0), (200, 3.0)))
 
 

@@ -168,7 +168,8 @@ def test_the_files_go_elsewhere_where_asked_and_replace_only_their_own(run, cell
     )
     assert sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
     (out / "path.txt").write_text("edited")
-    assert "path.txt: changed since" in _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
+    refusal = _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
+    assert "path.txt: not written by sealtwin robot, or changed since" in refusal
     left = {path.name: path.read_text() for path in out.iterdir() if path.name != "robot.json"}
     assert left == {"path.csv": "mine", "notes.txt": "mine", "path.txt": "edited"}
 
