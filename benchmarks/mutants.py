@@ -107,7 +107,7 @@ class Suite:
 
     def tests_of(self, mutant: Mutant) -> list[str]:
         """Names of the tests that run the mutant's line, quickest first; none if the module lacks the place."""
-        line = dict(mutants_of(self.folder, mutant.module)).get(mutant)
+        line = dict(mutants_of(self.folder, mutant.module)).get(mutant, 0)
         lines = self.contexts.contexts_by_lineno(str(self.folder / mutant.module))
         names = {context.split("|")[0] for context in lines.get(line, ())}
         return sorted(names & self.seconds.keys(), key=self.seconds.__getitem__)[:MOST_TESTS]
@@ -183,7 +183,7 @@ def main(
         suite.measure()
     results, names = folder / "mutants.json", [suite.name for suite in suites]
     killed: dict[str, dict[str, bool]] = json.loads(results.read_text()) if results.exists() else {}
-    mutants = drawn(*suites, count, seed or git("rev-parse", "HEAD"))
+    mutants = drawn(suites[0], suites[1], count, seed or git("rev-parse", "HEAD"))
     for number, mutant in enumerate(mutants, 1):
         if mutant.key not in killed:
             with ThreadPoolExecutor() as pool:

@@ -15,10 +15,11 @@ from digitise.outline import outline_along
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.walls.centreline_and_walls import Traced
-from digitise.walls.straightened import Crossings, edge_crossing, rays_across
+from digitise.walls.straightened import Crossing, Crossings, edge_crossing, rays_across
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline
+from sealtwin.core.solid_figures import EndKind
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,8 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
     rays = rays_across(line_mm, mean_mm, crossings)
     left_mm, right_mm = line_mm + half_mm * rays, line_mm - half_mm * rays
     photo = _picture(_region(left_mm, right_mm, face_mm, name), mean_mm, face_mm, name)
-    one, other = ("cut" if crossing is None else "open" for crossing in crossings)
-    traced = Traced(line_mm, left_mm, right_mm, (one, other), (first_mm, last_mm), mean_mm / photo.mm_per_px, 0.0, 0.0)
+    kinds: tuple[EndKind, EndKind] = (_kind(crossings[0]), _kind(crossings[1]))
+    traced = Traced(line_mm, left_mm, right_mm, kinds, (first_mm, last_mm), mean_mm / photo.mm_per_px, 0.0, 0.0)
     return outline_along(photo, CrackPath(photo.to_px(line_mm), traced.width_px, "drawn"), traced, "gauge"), photo
 
 
@@ -94,7 +95,12 @@ def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name
         raise InputError(f"{name}: {fault.wrong}") from None
     if np.linalg.norm(line.centreline_mm[0] - left_mm[0]) > np.linalg.norm(line.centreline_mm[-1] - left_mm[0]):
         line = MouthLine(
-            line.centreline_mm[::-1], line.right_mm[::-1], line.left_mm[::-1], line.ends[::-1], (), line.warnings
+            line.centreline_mm[::-1],
+            line.right_mm[::-1],
+            line.left_mm[::-1],
+            (line.ends[1], line.ends[0]),
+            (),
+            line.warnings,
         )
     width_mm = mouth.area() / arc_length(line.centreline_mm)[-1]
     photo = _picture(mouth, width_mm, face_mm, name)
@@ -138,6 +144,10 @@ def _picture(mouth: CrossSection, width_mm: float, face_mm: Box | None, name: st
         mm_per_px=mm_per_px,
         scale_source="given: lines in mm",
     )
+
+
+def _kind(crossing: Crossing | None) -> EndKind:
+    return "cut" if crossing is None else "open"
 
 
 def _around(mouth: CrossSection) -> Box:

@@ -360,8 +360,8 @@ def import_dxf(
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
     warnings = (*sample.outline.warnings, *drawn.notes, *drawn.not_read())
-    outline = replace(sample.outline, warnings=warnings)
-    return CrackOutline(**content_of(outline), photo=sample.photo, data=data, sha256=sha256_of(file)), sample.solid
+    traced = replace(sample.outline, warnings=warnings)
+    return CrackOutline(**content_of(traced), photo=sample.photo, data=data, sha256=sha256_of(file)), sample.solid
 
 
 def _decoded(given: FilePath | NDArray[np.uint8], name: str) -> "Decoded":

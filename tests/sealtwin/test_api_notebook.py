@@ -1,6 +1,7 @@
 """Python as a notebook uses it: cracks from lines, the fast model in a loop, readings as lists, short descriptions."""
 
 import warnings
+from typing import Any
 
 import ezdxf
 import ezdxf.filemanagement
@@ -10,6 +11,7 @@ from matplotlib import pyplot
 
 import sealtwin as st
 
+untyped: Any = st  # For arguments that a checker would refuse
 LINE_MM = [(0.0, 20.0), (30.0, 22.0), (60.0, 18.0), (80.0, 20.0)]
 PASTE = st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=6.0)
 
@@ -45,7 +47,7 @@ def test_the_fast_model_says_what_it_cannot_show(crack, solid, path):
     with pytest.raises(st.InputError, match="freeze_after_s"):
         st.fill_fast(crack, solid, path, st.Fluid(U=30, D_cm=0.3, freeze_after_s=5))
     with pytest.raises(st.InputError, match=r"fluid is a Solver; give sealtwin\.Fluid"):
-        st.fill_fast(crack, solid, path, st.Solver())
+        untyped.fill_fast(crack, solid, path, untyped.Solver())
 
 
 def test_a_drawing_is_read_as_the_command_reads_it(tmp_path):
@@ -65,7 +67,7 @@ def test_a_drawing_is_read_as_the_command_reads_it(tmp_path):
         ({"line": "MIDDLE", "width_mm": 900}, "width_mm = 900"),
     ):
         with pytest.raises(st.InputError, match=words):
-            st.import_dxf(tmp_path / "crack.dxf", 16, **given)
+            untyped.import_dxf(tmp_path / "crack.dxf", 16, **given)
 
 
 def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid):

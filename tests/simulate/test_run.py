@@ -333,14 +333,18 @@ TILT_DEG = {"flare": 5.5, "undercut": 4.84, "lean": 11.0}
 PROSE = np.array([[0, -16], [20, -4], [30, -4], [40, 1], [80, 1]], dtype=float)
 
 
-@cache
-def trial(tilt: str, preset: str, fluid: Fluid = LIKE_THE_PAPER, **solver: Any) -> tuple[Run, Profile, float]:
+def trial_of(fluid: Fluid, tilt: str, preset: str, **solver: Any) -> tuple[Run, Profile, float]:
     """The paper's injection; the run, its profile and its volume ratio."""
     outline = oblique_slot()
     shape = CrackShape.model_validate({"depth_mm": 16.0, "tilt": tilt, "wall_angle_deg": TILT_DEG[tilt]})
     solid = build_solid(outline, shape)
     run = pour((solid, outline), path(outline, 4.8, trim_mm=10.0), fluid, preset=preset, **solver)
     return run, measure_profile(run, outline, solid), volume_ratio(run, solid)
+
+
+@cache
+def trial(tilt: str, preset: str, **solver: Any) -> tuple[Run, Profile, float]:
+    return trial_of(LIKE_THE_PAPER, tilt, preset, **solver)
 
 
 def bins_mm(profile: Profile) -> np.ndarray:
@@ -396,15 +400,15 @@ def test_a_finer_step_moves_the_bed_by_little():
 def test_particles_of_another_size_and_explicit_passes_make_the_same_bed_and_without_freezing_it_is_flat():
     """The prototype: 0.29 mm apart at R = 0.4 and 0.5; 0.20 mm at U = 1000, D = 0.3 cm; a flat bed within 3 mm."""
     watery = Fluid(viscosity_pa_s=0.0322, D_cm=0.3, density_kg_m3=1000.0, freeze_after_s=2.58)
-    fine, coarse = (bins_mm(trial("flare", "accurate", watery, radius_mm=radius_mm)[1]) for radius_mm in (0.4, 0.5))
+    fine, coarse = (bins_mm(trial_of(watery, "flare", "accurate", radius_mm=radius_mm)[1]) for radius_mm in (0.4, 0.5))
     assert np.abs(fine - coarse).mean() < 0.6
     thick = Fluid(U=1000.0, D_cm=0.3, freeze_after_s=2.58)
     solved, passes = (
-        bins_mm(trial("flare", "accurate", thick, radius_mm=0.6, viscosity_solve=solve)[1])
+        bins_mm(trial_of(thick, "flare", "accurate", radius_mm=0.6, viscosity_solve=solve)[1])
         for solve in ("implicit", "explicit")
     )
     assert np.abs(solved - passes).mean() < 0.4
-    _, flat, _ = trial("flare", "accurate", Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), radius_mm=0.6)
+    _, flat, _ = trial_of(Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), "flare", "accurate", radius_mm=0.6)
     assert np.ptp(bins_mm(flat)) < 3
     assert np.abs(flat.level_mm - np.interp(flat.s_mm, *PROSE.T)).mean() > 3
 
@@ -413,6 +417,6 @@ def test_particles_of_another_size_and_explicit_passes_make_the_same_bed_and_wit
 @pytest.mark.parametrize(("u", "d"), [(1e-2, 1e-4), (1e-2, 3.0), (1e4, 1e-4), (1e4, 3.0), (30.0, 0.03)])
 @pytest.mark.parametrize(("tilt", "preset"), [("flare", "accurate"), ("undercut", "accurate"), ("lean", "paper")])
 def test_no_particle_escapes_from_the_papers_trial(u, d, tilt, preset):
-    run, _, _ = trial(tilt, preset, Fluid(U=u, D_cm=d, freeze_after_s=2.58), radius_mm=0.5)
+    run, _, _ = trial_of(Fluid(U=u, D_cm=d, freeze_after_s=2.58), tilt, preset, radius_mm=0.5)
     assert run.escaped_particles == 0
     assert np.isfinite(run.position_mm).all()

@@ -134,8 +134,8 @@ class First:
 
 def _first_of(evidence: Evidence) -> First:
     shown = first_figure(evidence)
-    scales = (scale_words(shown, layout) for layout in (WIDE, NARROW))
-    return First(shown, *scales, first_caption(evidence), station_rows(evidence))
+    wide, narrow = scale_words(shown, WIDE), scale_words(shown, NARROW)
+    return First(shown, wide, narrow, first_caption(evidence), station_rows(evidence))
 
 
 def _page(evidence: Evidence, data: ReportData, first: First, content: Sequence[Chapter]) -> str:
