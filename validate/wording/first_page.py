@@ -173,7 +173,7 @@ def _places(evidence: Evidence, comparison: Comparison) -> str:
 def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
     labels = []
     if (fill := evidence.run.fast_fill) is not None and fill.unfit:
-        reason = fill.unfit[0].partition("; ")[0].rstrip(".")
+        reason = next(iter(fill.unfit)).partition("; ")[0].rstrip(".")
         labels.append(("Check first:", f"the fast model is UNFIT for this case. {reason}."))
     elif first := faults(evidence):
         more = f" ({len(first) - 1} more below)" if len(first) > 1 else ""
