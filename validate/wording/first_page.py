@@ -173,11 +173,12 @@ def _places(evidence: Evidence, comparison: Comparison) -> str:
 def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
     labels = []
     if (fill := evidence.run.fast_fill) is not None and fill.unfit:
-        reason = next(iter(fill.unfit)).partition("; ")[0].rstrip(".")
+        reason = fill.unfit[0].partition("; ")[0].rstrip(".")
         labels.append(("Check first:", f"the fast model is UNFIT for this case. {reason}."))
-    elif first := faults(evidence):
-        more = f" ({len(first) - 1} more below)" if len(first) > 1 else ""
-        labels.append(("Check first:", f"{first[0].partition('. ')[0].rstrip('.')}{more}."))
+    elif sentences := faults(evidence):
+        first, *others = sentences
+        more = f" ({len(others)} more below)" if others else ""
+        labels.append(("Check first:", f"{first.partition('. ')[0].rstrip('.')}{more}."))
     if kinds := not_measured(evidence):
         labels.append(("Not a validation:", f"{', '.join(kinds)}."))
     return tuple(labels)
