@@ -183,7 +183,7 @@ def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):
     picture = with_crack(mortar(), [(20, 150), (480, 140)], width_px=30)
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
     path = find_path(photo, ((230.0, 145.0), (290.0, 144.0)))
-    with pytest.raises(InputError, match="needs 3 times its width"):
+    with pytest.raises(InputError, match="at least 3 times as long as wide"):
         trace_outline(photo, path)
 
 

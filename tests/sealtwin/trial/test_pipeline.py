@@ -217,7 +217,7 @@ def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied, no_figur
         assert compared["headline"] == ["Edited by hand since (profile.csv): no verdict."]
     page = (copied / "report.html").read_text(encoding="utf-8")
     assert page.index("Edited by hand since (profile.csv): this report") < page.index("Not a validation")
-    assert '<div class="verdict undecided">' in page
+    assert '<header class="first undecided">' in page
 
 
 @pytest.mark.parametrize(
