@@ -38,6 +38,7 @@ WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0)
 NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5)
 HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Shown above the highest level or reading, and below the floor
 LABELLED_MM = 0.5  # Least error at a station that has a number
+NEAR_END = 0.06  # Share of the length at each end in which a label is beside its place
 OBLIQUE = 0.3  # Largest distance of a wall's point along the crack, over that across it, at which it is drawn
 ONE_TO_ONE = 1.05  # Ratio of heights to lengths up to which they are drawn to one scale
 
@@ -183,11 +184,13 @@ class FirstFigure:
         most_mm = max(1.0, 2.0 * float(np.abs(error_mm).max()))
         axes.set_ylim(-most_mm, most_mm)
         for worst in {int(np.argmax(error_mm)), int(np.argmin(error_mm))}:
-            value = float(error_mm[worst])
+            value, along = float(error_mm[worst]), float(s_mm[worst]) / self.outline.length_mm
             if abs(value) >= LABELLED_MM:
+                # Inside the plot, also at its ends.
+                side = "left" if along < NEAR_END else "right" if along > 1 - NEAR_END else "center"
                 axes.annotate(
                     f"{signed(value, 1)} mm", (s_mm[worst], value), (0, 4 if value > 0 else -4),
-                    textcoords="offset points", ha="center", va="bottom" if value > 0 else "top",
+                    textcoords="offset points", ha=side, va="bottom" if value > 0 else "top",
                     fontsize=layout.font_pt, fontweight="bold", color=theme.INK, annotation_clip=False,
                 )  # fmt: skip
         _title(axes, "Error: simulated minus read, mm", "; solid at a reading, above 0 too high", layout)
@@ -218,7 +221,7 @@ class FirstFigure:
                 ha="center", va="bottom" if side > 0 else "top", fontsize=layout.font_pt, annotation_clip=False,
             )  # fmt: skip
         axes.axis("off")
-        _title(axes, "Section across", "", layout)
+        _title(axes, "Section, mean level", "", layout)
 
 
 def _title(axes: Axes, text: str, more: str, layout: FirstLayout) -> None:

@@ -64,7 +64,12 @@ def first_page(evidence: Evidence) -> FirstPage:
     volume = f"{evidence.run.dispensed_volume_mm3 / ML:.1f} ml of sealant"
     size = f"{crack.length_mm:.0f} mm long, {crack.mean_width_mm:.1f} mm wide, {evidence.solid.depth_mm:.3g} mm deep"
     if comparison is not None:
-        tiles = (_mean_error(comparison), _instead(comparison), _volumes(evidence), _role(comparison))
+        tiles = (
+            _mean_error(comparison, fast=evidence.run.fast_fill is not None),
+            _instead(comparison),
+            _volumes(evidence),
+            _role(comparison),
+        )
     elif prediction is not None:
         tiles = (*_predicted(prediction), _volumes(evidence), _no_readings(evidence))
     else:
@@ -87,6 +92,8 @@ def _state(evidence: Evidence) -> str:
         return "✕ Fault: particles went through a wall"
     if comparison is None:
         return "○ Prediction, not read yet" if evidence.prediction is not None else "○ Simulation alone"
+    if evidence.run.fast_fill is not None:
+        return "○ Fast model: no verdict"
     limit = "" if comparison.gate is None else f"{comparison.gate.mean_error_mm:g} mm"
     words = {
         "passed": f"✓ Within its limit of {limit}",
@@ -115,6 +122,8 @@ def _verdict(evidence: Evidence) -> str:
         beyond = f", beyond the limit of {comparison.gate.mean_error_mm:g} mm"
     if not comparison.enough_readings:
         return f"Too few readings for a verdict; at these the simulation is {error} off."
+    if evidence.run.fast_fill is not None:
+        return f"The fast model, which is for screening, is {error} off the readings on average."
     if comparison.role == "held-out":
         return f"Tested: the simulation is {error} off readings that it has not seen{beyond}."
     if comparison.role == "calibrated-on":
@@ -184,14 +193,14 @@ def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
     return tuple(labels)
 
 
-def _mean_error(comparison: Comparison) -> Tile:
+def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:
     parts = []
     if (interval_mm := comparison.interval_95_mm) is not None:
         parts.append("95 % interval by the readings {:.2f} to {:.2f} mm.".format(*interval_mm))
     if (gate := comparison.gate) is not None:
         parts.append(f"Limit {gate.mean_error_mm:g} mm: {gate.reason or 'no reason given'}.")
     else:
-        parts.append("No limit was declared.")
+        parts.append("The fast model gets no verdict." if fast else "No limit was declared.")
     return Tile(title="Mean error", figure=f"{comparison.mean_error_mm:.2f} mm", text=" ".join(parts))
 
 
@@ -200,17 +209,17 @@ def _instead(comparison: Comparison) -> Tile:
     fitted = len(set(comparison.fitted or ())) if comparison.role == "calibrated-on" else 0
     simulation = ErrorBar(name="simulation", error_mm=comparison.mean_error_mm, own=True)
     if not comparison.baselines:
-        return Tile(title="Something simpler instead", figure="none", text="No baseline can be compared.")
+        return Tile(title="Error of something simpler", figure="none", text="No baseline can be compared.")
     equal = max(comparison.baselines, key=lambda one: (one.numbers <= max(fitted, 1), one.numbers))
     bars = [
-        ErrorBar(name=one.name.removeprefix("a "), error_mm=one.mean_error_mm, own=False)
+        ErrorBar(name=one.name.removeprefix("a ").removeprefix("the "), error_mm=one.mean_error_mm, own=False)
         for one in comparison.baselines
     ]
     text = f"Error of {equal.name}."
     if fitted:
         text += f" Of the simulation {counted(fitted, 'setting')} {'was' if fitted == 1 else 'were'} fitted."
     return Tile(
-        title="Something simpler instead",
+        title="Error of something simpler",
         figure=f"{equal.mean_error_mm:.2f} mm",
         text=text,
         bars=tuple(sorted([*bars, simulation], key=lambda bar: -bar.error_mm)),

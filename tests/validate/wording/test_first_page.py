@@ -45,7 +45,7 @@ def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gat
     assert page.state.startswith(state)
     assert verdict in page.verdict
     assert [tile.title for tile in page.tiles] == [
-        *("Mean error", "Something simpler instead", "Where the sealant went", "Fitted or held out?")
+        *("Mean error", "Error of something simpler", "Where the sealant went", "Fitted or held out?")
     ]
     assert page.tiles[0].figure == "0.50 mm"
     assert ("of the joint" in page.tiles[0].text) is (gate_mm is not None)
@@ -98,6 +98,13 @@ def test_faults_and_unmeasured_data_are_named_before_the_figure(plain, tmp_path)
     fast = replace(plain.run, fast_fill=FAST_FILL.model_copy(update={"unfit": ("A mound stays; it is large.",)}))
     unfit = dict(first_page(replace(plain, run=fast, comparison=None, readings=None)).labels)
     assert unfit["Check first:"].startswith("the fast model is UNFIT for this case. A mound stays")
+
+
+def test_the_fast_model_gets_no_verdict_whatever_the_limit(plain):
+    page = first_page(replace(judged(plain), run=replace(plain.run, fast_fill=FAST_FILL)))
+    assert page.state == "○ Fast model: no verdict"
+    assert page.verdict.startswith("The fast model, which is for screening, is 0.50 mm off")
+    assert page.tiles[0].text.endswith("The fast model gets no verdict.")
 
 
 def test_escaped_particles_and_edited_files_leave_no_verdict(plain):
