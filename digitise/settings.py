@@ -41,13 +41,10 @@ DEEPEST_MM = 500.0  # Largest depth, more than any sample's
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a tenth of a millimetre deep is a scratch
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
 MOST_STATIONS = 1000  # Rows of a table along the crack
-MOST_POINTS = 5000  # Points of a line in mm, ten times those of a traced one
 DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, max_length=MOST_STATIONS)]
 Width = Annotated[float, Field(gt=0.005, le=200)]  # Of a crack in mm: no gauge shows less, and no sample is wider
 WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, max_length=MOST_STATIONS)]
-Line = Annotated[tuple[tuple[OnFace, OnFace], ...], Field(min_length=2, max_length=MOST_POINTS)]
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
-Layer = Annotated[str, Field(min_length=1, max_length=255)]  # Name of a layer of a drawing
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each; for more, paint a mask
 CHOICE = "photo.crack = 2"  # Words by which a refusal asks for a choice among cracks
@@ -66,7 +63,8 @@ def by_station(given: float | tuple[tuple[float, float], ...]) -> Floats:
     return np.array(given if isinstance(given, tuple) else [(0.0, given)], dtype=float)
 
 
-def _require_order(name: str, stations_mm: Floats) -> None:
+def require_order(name: str, stations_mm: Floats) -> None:
+    """Raise ValueError unless the stations of a table, its first column, increase."""
     for (before_mm, _), (after_mm, _) in pairwise(stations_mm):
         if after_mm <= before_mm:
             raise ValueError(f"{name}: station {after_mm:g} after {before_mm:g}; list stations by increasing s")
@@ -191,7 +189,7 @@ class PhotoInput(Settings):
             beside = "path_only" if self.path_only else 'branches = "keep"'
             raise ValueError(f"mean_width_mm cannot be combined with {beside}: it widens only a main crack. Give one")
         if self.width_stations_mm is not None:
-            _require_order("width_mm", self.width_stations_mm)
+            require_order("width_mm", self.width_stations_mm)
         return self
 
     @model_validator(mode="after")
@@ -219,76 +217,6 @@ class PhotoInput(Settings):
             raise ValueError(f"ends_px, via_px: ({twice[0]:g}, {twice[1]:g}) is given twice in a row; give it once")
         if self.mask is not None and (self.roi_px is not None or self.via_px or self.walls_px):
             raise ValueError("mask cannot be combined with roi_px, via_px or walls_px: give only ends_px with it")
-        return self
-
-
-class GivenCrack(Settings):
-    """Facts that make lines in mm a crack, in place of a photo."""
-
-    face_mm: tuple[FaceSide, FaceSide] | None = None
-    """Width and height of the sample's face; its lower left corner is the origin. A crack that reaches its edge is open
-    there. Default: the crack is closed at both ends, and the solid has a margin around it."""
-    data: DataKind = "undeclared"
-    """Origin of the numbers. Reports state it unless it is "measured"; only then can a comparison be a validation."""
-
-    @property
-    def box_mm(self) -> tuple[float, float, float, float] | None:
-        """x_min, y_min, x_max, y_max of the face."""
-        return None if self.face_mm is None else (0.0, 0.0, *self.face_mm)
-
-
-class GivenLine(GivenCrack):
-    """A crack given by its centreline."""
-
-    points_mm: Line
-    """Points of the centreline; s is 0 at the first one."""
-    width_mm: OneOrSeveral[Width, WidthTable]
-    """Width of the crack: one number, or a table of [s, width], linear between rows and constant beyond."""
-
-    @property
-    def widths_mm(self) -> Floats:
-        """Arc lengths and widths, (k, 2)."""
-        return by_station(self.width_mm)
-
-    @model_validator(mode="after")
-    def _widths_in_order(self) -> Self:
-        _require_order("width_mm", self.widths_mm)
-        return self
-
-
-class GivenWalls(GivenCrack):
-    """A crack given by its walls."""
-
-    left_mm: Line
-    """Points of the wall on the left, seen along the crack; s is 0 at its first point."""
-    right_mm: Line
-    """Points of the wall on the right, in either direction."""
-
-
-class GivenDrawing(Settings):
-    """A crack drawn in CAD, as an outline, as two walls, or as a line with a width."""
-
-    depth_mm: Depth
-    """Depth of the crack."""
-    outline: Layer | None = None
-    """Layer with the crack's edge as a closed line. Default: OUTLINE, else the walls WALL_LEFT and WALL_RIGHT."""
-    walls: tuple[Layer, Layer] | None = None
-    """Two layers with a wall each, as an open line."""
-    line: Layer | None = None
-    """Layer with the crack's middle as an open line; needs width_mm."""
-    width_mm: Width | None = None
-    """Width of the crack along line."""
-    units: Literal["mm", "cm", "m", "inch", "foot"] | None = None
-    """Unit of the drawing, which replaces the file's own. Required if the file has none."""
-    data: DataKind = "undeclared"
-    """Origin of the drawing. Reports state it unless it is "measured"."""
-
-    @model_validator(mode="after")
-    def _one_way(self) -> Self:
-        if (self.line is None) != (self.width_mm is None):
-            raise ValueError("line and width_mm need each other: a line has no width")
-        if sum(given is not None for given in (self.outline, self.walls, self.line)) > 1:
-            raise ValueError("outline, walls and line are three ways to show the crack; give one")
         return self
 
 
@@ -357,7 +285,7 @@ class CrackShape(Settings):
 
     @model_validator(mode="after")
     def _depths_and_angles_together(self) -> Self:
-        _require_order("depth_mm", self._stations_mm)
+        require_order("depth_mm", self._stations_mm)
         left_deg, right_deg = self.wall_angles_deg
         default = type(self).model_fields["wall_angle_deg"].default
         if self.fill is not None and self.tilt in AGAINST_EACH_OTHER and self.wall_angle_deg != default:

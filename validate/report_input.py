@@ -7,7 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.core.frames import Frame
+from sealtwin.core.records import DataKind, JsonRecord, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.stage_keys import number_words
 from validate.result import Comparison, EarlierTrials, PredictedLevel
 

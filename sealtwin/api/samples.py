@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from digitise.drawing.given import GivenDrawing, GivenLine, GivenWalls
 from digitise.photo import Photo
-from digitise.settings import CrackShape, GivenDrawing, GivenLine, GivenWalls, MeshInput, MeshUnit, PhotoInput, Tilt
+from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
 from sealtwin.api.shared import FilePath, Points, content_of, file_of, settings_from, sha256_of
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import DataKind, Outline, Solid
@@ -270,8 +271,7 @@ def crack_from_polyline(
 
     line_mm = np.array(settings.points_mm)
     outline, photo = outline_of_line(line_mm, settings.widths_mm, settings.box_mm, "crack_from_polyline")
-    digest = sha256_of(np.concatenate([line_mm, settings.widths_mm]))
-    return CrackOutline(**content_of(outline), photo=photo, data=settings.data, sha256=digest)
+    return _drawn(outline, photo, settings.data, np.concatenate([line_mm, settings.widths_mm]))
 
 
 @keywords_of(GivenWalls)
@@ -305,8 +305,7 @@ def crack_from_walls(
 
     walls_mm = np.array(settings.left_mm), np.array(settings.right_mm)
     outline, photo = outline_between(*walls_mm, settings.box_mm, "crack_from_walls")
-    digest = sha256_of(np.concatenate(walls_mm))
-    return CrackOutline(**content_of(outline), photo=photo, data=settings.data, sha256=digest)
+    return _drawn(outline, photo, settings.data, np.concatenate(walls_mm))
 
 
 @keywords_of(GivenDrawing)
@@ -362,6 +361,10 @@ def import_dxf(
     warnings = (*sample.outline.warnings, *drawn.notes, *drawn.not_read())
     traced = replace(sample.outline, warnings=warnings)
     return CrackOutline(**content_of(traced), photo=sample.photo, data=data, sha256=sha256_of(file)), sample.solid
+
+
+def _drawn(outline: Outline, photo: Photo, data: DataKind, given: NDArray[Any]) -> CrackOutline:
+    return CrackOutline(**content_of(outline), photo=photo, data=data, sha256=sha256_of(given))
 
 
 def _decoded(given: FilePath | NDArray[np.uint8], name: str) -> "Decoded":

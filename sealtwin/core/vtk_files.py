@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_bytes, write_bytes, write_text
-from sealtwin.core.records import Frame
+from sealtwin.core.frames import Frame
 
 TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "UInt8": np.dtype("u1")}
 BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'

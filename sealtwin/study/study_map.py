@@ -11,8 +11,9 @@ import numpy as np
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.errors import InputError, NumericalError, present
+from sealtwin.core.frames import Frame
 from sealtwin.core.progress import Progress, in_words
-from sealtwin.core.records import DataKind, Frame, Profile
+from sealtwin.core.records import DataKind, Profile
 from sealtwin.core.run_folder import holding
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.core.vtk_files import read_frame, write_frame

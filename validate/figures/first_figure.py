@@ -9,6 +9,7 @@ from matplotlib.patches import Polygon
 
 from sealtwin.core.records import Floats, Outline, Pixels, Profile, Solid, Trajectory
 from validate.figures import theme
+from validate.figures.particles import cut_rings, plane_at
 from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel
@@ -23,6 +24,7 @@ class FirstLayout:
     left: float  # Room for the labels of the level's axis
     right: float  # Room for notes and the section
     font_pt: float
+    whole_titles: bool  # False without room for the explaining part of a title
     level: tuple[float, float] = (1.9, 2.9)  # Least and largest height of the level
     strip: float = 1.0  # Largest height of the photo
     error: float = 0.85
@@ -34,8 +36,8 @@ class FirstLayout:
         return self.width - self.left - self.right
 
 
-WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0)
-NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5)
+WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0, whole_titles=True)
+NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5, whole_titles=False)
 HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Shown above the highest level or reading, and below the floor
 LABELLED_MM = 0.5  # Least error at a station that has a number
 NEAR_END = 0.06  # Share of the length at each end in which a label is beside its place
@@ -104,12 +106,11 @@ class FirstFigure:
             row.set_xticks(ticks, [f"{tick:.4g}" for tick in np.round(ticks, 1)])
             row.tick_params(labelsize=layout.font_pt)
         rows[-1].set_xlabel("distance along the crack from its start (mm)", fontsize=layout.font_pt)
-        if layout.right > 1 and (mouth_mm := self.solid.figures.mouth_width_mm) is not None:
-            floor_mm = self.solid.figures.floor_width_mm or 0.0
+        if layout.right > 1:
             bottom = total - sum(heights[:2]) - 2 * layout.gap
             box = (layout.width - layout.right + 0.35, bottom, layout.right - 0.45, level)
             section = figure.add_axes(_share(box, layout.width, total))
-            self._draw_section(section, mouth_mm, floor_mm, box[2] / (inch_per_mm * stretch), layout)
+            self._draw_section(section, box[2] / (inch_per_mm * stretch), layout)
         return figure
 
     def _draw_photo(self, axes: Axes, shown_mm: float, half_mm: float, layout: FirstLayout) -> None:
@@ -195,38 +196,27 @@ class FirstFigure:
                 )  # fmt: skip
         _title(axes, "Error: simulated minus read, mm", "; solid at a reading, above 0 too high", layout)
 
-    def _draw_section(self, axes: Axes, mouth_mm: float, floor_mm: float, shown_mm: float, layout: FirstLayout) -> None:
-        """Draw the mean section across the crack to the scale of the level, filled to the mean level."""
-        depth_mm, (low_mm, high_mm) = self.solid.depth_mm, self._ends_mm
-        lean_mm = 0.0
-        if self.solid.tilt == "lean":
-            lean_mm = depth_mm * float(np.tan(np.radians(self.solid.wall_angles_deg[0])))
-        bottom = np.array([-floor_mm / 2, floor_mm / 2]) - lean_mm
-        middle_mm = float(np.mean([bottom.min(), bottom.max(), -mouth_mm / 2, mouth_mm / 2]))
-        walls = np.array([[-mouth_mm / 2, 0.0], [bottom[0], -depth_mm], [bottom[1], -depth_mm], [mouth_mm / 2, 0.0]])
-        half_mm = max(shown_mm / 2, 1.1 * float(np.abs(walls[:, 0] - middle_mm).max()))
-        axes.set_xlim(middle_mm - half_mm, middle_mm + half_mm)
-        axes.set_ylim(low_mm, high_mm)
-        ground = [(middle_mm - half_mm, low_mm), (middle_mm - half_mm, 0), *walls, (middle_mm + half_mm, 0)]
-        axes.add_patch(Polygon([*ground, (middle_mm + half_mm, low_mm)], color=theme.GROUND, linewidth=0))
-        level_mm = min(0.0, float(np.trapezoid(self.profile.level_mm, self.profile.s_mm) / np.ptp(self.profile.s_mm)))
-        share = -level_mm / depth_mm
-        top = walls[[0, 3]] + share * (walls[[1, 2]] - walls[[0, 3]])
-        axes.add_patch(Polygon([top[0], walls[1], walls[2], top[1]], color=theme.SIMULATED, alpha=0.25, linewidth=0))
-        axes.plot(*top.T, color=theme.SIMULATED, linewidth=2.0)
-        axes.plot(*walls.T, color=theme.ON_GROUND, linewidth=1.2)
-        for width_mm, z_mm, side in ((mouth_mm, 0.0, 1), (floor_mm, -depth_mm, -1)):
-            axes.annotate(
-                f"{width_mm:.1f} mm", (middle_mm if side < 0 else 0.0, z_mm), (0, 5 * side), textcoords="offset points",
-                ha="center", va="bottom" if side > 0 else "top", fontsize=layout.font_pt, annotation_clip=False,
-            )  # fmt: skip
+    def _draw_section(self, axes: Axes, shown_mm: float, layout: FirstLayout) -> None:
+        """Draw the section across the middle of the crack to the scale of the level, filled to its level there.
+
+        The view is along the path, so its left is at the left of the picture.
+        """
+        s_mm = self.outline.length_mm / 2
+        level_mm = min(0.0, float(np.interp(s_mm, self.profile.s_mm, self.profile.level_mm)))
+        axes.axhspan(-self.solid.depth_mm, level_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
+        axes.axhline(level_mm, color=theme.SIMULATED, linewidth=2.0)
+        # The solid is drawn over the sealant, which is seen in the cavity alone.
+        for ring in cut_rings(self.solid.vertices_mm, self.solid.faces, *plane_at(self.outline, s_mm)):
+            axes.add_patch(Polygon(ring, facecolor=theme.GROUND, edgecolor=theme.ON_GROUND, linewidth=0.8, zorder=3))
+        axes.set_xlim(-shown_mm / 2, shown_mm / 2)
+        axes.set_ylim(*self._ends_mm)
         axes.axis("off")
-        _title(axes, "Section, mean level", "", layout)
+        _title(axes, f"Section at {s_mm:.0f} mm", "", layout)
 
 
 def _title(axes: Axes, text: str, more: str, layout: FirstLayout) -> None:
-    """Set a title; ``more`` is added where there is room for it."""
-    axes.set_title(text if layout is NARROW else text + more, fontsize=layout.font_pt, pad=4.0)
+    """Set a title; ``more`` is added if there is room for it."""
+    axes.set_title(text + more if layout.whole_titles else text, fontsize=layout.font_pt, pad=4.0)
 
 
 def _tens(length_mm: float) -> Floats:

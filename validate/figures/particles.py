@@ -13,8 +13,9 @@ from matplotlib.patches import Patch, Polygon
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from sealtwin.core.frames import Frame
 from sealtwin.core.mesh_file import load_trimesh
-from sealtwin.core.records import Floats, Frame, Integers, Outline, Solid
+from sealtwin.core.records import Floats, Integers, Outline, Solid
 from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
@@ -146,6 +147,15 @@ def show_from_above(axes: Axes, outline: Outline, solid: Solid, aside_mm: float,
     label_axes(axes, "x (mm)", "y (mm)", title, legend)
 
 
+def plane_at(outline: Outline, s_mm: float) -> tuple[Floats, Floats]:
+    """Return a point of the centreline and the unit vector along it: the plane across the crack there."""
+    foot, tip = (
+        np.array([np.interp(s, outline.s_mm, outline.centreline_mm[:, axis]) for axis in (0, 1)])
+        for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
+    )
+    return foot, (tip - foot) / np.linalg.norm(tip - foot)
+
+
 def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floats) -> list[Floats]:
     """Cut a mesh by the upright plane through ``foot_mm`` across the unit vector ``ahead``.
 
@@ -170,11 +180,7 @@ def draw_across(
     """
     for axes, share in zip(row, SECTIONS_AT, strict=True):
         s_mm = share * outline.length_mm
-        foot, tip = (
-            np.array([np.interp(s, outline.s_mm, outline.centreline_mm[:, axis]) for axis in (0, 1)])
-            for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
-        )
-        ahead = (tip - foot) / np.linalg.norm(tip - foot)
+        foot, ahead = plane_at(outline, s_mm)
         right = np.array([ahead[1], -ahead[0]])
         for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
             axes.add_artist(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))

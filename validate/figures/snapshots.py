@@ -13,7 +13,8 @@ from matplotlib.path import Path as Outlines
 from matplotlib.ticker import MaxNLocator
 
 from sealtwin.core.files import replacing
-from sealtwin.core.records import Floats, Frame, Integers, Outline, ParticleState, Solid, Trajectory
+from sealtwin.core.frames import Frame, ParticleState
+from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
 from validate.figures import particles, theme
 
 MARGIN_MM = 6.0  # Length shown past each end of the crack

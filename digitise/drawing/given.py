@@ -1,0 +1,83 @@
+"""Cracks that are given in mm or drawn in CAD, in place of a photo: what is required of their numbers."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, WidthTable, by_station, require_order
+from sealtwin.core.records import DataKind, Floats
+from sealtwin.core.settings import Settings
+
+MOST_POINTS = 5000  # Points of a line in mm, ten times those of a traced one
+Line = Annotated[tuple[tuple[OnFace, OnFace], ...], Field(min_length=2, max_length=MOST_POINTS)]
+Layer = Annotated[str, Field(min_length=1, max_length=255)]  # Name of a layer of a drawing
+
+
+class GivenCrack(Settings):
+    """Facts that make lines in mm a crack, in place of a photo."""
+
+    face_mm: tuple[FaceSide, FaceSide] | None = None
+    """Width and height of the sample's face; its lower left corner is the origin. A crack that reaches its edge is open
+    there. Default: the crack is closed at both ends, and the solid has a margin around it."""
+    data: DataKind = "undeclared"
+    """Origin of the numbers. Reports state it unless it is "measured"; only then can a comparison be a validation."""
+
+    @property
+    def box_mm(self) -> tuple[float, float, float, float] | None:
+        """x_min, y_min, x_max, y_max of the face."""
+        return None if self.face_mm is None else (0.0, 0.0, *self.face_mm)
+
+
+class GivenLine(GivenCrack):
+    """A crack given by its centreline."""
+
+    points_mm: Line
+    """Points of the centreline; s is 0 at the first one."""
+    width_mm: OneOrSeveral[Width, WidthTable]
+    """Width of the crack: one number, or a table of [s, width], linear between rows and constant beyond."""
+
+    @property
+    def widths_mm(self) -> Floats:
+        """Arc lengths and widths, (k, 2)."""
+        return by_station(self.width_mm)
+
+    @model_validator(mode="after")
+    def _widths_in_order(self) -> Self:
+        require_order("width_mm", self.widths_mm)
+        return self
+
+
+class GivenWalls(GivenCrack):
+    """A crack given by its walls."""
+
+    left_mm: Line
+    """Points of the wall on the left, seen along the crack; s is 0 at its first point."""
+    right_mm: Line
+    """Points of the wall on the right, in either direction."""
+
+
+class GivenDrawing(Settings):
+    """A crack drawn in CAD, as an outline, as two walls, or as a line with a width."""
+
+    depth_mm: Depth
+    """Depth of the crack."""
+    outline: Layer | None = None
+    """Layer with the crack's edge as a closed line. Default: OUTLINE, else the walls WALL_LEFT and WALL_RIGHT."""
+    walls: tuple[Layer, Layer] | None = None
+    """Two layers with a wall each, as an open line."""
+    line: Layer | None = None
+    """Layer with the crack's middle as an open line; needs width_mm."""
+    width_mm: Width | None = None
+    """Width of the crack along line."""
+    units: Literal["mm", "cm", "m", "inch", "foot"] | None = None
+    """Unit of the drawing, which replaces the file's own. Required if the file has none."""
+    data: DataKind = "undeclared"
+    """Origin of the drawing. Reports state it unless it is "measured"."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if (self.line is None) != (self.width_mm is None):
+            raise ValueError("line and width_mm need each other: a line has no width")
+        if sum(given is not None for given in (self.outline, self.walls, self.line)) > 1:
+            raise ValueError("outline, walls and line are three ways to show the crack; give one")
+        return self

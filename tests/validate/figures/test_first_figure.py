@@ -1,0 +1,54 @@
+"""The figure of the first page: one axis along the crack, errors at readings, and a section of the solid itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.patches import Polygon
+
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from tests.evidence import make_evidence
+from validate.figures.first_figure import NARROW, WIDE
+from validate.report.chapters import first_figure
+
+
+@pytest.fixture
+def evidence(tmp_path):
+    return make_evidence(tmp_path)
+
+
+def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readings(evidence):
+    shown = first_figure(evidence)
+    for layout, rows in ((WIDE, 4), (NARROW, 3)):
+        axes = shown.draw(layout).axes
+        assert len(axes) == rows
+        assert {each.get_xlim() for each in axes[:3]} == {(0.0, evidence.outline.length_mm)}
+        bars = [patch for patch in axes[2].patches if hasattr(patch, "get_height")]
+        assert [bar.get_height() for bar in bars] == pytest.approx([0.5] * len(evidence.readings.s_mm))
+        middles = [bar.get_x() + bar.get_width() / 2 for bar in bars]
+        assert middles == pytest.approx(evidence.readings.s_mm)
+    alone = replace(evidence, readings=None, comparison=None)
+    assert len(first_figure(alone).draw(NARROW).axes) == 2
+
+
+def test_heights_are_stretched_only_if_they_would_be_too_small_or_large(evidence):
+    shown = first_figure(evidence)
+    axes = shown.draw(WIDE).axes[1]
+    box, (low, high) = axes.get_position(), axes.get_ylim()
+    width_in, height_in = axes.figure.get_size_inches() * (box.width, box.height)
+    factor = (height_in / (high - low)) / (width_in / evidence.outline.length_mm)
+    assert factor == pytest.approx(shown.stretch(WIDE))
+    assert WIDE.level[0] - 1e-9 <= height_in <= WIDE.level[1] + 1e-9
+
+
+@pytest.mark.parametrize(("lean_to", "side"), [("left", -1), ("right", 1)])
+def test_the_section_leans_as_the_solid_seen_along_the_path(evidence, lean_to, side):
+    """Broken on purpose: a section drawn from the wall's angle alone leaned to the left for both."""
+    shape = CrackShape(depth_mm=10.0, tilt="lean", wall_angle_deg=20.0, lean_to=lean_to)
+    shown = first_figure(replace(evidence, solid=build_solid(evidence.outline, shape)))
+    section = shown.draw(WIDE).axes[-1]
+    ring = max((patch.get_xy() for patch in section.patches if isinstance(patch, Polygon)), key=len)
+    floor = ring[np.isclose(ring[:, 1], -10.0)]
+    assert np.sign(floor[:, 0].mean()) == side
+    assert abs(floor[:, 0].mean()) == pytest.approx(10 * np.tan(np.radians(20)), rel=0.01)
