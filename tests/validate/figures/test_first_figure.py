@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.patches import Polygon
+from matplotlib.patches import Polygon, Rectangle
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
@@ -24,7 +24,7 @@ def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readin
         axes = shown.draw(layout).axes
         assert len(axes) == rows
         assert {each.get_xlim() for each in axes[:3]} == {(0.0, evidence.outline.length_mm)}
-        bars = [patch for patch in axes[2].patches if hasattr(patch, "get_height")]
+        bars = [patch for patch in axes[2].patches if isinstance(patch, Rectangle)]
         assert [bar.get_height() for bar in bars] == pytest.approx([0.5] * len(evidence.readings.s_mm))
         middles = [bar.get_x() + bar.get_width() / 2 for bar in bars]
         assert middles == pytest.approx(evidence.readings.s_mm)
@@ -34,9 +34,10 @@ def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readin
 
 def test_heights_are_stretched_only_if_they_would_be_too_small_or_large(evidence):
     shown = first_figure(evidence)
-    axes = shown.draw(WIDE).axes[1]
+    figure = shown.draw(WIDE)
+    axes = figure.axes[1]
     box, (low, high) = axes.get_position(), axes.get_ylim()
-    width_in, height_in = axes.figure.get_size_inches() * (box.width, box.height)
+    width_in, height_in = figure.get_size_inches() * (box.width, box.height)
     factor = (height_in / (high - low)) / (width_in / evidence.outline.length_mm)
     assert factor == pytest.approx(shown.stretch(WIDE))
     assert WIDE.level[0] - 1e-9 <= height_in <= WIDE.level[1] + 1e-9
