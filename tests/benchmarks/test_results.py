@@ -130,6 +130,23 @@ def test_the_hash_follows_what_a_benchmark_imports(checkout, name, follows):
     assert (code_sha256(root, "benchmarks/solids.py") != before) == follows
 
 
+@pytest.mark.parametrize(
+    ("text", "follows"),
+    [
+        ('"""Other words."""\nx = 1  # why\n', False),
+        ("x = (\n    1\n)\n", False),
+        ("x = 2\n", True),
+        ('x = "1"\n', True),
+    ],
+)
+def test_words_and_layout_of_a_module_are_not_in_the_hash(checkout, text, follows):
+    root = checkout("benchmarks/solids.py")
+    (root / "benchmarks" / "solids.py").write_text('"""Words."""\nx = 1\n')
+    before = code_sha256(root, "benchmarks/solids.py")
+    (root / "benchmarks" / "solids.py").write_text(text)
+    assert (code_sha256(root, "benchmarks/solids.py") != before) == follows
+
+
 def test_data_of_a_benchmarks_own_name_are_its(checkout):
     root = checkout("benchmarks/beads.csv", "benchmarks/slot/20261122/runs.csv")
     before = {name: code_sha256(root, results.COMMANDS[name]) for name in ("beads", "slot")}
