@@ -145,7 +145,6 @@ class FirstFigure:
         profile, readings, comparison = self.profile, self.readings, self.comparison
         low_mm, high_mm = self._ends_mm
         floor_mm = -self.solid.depth_at_mm(profile.s_mm)
-        theme.draw_ground(axes, profile.s_mm, floor_mm, low_mm)
         filled = np.maximum(profile.level_mm, floor_mm)
         axes.fill_between(profile.s_mm, floor_mm, filled, color=theme.SIMULATED, alpha=0.15, linewidth=0)
         axes.axhline(0.0, color=theme.INK, linewidth=1.0)
@@ -156,7 +155,13 @@ class FirstFigure:
             if comparison is not None and comparison.uncertainty is not None:
                 bands = comparison.uncertainty.levels
                 theme.draw_band(
-                    axes, bands.s_mm, readings.level_mm, bands.profile_band_95_mm, theme.MUTED, 0.28, "95 % band of all"
+                    axes,
+                    bands.s_mm,
+                    readings.level_mm,
+                    bands.profile_band_95_mm,
+                    theme.MUTED,
+                    0.28,
+                    "95 %, all at once",
                 )
                 axes.errorbar(
                     bands.s_mm, readings.level_mm, bands.band_95_mm, fmt="none", ecolor=theme.MEASURED, elinewidth=1.1,
@@ -164,6 +169,8 @@ class FirstFigure:
                 )  # fmt: skip
             name = "readings, 95 %" if readings.data == "measured" else f"readings ({readings.data}), 95 %"
             axes.plot(readings.s_mm, readings.level_mm, "o", color=theme.MEASURED, markersize=5, label=name)
+        # Over the bands, since no level is below the floor.
+        theme.draw_ground(axes, profile.s_mm, floor_mm, low_mm)
         kind = "simulated" if prediction is None else "predicted"
         axes.plot(profile.s_mm, profile.level_mm, color=theme.SIMULATED, linewidth=2.0, label=kind)
         axes.set_ylim(low_mm, high_mm)

@@ -64,11 +64,12 @@ def first_page(evidence: Evidence) -> FirstPage:
     volume = f"{evidence.run.dispensed_volume_mm3 / ML:.1f} ml of sealant"
     size = f"{crack.length_mm:.0f} mm long, {crack.mean_width_mm:.1f} mm wide, {evidence.solid.depth_mm:.3g} mm deep"
     if comparison is not None:
+        fast = evidence.run.fast_fill is not None
         tiles = (
-            _mean_error(comparison, fast=evidence.run.fast_fill is not None),
+            _mean_error(comparison, fast=fast),
             _instead(comparison),
             _volumes(evidence),
-            _role(comparison),
+            _tested(comparison, fast=fast),
         )
     elif prediction is not None:
         tiles = (*_predicted(prediction), _volumes(evidence), _no_readings(evidence))
@@ -95,6 +96,8 @@ def _state(evidence: Evidence) -> str:
     if evidence.run.fast_fill is not None:
         return "○ Fast model: no verdict"
     limit = "" if comparison.gate is None else f"{comparison.gate.mean_error_mm:g} mm"
+    if outcome == "passed" and comparison.role == "calibrated-on":
+        return "○ Fitted, not tested"
     words = {
         "passed": f"✓ Within its limit of {limit}",
         "failed": f"✕ Beyond its limit of {limit}",
@@ -205,21 +208,21 @@ def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:
 
 
 def _instead(comparison: Comparison) -> Tile:
-    """The best level without a simulation: of as many numbers as were fitted, or, held out, one that saw no reading."""
+    """Return the best level without a simulation: of as many numbers as were fitted, or, held out, of no reading."""
     fitted = len(set(comparison.fitted or ())) if comparison.role == "calibrated-on" else 0
     simulation = ErrorBar(name="simulation", error_mm=comparison.mean_error_mm, own=True)
     if not comparison.baselines:
-        return Tile(title="Error of something simpler", figure="none", text="No baseline can be compared.")
+        return Tile(title="Without a simulation", figure="none", text="There is no simpler level to compare with.")
     equal = max(comparison.baselines, key=lambda one: (one.numbers <= max(fitted, 1), one.numbers))
     bars = [
         ErrorBar(name=one.name.removeprefix("a ").removeprefix("the "), error_mm=one.mean_error_mm, own=False)
         for one in comparison.baselines
     ]
-    text = f"Error of {equal.name}."
+    text = f"Mean error of {equal.name} in place of the simulation."
     if fitted:
         text += f" Of the simulation {counted(fitted, 'setting')} {'was' if fitted == 1 else 'were'} fitted."
     return Tile(
-        title="Error of something simpler",
+        title="Without a simulation",
         figure=f"{equal.mean_error_mm:.2f} mm",
         text=text,
         bars=tuple(sorted([*bars, simulation], key=lambda bar: -bar.error_mm)),
@@ -231,26 +234,28 @@ def _volumes(evidence: Evidence) -> Tile:
     room_ml = evidence.solid.cavity_volume_mm3 / ML
     spilled = f", {ml['spilled']:.2f} ml ran over the sample's edge" if ml.get("spilled", 0.0) >= 0.005 else ""
     return Tile(
-        title="Where the sealant went",
+        title="Where the sealant goes" if evidence.comparison is None else "Where the sealant went",
         figure=f"{100 * ml['in_crack'] / room_ml:.0f} % full",
         text=f"{ml['in_crack']:.2f} of {ml['dispensed']:.2f} ml are in the crack, which holds {room_ml:.2f} ml; "
         f"{ml['above_face']:.2f} ml are above the face{spilled}.",
     )
 
 
-def _role(comparison: Comparison) -> Tile:
-    title, stations = "Fitted or held out?", counted(comparison.stations_compared, "station")
+def _tested(comparison: Comparison, *, fast: bool) -> Tile:
+    title, readings = "Tested?", f"these readings at {counted(comparison.stations_compared, 'place')}"
     if comparison.role == "held-out":
-        text = f"No setting was fitted to these {stations}."
-        return Tile(title=title, figure="Held out", text=text)
+        figure = "Fast model" if fast else "Yes"
+        return Tile(title=title, figure=figure, text=f"No setting was fitted to {readings}: they were held out.")
     if comparison.role == "calibrated-on":
         if not comparison.fitted:
-            return Tile(title=title, figure="Fitted", text="It is not declared which settings were fitted.")
+            text = "Settings were fitted to these readings; the trial does not name them."
+            return Tile(title=title, figure="No", text=text)
         names = [setting_name(name) for name in dict.fromkeys(comparison.fitted)]
         more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-        text = f"{counted(len(names), 'setting')} to these {stations}: {', '.join(names[:MOST_NAMED])}{more}."
-        return Tile(title=title, figure="Fitted", text=f"{text} The error tests nothing.")
-    text = f"It is not declared whether settings were fitted to these {stations}: write readings.role into the trial."
+        were = "was" if len(names) == 1 else "were"
+        text = f"{counted(len(names), 'setting')} {were} fitted to {readings}: {', '.join(names[:MOST_NAMED])}{more}."
+        return Tile(title=title, figure="No", text=text)
+    text = f"The trial does not state whether settings were fitted to {readings}: set readings.role."
     return Tile(title=title, figure="Not declared", text=text)
 
 
@@ -266,8 +271,8 @@ def _predicted(prediction: PredictedLevel) -> tuple[Tile, Tile]:
         Tile(
             title="How sure at one place",
             figure=f"± {half_mm:.1f} mm",
-            text=f"95 %, median of all places; at most ± {prediction.band_95_mm.max():.1f} mm. Readings add "
-            "their own errors.",
+            text=f"95 %, at half of the places; at most ± {prediction.band_95_mm.max():.1f} mm. The mean of all "
+            "places is surer than one place. Readings add their own errors.",
         ),
     )
 

@@ -32,11 +32,18 @@ def judged(evidence, role="held-out", gate_mm=None, fitted=None):
 @pytest.mark.parametrize(
     ("role", "gate_mm", "fitted", "state", "verdict", "tested"),
     [
-        ("held-out", 2.0, None, "✓ Within its limit of 2 mm", "Tested: the simulation is 0.50 mm off", "Held out"),
-        ("held-out", 0.1, None, "✕ Beyond its limit of 0.1 mm", "beyond the limit of 0.1 mm", "Held out"),
-        ("held-out", None, None, "○ No limit declared", "Tested: ", "Held out"),
-        ("calibrated-on", 2.0, FITTED, "✓ Within", "fits its readings to 0.50 mm on average. Not yet tested", "Fitted"),
-        ("calibrated-on", 0.1, FITTED, "✕ Beyond", "Even fitted to its readings", "Fitted"),
+        ("held-out", 2.0, None, "✓ Within its limit of 2 mm", "Tested: the simulation is 0.50 mm off", "Yes"),
+        ("held-out", 0.1, None, "✕ Beyond its limit of 0.1 mm", "beyond the limit of 0.1 mm", "Yes"),
+        ("held-out", None, None, "○ No limit declared", "Tested: ", "Yes"),
+        (
+            "calibrated-on",
+            2.0,
+            FITTED,
+            "○ Fitted, not tested",
+            "fits its readings to 0.50 mm on average. Not yet tested",
+            "No",
+        ),
+        ("calibrated-on", 0.1, FITTED, "✕ Beyond", "Even fitted to its readings", "No"),
         ("undeclared", None, None, "○ No limit declared", "The simulation is 0.50 mm off the readings", "Not declared"),
     ],
 )
@@ -45,7 +52,7 @@ def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gat
     assert page.state.startswith(state)
     assert verdict in page.verdict
     assert [tile.title for tile in page.tiles] == [
-        *("Mean error", "Error of something simpler", "Where the sealant went", "Fitted or held out?")
+        *("Mean error", "Without a simulation", "Where the sealant went", "Tested?")
     ]
     assert page.tiles[0].figure == "0.50 mm"
     assert ("of the joint" in page.tiles[0].text) is (gate_mm is not None)
@@ -105,6 +112,7 @@ def test_the_fast_model_gets_no_verdict_whatever_the_limit(plain):
     assert page.state == "○ Fast model: no verdict"
     assert page.verdict.startswith("The fast model, which is for screening, is 0.50 mm off")
     assert page.tiles[0].text.endswith("The fast model gets no verdict.")
+    assert page.tiles[3].figure == "Fast model"
 
 
 def test_escaped_particles_and_edited_files_leave_no_verdict(plain):
