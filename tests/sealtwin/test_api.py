@@ -389,6 +389,7 @@ def test_a_fluid_neither_freezes_nor_needs_to_say_so_but_in_a_trial_file(lab, tm
         ("read_readings(READINGS, data='guessed')", "read_readings: data = 'guessed'"),
         ("read_readings(READINGS, unit='cm')", "read_readings: unit"),
         ("read_readings(READINGS + [90, 0, 0], crack, solid)", "readings, row 0: 90.5 mm"),
+        ("read_readings(READINGS, fitted=['fluid.u'])", "read_readings: fitted: fluid.u"),
         ("compare(None, None, None, None, gate_mm=-1)", "compare: gate_mm = -1"),
         ("run_trial('nowhere.toml')", "nowhere.toml"),
         ("sweep('nowhere.toml', {'fluid.U': [1]})", "nowhere.toml"),
