@@ -54,7 +54,7 @@ def _trial(tmp_path, *changes):
             ["via_px: (50, 2) is given twice"],
         ),
         ("mm_per_px = 0.1 ", f"{ENDS}via_px = [[90, 2]]\nmm_per_px = 0.1 ", ["(90, 2) is given twice in a row"]),
-        ('name = "my-trial"', 'name = ""', ["name = ''", "1 character"]),
+        ('name = "my-trial"', 'name = ""', ["name = ''", "empty"]),
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],
 )
