@@ -67,9 +67,9 @@ class Fluid(Settings):
     """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. With any other
     viscosity the default is that the fluid sticks to the walls."""
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
-    """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15 to
-    0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity has
-    acted. With U and without a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
+    """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
+    to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
+    has acted. With U and without a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
     """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n. It is the viscosity at a
     shear rate of 1/s, and replaces viscosity_pa_s if flow_index is not 1."""
