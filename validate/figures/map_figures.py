@@ -103,16 +103,16 @@ def draw_points(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     )
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
     label = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
-    ring = {"markerfacecolor": "none", "markeredgecolor": theme.INK, "linestyle": "none"}
+    ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": theme.INK, "linestyle": "none"}
     axes.plot(*best.at, "o", **ring, markersize=18, markeredgewidth=1.6, label=label)
     letters = {run.number: f"{letter}, " for letter, run in zip(ascii_lowercase, chosen, strict=False)}
     names = [
         (run.at, f"{letters.get(run.number, '')}run {run.number}", f": {run.mean_error_mm:.2f} mm")
         for run in chart.runs
     ]
-    settings = [axis.setting for axis in chart.axes]
-    unranked = [(each.number, [each.settings.get(name) for name in settings]) for each in chart.excluded]
-    unranked = [(number, pair) for number, pair in unranked if all(isinstance(value, int | float) for value in pair)]
+    across, up = (axis.setting for axis in chart.axes)
+    pairs = [(each.number, (each.settings.get(across), each.settings.get(up))) for each in chart.excluded]
+    unranked = [(number, pair) for number, pair in pairs if all(map(_has_place, chart.axes, pair))]
     if unranked:
         axes.plot(*zip(*(pair for _, pair in unranked), strict=True), "s", **ring, markersize=9, label="not ranked")
     names += [(pair, f"run {number}", ": not ranked") for number, pair in unranked]
@@ -126,6 +126,11 @@ def draw_points(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error of each run against the readings")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, fontsize=8.0)
     return figure
+
+
+def _has_place(axis: Axis, value: Any) -> bool:
+    """Return True if a setting of any run, also of one that failed, can be drawn on the axis."""
+    return isinstance(value, int | float) and (value > 0 or not axis.logarithmic)
 
 
 @theme.themed()
