@@ -67,8 +67,9 @@ class Fluid(Settings):
     """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. With any other
     viscosity the default is that the fluid sticks to the walls."""
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
-    """Dynamic viscosity, in place of U. Particles move with the velocity after viscosity has acted. With U and without
-    a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
+    """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
+    to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
+    has acted. With U and without a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
     """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n. It is the viscosity at a
     shear rate of 1/s, and replaces viscosity_pa_s if flow_index is not 1."""
@@ -80,7 +81,8 @@ class Fluid(Settings):
     It converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed of fall. A density
     below 1 would be that of a gas."""
     yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
-    """Yield stress of fresh paste (Bingham). Under a lower stress it does not flow. Cement grouts have 5 to 37 Pa."""
+    """Yield stress of fresh paste (Bingham). Under a lower stress it does not flow. Cement grouts have 5 to 37 Pa
+    (Mohammed et al. 2014, as for viscosity_pa_s)."""
     structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
     """Increase of the yield stress per second as the paste cures. It is the same at rest and in motion."""
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)

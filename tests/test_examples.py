@@ -9,7 +9,7 @@ import pytest
 from tests.places import ROOT
 
 EXAMPLES = {path.stem.removeprefix("plot_"): path for path in sorted((ROOT / "examples").glob("plot_*.py"))}
-QUICK = {"lines_and_fast_model", "readings_only", "robot_program"}
+QUICK = {"in_a_notebook", "lines_and_fast_model", "readings_only", "robot_program"}
 MOST_LINES = 60
 
 
@@ -27,7 +27,7 @@ def test_an_example_runs_in_any_folder_and_leaves_nothing_there(tmp_path, name):
 
 
 def test_examples_are_short_pages_of_a_gallery():
-    assert len(EXAMPLES) == 9
+    assert len(EXAMPLES) == 10
     for path in EXAMPLES.values():
         lines = path.read_text(encoding="utf-8").splitlines()
         assert len(lines) <= MOST_LINES, path.name

@@ -1,7 +1,8 @@
 """Readings along the crack, their comparison with a simulated level, and a plot of both."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import InstanceOf
 
+from sealtwin.api.readings_words import Given, for_python
 from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
 from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, sha256_of, warn
@@ -117,18 +119,34 @@ def read_readings(
     if isinstance(readings, str | PathLike):
         if named:
             raise InputError('read_readings: columns of a file is a table, such as {"s": "A", "levels": ["B:D"]}.')
-        profile, digest = read_readings(file, settings, length_mm, depth_mm), sha256_of(file)
+        given_as, digest = "file", sha256_of(file)
+        with _in_words_of_python(given_as):
+            profile = read_readings(file, settings, length_mm, depth_mm)
     elif named:
+        given_as = "named rows"
         profile, digest = _read_rows(readings, list(columns or ()), settings, length_mm, depth_mm)
     else:
+        given_as = "array"
         if useless := [name for name in OF_A_FILE if given[name] is not None]:
             raise InputError(
                 f"read_readings: {useless[0]} is about the format of a file, and an array has none. Omit it."
             )
         numbers = _as_numbers(readings)
         profile, digest = take_readings(numbers, settings, length_mm, depth_mm), sha256_of(numbers)
+    profile = replace(profile, doubts=tuple(for_python(doubt, given_as) for doubt in profile.doubts))
     warn(profile.doubts)
     return LevelReadings(**content_of(profile), settings=settings, sha256=digest)
+
+
+@contextmanager
+def _in_words_of_python(given: Given) -> Iterator[None]:
+    """Reword the faults of a sheet that are raised inside."""
+    from validate.readings.sheet import SheetFaults
+
+    try:
+        yield
+    except SheetFaults as fault:
+        raise InputError(for_python(str(fault), given)) from None
 
 
 def _as_numbers(rows: Any) -> NDArray[np.float64]:
@@ -155,12 +173,14 @@ def _read_rows(
         with file.open("w", encoding="utf-8", newline="") as sheet:
             writer = csv.writer(sheet, delimiter=";")
             writer.writerows([["" if _is_missing(cell) else cell for cell in row] for row in table])
+        declared = settings.model_copy(update={"file": file, "separator": "semicolon", "decimal": "point"})
         try:
-            declared = settings.model_copy(update={"file": file, "separator": "semicolon", "decimal": "point"})
-            profile = read_readings(file, declared, length_mm, depth_mm)
+            with _in_words_of_python("named rows"):
+                profile = read_readings(file, declared, length_mm, depth_mm)
         except InputError as fault:
             raise InputError(str(fault).replace(str(file), "readings")) from None
-        return replace(profile, source="readings"), sha256_of(file)
+        doubts = tuple(doubt.replace(str(file), "readings") for doubt in profile.doubts)
+        return replace(profile, source="readings", doubts=doubts), sha256_of(file)
 
 
 def _is_missing(cell: Any) -> bool:

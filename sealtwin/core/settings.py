@@ -77,8 +77,28 @@ MOST_FAULTS = 8
 """Largest number of faults that are reported at once."""
 LONGEST_VALUE = 60
 """Largest number of characters of a faulty value that are shown."""
-BRANCH = r"float|int|str|one|several|literal\[.*|constrained-.*"
+BRANCH = r"float|int|str|one|several|(literal|tuple)\[.*|constrained-.*"
 """Names of a union's branches: those that pydantic gives, and the tags of settings that take one number or several."""
+REASONS = {
+    "missing": "should have more values",  # A list, as one of several kinds of a setting
+    "too_short": "give at least {min_length} values, not {actual_length}",
+    "too_long": "give at most {max_length} values, not {actual_length}",
+    "string_too_short": "should not be empty",
+    "string_too_long": "should have at most {max_length} letters",
+    "string_pattern_mismatch": "must be one line of text, not blank and without control characters",
+    "string_type": "should be text",
+    "int_type": "should be a whole number",
+    "int_from_float": "should be a whole number",
+    "float_type": "should be a number",
+    "bool_type": "should be true or false",
+    "less_than_equal": "should be at most {le:.15g}",
+    "greater_than_equal": "should be at least {ge:.15g}",
+    "less_than": "should be less than {lt:.15g}",
+    "greater_than": "should be greater than {gt:.15g}",
+    **dict.fromkeys(("tuple_type", "list_type"), "should be a list"),
+    **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "should be a table"),
+}
+"""Words for pydantic's types of errors, with the names of their figures. Its other messages are shown as they are."""
 
 
 def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> Table:
@@ -179,9 +199,9 @@ def _fault(kind: type[Settings], where: str, errors: list[ErrorDetails]) -> str:
 
 
 def _reason(error: ErrorDetails) -> str:
-    if error["type"] == "string_pattern_mismatch":
-        return "must be one line of text, not blank and without control characters"
-    return error["msg"].removeprefix("Value error, ").removeprefix("Input ").replace(" after validation", "")
+    if (words := REASONS.get(error["type"])) is not None:
+        return words.format(**error.get("ctx", {}))
+    return error["msg"].removeprefix("Value error, ").removeprefix("Input ")
 
 
 def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[str]:

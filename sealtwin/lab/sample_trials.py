@@ -321,13 +321,11 @@ def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> No
 
 def _fluid(settings: Set[str]) -> dict[str, Any]:
     """Return the fluid's settings as in 'sealtwin init', without those that are given or that a given one excludes."""
-    fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
-    if "fluid.viscosity_pa_s" in settings:
-        # Without D_cm too, since the drag of the walls then follows from the viscosity.
-        del fluid["fluid.U"], fluid["fluid.D_cm"]
+    given = {key: 0 for key in settings if key.startswith("fluid.")}
+    remaining = with_settings({"fluid": STARTER["fluid"]}, given)["fluid"]
     if "fluid.freeze_after_s" in settings:
-        del fluid["fluid.yield_stress_pa"]
-    return {key: value for key, value in fluid.items() if key not in settings}
+        remaining.pop("yield_stress_pa", None)
+    return {f"fluid.{key}": value for key, value in remaining.items() if f"fluid.{key}" not in settings}
 
 
 def rest_of(outcome: SampleOutcome) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,10 +43,15 @@ LISTED = (
 )  # Figures of a comparison in compare.json
 NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no result
 OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change comparison.json alone
+WITHOUT_EFFECT = ("gate.", "uncertainty.")  # Tables of a trial that change neither a level nor its error
 
 
-def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], FigureSheet]:
+def compare_runs(
+    folders: Sequence[Path], out: Path, *, all_settings: bool = False
+) -> tuple[dict[str, Any], FigureSheet]:
     """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
+
+    The page has settings that change neither a level nor its error only if ``all_settings`` is True.
 
     Raises InputError if a folder is not a finished run or is named twice, if its settings or files were changed after
     its results were written, or if there are too many folders.
@@ -67,7 +72,8 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
     others = other_versions(*(job.folder for job in jobs))
     warned = sentences_of_runs({number: side.fluid_warnings for number, side in enumerate(sides, start=1)}, len(sides))
     unused = sentences_of_runs({number: _unused(side) for number, side in enumerate(sides, start=1)}, len(sides))
-    sheet = compare_sheet(sides, [*others, *warned, *unused])
+    rows = differing(sides, all_settings=all_settings)
+    sheet = compare_sheet(sides, [*others, *warned, *unused], rows)
     written = write_sheet_of_figures(out, PAGE, sheet)
     content = {
         "version": 1,
@@ -86,7 +92,9 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
             }
             for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True))
         ],
-        "differing": differing(sides),
+        "differing": rows.shown,
+        "differing_without_effect": rows.left_out,
+        "not_listed": rows.words,
         "replicates": replicate_words(sides),
         "other_versions": others,
         "fluid_warnings": warned,
@@ -144,9 +152,11 @@ def _side(job: Job, name: str) -> Side:
         volume_ratio = run.volume_ratio
     stages = STAGES if readings is not None else STAGES[:-1]
     numbers = {f"stage_number.{stage}": job.folder.numbers_of(stage).get(stage, UNNUMBERED) for stage in stages}
+    settings = _flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS)))
     return Side(
         name=name,
-        settings=_flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS))) | numbers,
+        settings=settings | numbers,
+        without_effect=frozenset(_without_effect(job.trial, run, settings)),
         profile=record_files.read_profile(job.path),
         readings=readings,
         comparison=None if readings is None else read_comparison(job.path),
@@ -157,6 +167,18 @@ def _side(job: Job, name: str) -> Side:
         fluid_warnings=run_warnings(run, volume_ratio),
         edited=[file for stage in STAGES for file in job.folder.edited(stage)],
     )
+
+
+def _without_effect(trial: Trial, run: record_files.Simulation, settings: Iterable[str]) -> Iterator[str]:
+    """Yield the settings that change neither the level nor its error."""
+    # The fit of a weighed fill depends on two of the uncertainties, and the fast model on few settings of the solver.
+    fitted = {f"uncertainty.{name}" for name in stage_settings(trial, "digitise").get("known", ())}
+    solver = {f"solver.{name}" for name in run.settings.get("solver", {})}
+    for name in settings:
+        if (name.startswith(WITHOUT_EFFECT) and name not in fitted) or (
+            name.startswith("solver.") and ".".join(name.split(".")[:2]) not in solver
+        ):
+            yield name
 
 
 def _flat(content: dict[str, Any], before: str = "") -> dict[str, Any]:

@@ -1,6 +1,10 @@
 """Python as a notebook uses it: cracks from lines, the fast model in a loop, readings as lists, short descriptions."""
 
+import ast
+import re
+import tempfile
 import warnings
+from pathlib import Path
 from typing import Any
 
 import ezdxf
@@ -10,6 +14,8 @@ import pytest
 from matplotlib import pyplot
 
 import sealtwin as st
+from sealtwin.api.readings_words import PHRASES, for_python
+from validate.readings import read_readings
 
 untyped: Any = st  # For arguments that a checker would refuse
 LINE_MM = [(0.0, 20.0), (30.0, 22.0), (60.0, 18.0), (80.0, 20.0)]
@@ -86,6 +92,50 @@ def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid)
     ):
         with pytest.raises(st.InputError, match=words):
             st.read_readings(rows, crack, solid, columns=columns)
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns", "words"),
+    [
+        ([[10, 4], [30, 4]], ["s_mm", "reading"], 'Set it: unit = "mm".'),
+        ([[10, 4], [30, 4]], ["s_mm", "reading"], 'Set quantity = "level" (upward) or "depth" (downward).'),
+        ([[10, 4], [30, 4]], ["s_mm", "foo"], 'Name them as a sheet does, such as "s_mm"'),
+        ([[10, "x"], [30, 4]], ["s_mm", "depth_mm"], "use None."),
+        ([[10, 4, 10, 4], [30, 4, 20, 3]], ["s_mm", "depth_mm"] * 2, "Give only the columns of one."),
+        ([[10, -9], [30, 9], [50, 9]], ["s_mm", "level_mm"], 'or answer as_written = ["sign"].'),
+        ([[10, -9], [30, 9], [50, 9]], None, 'Set quantity: "level" counts upward'),
+        ("s_mm,foo\n10,4\n30,4\n", None, 'columns={"s": "A", "levels": ["B", "C"]}.'),
+        ("s_mm,level_mm,s_mm,level_mm\n1,-2,3,-2\n4,-5,6,-3\n", None, 'columns={"range": "A:B"}.'),
+    ],
+)
+def test_what_is_wrong_with_readings_is_told_by_keywords(tmp_path, rows, columns, words):
+    """Of lists it named the trial's [readings] and a pairing.csv, and a file in a scratch folder."""
+    if isinstance(rows, str):
+        (tmp_path / "sheet.csv").write_text(rows, encoding="utf-8")
+        rows = tmp_path / "sheet.csv"
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            text = "\n".join(st.read_readings(rows, columns=columns).doubts)
+        except st.InputError as fault:
+            text = str(fault)
+    assert words in text
+    assert all(str(one.message) in text for one in caught)
+    assert not re.search(r"pairing|\[readings|lab\.toml|trial", text)
+    assert isinstance(rows, Path) or tempfile.gettempdir() not in text
+
+
+@pytest.mark.parametrize("given", PHRASES)
+def test_no_message_of_a_sheet_keeps_the_words_of_a_trial(given):
+    """Every literal of the package that reads sheets, so that a new message cannot be forgotten."""
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in Path(read_readings.__file__).parent.glob("*.py")]
+    texts = [node.value for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+    texts = [text for text in texts if isinstance(text, str) and re.search(r"\[readings|, or in pairing", text)]
+    assert len(texts) > 10
+    kept = [text for text in (for_python(text, given) for text in texts) if re.search(r"\[readings\]|or in pai", text)]
+    # Of numbers without a header there is nothing to say about columns.
+    kept += [text for text in texts if given != "array" and "[readings.columns]" in for_python(text, given)]
+    assert kept == []
 
 
 def test_columns_of_a_file_are_its_table(tmp_path, crack, solid):

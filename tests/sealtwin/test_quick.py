@@ -53,7 +53,8 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     again = CliRunner().invoke(app, ["run", str(out / "trial.toml"), "--out", str(out / "run"), "--device", "cpu"])
     assert "nothing to redo" in again.stderr
     written = out / "trial.toml"
-    written.write_text(edited := text.replace("U = 30.0", "U = 20.0"))
+    written.write_text(edited := text.replace("viscosity_pa_s = 0.3", "viscosity_pa_s = 0.2"))
+    assert edited != text
     refused = _quick(lab)
     assert refused.exit_code == 3
     assert "edited by you, and not overwritten" in refused.stderr

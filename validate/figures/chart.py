@@ -14,7 +14,7 @@ from validate.comparison import Baseline, ErrorFigures
 from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
 from validate.metrics.curve_distances import error_figures, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
-from validate.units import counted, words
+from validate.units import counted, percent, words
 
 DECADES = 100.0  # Least ratio of the largest to the smallest value of a logarithmic axis: two decades
 LEVELS = 16  # Largest number of values of a setting that are drawn as a line each
@@ -29,6 +29,11 @@ REPEATED = "seed"  # Setting in which replicates differ; it is never an axis
 NAMED = 8  # Most runs that a sentence names
 UNFIT = "the fast model is unfit for it."
 VOLUME_OFF = "its volume is off by over 5 %."
+OF_SEVERAL = {UNFIT: "the fast model is unfit for them.", VOLUME_OFF: "their volumes are off by over 5 %."}
+"""Reasons in words for several runs."""
+LEAST_VALUES, LEAST_RUNS, LEAST_SHARE = 4, 16, 2 / 3
+"""Least values of each setting, least runs, and least share of the map between the runs for a surface. On a grid these
+are 4 by 4 runs; 30 random runs enclose about 0.7 of the map. A surface between fewer runs is a guess of its maker."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +127,14 @@ class Excluded:
     settings: Mapping[str, Any]
     reason: str
     volume_ratio: float | None = None  # Volume of the settled sealant over the dispensed volume; None without a result
+
+    @property
+    def words(self) -> str:
+        """Reason for this run alone, with the error of its volume if that is the reason."""
+        if self.reason != VOLUME_OFF or self.volume_ratio is None:
+            return self.reason
+        too = "large" if self.volume_ratio > 1 else "small"
+        return f"its volume is {percent(abs(self.volume_ratio - 1), 1)} too {too}."
 
 
 @dataclass(frozen=True)
@@ -229,6 +242,18 @@ class Chart:
         """Places of the runs on the map, from 0 to 1 along each axis, (n, 2)."""
         return _places(self.runs, self.axes)
 
+    @property
+    def has_surface(self) -> bool:
+        """True if the runs are enough for a surface between them."""
+        from scipy.spatial import ConvexHull
+
+        return (
+            len(self.runs) >= LEAST_RUNS
+            and min(len(set(along)) for along in self.places.T) >= LEAST_VALUES
+            # The area, since the hull is in the plane.
+            and ConvexHull(self.places).volume >= LEAST_SHARE
+        )
+
     def said(self, run: HeldRun) -> str:
         """Return the two settings of a run, for a sentence."""
         return ", ".join(axis.said(value) for axis, value in zip(self.axes, run.at, strict=True))
@@ -272,16 +297,22 @@ class Chart:
         total = len(self.runs) + len(self.excluded) + (self.replicates.runs if self.replicates else 0)
         if not self.excluded:
             return f"All {total} runs of the study are ranked."
-        runs: dict[str, list[str]] = {}
+        runs: dict[str, list[Excluded]] = {}
         for each in self.excluded:
-            runs.setdefault(each.reason, []).append(str(each.number))
-        reasons = " ".join(f"{_named(numbers)}: {reason}" for reason, numbers in runs.items())
-        are = "is" if len(self.excluded) == 1 else "are"
-        return f"{len(self.excluded)} of {total} runs {are} not ranked. {reasons}"
+            runs.setdefault(each.reason, []).append(each)
+        if len(self.excluded) == 1:
+            (each,) = self.excluded
+            return f"Run {each.number} is not ranked: {each.words}"
+        reasons = " ".join(
+            f"{_named(alike)}: {alike[0].words if len(alike) == 1 else OF_SEVERAL.get(reason, reason)}"
+            for reason, alike in runs.items()
+        )
+        return f"{len(self.excluded)} of {total} runs are not ranked. {reasons}"
 
 
-def _named(numbers: Sequence[str]) -> str:
+def _named(runs: Sequence[Excluded]) -> str:
     """Return the numbers of the first runs in words. The table of runs that are not ranked has all numbers."""
+    numbers = [str(run.number) for run in runs]
     if len(numbers) == 1:
         return f"Run {numbers[0]}"
     more = f" and {len(numbers) - NAMED} others" if len(numbers) > NAMED else ""

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from validate.figures import theme
 from validate.figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
 from validate.figures.side_by_side import (
+    DifferingSettings,
     Side,
     differing,
     first_with_readings,
@@ -48,11 +49,16 @@ LEGEND_COLUMNS = 10  # Most two-digit labels, with their strokes, side by side
 Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and format of a value on the page
 
 
-def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> FigureSheet:
-    """Return the page that compares ``sides``. ``cautions`` come before the cautions on the runs."""
+def compare_sheet(
+    sides: Sequence[Side], cautions: Sequence[str] = (), settings: DifferingSettings | None = None
+) -> FigureSheet:
+    """Return the page that compares ``sides``. ``cautions`` come before the cautions on the runs.
+
+    Its table has ``settings``; default: those that differ and change a level or its error.
+    """
     compared = [side for side in sides if side.comparison is not None]
-    best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), differing(sides)
-    key_figures = [("settings that differ", str(len(settings)))]
+    best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), settings or differing(sides)
+    key_figures = [("settings that differ", str(len(settings.shown)))]
     if best is not None and (nearest_one := sides[best].comparison) is not None:
         off = f"{nearest_one.mean_error_mm:.2f} mm off"
         finding = f"Nearest is run {best + 1}, {sides[best].name}, {off} on average. {beside_baselines(nearest_one)}"
@@ -63,13 +69,14 @@ def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Figure
         finding = "No run with readings is ranked, so there is no nearest run."
     if held_out_mm is not None:
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
-    no_setting = [] if settings else ["No setting differs."]
-    values: list[Row] = [(name, each, setting_words) for name, each in settings.items()]
+    no_setting = "" if settings.shown else "No setting that changes a level or its error differs."
+    about_settings = [words for words in (no_setting, settings.words) if words]
+    values: list[Row] = [(name, each, setting_words) for name, each in settings.shown.items()]
     caption = "Signed error of every run that has readings, by its number."
     errors = Plot("errors", caption, lambda: draw_errors_of_runs(sides))
     parts = [
         SheetSection("Runs", [], [_names(sides)]),
-        SheetSection("Settings that differ", no_setting, [_by_run(sides, "settings", "setting", values)]),
+        SheetSection("Settings that differ", about_settings, [_by_run(sides, "settings", "setting", values)]),
         SheetSection("Levels", [], [_levels(sides), *([errors] if compared else [])]),
         SheetSection("Figures", [], [_by_run(sides, "figures", "figure", _figures(sides))]),
     ]

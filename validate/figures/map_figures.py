@@ -29,6 +29,7 @@ CELLS = 240  # Number of the map's cells along each axis, finer than a page show
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
 """Viridis without its ends: one is invisible on a dark page, the other on a light one."""
 HALO = [withStroke(linewidth=2.5, foreground=theme.INK)]  # Dark edge of white marks on the map
+MOST_LABELS = 15  # Most runs with number and error beside their point; others have the number alone
 STEPS = 12  # Number of equal steps of the number of moving particles
 FEWEST = 3  # Least number of frames in a step, and of steps with a median for a straight line
 
@@ -87,6 +88,49 @@ def draw_influence(chart: Chart, of: int) -> Figure:
     axes.set_ylim(0, None)
     theme.label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
     return figure
+
+
+@theme.themed()
+def draw_points(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
+    """Draw each run as a point in the colour of its mean error, with its number and error, and no surface between.
+
+    Runs that are not ranked are empty squares. ``chosen`` runs have their letters.
+    """
+    figure, axes = wide_axes(5.0)
+    at, best = np.array([run.at for run in chart.runs]), chart.best
+    drawn = axes.scatter(
+        *at.T, c=chart.errors_mm, cmap=LINE_COLOURS, s=130, edgecolors=theme.INK, label="a run", zorder=3
+    )
+    figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
+    label = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
+    ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": theme.INK, "linestyle": "none"}
+    axes.plot(*best.at, "o", **ring, markersize=18, markeredgewidth=1.6, label=label)
+    letters = {run.number: f"{letter}, " for letter, run in zip(ascii_lowercase, chosen, strict=False)}
+    names = [
+        (run.at, f"{letters.get(run.number, '')}run {run.number}", f": {run.mean_error_mm:.2f} mm")
+        for run in chart.runs
+    ]
+    across, up = (axis.setting for axis in chart.axes)
+    pairs = [(each.number, (each.settings.get(across), each.settings.get(up))) for each in chart.excluded]
+    unranked = [(number, pair) for number, pair in pairs if all(map(_has_place, chart.axes, pair))]
+    if unranked:
+        axes.plot(*zip(*(pair for _, pair in unranked), strict=True), "s", **ring, markersize=9, label="not ranked")
+    names += [(pair, f"run {number}", ": not ranked") for number, pair in unranked]
+    for pair, name, result in names:
+        text = f"{name}{result}" if len(names) <= MOST_LABELS else name.replace("run ", "")
+        axes.annotate(text, pair, (0, 13), textcoords="offset points", ha="center", fontsize=8.0)
+    scale_axis(axes, "x", chart.axes[0])
+    scale_axis(axes, "y", chart.axes[1])
+    # Space for labels at the edges.
+    axes.margins(0.14, 0.16)
+    theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error of each run against the readings")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, fontsize=8.0)
+    return figure
+
+
+def _has_place(axis: Axis, value: Any) -> bool:
+    """Return True if a setting of any run, also of one that failed, can be drawn on the axis."""
+    return isinstance(value, int | float) and (value > 0 or not axis.logarithmic)
 
 
 @theme.themed()

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from validate.figures import map_figures
-from validate.figures.chart import Chart
+from validate.figures.chart import LEAST_RUNS, LEAST_VALUES, Chart
 from validate.figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
 from validate.figures.side_by_side import setting_words
 from validate.units import percent, signed
@@ -98,6 +98,15 @@ def _levels(chart: Chart) -> SheetSection:
 
 def _map(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
     first, second = chart.axes
+    plots = [_surface(chart, fills) if chart.has_surface else _points(chart, fills)]
+    if fills:
+        caption = "The lettered runs at their end, particles by age, with the level measured from them."
+        plots.append(Plot("thumbnails", caption, lambda: map_figures.draw_thumbnails(fills)))
+    return SheetSection(f"Error over {first.name} and {second.name}", [chart.flatness], plots)
+
+
+def _surface(chart: Chart, fills: Sequence[map_figures.Fill]) -> Plot:
+    first, second = chart.axes
     across, up, error_mm = (values[..., ::8] for values in map_figures.heat(chart))
     cells = [
         [float(x), float(y), None if np.isnan(error) else float(error)]
@@ -107,11 +116,20 @@ def _map(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
     caption = "Mean error between the runs, which are crosses, by linear interpolation, as in the paper's Fig. 8"
     caption += "; letters name the runs that are drawn below." if fills else "."
     numbers = Numbers([first.setting, second.setting, "mean_error_mm"], cells)
-    plots = [Plot("heat", caption, lambda: map_figures.draw_heat(chart, [fill.run for fill in fills]), numbers)]
-    if fills:
-        caption = "The lettered runs at their end, particles by age, with the level measured from them."
-        plots.append(Plot("thumbnails", caption, lambda: map_figures.draw_thumbnails(fills)))
-    return SheetSection(f"Error over {first.name} and {second.name}", [chart.flatness], plots)
+    return Plot("heat", caption, lambda: map_figures.draw_heat(chart, [fill.run for fill in fills]), numbers)
+
+
+def _points(chart: Chart, fills: Sequence[map_figures.Fill]) -> Plot:
+    first, second = chart.axes
+    caption = "Mean error of each run, with its number"
+    caption += " and the letter of its drawing below. " if fills else ". "
+    caption += (
+        f"There is no surface between these runs: that takes {LEAST_RUNS} or more ranked runs, with {LEAST_VALUES} or "
+        "more values of each setting, that enclose two thirds of the map."
+    )
+    cells = [[*run.at, run.number, run.mean_error_mm] for run in chart.runs]
+    numbers = Numbers([first.setting, second.setting, "run", "mean_error_mm"], cells)
+    return Plot("points", caption, lambda: map_figures.draw_points(chart, [fill.run for fill in fills]), numbers)
 
 
 def _influences(chart: Chart) -> SheetSection:

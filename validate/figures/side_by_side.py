@@ -1,5 +1,6 @@
 """Comparison of finished runs: settings that differ, the nearest run, shared readings, replicates."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,7 @@ from sealtwin.core.records import Profile
 from validate.metrics.curve_distances import Difference, level_difference
 from validate.metrics.verdict import SOUND, kept_volume
 from validate.result import Comparison
+from validate.units import counted
 
 FEWEST = 2  # Least number of replicates; a single one does not show a distribution
 SAME_MM = 0.01
@@ -54,6 +56,7 @@ class Side:
     escaped_particles: int = 0  # Number of particles that went through a wall
     edited: Sequence[str] = ()  # Names of its files that were changed after the run
     fluid_warnings: Sequence[str] = ()  # Sentences on faults of its fluid
+    without_effect: frozenset[str] = frozenset()  # Settings that change neither its level nor the error of its level
 
     @property
     def error(self) -> Difference | None:
@@ -84,14 +87,39 @@ class Side:
         return self.comparison is not None and self.comparison.role == "held-out"
 
 
-def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
-    """Return the settings that differ among the runs, with the value in every run.
+@dataclass(frozen=True)
+class DifferingSettings:
+    """Settings that differ among runs, with the value in every run; None if it is not set."""
 
-    The value is None if it is not set.
+    shown: Mapping[str, list[Any]]
+    left_out: Mapping[str, list[Any]]
+
+    @property
+    def words(self) -> str:
+        """Sentence on the settings that are left out; empty if there are none."""
+        if not self.left_out:
+            return ""
+        tables = Counter(name.rpartition(".")[0] for name in self.left_out)
+        named = ", ".join(f"[{table}] {count}" for table, count in tables.items())
+        number = counted(len(self.left_out), "differing setting")
+        return (
+            f"Not listed, since without effect on the level and its error: {number} ({named}). "
+            "'sealtwin compare --all' lists them."
+        )
+
+
+def differing(sides: Sequence[Side], *, all_settings: bool = False) -> DifferingSettings:
+    """Return the settings that differ among the runs.
+
+    Those that change the level or its error in no run are left out, or come last if ``all_settings`` is True.
     """
     names = dict.fromkeys(name for side in sides for name in side.settings)
     values = {name: [side.settings.get(name) for side in sides] for name in names}
-    return {name: each for name, each in values.items() if any(value != each[0] for value in each[1:])}
+    values = {name: each for name, each in values.items() if any(value != each[0] for value in each[1:])}
+    idle = {name for name in values if all(name in side.without_effect for side in sides if name in side.settings)}
+    first = {name: each for name, each in values.items() if name not in idle}
+    last = {name: each for name, each in values.items() if name in idle}
+    return DifferingSettings({**first, **last}, {}) if all_settings else DifferingSettings(first, last)
 
 
 def first_with_readings(sides: Sequence[Side]) -> list[int | None]:

@@ -305,7 +305,7 @@ class _HeaderReader:
             self._add_fault(f'the header names {quantity}, but [readings] quantity = "{declared}".', CORRECT)
         elif nameless and declared is None:
             self._add_fault(
-                f"{_names(nameless)}: neither header nor trial file states whether readings count upward or downward.",
+                f"{_names(nameless)}: nothing states whether readings count upward or downward.",
                 'Set [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
             )
         return quantity

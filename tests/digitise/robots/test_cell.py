@@ -68,7 +68,7 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
         (None, BY_S[0], BY_S[1], ["spel: ", 'dispenser = "s" with motion = "curve"']),
         (None, "largest_speed_mm_s = 100.0", "largest_speed_mm_s = nan", ["motion.largest_speed_mm_s = nan", "finite"]),
         (None, "acceleration_mm_s2 = 200.0", "", ["motion.acceleration_mm_s2 is missing"]),
-        (None, SECOND_POINT, "", ["taught: Tuple should have at least 3 items, not 2"]),
+        (None, SECOND_POINT, "", ["taught: give at least 3 values, not 2"]),
         ("plunger", "# diameter_mm = 20.0 ", "diameter_mm = 20.0\nmm3_per_mm = 3.0 #", [EITHER]),
         ("plunger", "# diameter_mm = 20.0 ", "#", [EITHER]),
         ("urscript", "# port = 0", "port = 2", ["port is 2: a standard analog output is 0 or 1"]),

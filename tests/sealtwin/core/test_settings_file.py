@@ -6,9 +6,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 import pytest
+from pydantic import Field
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings, checked, read_settings
+
+
+class Inner(Settings):
+    a: float = 1.0
 
 
 class Tables(Settings):
@@ -16,6 +21,12 @@ class Tables(Settings):
     box_mm: tuple[float, float, float] = (1.0, 1.0, 1.0)
     names: tuple[str, ...] = ()
     points: tuple[tuple[float, float], ...] = ()
+    few: tuple[float, ...] = Field(default=(1.0, 1.0), min_length=2)
+    either: float | tuple[float, float] = 1.0
+    count: int = Field(default=1, le=1_000_000)
+    letters: str = Field(default="a", min_length=1, max_length=3)
+    flag: bool = False
+    inner: Inner = Inner()
 
 
 def refusal(text: str, folder: Path) -> str:
@@ -49,7 +60,19 @@ def test_a_long_value_of_the_wrong_kind_is_refused_in_a_few_lines(tmp_path, text
         ("box_mm = [1.0, -1e999, 1.0]", "box_mm.1 = -inf: should be a finite number."),
         ("box_mm = [1.0]", "box_mm: 1 given, 3 needed."),
         ("box_mm = []", "box_mm: 0 given, 3 needed."),
-        ("box_mm = [1.0, 1.0, 1.0, 1.0]", "box_mm: Tuple should have at most 3 items, not 4."),
+        ("box_mm = [1.0, 1.0, 1.0, 1.0]", "box_mm: give at most 3 values, not 4."),
+        ("box_mm = 1", "box_mm = 1: should be a list."),
+        ("points = [[1.0, 2.0], 3]", "points.1 = 3: should be a list."),
+        ("few = [1.0]", "few: give at least 2 values, not 1."),
+        ("either = [1.0]", "either: should be a number, or should have more values."),
+        ("either = 'much'", "either = 'much': should be a number, or should be a list."),
+        ("count = 1.5", "count = 1.5: should be a whole number."),
+        ("count = 2_000_000", "count = 2000000: should be at most 1000000."),
+        ("letters = ''", "letters = '': should not be empty."),
+        ("letters = 'much'", "letters = 'much': should have at most 3 letters."),
+        ("letters = 1", "letters = 1: should be text."),
+        ("flag = 'yes'", "flag = 'yes': should be true or false."),
+        ("inner = 3", "inner = 3: should be a table."),
     ],
 )
 def test_each_place_is_told_once_and_in_a_users_words(tmp_path, text, fault):

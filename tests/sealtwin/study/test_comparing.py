@@ -75,6 +75,33 @@ def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
     assert content["replicates"][0].startswith("No area validation metric")
 
 
+@pytest.mark.parametrize(("model", "idle"), [("particles", ()), ("slot", ("solver.relaxation",))])
+def test_settings_without_effect_are_counted_and_come_last_with_all(run, other, tmp_path, model, idle):
+    """Declared uncertainties filled the table. The fast model has no particles, so their settings do not count."""
+    gate = "[gate]\nmean_error_mm = 1.0\n"
+    change(other, "validate", "[uncertainty]", f"{gate}\n[uncertainty]\nspeed_mm_s = 0.1\nwidth_mm = 0.1")
+    change(other, "simulate", "relaxation = 1.5", "relaxation = 1.25")
+    if model == "slot":
+        for path in (run := shutil.copytree(run, tmp_path / "first"), other):
+            record = files.read_json(path / "simulation.json")
+            record["settings"]["solver"] = {"model": "slot", "settle_s": 0.0}
+            files.write_json(path / "simulation.json", record)
+            with open_folder(path, create=False) as folder:
+                inputs = folder.manifest["stages"]["validate"]["inputs"]
+                inputs |= {each: files.sha256(path / each) for each in inputs}
+                folder.save()
+    content, sheet = compare_runs([run, other], tmp_path / "page")
+    named = ["gate.mean_error_mm", "gate.reason", "uncertainty.speed_mm_s", "uncertainty.width_mm"]
+    assert [*content["differing"]] == [name for name in ("fluid.U", "solver.relaxation") if name not in idle]
+    assert sorted(content["differing_without_effect"]) == sorted([*named, *idle])
+    assert f"{len(named) + len(idle)} differing settings" in content["not_listed"]
+    assert content["not_listed"] in compared_lines(content, sheet)
+    content, _ = compare_runs([run, other], tmp_path / "page", all_settings=True)
+    assert next(iter(content["differing"])) == "fluid.U"
+    assert {*content["differing"]} == {"fluid.U", "solver.relaxation", *named}
+    assert (content["differing_without_effect"], content["not_listed"]) == ({}, "")
+
+
 @pytest.mark.broad
 def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
     """The same settings with readings of their own; with another nozzle's speed it is another trial."""

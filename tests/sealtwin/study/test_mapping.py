@@ -83,7 +83,7 @@ def test_runs_without_a_result_are_left_out_and_told(study):
     write_plan(study, replace(plan, runs=[*plan.runs, fifth]))
     write_outcome(study, replace(fifth, state="failed", reason="The numbers diverged."))
     mapped = mapped_without_fills(study)
-    assert mapped.chart.exclusion == "1 of 5 runs is not ranked. Run 5: The numbers diverged."
+    assert mapped.chart.exclusion == "Run 5 is not ranked: The numbers diverged."
     assert [each["number"] for each in mapped.content["excluded"]] == [5]
 
 

@@ -88,10 +88,10 @@ def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_p
     lines = str(caught.value).splitlines()
     assert len(lines) == 3
     assert "runs 2, 4, 6: " in lines[0]
-    assert "fluid.D_cm = 'much': should be a valid number." in lines[0]
+    assert "fluid.D_cm = 'much': should be a number." in lines[0]
     assert "runs 3, 4: " in lines[1]
-    assert "fluid.U = -30: should be greater than or equal to 0." in lines[1]
-    assert "fluid.U = 1000000000.0: should be less than or equal to 1000000." in lines[2]
+    assert "fluid.U = -30: should be at least 0." in lines[1]
+    assert "fluid.U = 1000000000.0: should be at most 1000000." in lines[2]
 
 
 @pytest.mark.parametrize(

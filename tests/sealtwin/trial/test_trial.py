@@ -37,8 +37,8 @@ def _trial(tmp_path, *changes):
         ("wall_angle_deg = 11.0", "wall_angle_deg = -3.0", ["crack.wall_angle_deg = -3.0", "0"]),
         ("speed_mm_s = 4.0", "speed_mm_s = 0.0", ["path.speed_mm_s = 0.0", "greater than 0"]),
         ('volume_ml = "cavity"', "volume_ml = -1.0", ["volume_ml", "-1"]),
-        ("U = 30.0 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
-        ("U = 30.0 ", "viscosity_pa_s = 0.05\nU = 30.0 ", ["fluid", "viscosity_pa_s", "U"]),
+        ("viscosity_pa_s = 0.3 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
+        ("# U = 30.0 ", "U = 30.0 ", ["fluid", "viscosity_pa_s", "U"]),
         ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
         ('preset = "accurate"', 'preset = "exact"', ["solver.preset = 'exact'", "paper"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
@@ -46,7 +46,7 @@ def _trial(tmp_path, *changes):
         ("[nozzle]", "[nozzel]", ["nozzel", "did you mean 'nozzle'"]),
         ("[nozzle]", "[sample]\ncrossfal_deg = 1\n[nozzle]", ["sample.crossfal_deg", "did you mean 'crossfall_deg'"]),
         ("[nozzle]", "[sample]\ncrossfall_deg = 50\n[nozzle]", ["sample.crossfall_deg = 50", "45"]),
-        ("U = 30.0 ", "density_kg_m3 = 1e-300\nU = 30.0 ", ["fluid.density_kg_m3 = 1e-300", "1"]),
+        ("# U = 30.0 ", "density_kg_m3 = 1e-300 # ", ["fluid.density_kg_m3 = 1e-300", "1"]),
         ("[nozzle]", "[gate]\nmean_error_mm = 1e300\n[nozzle]", ["gate.mean_error_mm = 1e+300", "500"]),
         (
             "mm_per_px = 0.1 ",
@@ -54,7 +54,7 @@ def _trial(tmp_path, *changes):
             ["via_px: (50, 2) is given twice"],
         ),
         ("mm_per_px = 0.1 ", f"{ENDS}via_px = [[90, 2]]\nmm_per_px = 0.1 ", ["(90, 2) is given twice in a row"]),
-        ('name = "my-trial"', 'name = ""', ["name = ''", "1 character"]),
+        ('name = "my-trial"', 'name = ""', ["name = ''", "empty"]),
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],
 )
@@ -106,6 +106,8 @@ def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
     trial_file, sheet = write_starter(tmp_path / "new")
     trial = load_trial(trial_file)
     assert (present(trial.crack, "crack").depth_mm, trial.solver.radius_mm) == (16.0, "auto")
+    fluid = present(trial.fluid, "fluid")
+    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 12.0, None), "as a rheometer gives them"
     assert sheet.read_text().startswith("s_mm,")
     with pytest.raises(InputError, match="not overwritten"):
         write_starter(tmp_path / "new")
@@ -158,6 +160,7 @@ def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, sa
         (["ends_px", "mask"], []),
         (["ruler_px", "ruler_mm"], ["mm_per_px", "scale_is"]),
         (["face_mm"], ["mm_per_px", "scale_is"]),
+        (["U", "D_cm"], ["viscosity_pa_s"]),
     ],
 )
 def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left_out):
@@ -168,8 +171,9 @@ def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left
         lines.append(bare if key in uncommented else f"# {line}" if key in left_out else line)
     path = tmp_path / "trial.toml"
     path.write_text("\n".join(lines))
-    photo = load_trial(path).photo
-    assert all(getattr(photo, key) for key in uncommented)
+    trial = load_trial(path)
+    given = {**vars(present(trial.photo, "photo")), **vars(present(trial.fluid, "fluid"))}
+    assert all(given[key] for key in uncommented)
 
 
 def test_a_photo_of_any_name_makes_a_trial():

@@ -11,6 +11,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from validate.figures.chart import (
+    VOLUME_OFF,
     Excluded,
     Finished,
     HeldRun,
@@ -36,9 +37,46 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
     assert [run.mean_error_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
     assert [run.bias_mm for run in chart.runs] == pytest.approx(expected, abs=1e-9)
     assert (chart.best.at, chart.best.share_under_1_mm) == (BEST, 1)
-    excluded = (Excluded(36, {"fluid.U": 1e9}, "it diverged."), Excluded(37, {"fluid.U": 2e9}, "it diverged."))
-    assert make_chart(excluded, replicates=None).exclusion == "2 of 37 runs are not ranked. Runs 36, 37: it diverged."
-    assert make_chart().exclusion == "All 39 runs of the study are ranked.", "four replicates are no pairs"
+
+
+@pytest.mark.parametrize(
+    ("reasons", "sentence"),
+    [
+        ((), "All 35 runs of the study are ranked."),
+        ((VOLUME_OFF,), "Run 36 is not ranked: its volume is 13.5 % too large."),
+        (("it diverged.",), "Run 36 is not ranked: it diverged."),
+        (("it diverged.",) * 2, "2 of 37 runs are not ranked. Runs 36, 37: it diverged."),
+        ((VOLUME_OFF,) * 2, "2 of 37 runs are not ranked. Runs 36, 37: their volumes are off by over 5 %."),
+        (
+            ("it diverged.", VOLUME_OFF, "it diverged."),
+            "3 of 38 runs are not ranked. Runs 36, 38: it diverged. Run 37: its volume is 13.5 % too large.",
+        ),
+    ],
+)
+def test_runs_that_are_not_ranked_are_named_by_their_numbers(reasons, sentence):
+    """A lone "1 of 6 ... 1: its volume is off" was read as run 1."""
+    excluded = tuple(Excluded(number, {}, reason, 1.135) for number, reason in enumerate(reasons, start=36))
+    assert make_chart(excluded, replicates=None).exclusion == sentence
+    if not excluded:
+        assert make_chart().exclusion == "All 39 runs of the study are ranked.", "four replicates are no pairs"
+
+
+@pytest.mark.parametrize(
+    ("is_run", "has_surface"),
+    [
+        (lambda u, d: True, True),
+        (lambda u, d: u == d == 0 or u + d > 8, False),  # Four runs
+        (lambda u, d: u < 3, False),  # Three values of a setting: 15 runs
+        (lambda u, d: u < 4, True),  # Four by five
+        (lambda u, d: d < 3, False),  # 21 runs with three values
+        (lambda u, d: u * 2 + d * 3 <= 12, False),  # 18 runs on half the square
+    ],
+)
+def test_a_surface_needs_enough_runs_around_enough_of_the_map(is_run, has_surface):
+    chart = make_chart()
+    runs = [run for run in chart.runs if is_run(U.index(run.at[0]), D_CM.index(run.at[1]))]
+    few = replace(chart, runs=tuple(runs), axes=axes_of([run.settings for run in runs]))
+    assert few.has_surface is has_surface
 
 
 @pytest.mark.parametrize(

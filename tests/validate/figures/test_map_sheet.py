@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from tests.charts import make_chart
-from validate.figures.chart import Excluded
+from validate.figures.chart import VOLUME_OFF, Excluded
 from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
+from validate.figures.map_figures import draw_points
 from validate.figures.map_sheet import map_sheet
 
 HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
@@ -39,6 +40,26 @@ def test_a_map_is_one_page_with_a_file_for_each_figure(map_folder):
         rows = list(csv.DictReader(file))
     assert len(rows) == 35
     assert min(rows, key=lambda row: float(row["mean_error_mm"]))["fluid.U"] == "30"
+
+
+def test_few_runs_are_points_with_their_numbers_and_no_surface(tmp_path):
+    """Half a heat map between five runs suggested more than they show."""
+    failed = [Excluded(number, {"fluid.U": u, "fluid.D_cm": 3.0}, "it failed.") for number, u in ((37, 0.0), (38, "x"))]
+    chart = make_chart((Excluded(36, {"fluid.U": 0.03, "fluid.D_cm": 3.0}, VOLUME_OFF, 1.135), *failed))
+    runs = tuple(run for run in chart.runs if run.number in (1, 13, 24, 31, 35))
+    few = replace(chart, runs=runs, as_near=(False,) * len(runs), replicates=None)
+    written = write_sheet_of_figures(tmp_path, "map.html", map_sheet(few, ()))
+    assert "figures/points.svg" in written
+    assert "figures/heat.svg" not in written
+    page = (tmp_path / "map.html").read_text(encoding="utf-8")
+    assert "Run 36: its volume is 13.5 % too large." in page
+    with (tmp_path / "figures" / "points.csv").open(encoding="utf-8", newline="") as file:
+        assert [row["run"] for row in csv.DictReader(file)] == ["1", "13", "24", "31", "35"]
+    texts = [text.get_text() for text in draw_points(few, few.runs[:1]).axes[0].texts]
+    assert texts == [  # Neither 0 nor a text has a place on a logarithmic axis
+        *(f"{'a, ' if run.number == 1 else ''}run {run.number}: {run.mean_error_mm:.2f} mm" for run in few.runs),
+        "run 36: not ranked",
+    ]
 
 
 @pytest.mark.broad
