@@ -17,7 +17,7 @@ def ingest(
     pairing: Annotated[
         File, option("Another pairing.csv; by default LAB/pairing.csv is read if you edited it.", "CSV")
     ] = None,
-    dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and report; write nothing.")] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and report; write nothing, not even the tracings.")] = False,
     jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
@@ -30,7 +30,8 @@ def ingest(
     weighed into the crack.
 
     A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
-    of doubtful samples are traced too, so that all questions come at once. LAB/index.html shows all traced walls.
+    of doubtful samples are traced too, so that all questions come at once. The lab keeps each tracing, so that later
+    rounds trace only new photos. LAB/index.html shows all traced walls.
 
     An unknown word of a note that may be a setting becomes a question; define it once in the table words of lab.toml:
     "Bandgeschw." = "path.speed_mm_s" (or "ignore").
