@@ -17,7 +17,9 @@ def ingest(
     pairing: Annotated[
         File, option("Another pairing.csv; by default LAB/pairing.csv is read if you edited it.", "CSV")
     ] = None,
-    dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and report; write nothing, not even the tracings.")] = False,
+    dry_run: Annotated[
+        bool, flag("--dry-run", "Pair, trace, check and report; write nothing, not even the tracings.")
+    ] = False,
     jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
