@@ -44,6 +44,7 @@ def empty_sheet() -> bytes:
     """Return an XLSX for readings. It is read without a question once numbers are in it."""
     import openpyxl
     from openpyxl.styles import Alignment, Border, Font, Side
+    from openpyxl.utils import get_column_letter
 
     book, content = openpyxl.Workbook(), BytesIO()
     sheet = book.worksheets[0]
@@ -55,9 +56,9 @@ def empty_sheet() -> bytes:
         for cell in row:
             cell.border = Border(line, line, line, line)
             cell.number_format = "0.00"
-    for cell in sheet[2]:
+    for column, cell in enumerate(sheet[2], start=1):
         cell.font, cell.alignment = Font(bold=True), Alignment(wrap_text=True, vertical="top")
-        sheet.column_dimensions[cell.column_letter].width = 18
+        sheet.column_dimensions[get_column_letter(column)].width = 18
     sheet.freeze_panes = "A3"
     book.save(content)
     return content.getvalue()
