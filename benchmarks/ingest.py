@@ -240,7 +240,7 @@ def ordinary_rows(scratch: Path) -> list[Row]:
             row.update(sheet.answers)
             answered |= {row["sample"]} if row["question"] and sheet.answers else set()
     with (lab / PAIRING).open("w", encoding="utf-8", newline="") as pairing:
-        writer = csv.DictWriter(pairing, list(rows[0]))
+        writer = csv.DictWriter(pairing, list(dict.fromkeys(name for row in rows for name in row)))
         writer.writeheader()
         writer.writerows(rows)
     again = ingest(folder, lab, Progress(), pairing=lab / PAIRING)

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,11 +21,12 @@ from simulate.fluid.state import State
 from simulate.kernels import status
 from simulate.remarks import remarks_on
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
-from simulate.setup.release_schedule import Schedule, course_of, plan_releases
+from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
-from simulate.setup_checks import check_damping, check_fit, check_outlet, domain_of, effective_d_cm, solved_as
+from simulate.setup_case import case_of
+from simulate.setup_checks import effective_d_cm
 from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
@@ -280,39 +280,20 @@ def prepare(
     """
     if solver.model == "slot":
         raise InputError('solver.model = "slot": only particles are computed here. Leave it out, or call fill.')
-    solver = solver.for_crack(outline.mean_width_mm)
-    fluids = [fluid.loaded(Path()) for fluid in fluids]
-    for fluid in fluids:
-        check_fit(outline, solid, fluid, solver, nozzle, slope)
     began = time.perf_counter()
-    schedule = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed)
-    courses = [course_of(schedule, fluid, solver.settle_s) for fluid in fluids]
-    domain = domain_of(solid, outline, trajectory, solver.size_mm)
+    case = case_of(solid, outline, trajectory, fluids, solver, nozzle, seed=seed, slope=slope)
+    solver, schedule, pastes, courses = case.solver, case.schedule, case.pastes, case.courses
     enclosure = enclosure or enclose(solid, outline, solver.size_mm, device)
-    check_outlet(
-        schedule,
-        trajectory,
-        outline,
-        enclosure.barrier,
-        radius_mm=solver.size_mm,
-        diameter_mm=nozzle.diameter_mm,
-        seed=seed,
-    )
-    solved = [solved_as(fluid, solver, schedule.frame_s, courses[0].frames) for fluid in fluids]
-    pastes = tuple(paste for paste, _ in solved)
-    substeps, *others = {substeps for _, substeps in solved}
-    if others:
-        raise ValueError("Fluids that need different numbers of substeps cannot be computed at once.")
-    check_damping(solver, schedule.frame_s / substeps)
+    case.check_outlet(enclosure.barrier, outline, trajectory, nozzle, seed)
     engine = FluidSolver(
         State(schedule, device, len(pastes)),
         enclosure.walls,
         enclosure.barrier,
-        domain,
+        case.domain,
         solver,
         pastes,
         frame_s=schedule.frame_s,
-        substeps=substeps,
+        substeps=case.substeps,
         rows=sum(int(course.moving.max()) for course in courses),
         centreline=outline.centreline_mm * CM,
         down=slope.down,
@@ -339,7 +320,7 @@ def prepare(
     return Injection(
         solid=solid,
         outline=outline,
-        fluids=tuple(fluids),
+        fluids=case.fluids,
         pastes=pastes,
         solver=solver,
         nozzle=nozzle,

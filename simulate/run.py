@@ -12,7 +12,9 @@ from simulate.device import start_warp
 from simulate.injection import Injection, prepare
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.setup.signed_distance import surface_of
 from simulate.setup.wall_particles import Enclosure, enclose
+from simulate.setup_case import case_of
 from simulate.slot.run import pour
 from simulate.watchers import Watcher
 
@@ -111,11 +113,14 @@ def ready(
 def check(
     sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle, *, seed: int, slope: SampleSlope = LEVEL
 ) -> None:
-    """Prepare a run on this machine's CPU and discard it. Raises InputError if ``fill`` would."""
+    """Raise InputError if ``fill`` would. Makes no walls, which would take seconds."""
     if not solver.has_particles:
         pour(sample, fluid, solver, nozzle, seed=seed, slope=slope)
         return
-    ready(sample, [fluid], solver, nozzle, seed=seed, device="cpu", slope=slope)
+    start_warp()
+    crack, path = (sample.solid, sample.outline), sample.trajectory
+    case = case_of(*crack, path, [fluid], solver, nozzle, seed=seed, slope=slope)
+    case.check_outlet(surface_of(sample.solid, case.solver.size_mm, "cpu"), sample.outline, path, nozzle, seed)
 
 
 def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher] = ()) -> None:

@@ -21,7 +21,7 @@ from simulate.setup.rheology import (
     no_slip_weight,
     viscous_weight,
 )
-from simulate.setup.signed_distance import CM, Barrier, crack_box_mm, grid_fits
+from simulate.setup.signed_distance import CM, SolidSurface, crack_box_mm, grid_fits
 
 ACROSS_AT_LEAST = 2  # Least number of particles abreast in a crack of mean width
 CELLS_AT_MOST = 4_000_000
@@ -317,7 +317,7 @@ def check_outlet(
     schedule: Schedule,
     trajectory: Trajectory,
     outline: Outline,
-    barrier: Barrier,
+    surface: SolidSurface,
     *,
     radius_mm: float,
     diameter_mm: float,
@@ -327,7 +327,7 @@ def check_outlet(
 
     The message proposes settings, each of which would be enough. A proposed diameter or height has been tried.
     """
-    blocked = _blocked(schedule.position_mm, barrier)
+    blocked = _blocked(schedule.position_mm, surface)
     if not blocked.any():
         return
     at_s = trajectory.t_s[0] + schedule.frame_of * schedule.frame_s
@@ -336,21 +336,21 @@ def check_outlet(
     begins_mm, ends_mm = trajectory.s_mm[trajectory.giving][[0, -1]]
     remedies = [
         _larger_trim(s_mm, outline.length_mm),
-        _smaller_nozzle(trajectory, barrier, radius_mm, diameter_mm, seed),
-        _higher_nozzle(schedule.position_mm, trajectory, barrier),
+        _smaller_nozzle(trajectory, surface, radius_mm, diameter_mm, seed),
+        _higher_nozzle(schedule.position_mm, trajectory, surface),
     ]
     allowed = ", or ".join(remedy for remedy in remedies if remedy) or "no path so near to the solid: move it"
     raise InputError(
         f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm lets sealant flow from s = {begins_mm:g} to "
         f"{ends_mm:g} mm and path.nozzle_height_mm is {trajectory.position_mm[:, 2].min():g}: together they release "
-        f"sealant in the solid, such as a dam at an open end, or nearer to it than {barrier.clearance / CM:.2f} mm; "
+        f"sealant in the solid, such as a dam at an open end, or nearer to it than {surface.clearance / CM:.2f} mm; "
         f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Allowed is {allowed}."
     )
 
 
-def _blocked(points_mm: Floats, barrier: Barrier) -> np.ndarray:
+def _blocked(points_mm: Floats, surface: SolidSurface) -> np.ndarray:
     """Return the mask of points nearer to the solid than the clearance, (n,)."""
-    return barrier.exact_mm(points_mm) < barrier.clearance / CM - ROUNDING_MM
+    return surface.exact_mm(points_mm) < surface.clearance / CM - ROUNDING_MM
 
 
 def _larger_trim(blocked_s_mm: Floats, length_mm: float) -> str:
@@ -363,13 +363,15 @@ def _larger_trim(blocked_s_mm: Floats, length_mm: float) -> str:
     return f"path.trim_mm of at least {trim_mm}" if 2 * trim_mm < length_mm - 1 else ""
 
 
-def _smaller_nozzle(trajectory: Trajectory, barrier: Barrier, radius_mm: float, diameter_mm: float, seed: int) -> str:
+def _smaller_nozzle(
+    trajectory: Trajectory, surface: SolidSurface, radius_mm: float, diameter_mm: float, seed: int
+) -> str:
     def fits(ticks: int) -> bool:
         try:
             schedule = plan_releases(trajectory, radius_mm, ticks * TICK_MM, seed)
         except InputError:
             return False
-        return not _blocked(schedule.position_mm, barrier).any()
+        return not _blocked(schedule.position_mm, surface).any()
 
     smallest, blocked = math.ceil(2 * radius_mm / TICK_MM), math.ceil(diameter_mm / TICK_MM)
     if smallest >= blocked or not fits(smallest):
@@ -377,12 +379,12 @@ def _smaller_nozzle(trajectory: Trajectory, barrier: Barrier, radius_mm: float, 
     return f"nozzle.diameter_mm of at most {_bisect(smallest, blocked, fits) * TICK_MM:g}"
 
 
-def _higher_nozzle(points_mm: Floats, trajectory: Trajectory, barrier: Barrier) -> str:
+def _higher_nozzle(points_mm: Floats, trajectory: Trajectory, surface: SolidSurface) -> str:
     low_mm = trajectory.position_mm[:, 2].min()
-    top_mm = barrier.mesh.points.numpy()[:, 2].max() / CM + barrier.clearance / CM
+    top_mm = surface.mesh.points.numpy()[:, 2].max() / CM + surface.clearance / CM
 
     def fits(ticks: int) -> bool:
-        return not _blocked(points_mm + np.array([0, 0, ticks * TICK_MM - low_mm]), barrier).any()
+        return not _blocked(points_mm + np.array([0, 0, ticks * TICK_MM - low_mm]), surface).any()
 
     blocked, highest = math.floor(low_mm / TICK_MM), math.ceil(top_mm / TICK_MM)
     if highest <= blocked or not fits(highest):

@@ -53,7 +53,8 @@ def answer(lab: Path, answers: Mapping[str, Mapping[str, str]]) -> Path:
     for row in rows:
         row.update(answers.get(row["file"], {}))
     with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
-        writer = csv.DictWriter(pairing, list(rows[0]))
+        # A user may add columns that no question asks for.
+        writer = csv.DictWriter(pairing, list(dict.fromkeys(name for row in rows for name in row)))
         writer.writeheader()
         writer.writerows(rows)
     return lab / "pairing.csv"

@@ -5,7 +5,7 @@ from dataclasses import asdict, astuple, replace
 from pathlib import Path
 from typing import Any
 
-from sealtwin.cli.answer import BAD_INPUT, BUG, SOME_FAILED, Answer
+from sealtwin.cli.answer import BAD_INPUT, BUG, GATE_FAILED, SOME_FAILED, Answer
 from sealtwin.cli.trial_answer import SAY_ORIGIN
 from sealtwin.lab.catalogue import (
     RUN,
@@ -21,6 +21,7 @@ from sealtwin.lab.found_files import TRIAL, Piece, few, plain
 from sealtwin.lab.held_out import earlier_trials
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING
+from sealtwin.lab.run_samples import SampleRun
 from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
@@ -132,6 +133,38 @@ def list_answer(lab: Path) -> Answer:
     return replace(answer, content=answer.content | {"biases": [one.model_dump() for one in off]})
 
 
+def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
+    """Answer of 'sealtwin lab run': a row for each sample, warnings, and why samples failed or were left out."""
+    head = ("sample", "state", "mean error mm", "report")
+    rows = [
+        [
+            one.name,
+            one.state,
+            "-" if one.mean_error_mm is None else f"{one.mean_error_mm:.2f}",
+            "-" if one.report is None else f"{one.folder}/{RUN}/{Path(one.report).name}",
+        ]
+        for one in results
+    ]
+    lines = _table(head, rows) if rows else ["No samples yet."]
+    lines += _together([CatalogueFault(one.name, text) for one in results for text in one.warnings], "note: ")
+    for state in ("failed", "left out"):
+        lines += _together(
+            [CatalogueFault(one.name, one.reason or "") for one in results if one.state == state], f"{state}: "
+        )
+    states = [one.state for one in results]
+    counts = [f"{states.count(state)} {state}" for state in dict.fromkeys(states)]
+    if results:
+        lines.append(
+            f"{counted(len(results), 'sample')}: {', '.join(counts)}. Catalogue: sealtwin lab list {shown(lab)}"
+        )
+    code = GATE_FAILED if any(one.passed is False for one in results) else 0
+    code = SOME_FAILED if {"failed", "left out"} & {*states} else code
+    code = BUG if any(one.bug for one in results) else code
+    samples = [{name: value for name, value in asdict(one).items() if name != "bug"} for one in results]
+    content = {"version": 1, "lab": shown(lab), "samples": samples, "exit_code": code}
+    return Answer(content, [plain(line) for line in lines], code)
+
+
 def show_answer(lab: Path, sample: str) -> Answer:
     """Answer of 'sealtwin lab show': all revisions of a sample, and its faults."""
     catalogue, records, faults = revisions(lab, sample)
@@ -240,7 +273,7 @@ def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
     if any(outcome.trial for outcome in ingested.outcomes):
         lines.append(f"Catalogue: sealtwin lab list {lab}")
     if sound:
-        lines.append(f"To run a trial: sealtwin run {lab}/{sound[0].trial}/{TRIAL} --out {lab}/{sound[0].trial}/{RUN}")
+        lines.append(f"To run them: sealtwin lab run {lab}")
     return lines
 
 

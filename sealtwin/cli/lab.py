@@ -17,7 +17,9 @@ def ingest(
     pairing: Annotated[
         File, option("Another pairing.csv; by default LAB/pairing.csv is read if you edited it.", "CSV")
     ] = None,
-    dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and report; write nothing.")] = False,
+    dry_run: Annotated[
+        bool, flag("--dry-run", "Pair, trace, check and report; write nothing, not even the tracings.")
+    ] = False,
     jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
@@ -30,7 +32,8 @@ def ingest(
     weighed into the crack.
 
     A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
-    of doubtful samples are traced too, so that all questions come at once. LAB/index.html shows all traced walls.
+    of doubtful samples are traced too, so that all questions come at once. The lab keeps each tracing, so that later
+    rounds trace only new photos. LAB/index.html shows all traced walls.
 
     An unknown word of a note that may be a setting becomes a question; define it once in the table words of lab.toml:
     "Bandgeschw." = "path.speed_mm_s" (or "ignore").
@@ -51,26 +54,51 @@ def ingest(
     command.reply(checked_answer(ingested, *check_runs(ingested, folder, command.progress(), jobs)))
 
 
-@answers(quiet=False)
+@answers(device=True)
 def lab(
     command: Command,
-    action: Annotated[Literal["list", "show", "export"], argument("list|show|export")],
+    action: Annotated[Literal["list", "show", "export", "run"], argument("list|show|export|run")],
     folder: Annotated[Path, argument("LAB", "A folder of 'sealtwin ingest'.")],
     sample: Annotated[Text, argument("SAMPLE", "Name of the sample, for show.")] = None,
     out: Annotated[File, option("File for export.", "CSV")] = None,
+    jobs: Annotated[
+        int | None, count_option("Processes, for run; default: one for each core, one on a GPU.", 1, 512)
+    ] = None,
 ) -> None:
-    """Query a lab's catalogue: list LAB, show LAB SAMPLE, export LAB --out FILE.csv."""
+    """Query a lab's catalogue, or run its samples: list LAB, show LAB SAMPLE, export LAB --out FILE.csv, run LAB.
+
+    run computes every sound sample that is not yet run, into LAB/SAMPLE/run, and lists the samples that it leaves out
+    because they have open questions. After an interruption, repeat the command to continue.
+    """
     if (action == "show") != (sample is not None):
-        raise typer.BadParameter("show needs a sample; list and export do not take one")
+        raise typer.BadParameter("show needs a sample; list, export and run do not take one")
     if (action == "export") != (out is not None):
-        raise typer.BadParameter("export needs --out; list and show do not take it")
+        raise typer.BadParameter("export needs --out; list, show and run do not take it")
+    if action != "run" and (jobs is not None or command.device != "auto"):
+        raise typer.BadParameter("only run takes --jobs and --device")
     from sealtwin.cli.folder_answer import list_answer, show_answer
     from sealtwin.lab.catalogue import export
 
-    if out is not None:
+    if action == "run":
+        command.reply(_run(command, folder, jobs))
+    elif out is not None:
         rows = export(folder, out)
         command.reply(Answer({"version": 1, "file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
     elif sample is not None:
         command.reply(show_answer(folder, sample))
     else:
         command.reply(list_answer(folder))
+
+
+def _run(command: Command, folder: Path, jobs: int | None) -> Answer:
+    from sealtwin.cli.folder_answer import samples_answer
+    from sealtwin.core.cluster import cores
+    from sealtwin.lab.run_samples import run_samples
+    from sealtwin.study.runner import Computing
+    from simulate.device import choose_device, describe_device
+
+    device = choose_device(command.device)
+    command.say(f"Device: {describe_device(device)}")
+    how = Computing(device, jobs or (cores() if device == "cpu" else 1))
+    with command.progress() as progress:
+        return samples_answer(folder, run_samples(folder, how, progress))

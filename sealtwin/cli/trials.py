@@ -200,7 +200,7 @@ def validate(
 
 @answers(quiet=False, as_json=False)
 def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
-    """Write a commented trial and an empty sheet for readings to start from."""
+    """Write a commented trial and an empty sheet for readings (XLSX) to start from."""
     from sealtwin.trial.starter_files import write_starter
 
     command.reply(Answer({}, [str(written) for written in write_starter(folder)]))

@@ -11,6 +11,7 @@ from typing import Any, get_args
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
+from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.found_files import (
     LAB_WORDS,
     UNREAD_TABLES,
@@ -24,6 +25,7 @@ from sealtwin.lab.found_files import (
     possible_roles,
 )
 from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
+from validate.readings.sheet import SheetGrid
 from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
@@ -179,17 +181,24 @@ class PairingRow:
 def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFiles], about: Mapping[Piece, str]) -> str:
     """Return the text of the pairing file: a row for each piece, sorted by sample, with the question about it.
 
-    ``about`` has questions about the content of single pieces.
+    ``about`` has questions about the content of single pieces. Of the columns for replies the file has those that a
+    question asks for and those that have content.
     """
     questions = {sample.key: " ".join(sample.questions) for sample in samples}
-    rows = list[tuple[tuple[str, int, PurePath, str], tuple[str, ...]]]()
+    used = {"part"} if any(piece.part_name for piece in placed) else set[str]()
+    rows = list[tuple[tuple[str, int, PurePath, str], dict[str, str]]]()
     for piece, place in placed.items():
-        key, file = sample_key(place.sample), piece.file
-        question = "" if place.role == "ignore" else about.get(piece) or questions.get(key, "")
-        answers = (place.answers.get(name, "") for name in ANSWERS)
-        cells = (file.as_posix(), place.role, place.sample, piece.part_name, *answers, question)
-        rows.append(((key, ROLES.index(place.role), file, piece.part_name), cells))
-    return sheet_text(COLUMNS, [row for _, row in sorted(rows)])
+        key, file, asked = sample_key(place.sample), piece.file, about.get(piece, "")
+        row = {"file": file.as_posix(), "role": place.role, "sample": place.sample, "part": piece.part_name}
+        row |= {name: text for name, text in place.answers.items() if text}
+        if place.role != "ignore":
+            row["question"] = asked or questions.get(key, "")
+            used.update(columns_asked(asked, possible_answers(place.role), PAIRING))
+        used.update(row.keys() & ANSWERS)
+        rows.append(((key, ROLES.index(place.role), file, piece.part_name), row))
+    columns = [name for name in COLUMNS if name in used or name not in OPTIONAL]
+    order = [row for _, row in sorted(rows, key=lambda row: row[0])]
+    return sheet_text(columns, [[row.get(name, "") for name in columns] for row in order])
 
 
 def _column(reference: str) -> str:
@@ -226,8 +235,15 @@ OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
 ANSWERS = (*OF_COLUMNS, "crack", "mass", "settings")
 """Columns of the pairing file for the user's replies: about a sheet, the number of the crack in a photo, the masses of
 a fill, and other settings."""
-COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
+OPTIONAL = ("part", *ANSWERS)
+"""Columns that the pairing file has only if they are needed; a user may add any of them."""
+COLUMNS = ("file", "role", "sample", *OPTIONAL, "question")
 """All columns of the pairing file. The part is blank unless several samples share the file."""
+
+
+def possible_answers(role: Role) -> list[str]:
+    """Return the columns in which a question about a file with this role can be answered."""
+    return [name for name in ANSWERS if role == {"crack": "photo", "mass": "fill"}.get(name, role)]
 
 
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
@@ -273,11 +289,28 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
 def read_pairing(path: Path) -> list[PairingRow]:
     """Read a pairing file as any spreadsheet program saves it. Raises InputError if it is not a pairing file."""
     table = read_table(path, f"'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}")
+    _refuse_other_columns(table)
     rows = []
-    for place, cells in named_cells(table, COLUMNS[:3], ["part", *ANSWERS]):
+    for place, cells in named_cells(table, COLUMNS[:3], OPTIONAL):
         answers = {key: text for key in ANSWERS if (text := cells.pop(key, ""))}
         rows.append(PairingRow(str(place), **cells, answers=answers))
     return rows
+
+
+def _refuse_other_columns(table: SheetGrid) -> None:
+    """Raise InputError for a column without a known name: an answer in it would not be read."""
+    names = [cell.text for cell in table.rows[0].cells] if table.rows else []
+    faults = list[str]()
+    for name in (name for name in names if name and name not in COLUMNS):
+        close = get_close_matches(name.lower(), COLUMNS, n=1)
+        allowed = f"did you mean {close[0]!r}?" if close else f"delete it; allowed are {', '.join(COLUMNS)}."
+        faults.append(f"{table.path}: no such column {name!r:.80}; {allowed}")
+    for row in table.rows[1:]:
+        for at, cell in enumerate(row.cells):
+            if cell.text and not (at < len(names) and names[at]):
+                faults.append(f"{table.place(row.number, at)}: {cell.text!r:.80} is in a column without a name.")
+    if faults:
+        raise InputError("\n".join(faults))
 
 
 def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FilePlace]) -> str | None:

@@ -1,9 +1,11 @@
 """Make the checks that precede a run's first frame, for all trials of a lab."""
 
 import re
+import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from sealtwin.lab.note_words import DEPTH, SCALE
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.lab.sample_trials import NEEDED
+from sealtwin.lab.tracings import Tracings, waiting_folder
 from sealtwin.study.photos import Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
@@ -28,65 +31,95 @@ from sealtwin.trial.trial_file import Trial, folder_name, load_trial
 PICTURE = re.compile(r" Look at [^\n]+?\.png\.")
 
 
+@dataclass(frozen=True)
+class _Check:
+    """A sample to trace and check."""
+
+    outcome: SampleOutcome
+    source: Path  # Folder with its trial and its files
+    run: str  # Run folder, in the folder of the batch
+
+
 def check_runs(
     ingested: Ingested, folder: Path, progress: Progress, jobs: int = 1
 ) -> tuple[Batch, list[CatalogueFault]]:
     """Trace the crack of each sample of ``folder`` that has a scale, and check its trial as its run would.
 
-    Each trial in the lab is traced once, into the folder of its run. A contact sheet of all trials is written at the
-    top of the lab. Samples in doubt, and all samples of a dry run, are traced in a temporary folder, so that all
-    questions are asked together. A fault in one sample does not stop the others. Raises InputError if the lab has
-    another program's contact sheet.
+    Each trial in the lab is traced into the folder of its run. A contact sheet of all trials is written at the top of
+    the lab. Samples in doubt are traced too, so that all questions are asked together; the lab keeps their tracings in
+    a hidden folder until they have trials. A dry run uses tracings of the lab, and keeps none. A fault in one sample
+    does not stop the others. Raises InputError if the lab has another program's contact sheet.
     """
-    taken = {each.trial: each for each in ingested.outcomes if each.trial is not None and not ingested.dry_run}
-    doubtful = {
-        folder_name(each.sample.name): (each, _without_doubts(each, each.settings))
-        for each in ingested.outcomes
-        if each.trial is None and each.settings is not None and SCALE not in each.stand_ins
-    }
-    faults, tried = list[CatalogueFault](), dict[str, SampleOutcome]()
-    with tempfile.TemporaryDirectory() as scratch:
-        for name, (outcome, trial) in doubtful.items():
+    lab, dry_run = ingested.lab, ingested.dry_run
+    with tempfile.TemporaryDirectory() as scratch, nullcontext() if dry_run else holding(lab, progress.note):
+        waiting = Path(scratch, "traced") if dry_run else waiting_folder(lab, ingested.source)
+        tracings, faults, doubtful = Tracings(lab), list[CatalogueFault](), list[_Check]()
+        for outcome in ingested.outcomes:
+            if outcome.trial is not None or outcome.settings is None or SCALE in outcome.stand_ins:
+                continue
+            name = folder_name(outcome.sample.name)
+            check = _Check(outcome, Path(scratch, name), name)
             try:
-                write_trial(outcome, trial, folder, Path(scratch) / name)
-                tried[name] = outcome
+                write_trial(outcome, _without_doubts(outcome, outcome.settings), folder, check.source)
+                doubtful.append(check)
             except InputError as fault:
                 faults.append(CatalogueFault(outcome.sample.name, str(fault)))
-        forgotten = _Forgotten(progress, Path(scratch), tried)
-        batch, more = _checked(Path(scratch), tried, forgotten, jobs)
-    faults += [CatalogueFault(fault.name, forgotten.clean(fault.sentence)) for fault in more]
-    rows = [replace(row, file=forgotten.clean(row.file), reason=forgotten.clean(row.reason)) for row in batch.rows]
-    batch = replace(batch, rows=rows)
-    if ingested.dry_run:
-        return batch, faults
-    # The page shows samples that failed too: otherwise they would not be missed.
-    missed = [
-        BatchRow(str(outcome.sample.files["photo"]), outcome.sample.name, "failed", reason=" ".join(outcome.faults))
-        for outcome in ingested.outcomes
-        if outcome.fate in ("failed", "bug") and "photo" in outcome.sample.files
-    ]
-    with holding(ingested.lab, progress.note):
-        catalogue = Catalogue(ingested.lab)
-        batch, more = _checked(ingested.lab, taken, progress, jobs, missed, catalogue)
+        for check in doubtful:
+            # It has the sample's earlier name, which may have changed.
+            (waiting / check.run / TRIAL).unlink(missing_ok=True)
+        shown = _LabNames(progress, doubtful, Path(scratch), pictures=not dry_run)
+        batch, more = _checked(waiting, doubtful, tracings, shown, jobs)
+        faults += more
+        if dry_run:
+            rows = [replace(row, file=shown.clean(row.file), reason=shown.clean(row.reason)) for row in batch.rows]
+            return replace(batch, rows=rows), faults
+        # The page shows samples that failed too: otherwise they would not be missed.
+        missed = [
+            BatchRow(str(outcome.sample.files["photo"]), outcome.sample.name, "failed", reason=" ".join(outcome.faults))
+            for outcome in ingested.outcomes
+            if outcome.fate in ("failed", "bug") and "photo" in outcome.sample.files
+        ]
+        taken = [
+            _Check(outcome, lab / outcome.trial, f"{outcome.trial}/{RUN}")
+            for outcome in ingested.outcomes
+            if outcome.trial is not None
+        ]
+        catalogue = Catalogue(lab)
+        shown = _LabNames(progress, taken, Path(scratch))
+        batch, more = _checked(lab, taken, tracings, shown, jobs, missed, catalogue)
+        _remove_unused(waiting, doubtful)
         # Do not overwrite edits since the ingest; the next ingest reads them.
-        if files.sha256(ingested.lab / PAIRING) == catalogue.content.pairing:
+        if files.sha256(lab / PAIRING) == catalogue.content.pairing:
             write_pairing(ingested, catalogue)
         catalogue.save()
     return batch, [*faults, *more]
 
 
-class _Forgotten(Progress):
-    """Progress of trials in a temporary folder. Its texts name the lab's files, but no pictures, which are deleted."""
+def _remove_unused(waiting: Path, doubtful: Sequence[_Check]) -> None:
+    """Remove the tracings of samples that are no longer in doubt: their run folders have copies."""
+    used = {check.run for check in doubtful}
+    for path in waiting.iterdir() if waiting.is_dir() else ():
+        if path.is_dir() and path.name not in used:
+            shutil.rmtree(path)
+    if waiting.is_dir() and not used:
+        shutil.rmtree(waiting)
+        with suppress(OSError):
+            waiting.parent.rmdir()  # Unless it has tracings of another source
 
-    def __init__(self, shown: Progress, scratch: Path, tried: Mapping[str, SampleOutcome]) -> None:
-        self._shown, self._scratch = shown, scratch
+
+class _LabNames(Progress):
+    """Progress of trials. Its texts name the lab's own files instead of their copies.
+
+    Without ``pictures`` they name no pictures, because these are deleted with the folder ``scratch``.
+    """
+
+    def __init__(self, shown: Progress, checks: Iterable[_Check], scratch: Path, *, pictures: bool = True) -> None:
+        self._shown, self._scratch, self._pictures = shown, scratch, pictures
         self.start, self.advance, self.close = shown.start, shown.advance, shown.close
-        self._names = {
-            f"{scratch / name / raw.kept_as}": raw.original for name, one in tried.items() for raw in one.raw
-        }
+        self._names = {f"{one.source / raw.kept_as}": raw.original for one in checks for raw in one.outcome.raw}
 
     def clean(self, sentence: str) -> str:
-        sentence = PICTURE.sub("", sentence)
+        sentence = sentence if self._pictures else PICTURE.sub("", sentence)
         for path, original in self._names.items():
             sentence = sentence.replace(path, original)
         return sentence.replace(f"{self._scratch}/", "")
@@ -113,47 +146,48 @@ def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
 
 
 def _checked(
-    place: Path,
-    tried: Mapping[str, SampleOutcome],
-    progress: Progress,
+    out: Path,
+    checks: Sequence[_Check],
+    tracings: Tracings,
+    progress: _LabNames,
     jobs: int,
     missed: Sequence[BatchRow] = (),
     catalogue: Catalogue | None = None,
 ) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace and check the trials in ``place``.
+    """Trace and check trials with run folders in ``out``, and ask about their faults.
 
     A lab's ``catalogue`` stores the faults. A trial that had none is not checked again until it changes.
     """
-    planned = [PlannedPhoto(place / name / TRIAL, f"{name}/{RUN}", {}) for name in tried]
-    if not planned:
-        return Batch(place), []
-    batch = digitise_many(planned, place, progress, jobs, missed, locked=True)
+    if not checks:
+        return Batch(out), []
+    for check in checks:
+        with suppress(InputError):  # Reported when the photo is digitised.
+            tracings.give(check.source, out / check.run)
+    planned = [PlannedPhoto(check.source / TRIAL, check.run, {}) for check in checks]
+    batch, by_run = digitise_many(planned, out, progress, jobs, missed, locked=True), {one.run: one for one in checks}
     progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
     faults = list[CatalogueFault]()
     for number, row in enumerate(batch.rows, start=1):
-        name = row.folder.removesuffix(f"/{RUN}")
-        state = state_of(place / name)
+        check = by_run[row.folder]
+        outcome, folder, state = check.outcome, check.source.name, state_of(check.source)
         sentences: list[str] = []
         if row.status != "ok":
             sentences = [row.reason.replace(CHOICE, f"a 2 in the column crack of {PAIRING}")]
-        elif DEPTH not in tried[name].stand_ins and (
-            catalogue is None or catalogue.content.checked.get(name) != (state, [])
+        elif DEPTH not in outcome.stand_ins and (
+            catalogue is None or catalogue.content.checked.get(folder) != (state, [])
         ):
-            sentences = _faults_of(place / name / RUN)
-        # Messages have the lab's names of files.
-        for raw in tried[name].raw:
-            sentences = [sentence.replace(f"{place / name / raw.kept_as}", raw.original) for sentence in sentences]
+            sentences = _faults_of(check.source, out / check.run)
+        sentences = [progress.clean(sentence) for sentence in sentences]
         if catalogue is not None:
-            catalogue.content.checked[name] = (state, sentences)
-        tried[name].ask(PICTURE.sub("", sentence) if catalogue is None else sentence for sentence in sentences)
-        faults += [CatalogueFault(tried[name].sample.name, sentence) for sentence in sentences]
+            catalogue.content.checked[folder] = (state, sentences)
+        outcome.ask(sentences)
+        faults += [CatalogueFault(outcome.sample.name, sentence) for sentence in sentences]
         progress.advance(number, row.folder)
     return batch, faults
 
 
-def _faults_of(run: Path) -> list[str]:
+def _faults_of(source: Path, run: Path) -> list[str]:
     """Return the faults that prevent the run of a traced trial, and doubts about its readings."""
-    source = run.parent
     trial = load_trial(source / TRIAL)
     try:
         facts_above(trial, source)

@@ -224,14 +224,14 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
         return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
     except Exception as fault:
         # A bug in one photo must not lose the results of the others; the command ends with code 1.
-        return _failed(item, f"{type(fault).__name__}: {fault}. A bug: please report {_traced(folder)}.", "bug")
+        return _failed(item, f"{type(fault).__name__}: {fault}. A bug: please report {write_trace(folder)}.", "bug")
 
 
 def _failed(item: PlannedPhoto, reason: str, status: str = "failed") -> BatchRow:
     return BatchRow(as_text(item.file), item.name, status, crack=item.crack, reason=reason)
 
 
-def _traced(folder: Path) -> str:
+def write_trace(folder: Path) -> str:
     """Write the current traceback to a file and return the path; on a full disk, return the traceback."""
     try:
         files.write_text(folder / FAULT, traceback.format_exc())

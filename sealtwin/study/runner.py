@@ -3,9 +3,9 @@
 import pickle
 import time
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +72,35 @@ def compute(
     If the process is killed, the next call computes the runs that were not finished. ``timings`` of other runs improve
     the estimate of the remaining time.
     """
+    return launch(
+        runs,
+        how,
+        title,
+        progress,
+        (seal_in_worker, lambda group: _arguments(folder, group, how), partial(_keep, folder)),
+        timings,
+    )
+
+
+Work = tuple[
+    Callable[..., Sequence[Any]],
+    Callable[[Sequence[StudyRun]], tuple[Any, ...]],
+    Callable[[StudyRun, Any], StudyRun],
+]
+"""Function of a worker, which returns an outcome for each run of a launch; function that returns its arguments; and
+function that writes an outcome, or that of a lost worker, and returns the run with it."""
+
+
+def launch(
+    runs: Sequence[StudyRun],
+    how: Computing,
+    title: str,
+    progress: Progress,
+    work: Work,
+    timings: Sequence[Timing] = (),
+) -> list[StudyRun]:
+    """Do ``work`` for the waiting runs, and return all runs with their outcomes. ``timings`` as for ``compute``."""
+    function, arguments, keep = work
     current = {run.key: run for run in runs}
     work_s = sum(run.work_s for run in runs if run.state == "waiting")
     # In hundredths of a second, since a bar counts whole steps.
@@ -85,14 +114,13 @@ def compute(
             # A task is read when a local worker takes it. A scheduler's workers, of unknown number, take some ahead.
             if how.scheduler is None:
                 forecast.begin(key, time.monotonic())
-            yield group, _arguments(folder, group, how)
+            yield group, arguments(group)
 
-    for group, outcomes in run_tasks(seal_in_worker, tasks(), jobs, how.scheduler, own_numbers):
+    for group, outcomes in run_tasks(function, tasks(), jobs, how.scheduler, own_numbers):
         if isinstance(outcomes, Lost):
-            reason = f"{outcomes.reason}: give fewer --jobs, and --retry."
-            outcomes = [Outcome("failed", 0.0, reason=reason)] * len(group)
+            outcomes = [outcomes] * len(group)
         for run, outcome in zip(group, outcomes, strict=True):
-            current[run.key] = _keep(folder, run, outcome)
+            current[run.key] = keep(run, outcome)
         del launches[group[0].key]
         forecast.finish(group[0].key, (current[run.key] for run in group))
         if how.scheduler is None:
@@ -165,8 +193,10 @@ def _unpickled(sample: bytes) -> Sample:
     return pickle.loads(sample)
 
 
-def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome) -> StudyRun:
+def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> StudyRun:
     """Write the files of a run, with its outcome as the last one, and return the run with its outcome."""
+    if isinstance(outcome, Lost):
+        outcome = Outcome("failed", 0.0, reason=f"{outcome.reason}: give fewer --jobs, and --retry.")
     home = run_path(folder, run.key)
     if isinstance(outcome, Sealing):
         record_files.write_profile(home, outcome.profile)

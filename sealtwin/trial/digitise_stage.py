@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from digitise.settings import LARGEST_FILE_BYTES
@@ -22,6 +23,8 @@ from sealtwin.trial.job import (
     shown,
     stage_settings,
 )
+from sealtwin.trial.stage_numbers import numbers_up_to
+from sealtwin.trial.trial_file import Trial
 
 if TYPE_CHECKING:
     from digitise.photo import Photo
@@ -33,7 +36,7 @@ REFUSED = "refused.png"  # Picture of the findings in a photo that was refused; 
 def bring_up_to_date(job: Job) -> bool:
     """Run the stage unless its files are current; return True if it ran. Raises InputError as ``_digitise`` does."""
     (job.path / REFUSED).unlink(missing_ok=True)
-    inputs = _hashes_of_sample(job)
+    inputs = _hashes_of_sample(job.trial, job.source)
     settings = stage_settings(job.trial, "digitise")
     numbers = job.numbers("digitise")
     key = stage_key(inputs, settings, numbers)
@@ -73,6 +76,13 @@ def bring_up_to_date(job: Job) -> bool:
     facts = {"given": list(inputs), "path_source": outline.path_source}
     job.folder.record("digitise", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
     return True
+
+
+def tracing_key(trial: Trial, source: Path) -> str:
+    """Return the key with which this stage digitises a trial. It depends on the photo's bytes and on settings alone."""
+    trial = trial.loaded(source)
+    numbers = numbers_up_to("digitise")
+    return stage_key(_hashes_of_sample(trial, source), stage_settings(trial, "digitise"), numbers)
 
 
 def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
@@ -130,10 +140,10 @@ def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
         raise InputError(f"{fault} Look at {shown(picture)}.") from None
 
 
-def _hashes_of_sample(job: Job) -> dict[str, str]:
+def _hashes_of_sample(trial: Trial, source: Path) -> dict[str, str]:
     """Return the hash of each file that shows the crack, by role and name. Missing or too large files are omitted."""
     return {
-        file.name if role == "file" else f"{role} {file.name}": files.sha256(job.source / file)
-        for role, file in sample_files(job.trial).items()
-        if (job.source / file).is_file() and (job.source / file).stat().st_size <= LARGEST_FILE_BYTES
+        file.name if role == "file" else f"{role} {file.name}": files.sha256(source / file)
+        for role, file in sample_files(trial).items()
+        if (source / file).is_file() and (source / file).stat().st_size <= LARGEST_FILE_BYTES
     }

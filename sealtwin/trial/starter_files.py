@@ -1,18 +1,23 @@
 """Files to start from: a commented trial for 'sealtwin init', a robot's cell, a study, and the trial of the demo."""
 
+from collections.abc import Mapping
 from importlib.resources import files as resources
+from io import BytesIO
 from pathlib import Path
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import write_text, write_unless_other
+from sealtwin.core.files import write_bytes, write_unless_other
 from sealtwin.core.run_folder import require_folder
 
 TEMPLATES = resources("sealtwin").joinpath("templates")
 TRIAL = TEMPLATES.joinpath("starter_trial.toml").read_text(encoding="utf-8")
 CELL = TEMPLATES.joinpath("starter_cell.toml").read_text(encoding="utf-8")
 STUDY = TEMPLATES.joinpath("study.toml").read_text(encoding="utf-8")
-READINGS = "s_mm,level_1_mm,level_2_mm,level_3_mm\n"
-"""Header of a sheet of readings with three repeats of the level at each station. Levels are upward from the face."""
+SHEET = "caliper.xlsx"
+HEADER = ("Distance along crack [mm]", *(f"Depth below face {repeat} [mm]" for repeat in (1, 2, 3)))
+"""Header of the empty sheet of readings, with three repeats at each station."""
+REMARK = "# One row for each place. Depth is positive below the face of the sample, negative above it."
+STATIONS = 30  # Empty rows with a frame
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
 """Files of the paper's reconstructed trial, which is a fixture of the tests. The wheel has them too."""
 
@@ -28,19 +33,43 @@ def write_example_study(file: Path) -> None:
 
 
 def write_starter(folder: Path) -> list[Path]:
-    """Write trial.toml and caliper.csv into a folder, and return them. Raises InputError if one of them exists."""
+    """Write trial.toml and a sheet for readings into a folder, and return them. Raises InputError if one exists."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: this is a file; give a folder, new or existing.")
     trial = TRIAL.replace("{folder}", folder.as_posix())
-    return _write_new({folder / "trial.toml": trial, folder / "caliper.csv": READINGS}, "folder")
+    return _write_new({folder / "trial.toml": trial, folder / SHEET: empty_sheet()}, "folder")
 
 
-def _write_new(contents: dict[Path, str], other: str) -> list[Path]:
+def empty_sheet() -> bytes:
+    """Return an XLSX for readings. It is read without a question once numbers are in it."""
+    import openpyxl
+    from openpyxl.styles import Alignment, Border, Font, Side
+    from openpyxl.utils import get_column_letter
+
+    book, content = openpyxl.Workbook(), BytesIO()
+    sheet = book.worksheets[0]
+    sheet.title = "Readings"
+    sheet.append([REMARK])
+    sheet.append(HEADER)
+    line = Side(style="thin", color="999999")
+    for row in sheet.iter_rows(min_row=2, max_row=2 + STATIONS, max_col=len(HEADER)):
+        for cell in row:
+            cell.border = Border(line, line, line, line)
+            cell.number_format = "0.00"
+    for column, cell in enumerate(sheet[2], start=1):
+        cell.font, cell.alignment = Font(bold=True), Alignment(wrap_text=True, vertical="top")
+        sheet.column_dimensions[get_column_letter(column)].width = 18
+    sheet.freeze_panes = "A3"
+    book.save(content)
+    return content.getvalue()
+
+
+def _write_new(contents: Mapping[Path, str | bytes], other: str) -> list[Path]:
     for path in contents:
         if path.exists():
             raise InputError(f"{path}: already exists and is not overwritten; give another {other}.")
-    for path, text in contents.items():
-        write_text(path, text)
+    for path, content in contents.items():
+        write_bytes(path, content.encode() if isinstance(content, str) else content)
     return list(contents)
 
 

@@ -30,10 +30,9 @@ takes 3 GB at worst."""
 
 
 @dataclass(frozen=True)
-class Barrier:
-    """The solid as an obstacle for particles."""
+class SolidSurface:
+    """The mesh of the solid on a device."""
 
-    grid: Any  # A ``kernels.distance.Distance`` of spacing R/2; it does not resolve thinner walls
     mesh: wp.Mesh
     clearance: float  # Least distance in cm of a particle's centre from walls
     device: str
@@ -41,6 +40,13 @@ class Barrier:
     def exact_mm(self, points_mm: Floats) -> Floats:
         """Return the signed distance from the mesh, (n,). It is negative inside the solid."""
         return exact_distance_mm(self.mesh, points_mm, self.device)
+
+
+@dataclass(frozen=True)
+class Barrier(SolidSurface):
+    """The solid as an obstacle for particles."""
+
+    grid: Any  # A ``kernels.distance.Distance`` of spacing R/2; it does not resolve thinner walls
 
     def sampled_mm(self, points_mm: Floats) -> Floats:
         """Return the signed distance from the grid, (n,). Far from the surface, its absolute value is a lower bound."""
@@ -50,12 +56,17 @@ class Barrier:
         return distance.numpy() / CM
 
 
+def surface_of(solid: Solid, radius_mm: float, device: str) -> SolidSurface:
+    return SolidSurface(_mesh(solid, solid.faces, device), CLEARANCE * radius_mm * CM, device)
+
+
 def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Barrier:
     """Build the distances in a box around the crack. Only blocks near the surface have nodes.
 
     Raises InputError if the box has too many blocks for the radius.
     """
-    mesh = _mesh(solid, solid.faces, device)
+    surface = surface_of(solid, radius_mm, device)
+    mesh = surface.mesh
     spacing_mm = radius_mm / 2
     block_mm = spacing_mm * device_code.BLOCK
     low, _ = crack_box_mm(solid, outline, radius_mm)
@@ -86,7 +97,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     nodes_mm = _nodes_mm(mesh, grid, number[noded], device)
     grid.nodes = wp.array(nodes_mm.ravel() * CM, dtype=float, device=device)
     grid.rounded = wp.array(_off_plane(nodes_mm) > ROUND * radius_mm, dtype=int, device=device)
-    return Barrier(grid, mesh, CLEARANCE * radius_mm * CM, device)
+    return Barrier(mesh, surface.clearance, device, grid)
 
 
 def _at_centres(

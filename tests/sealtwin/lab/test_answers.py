@@ -25,7 +25,7 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
     assert fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
     assert levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
     assert question(lab, "P01.csv") == ""
-    assert "P01.csv,readings,P01,,,A,B C,mm,down" in pairing.read_text()
+    assert "P01.csv,readings,P01,A,B C,mm,down" in pairing.read_text()
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
     assert hashes_of(small) == before
 

@@ -1,15 +1,18 @@
 """What names say of files is done beyond doubt and asked otherwise; pairing.csv is corrected, kept and refused."""
 
+import re
 import shutil
 from pathlib import PurePath
 
 import pytest
 
 from sealtwin.core.errors import InputError
+from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.found_files import FilePlace, Piece, read_name, read_names
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.pairing import pair, place_files
-from tests.labs import QUIET, edit, fates
+from sealtwin.lab.pairing import pair, place_files, possible_answers
+from tests.labs import QUIET, answer, edit, fates
+from validate.readings.columns import ASSIGN, SET_UNIT
 from validate.readings.samples import sample_key
 
 SPELLINGS = {
@@ -170,6 +173,64 @@ def test_the_pairing_is_shown_corrected_and_remembered(small, tmp_path):
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
     (lab / "catalogue.json").unlink()
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}, "pairing.csv outlives it"
+
+
+@pytest.mark.parametrize(
+    ("header", "cells", "words"),
+    [
+        ("unti", "mm", "no such column 'unti'; did you mean 'unit'?"),
+        ("Unit", "mm", "no such column 'Unit'; did you mean 'unit'?"),
+        ("Bemerkung", "", "no such column 'Bemerkung'; delete it; allowed are file, role, sample, part,"),
+        ("", "mm", "'mm' is in a column without a name"),
+    ],
+)
+def test_an_answer_in_a_column_without_a_known_name_is_refused(small, tmp_path, header, cells, words):
+    pairing = tmp_path / "pairing.csv"
+    pairing.write_text(f"file,role,sample,{header}\nP01.csv,readings,P01,{cells}\n")
+    with pytest.raises(InputError, match=re.escape(words)):
+        ingest(small, tmp_path / "lab", QUIET, pairing=pairing)
+
+
+def test_the_pairing_has_only_columns_that_are_asked_for_or_answered(small, tmp_path):
+    lab = tmp_path / "lab"
+
+    def columns():
+        return (lab / "pairing.csv").read_text().splitlines()[0].split(",")
+
+    ingest(small, lab, QUIET)
+    assert columns() == ["file", "role", "sample", "question"]
+    edit(small / "P02_Messung.csv", "[mm]", "")
+    ingest(small, lab, QUIET)
+    assert columns() == ["file", "role", "sample", "unit", "question"]
+    # By hand: a column that nothing asks for, in another place.
+    answer(lab, {"P02_Messung.csv": {"unit": "mm"}, "P01.csv": {"as_written": "B3"}})
+    assert "P02" not in {fault.name for fault in ingest(small, lab, QUIET).faults}
+    assert columns() == ["file", "role", "sample", "unit", "as_written", "question"]
+    answer(lab, {"P02_Messung.csv": {"unit": "mm"}, "P01.csv": {"as_written": ""}})
+    ingest(small, lab, QUIET)
+    assert columns() == ["file", "role", "sample", "unit", "question"]
+
+
+@pytest.mark.parametrize(
+    ("role", "question", "columns"),
+    [
+        ("readings", f"P01.csv, line 1: 's_mm': no unit. {SET_UNIT}", ["unit"]),
+        ("readings", f"P01.csv, line 1: no column of places. {ASSIGN}", ["s", "levels"]),
+        ("fill", f"P01.csv, line 1: no column of masses. {ASSIGN}", ["s", "levels", "mass"]),
+        ("readings", "P01.csv: 'x' [readings] quantity = \"level\" (upward), or sign in pairing.csv: up.", ["sign"]),
+        ("readings", "P01.csv: two. If it is the wrong sheet, set [readings] sheet or [readings.columns] range.",
+            ["sheet", "range"]),
+        ("readings", 'P01.csv: odd. Correct it, or answer readings.as_written = ["B3"].', ["as_written"]),
+        ("readings", "P01.csv: Declare [readings] decimal = ','.", ["settings"]),
+        ("photo", "P01.png: two cracks; a 2 in the column crack of pairing.csv.", ["crack"]),
+        ("photo", "crack.depth_mm is missing: write [crack] depth_mm = 16.0, in lab.toml.", ["settings"]),
+        ("photo", "P01.png: no crack found; give ends_px.", ["settings"]),
+        ("text", "P01.txt is kept as text; set its role to note in pairing.csv; if not, leave it.", []),
+        ("photo", "", []),
+    ],
+)  # fmt: skip
+def test_a_question_asks_for_its_columns(role, question, columns):
+    assert columns_asked(question, possible_answers(role), "pairing.csv") == columns
 
 
 def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):

@@ -4,12 +4,16 @@ import os
 import re
 from pathlib import Path
 
+import numpy as np
+import openpyxl
 import pytest
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.trial.starter_files import DEMO, TRIAL, place_paper_trial, write_starter
 from sealtwin.trial.trial_file import load_trial, sample_trial, seen_from, trial_text
 from tests.places import FIXTURE
+from validate.readings.read_readings import read_readings
+from validate.settings import Declared
 
 ENDS = "ends_px = [[1, 2], [90, 2]]\n"
 
@@ -108,9 +112,23 @@ def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
     assert (present(trial.crack, "crack").depth_mm, trial.solver.radius_mm) == (16.0, "auto")
     fluid = present(trial.fluid, "fluid")
     assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 12.0, None), "as a rheometer gives them"
-    assert sheet.read_text().startswith("s_mm,")
+    assert sheet.name in trial_file.read_text(), "its readings point to the sheet"
     with pytest.raises(InputError, match="not overwritten"):
         write_starter(tmp_path / "new")
+
+
+def test_the_starters_sheet_is_read_without_a_question_once_it_has_numbers(tmp_path):
+    _, sheet = write_starter(tmp_path / "new")
+    fixture = np.loadtxt(FIXTURE / "caliper.csv", delimiter=",", skiprows=1)[:, :4]
+    book = openpyxl.load_workbook(sheet)
+    for row, (s_mm, *levels_mm) in enumerate(fixture.tolist(), start=3):
+        for column, value in enumerate([s_mm, *(-level_mm for level_mm in levels_mm)], start=1):
+            book.worksheets[0].cell(row, column).value = value
+    book.save(sheet)
+    profile = read_readings(sheet, Declared(), depth_mm=16.0)
+    assert not profile.doubts
+    assert profile.s_mm.tolist() == fixture[:, 0].tolist()
+    assert np.array_equal(present(profile.repeats_mm, "repeats"), fixture[:, 1:])
 
 
 def test_the_demo_copies_the_fixture_to_the_byte_and_may_be_repeated(tmp_path):

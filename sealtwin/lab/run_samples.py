@@ -1,0 +1,152 @@
+"""Run the sound samples of a lab, several at a time. Each has its own run folder, in which a killed run continues."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from sealtwin.core import record_files
+from sealtwin.core.cluster import Lost
+from sealtwin.core.errors import InputError, SealtwinError
+from sealtwin.core.progress import Progress
+from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
+from sealtwin.lab.found_files import TRIAL
+from sealtwin.lab.held_out import earlier_trials, facts_above
+from sealtwin.study.estimate import SETUP_S, RunSize, checked_size, estimate
+from sealtwin.study.photos import write_trace
+from sealtwin.study.runner import Computing, launch
+from sealtwin.study.study_folder import StudyRun
+from sealtwin.trial.job import STAGES, shown
+from sealtwin.trial.pipeline import run_trial
+from sealtwin.trial.trial_file import load_trial
+from validate.readings.samples import sample_key
+
+REPORT_S = 4.0  # Time to compare a run and to draw its report, on one core
+
+
+@dataclass(frozen=True)
+class SampleRun:
+    """Result of one sample."""
+
+    name: str
+    state: Literal["done", "up to date", "failed", "left out"]
+    folder: str | None = None  # Folder of its trial, in the lab
+    mean_error_mm: float | None = None  # None without readings
+    passed: bool | None = None  # Result of the gate; None if the trial has none
+    report: str | None = None
+    reason: str | None = None  # Why it failed, or was left out
+    warnings: tuple[str, ...] = ()
+    bug: bool = False
+    wall_s: float = 0.0
+
+
+def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun]:
+    """Run the latest trial of each sound sample, and return the results of all samples.
+
+    Finished runs are not computed again. Samples with open questions are left out. A run that fails does not stop the
+    others. Raises InputError if the folder is not a lab.
+    """
+    catalogue = Catalogue.of(lab)
+    left_out = [SampleRun(fault.name, "left out", reason=fault.sentence) for fault in catalogue.faults()]
+    asked = {sample_key(one.name) for one in left_out}
+    trials = list[Record]()
+    for record in {record.sample: record for record in catalogue.records}.values():
+        if unready := catalogue.unready(record):
+            left_out.append(SampleRun(record.name, "left out", record.folder, reason=" ".join(unready)))
+        elif record.sample not in asked:
+            trials.append(record)
+    results = _run_all(lab, trials, how, progress, "Running")
+    if any(one.state == "done" for one in results) and earlier_trials(catalogue)[0]:
+        # Reports that were written before another sample's run ended lack its error.
+        states = {one.folder: one.state for one in results}
+        trials = [record for record in trials if states[record.folder] != "failed"]
+        again = _run_all(lab, trials, how, progress, "Comparing with each other")
+        results = [one for one in results if one.state == "failed"]
+        results += [one if one.state == "failed" else replace(one, state=states[one.folder]) for one in again]
+    return sorted([*results, *left_out], key=lambda one: sample_key(one.name))
+
+
+def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
+    """Run one sample in its own folder. The list has one entry."""
+    began, warned, trial_folder = time.monotonic(), _Warnings(), lab / record.folder
+
+    def failed(reason: str, *, bug: bool = False) -> list[SampleRun]:
+        wall_s = time.monotonic() - began
+        return [SampleRun(record.name, "failed", record.folder, reason=reason, bug=bug, wall_s=wall_s)]
+
+    try:
+        trial = load_trial(trial_folder / TRIAL)
+        above = facts_above(trial, trial_folder)
+        finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, warned, above=above)
+    except SealtwinError as fault:
+        return failed(str(fault))
+    except OSError as fault:
+        return failed(f"{fault.filename or trial_folder}: {fault.strerror}.")
+    except Exception as fault:
+        # A bug in one run must not stop the others; the command ends with code 1.
+        trace = write_trace(trial_folder / RUN)
+        return failed(f"{type(fault).__name__}: {fault}. A bug: please report {trace}.", bug=True)
+    comparison = finished.result.comparison
+    return [
+        SampleRun(
+            record.name,
+            "done" if finished.redone else "up to date",
+            record.folder,
+            mean_error_mm=comparison and comparison.mean_error_mm,
+            passed=comparison and comparison.passed,
+            report=finished.result.report,
+            warnings=tuple(warned.sentences),
+            wall_s=time.monotonic() - began,
+        )
+    ]
+
+
+class _Warnings(Progress):
+    """Collects warnings, since a worker has no terminal."""
+
+    def __init__(self) -> None:
+        self.sentences = list[str]()
+
+    def warn(self, text: str) -> None:
+        self.sentences.append(text.removeprefix("note: "))
+
+
+def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Progress, title: str) -> list[SampleRun]:
+    if not trials:
+        return []
+    results: dict[str, SampleRun] = {}
+    records = {record.folder: record for record in trials}
+
+    def keep(run: StudyRun, result: SampleRun | Lost) -> StudyRun:
+        if isinstance(result, Lost):
+            reason = f"{result.reason}: give fewer --jobs."
+            result = SampleRun(records[run.key].name, "failed", run.key, reason=reason)
+        results[run.key] = result
+        return replace(run, state="failed" if result.state == "failed" else "done", wall_s=result.wall_s)
+
+    sized = [_size(lab, record) for record in trials]
+    runs = [
+        StudyRun(number, record.folder, {}, {}, record.folder, record.folder, size.work_s)
+        for number, (record, size) in enumerate(zip(trials, sized, strict=True), start=1)
+    ]
+    if new := [run for run, size in zip(runs, sized, strict=True) if size.particles]:
+        largest = max(sized, key=lambda size: (size.particles, size.bytes))
+        expected = estimate(new, largest, how.jobs, 1, keep_runs=True)
+        progress.note(f"{shown(lab)}: {largest.particles:,} particles at most. {expected.sentence}")
+    launch(runs, how, title, progress, (run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep))
+    return list(results.values())
+
+
+def _size(lab: Path, record: Record) -> RunSize:
+    """Return the size of a run; that of nothing to compute if it is finished, or if its worker will report a fault."""
+    folder = lab / record.folder
+    try:
+        result = read_run(lab, record)
+        if result is None or set(STAGES) - set(result.stages):
+            trial = load_trial(folder / TRIAL).loaded(folder)
+            size, _ = checked_size(trial, record_files.read_sample(folder / RUN))
+            return replace(size, work_s=size.work_s + REPORT_S)
+    except (InputError, OSError):
+        pass
+    return RunSize(0, 0, SETUP_S)
