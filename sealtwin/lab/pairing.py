@@ -2,7 +2,7 @@
 
 import re
 import unicodedata
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -12,6 +12,7 @@ from typing import Any, get_args
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.found_files import (
+    DIGIT,
     LAB_WORDS,
     UNREAD_TABLES,
     WORD,
@@ -23,7 +24,7 @@ from sealtwin.lab.found_files import (
     few,
     possible_roles,
 )
-from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
+from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table, sample_key
 from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
@@ -35,7 +36,6 @@ REVISION = re.compile(LAB_WORDS["revision"]["word"])
 """Pattern of a word such as v2. Its number is not part of a sample's name."""
 ROLE_WORDS = frozenset[str]().union(*WORDS.values())
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
-DIGIT = re.compile(r"\d")
 
 
 Decisions = Mapping[tuple[PurePath, str], FilePlace]
@@ -138,7 +138,7 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
         if len(pieces) > 1
     ]
     if not key:
-        questions = [f"{piece}: its name gives no sample; rename it, or give it a sample." for piece in group]
+        questions = [_nameless(piece, groups) for piece in group]
     elif "photo" not in by_role:
         # These files may belong to a sample that has none with their roles.
         roles = {one: {place.role for place in other.values()} for one, other in groups.items()}
@@ -154,9 +154,21 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     return SampleFiles(name, files, tuple(questions), part, answers=answers)
 
 
+def _nameless(piece: Piece, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> str:
+    """Return the question about a piece without a sample."""
+    if piece.part is None or piece.part.cells is None:
+        return f"{piece}: its name gives no sample; rename it, or give it a sample."
+    of_roles = ({place.role: place.sample for place in group.values()} for group in groups.values())
+    lacking = [roles["photo"] for roles in of_roles if "photo" in roles and "readings" not in roles]
+    likely = f" Samples without readings: {few(lacking)}." if lacking else ""
+    return (
+        f"{piece}: the sheet gives no sample for this table. Write the sample into its row, or the role ignore.{likely}"
+    )
+
+
 def _twins(pieces: Sequence[Piece]) -> str:
     """Return a remark if names look equal but differ in their bytes; otherwise ""."""
-    names = [str(piece.file) for piece in pieces]
+    names = list(dict.fromkeys(str(piece.file) for piece in pieces))
     if len({unicodedata.normalize("NFC", name) for name in names}) == len(names):
         return ""
     apart = next(name for name in names if unicodedata.normalize("NFC", name) != name)
@@ -181,11 +193,13 @@ def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFile
 
     ``about`` has questions about the content of single pieces.
     """
-    questions = {sample.key: " ".join(sample.questions) for sample in samples}
+    questions = {sample.key: sample.questions for sample in samples}
     rows = list[tuple[tuple[str, int, PurePath, str], tuple[str, ...]]]()
     for piece, place in placed.items():
         key, file = sample_key(place.sample), piece.file
-        question = "" if place.role == "ignore" else about.get(piece) or questions.get(key, "")
+        of_sample = questions.get(key, ())
+        of_piece = [one for one in of_sample if one.startswith(f"{piece}:")] or of_sample
+        question = "" if place.role == "ignore" else about.get(piece) or " ".join(of_piece)
         answers = (place.answers.get(name, "") for name in ANSWERS)
         cells = (file.as_posix(), place.role, place.sample, piece.part_name, *answers, question)
         rows.append(((key, ROLES.index(place.role), file, piece.part_name), cells))
@@ -248,6 +262,9 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
     by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
     decisions: dict[tuple[PurePath, str], FilePlace] = {}
     rowed: set[tuple[PurePath, str]] = set()
+    several = {file for file, count in Counter(row.file for row in rows).items() if count > 1}
+    rows = [_of_own_part(row) if row.file in several else row for row in rows]
+    parted = {row.file for row in rows if row.part}
     faults = []
     for row in rows:
         file = by_cell.get(row.file)
@@ -257,17 +274,45 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
         part = next((part for part in pieces[file] if row.part in (part, as_text_cell(part))), row.part)
         fault = _fault(file, part, row, pieces[file])
         if (file, part) in rowed:
-            fault = f"{file} has two rows; keep one."
+            fault = f"{file} has two rows; keep one, or give each its own range or levels."
+        elif not part and row.file in parted:
+            fault = f"{file} has rows for its parts too; delete this row, or write its part into range or levels."
         rowed.add((file, part))
         if fault is not None:
             faults.append(f"{row.where}: {fault}")
             continue
         place = FilePlace(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
-        if place != pieces[file].get(part):
+        if place != pieces[file].get(part) or row.file in several:
             decisions[file, part] = place
     if faults:
         raise InputError("\n".join(faults))
     return decisions
+
+
+def _of_own_part(row: PairingRow) -> PairingRow:
+    """Return one of several rows of a file as the part that its range, else its columns of readings, give."""
+    key = next((key for key in ("range", "levels") if key in row.answers), None)
+    if row.part or key is None:
+        return row
+    sheet = f"sheet {row.answers['sheet']}, " if "sheet" in row.answers else ""
+    name = row.answers[key].upper() if key == "range" else f"columns {row.answers[key]}"
+    answers = {other: text for other, text in row.answers.items() if other not in (key, "sheet")}
+    return replace(row, part=f"{sheet}{name}", answers=answers)
+
+
+def renewed(decisions: Decisions, named: Mapping[Piece, FilePlace]) -> Decisions:
+    """Return decisions on parts by the present ranges: a table that begins at the same cell may have got new rows."""
+    begins = {(piece.file, _begin(piece.part_name)): piece.part_name for piece in named if piece.part is not None}
+    present = {(piece.file, piece.part_name) for piece in named}
+    renamed = dict[tuple[PurePath, str], FilePlace]()
+    for (file, part), place in decisions.items():
+        now = begins.get((file, _begin(part)), part) if RANGE_PART.fullmatch(part) else part
+        renamed[file, part if (file, part) in present or (file, now) in decisions else now] = place
+    return renamed
+
+
+def _begin(part: str) -> str:
+    return part.rpartition(":")[0]
 
 
 def read_pairing(path: Path) -> list[PairingRow]:
@@ -281,7 +326,7 @@ def read_pairing(path: Path) -> list[PairingRow]:
 
 
 def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FilePlace]) -> str | None:
-    if part and part not in parts:
+    if part and part not in parts and not RANGE_PART.fullmatch(part):
         names = ", ".join(repr(name) for name in parts if name) or "none: it is not shared by several samples"
         return f"{file} has no part {part!r:.80}; its parts are {names}."
     possible = (*(("readings",) if part else possible_roles(file.suffix.lower())), "ignore")
