@@ -40,9 +40,11 @@ CAMERA = re.compile(
 """Name that a camera gave to a file. It is not the name of a sample."""
 BESIDE_CAMERA = re.compile(rf"(?:{CAMERA.pattern})[ _-]+(?=[^\W\d_])|(?<=\w)[ _-]+(?:{CAMERA.pattern})$", re.IGNORECASE)
 """A camera's name before or after another name, as in IMG_0412_P4."""
-OF_SAMPLES = frozenset((LAB_WORDS["columns"]["sample"] + LAB_WORDS["columns"]["counter"]).split())
+SAMPLE_WORDS = LAB_WORDS["columns"]["sample"].split()
+OF_SAMPLES = frozenset(SAMPLE_WORDS + LAB_WORDS["columns"]["counter"].split())
 TITLE = re.compile(
-    rf"(?:(?:{'|'.join(LAB_WORDS['columns']['sample'].split())})\W+)?([\w.-]*\d[\w.-]*)(?:\W.*)?", re.IGNORECASE
+    rf"(?:(?:{'|'.join(SAMPLE_WORDS)})\W+(?P<after>[\w.-]*\d[\w.-]*)|(?P<alone>(?=[\w-]*[^\W\d])[\w-]*\d[\w-]*))(?:\W.*)?",
+    re.IGNORECASE,
 )
 """Title of a table that may be the name of a sample without a photo: "Probe S13, links"."""
 MOST_WORDS = 5  # Words of a sample's name in a title
@@ -197,8 +199,10 @@ def with_parts(
 
 def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[str]) -> dict[Piece, FilePlace]:
     samples = {part: _sample(file, part, photographed) for part in parts_of(folder / file)}
-    # Columns under unknown names are parts only if one of them names a sample; their sheet as a whole then is none.
-    of_columns = {part.sheet for part, sample in samples.items() if part.levels and sample_key(sample) in photographed}
+    # Columns are parts only if they name several samples; their sheet as a whole then is none.
+    columns = {part: sample for part, sample in samples.items() if part.levels}
+    of_columns = {part.sheet for part, sample in columns.items() if sample_key(sample) in photographed}
+    of_columns = of_columns if len(set(map(sample_key, columns.values()))) > 1 else set[str | None]()
     samples = {part: sample for part, sample in samples.items() if bool(part.levels) is (part.sheet in of_columns)}
     # A worksheet or a table with the name of a sample is used although it has no readings: reading it reports why.
     samples = {
@@ -211,6 +215,7 @@ def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[s
     ]
     keys, own = {sample_key(samples[part]) for part in naming}, sample_key(place.sample)
     is_divided = len(samples) > 1 and any(part.headed for part in naming)
+    is_divided = is_divided or (bool(of_columns) and all(columns.values()))
     # Without any name, the tables of a sheet are those of its file: reading it asks which one is meant.
     unnamed = not naming and own not in photographed and sum(part.cells is not None for part in samples) > 1
     if not unnamed and (not naming or (keys == {own} and not is_divided)):
@@ -240,8 +245,8 @@ def _sample(file: PurePath, part: SamplePart, photographed: Set[str]) -> str:
     samples = named[0] or (named[1] if len({tuple(one) for one in named[1:]}) == 1 else {})
     if samples:
         return next(iter(samples.values())) if len(samples) == 1 else ""
-    label = next((match[1] for line in part.title[::-1] if (match := TITLE.fullmatch(line.strip()))), "")
-    return _sample_called(file, label, photographed)
+    titles = (match for line in part.title[::-1] if (match := TITLE.fullmatch(line.strip())))
+    return _sample_called(file, next((title["after"] or title["alone"] for title in titles), ""), photographed)
 
 
 def _samples_in(file: PurePath, text: str, photographed: Set[str]) -> dict[str, str]:

@@ -132,7 +132,7 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].sample
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
-        f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
+        f"{len(pieces)} {_kind(pieces)} are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
         "keep one, and set the role of the others to ignore."
         for role, pieces in by_role.items()
         if len(pieces) > 1
@@ -164,6 +164,10 @@ def _nameless(piece: Piece, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> 
     return (
         f"{piece}: the sheet gives no sample for this table. Write the sample into its row, or the role ignore.{likely}"
     )
+
+
+def _kind(pieces: Sequence[Piece]) -> str:
+    return "files" if any(piece.part is None or piece.part.cells is None for piece in pieces) else "tables"
 
 
 def _twins(pieces: Sequence[Piece]) -> str:
@@ -335,6 +339,8 @@ def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FileP
     if row.role == "ignore":
         return None
     if not sample_key(row.sample):
+        if part in parts and not parts[part].sample:
+            return None  # The question about this row is still open.
         return f"{file} has no sample; write the sample's name, or the role ignore."
     if as_label(row.sample) != row.sample:
         return f"{file}: a sample {row.sample!r:.80}; names may have letters, digits, spaces and -_. only."

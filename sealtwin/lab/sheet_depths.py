@@ -148,7 +148,9 @@ def _owner(table: Table, title: str, grid: SheetGrid, outcome: SampleOutcome) ->
         return "this" if "sample" in _roles(table) else "open"
     if part is not None and part.cells is not None:
         is_of_readings = "reading" in _roles(table) and crack_depth(title) is None
-        return "this" if part.cells == table.cells else "another" if is_of_readings else "open"
+        beside = [one.cells for one, _ in tables_of_readings(grid) if one.cells != table.cells and one.is_beside(table)]
+        is_of_another = is_of_readings or (len(beside) == 1 and part.cells not in beside)
+        return "this" if part.cells == table.cells else "another" if is_of_another else "open"
     return "this" if len(tables_of_readings(grid)) < SEVERAL else "open"
 
 

@@ -250,14 +250,24 @@ def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
 
 
 def _by_column(grid: SheetGrid, table: Table, sheet: str | None) -> Iterator[SamplePart]:
-    """Yield the columns under unknown names, or under those of samples, beside the only column of stations."""
-    roles = {at: what.role for at, name in table.names.items() if (what := meaning(name)) is not None}
-    along = [at for at, role in roles.items() if role == "station"]
-    for at, name in table.names.items() if len(along) == 1 else ():
+    """Yield the columns that may be of different samples, beside the only column of stations.
+
+    Their names are unknown or name samples, or they have further labels, or numbers that no repeats have.
+    """
+    columns = {at: meaning(name) for at, name in table.names.items()}
+    along = [at for at, what in columns.items() if what is not None and what.role == "station"]
+    numbers = {what.number for what in columns.values() if what is not None and what.role == "reading"}
+    for at, what in columns.items() if len(along) == 1 else ():
+        if what is not None and what.role not in ("reading", "repeat"):
+            continue
+        name, labels = table.names[at], table.labels(at)
+        if what is not None and what.number is not None and "1" not in numbers:
+            labels = (*labels, what.number)
         is_numeric = any(is_a_number(row.cell(at)) for row in table.body)
-        if is_numeric and crack_depth(name) is None and (at not in roles or names_sample(name)):
+        if is_numeric and crack_depth(name) is None and (what is None or labels or names_sample(name)):
             rows = (SheetRow(0, (row.cell(along[0]), row.cell(at))) for row in (*table.header, *table.body))
-            yield SamplePart(sheet, None, _sha256(rows, None), headed=False, names=(name,), levels=letters(at))
+            sha256 = _sha256(rows, None)
+            yield SamplePart(sheet, None, sha256, headed=False, title=labels, names=(name,), levels=letters(at))
 
 
 def tables_of_readings(grid: SheetGrid) -> list[tuple[Table, Header | None]]:

@@ -34,8 +34,19 @@ class Table:
         top = (*self.title, *self.header)[0].number
         return f"{letters(self.columns[0])}{top}:{letters(self.columns[-1])}{self.body[-1].number}"
 
+    def labels(self, column: int) -> tuple[str, ...]:
+        """Return the texts above or below a column's name in rows with several texts, each of which spans columns."""
+        first = next(at for at, row in enumerate(self.body) if _numbers(row))
+        rows = (row for row in (*self.title, *self.body[:first]) if _texts(row) > 1)
+        labels = (next((cell.text for cell in row.cells[column::-1] if cell.text), "") for row in rows)
+        return tuple(filter(None, labels))
+
     def covers(self, row: int, column: int) -> bool:
         return column in self.columns and (*self.title, *self.header)[0].number <= row <= self.body[-1].number
+
+    def is_beside(self, other: "Table") -> bool:
+        """Return True if the header and rows of two tables have rows of the sheet in common."""
+        return self.header[0].number <= other.body[-1].number and other.header[0].number <= self.body[-1].number
 
     def is_like(self, other: "Table") -> bool:
         """Return True if another table has the same column names, except for numbers and names of samples."""
@@ -84,7 +95,9 @@ def _tables(rows: list[SheetRow], merged: Merged) -> Iterator[Table]:
     tables = [part for each in parts if (part := list(_tables(each, merged)))]
     firsts = [part[0] for part in tables]
     for part in tables:
-        yield from (_with_own_title(part[0], firsts), *part[1:])
+        # A table far below on the other side has no line of a title here.
+        others = [one for one in firsts if not spans or one.is_beside(part[0])]
+        yield from (_with_own_title(part[0], others), *part[1:])
 
 
 def _table(rows: Sequence[SheetRow], merged: Merged) -> Table | None:
@@ -205,6 +218,10 @@ def _in_columns(rows: Sequence[SheetRow], span: range) -> Iterator[SheetRow]:
 def _numbers(row: SheetRow) -> dict[int, float]:
     """Return the numbers of a row by column; a cell whose value is unknown counts as 0."""
     return {at: _value(cell) for at, cell in enumerate(row.cells) if is_a_number(cell) or cell.kind == "formula"}
+
+
+def _texts(row: SheetRow) -> int:
+    return sum(bool(cell.text) and not is_a_number(cell) for cell in row.cells)
 
 
 def _value(cell: SheetCell) -> float:
