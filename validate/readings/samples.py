@@ -273,15 +273,16 @@ def _by_column(grid: SheetGrid, table: Table, sheet: str | None) -> Iterator[Sam
 def tables_of_readings(grid: SheetGrid) -> list[tuple[Table, Header | None]]:
     """Return the tables that are or may be readings, with the header of those under known names.
 
-    A table whose columns all have a meaning, but none of readings, is none: temperatures, a fill, a crack's depth.
+    A table whose columns all have a meaning, but none of readings, is none: temperatures, a fill. Nor is a crack's
+    depth beside one other column.
     """
     headed = [(table, _header_of(grid, table.cells)) for table in tables_of(grid)]
-    return [
-        (table, header)
-        for table, header in headed
-        if header is not None
-        or any(meaning(name) is None and crack_depth(name) is None for name in table.names.values())
-    ]
+    return [(table, header) for table, header in headed if header is not None or _may_be_readings(table)]
+
+
+def _may_be_readings(table: Table) -> bool:
+    names = [name for name in table.names.values() if crack_depth(name) is None]
+    return any(meaning(name) is None for name in names) and (len(names) > 1 or len(names) == len(table.names))
 
 
 def _header_of(grid: SheetGrid, cells: str | None) -> Header | None:
