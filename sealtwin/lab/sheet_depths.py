@@ -52,8 +52,10 @@ def take_depths(folder: Path, outcome: SampleOutcome) -> None:
     file = sample.files.get("readings")
     if file is None or (folder / file).is_symlink():
         return
-    upright_grids = (upright(grid, Declared()) for grid in sheets_of(folder / file))
-    grids = [grid for grid in upright_grids if grid.turned is None]
+    sheets = sheets_of(folder / file)
+    if not any(crack_depth(cell.text) for grid in sheets for row in grid.rows for cell in row.cells if cell.text):
+        return
+    grids = [grid for each in sheets if (grid := upright(each, Declared())).turned is None]
     of_readings = [grid for grid in grids if any(header for _, header in tables_of_readings(grid))]
     sheet = sample.part.sheet if sample.part is not None and sample.part.sheet else chosen and chosen.value
     own = [grid for grid in of_readings if sheet in (None, grid.sheet)]

@@ -224,7 +224,7 @@ def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
     tables = [] if grid.turned is not None else tables_of_readings(grid)
     if len(tables) == 1:
         yield from _by_column(grid, tables[0][0], sheet)
-    for table, header in tables if len(tables) > 1 else [(None, _header_of(grid, None))]:
+    for table, header in tables if len(tables) > 1 else [(None, tables[0][1] if tables else _header_of(grid, None))]:
         column = None if header is None else header.sample
         part = SamplePart(sheet, None, _sha256(grid.rows, None), headed=header is not None)
         if table is not None:
@@ -276,7 +276,10 @@ def tables_of_readings(grid: SheetGrid) -> list[tuple[Table, Header | None]]:
     A table whose columns all have a meaning, but none of readings, is none: temperatures, a fill. Nor is a crack's
     depth beside one other column.
     """
-    headed = [(table, _header_of(grid, table.cells)) for table in tables_of(grid)]
+    tables = tables_of(grid)
+    if len(tables) == 1:
+        return [(tables[0], _header_of(grid, None))]
+    headed = [(table, _header_of(grid, table.cells)) for table in tables]
     return [(table, header) for table, header in headed if header is not None or _may_be_readings(table)]
 
 
