@@ -181,6 +181,7 @@ def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared
         ("caliper_all.csv", BESIDE.replace("P02", "Z09"), ["E1:G4: no photo of sample Z09"]),
         ("caliper_all.csv", BESIDE.replace("P02", "P01"), ["2 tables are its readings"]),
         ("caliper_all.csv", BESIDE.replace("Pegel", "Wert X"), ["no column of readings", "no column of readings"]),
+        ("P01.csv", ABOVE.replace("P02", "Z09"), ["columns D E: no photo of sample Z09"]),
         ("P01.csv", BESIDE.replace("P01", "").replace("Probe P02", ""), ["2 tables side by side"]),
         ("P01.csv", f"{HEAD}\n1;-1;-1\n9;-1;-1\n\nMittel\ns [mm];Pegel [mm]\n1;-1\n9;-1", ["a second table begins"]),
     ],
