@@ -235,6 +235,10 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     rows = list(csv.DictReader((lab / PAIRING).read_text(encoding="utf-8").splitlines()))
     answered = set[str]()
     for row in rows:
+        if row["sample"] not in names:
+            # The title of a table beside the readings names a sample that has no photo.
+            row["role"] = "ignore"
+            continue
         sheet = SHEETS[names.index(row["sample"])]
         if row["role"] == "readings" and row["sample"] in faults:
             row.update(sheet.answers)

@@ -126,7 +126,7 @@ SHEETS = (
     OrdinarySheet("n. m. where nothing was read", ".csv", _lines(lambda rows: [HEAD, *([*row[:3], "n. m."] if row[0] == 5.0 else row for row in rows)])),
     OrdinarySheet("a mean row and its deviation", ".csv", _lines(lambda rows: [HEAD, *rows, ["Mittelwert", *_mean(rows)], ["Stabw.", 0.3, 0.3, 0.3]])),
     OrdinarySheet("a mean column and its deviation", ".xlsx", _book(lambda rows: [[*HEAD, "MW", "Stabw"], *_with_means(rows)])),
-    OrdinarySheet("two tables side by side", ".csv", _lines(_side_by_side), {"range": "A:D"}),
+    OrdinarySheet("two tables side by side", ".csv", _lines(_side_by_side)),
     OrdinarySheet("another quantity beside the table", ".xlsx", _book(_beside_temperatures)),
     OrdinarySheet("a mean column of formulas never calculated", ".xlsx", _book(lambda rows: [[*HEAD, "Mittel"], *([*row, f"=AVERAGE(B{n}:D{n})"] for n, row in enumerate(rows, 2))])),
     OrdinarySheet("readings that are formulas never calculated", ".xlsx", _book(lambda rows: [HEAD, *([row[0], *(f"={value + 3:.2f}-3" for value in row[1:])] for row in rows)])),

@@ -38,7 +38,8 @@ def ingest(
     An unknown word of a note that may be a setting becomes a question; define it once in the table words of lab.toml:
     "Bandgeschw." = "path.speed_mm_s" (or "ignore").
 
-    A table of several samples is divided by a column of sample names, or by worksheets named after samples.
+    A file of several samples is divided by a column of sample names, by worksheets named after samples, or by the
+    titles of the tables of a sheet.
 
     Repeating the command adds nothing. A changed sample, or one whose trial lost a file, becomes a new revision; the
     old one stays. A new answer changes a trial that was neither run nor edited.

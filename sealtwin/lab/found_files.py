@@ -15,7 +15,7 @@ from typing import Literal
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.lab.sheets import kind_of_text
-from validate.readings.samples import SamplePart, parts_of, sample_key
+from validate.readings.samples import SamplePart, part_of, parts_of, sample_key
 from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters
 
@@ -40,6 +40,15 @@ CAMERA = re.compile(
 """Name that a camera gave to a file. It is not the name of a sample."""
 BESIDE_CAMERA = re.compile(rf"(?:{CAMERA.pattern})[ _-]+(?=[^\W\d_])|(?<=\w)[ _-]+(?:{CAMERA.pattern})$", re.IGNORECASE)
 """A camera's name before or after another name, as in IMG_0412_P4."""
+SAMPLE_WORDS = LAB_WORDS["columns"]["sample"].split()
+OF_SAMPLES = frozenset(SAMPLE_WORDS + LAB_WORDS["columns"]["counter"].split())
+TITLE = re.compile(
+    rf"(?:(?:{'|'.join(SAMPLE_WORDS)})\W+(?P<after>[\w.-]*\d[\w.-]*)|(?P<alone>(?=[\w-]*[^\W\d])[\w-]*\d[\w-]*))(?:\W.*)?",
+    re.IGNORECASE,
+)
+"""Title of a table that may be the name of a sample without a photo: "Probe S13, links"."""
+MOST_WORDS = 5  # Words of a sample's name in a title
+DIGIT = re.compile(r"\d")
 REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]")  # Remark in brackets: P-03 (von oben)
 WORD = re.compile(r"[^\W_]+")
 OUTSIDE_LABELS = re.compile(r"[^\w .-]+")
@@ -153,8 +162,9 @@ class Piece:
 def divide(folder: Path, named: Mapping[PurePath, FilePlace], photographed: Set[str]) -> dict[Piece, FilePlace]:
     """Return the pieces of all files: the parts of a table with readings of several samples, otherwise the whole file.
 
-    A column of sample names always divides a table. A worksheet's name does so if it is in ``photographed``, the keys
-    of samples with a photo; the other tables of this workbook then become questions.
+    A column of sample names always divides a table. The name of a worksheet, or a title above one of several tables of
+    a sheet, does so if it is in ``photographed``, the keys of samples with a photo; the other tables of this workbook
+    then become questions.
     """
     pieces: dict[Piece, FilePlace] = {}
     for file, place in named.items():
@@ -174,35 +184,98 @@ def divide(folder: Path, named: Mapping[PurePath, FilePlace], photographed: Set[
     return pieces
 
 
+def with_parts(
+    folder: Path, pieces: Mapping[Piece, FilePlace], decisions: Mapping[tuple[PurePath, str], FilePlace]
+) -> dict[Piece, FilePlace]:
+    """Return ``pieces`` with the ranges of files that only the user named, in place of these files as a whole."""
+    files, present = {piece.file for piece in pieces}, {(piece.file, piece.part_name) for piece in pieces}
+    added = dict[Piece, FilePlace]()
+    for (file, name), place in decisions.items():
+        if file in files and (file, name) not in present and (part := part_of(folder / file, name)) is not None:
+            added[Piece(file, part)] = place
+    divided = {piece.file for piece in added}
+    return {piece: place for piece, place in pieces.items() if piece.part or piece.file not in divided} | added
+
+
 def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[str]) -> dict[Piece, FilePlace]:
     samples = {part: _sample(file, part, photographed) for part in parts_of(folder / file)}
-    # A worksheet named after a sample is used although it has no readings: reading it then reports why.
-    samples = {part: sample for part, sample in samples.items() if part.headed or sample_key(sample) in photographed}
+    # Columns are parts only if they name several samples; their sheet as a whole then is none.
+    columns = {part: sample for part, sample in samples.items() if part.levels}
+    of_columns = {part.sheet for part, sample in columns.items() if sample_key(sample) in photographed}
+    of_columns = of_columns if len(set(map(sample_key, columns.values()))) > 1 else set[str | None]()
+    samples = {part: sample for part, sample in samples.items() if bool(part.levels) is (part.sheet in of_columns)}
+    # A worksheet or a table with the name of a sample is used although it has no readings: reading it reports why.
+    samples = {
+        part: sample
+        for part, sample in samples.items()
+        if part.headed or part.levels or sample_key(sample) in photographed
+    }
     naming = [
         part for part, sample in samples.items() if part.rows_of is not None or sample_key(sample) in photographed
     ]
     keys, own = {sample_key(samples[part]) for part in naming}, sample_key(place.sample)
     is_divided = len(samples) > 1 and any(part.headed for part in naming)
-    if not naming or (keys == {own} and not is_divided):
+    is_divided = is_divided or (bool(of_columns) and all(columns.values()))
+    # Without any name, the tables of a sheet are those of its file: reading it asks which one is meant.
+    unnamed = not naming and own not in photographed and sum(part.cells is not None for part in samples) > 1
+    if not unnamed and (not naming or (keys == {own} and not is_divided)):
         return {Piece(file): place}
     if own in photographed and own not in keys:
         # The file's name and its rows contradict each other: reading the file as that sample's reports it.
         by_column = next((part for part in naming if part.rows_of is not None), None)
         return {Piece(file, by_column and replace(by_column, rows_of=place.sample)): place}
-    return {Piece(file, part): FilePlace(sample, "readings") for part, sample in samples.items()}
+    return {Piece(file, part): FilePlace(sample, "readings") for part, sample in _joined(samples).items()}
+
+
+def _joined(samples: Mapping[SamplePart, str]) -> dict[SamplePart, str]:
+    """Return the parts with their samples; columns of one sample become one part."""
+    joined: dict[object, tuple[SamplePart, str]] = {}
+    for part, sample in samples.items():
+        key = part if part.levels is None else (part.sheet, sample_key(sample))
+        joined[key] = (joined[key][0].with_columns_of(part), sample) if key in joined else (part, sample)
+    return dict(joined.values())
 
 
 def _sample(file: PurePath, part: SamplePart, photographed: Set[str]) -> str:
-    """Return the sample that a part of a file names.
+    """Return the sample that a part of a file names; "" if it names none or several."""
+    if (part.cells is None and part.levels is None) or part.rows_of is not None:
+        return _sample_called(file, part.rows_of or part.sheet or "", photographed)
+    named = [_samples_in(file, line, photographed) for line in (" ".join(part.title), *part.names)]
+    # A column may be called P1 for its first repeat: a header names a sample only if all its columns do.
+    samples = named[0] or (named[1] if len({tuple(one) for one in named[1:]}) == 1 else {})
+    if samples:
+        return next(iter(samples.values())) if len(samples) == 1 else ""
+    titles = (match for line in part.title[::-1] if (match := TITLE.fullmatch(line.strip())))
+    return _sample_called(file, next((title["after"] or title["alone"] for title in titles), ""), photographed)
+
+
+def _samples_in(file: PurePath, text: str, photographed: Set[str]) -> dict[str, str]:
+    """Return the samples with a photo that a line names, by their keys. A number alone must follow "sample"."""
+    words, samples, end = list(WORD.finditer(text)), dict[str, str](), 0
+    for start, first in enumerate(words):
+        for last in words[start : start + MOST_WORDS][::-1]:
+            name = text[first.start() : last.end()]
+            sample = _sample_called(file, name, photographed)
+            follows = start > 0 and plain_letters(words[start - 1].group()) in OF_SAMPLES
+            is_name = follows or name == text.strip() or (DIGIT.search(name) and not name.isdecimal())
+            if is_name and first.start() >= end and sample_key(sample) in photographed:
+                samples[sample_key(sample)] = sample
+                end = last.end()
+                break
+    return samples
+
+
+def _sample_called(file: PurePath, name: str, photographed: Set[str]) -> str:
+    """Return the sample with a name in a file.
 
     The name is read like that of a file in the same folder: P01 in May/all.csv means the sample May-P01. If May-P01 has
     no photo but P01 has one, it means P01.
     """
-    name = PurePath(f"{as_label(part.rows_of or part.sheet or '')}.csv")
-    there, alone = (read_name(folder / name, camera_counts=True) for folder in (file.parent, PurePath()))
+    path = PurePath(f"{as_label(name)}.csv")
+    there, alone = (read_name(folder / path, camera_counts=True) for folder in (file.parent, PurePath()))
     place = alone if alone is not None and sample_key(alone.sample) in photographed else there
     place = there if there is not None and sample_key(there.sample) in photographed else place
-    return place.sample if place is not None else ""
+    return place.sample if place is not None and name else ""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,18 @@ from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
-from sealtwin.lab.found_files import DEFAULTS, TRIAL, FilePlace, LeftOut, Piece, divide, few, find_files, read_names
+from sealtwin.lab.found_files import (
+    DEFAULTS,
+    TRIAL,
+    FilePlace,
+    LeftOut,
+    Piece,
+    divide,
+    few,
+    find_files,
+    read_names,
+    with_parts,
+)
 from sealtwin.lab.notes import SEEMS, Note, read_defaults, text_and_samples
 from sealtwin.lab.pairing import (
     PAIRING,
@@ -30,6 +41,7 @@ from sealtwin.lab.pairing import (
     pairing_text,
     place_files,
     read_pairing,
+    renewed,
 )
 from sealtwin.lab.sample_outcome import INPUTS, SampleOutcome
 from sealtwin.lab.sample_trials import gather, prepare
@@ -82,7 +94,8 @@ def ingest(
         decisions = catalogue.decisions(source) if given is None else given
         by_user = {file: place for (file, _), place in decisions.items()}
         named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
-        placed = place_files(named, decisions)
+        decisions = renewed(decisions, named)
+        placed = place_files(with_parts(folder, named, decisions), decisions)
         samples = pair(placed)
         texts = {text for sample in samples for text in sample.texts}
         alone = [piece.file for piece, place in placed.items() if place.role == "text" and piece.file not in texts]

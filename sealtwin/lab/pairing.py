@@ -2,7 +2,7 @@
 
 import re
 import unicodedata
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -13,6 +13,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.found_files import (
+    DIGIT,
     LAB_WORDS,
     UNREAD_TABLES,
     WORD,
@@ -24,7 +25,7 @@ from sealtwin.lab.found_files import (
     few,
     possible_roles,
 )
-from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
+from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table, sample_key
 from validate.readings.sheet import SheetGrid
 from validate.readings.text_table import plain_letters
 
@@ -37,7 +38,6 @@ REVISION = re.compile(LAB_WORDS["revision"]["word"])
 """Pattern of a word such as v2. Its number is not part of a sample's name."""
 ROLE_WORDS = frozenset[str]().union(*WORDS.values())
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
-DIGIT = re.compile(r"\d")
 
 
 Decisions = Mapping[tuple[PurePath, str], FilePlace]
@@ -134,13 +134,13 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].sample
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
-        f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
+        f"{len(pieces)} {_kind(pieces)} are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
         "keep one, and set the role of the others to ignore."
         for role, pieces in by_role.items()
         if len(pieces) > 1
     ]
     if not key:
-        questions = [f"{piece}: its name gives no sample; rename it, or give it a sample." for piece in group]
+        questions = [_nameless(piece, groups) for piece in group]
     elif "photo" not in by_role:
         # These files may belong to a sample that has none with their roles.
         roles = {one: {place.role for place in other.values()} for one, other in groups.items()}
@@ -156,9 +156,25 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     return SampleFiles(name, files, tuple(questions), part, answers=answers)
 
 
+def _nameless(piece: Piece, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> str:
+    """Return the question about a piece without a sample."""
+    if piece.part is None or piece.part.cells is None:
+        return f"{piece}: its name gives no sample; rename it, or give it a sample."
+    of_roles = ({place.role: place.sample for place in group.values()} for group in groups.values())
+    lacking = [roles["photo"] for roles in of_roles if "photo" in roles and "readings" not in roles]
+    likely = f" Samples without readings: {few(lacking)}." if lacking else ""
+    return (
+        f"{piece}: the sheet gives no sample for this table. Write the sample into its row, or the role ignore.{likely}"
+    )
+
+
+def _kind(pieces: Sequence[Piece]) -> str:
+    return "files" if any(piece.part is None or piece.part.cells is None for piece in pieces) else "tables"
+
+
 def _twins(pieces: Sequence[Piece]) -> str:
     """Return a remark if names look equal but differ in their bytes; otherwise ""."""
-    names = [str(piece.file) for piece in pieces]
+    names = list(dict.fromkeys(str(piece.file) for piece in pieces))
     if len({unicodedata.normalize("NFC", name) for name in names}) == len(names):
         return ""
     apart = next(name for name in names if unicodedata.normalize("NFC", name) != name)
@@ -184,7 +200,7 @@ def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFile
     ``about`` has questions about the content of single pieces. Of the columns for replies the file has those that a
     question asks for and those that have content.
     """
-    questions = {sample.key: " ".join(sample.questions) for sample in samples}
+    questions = {sample.key: sample.questions for sample in samples}
     used = {"part"} if any(piece.part_name for piece in placed) else set[str]()
     rows = list[tuple[tuple[str, int, PurePath, str], dict[str, str]]]()
     for piece, place in placed.items():
@@ -192,7 +208,9 @@ def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFile
         row = {"file": file.as_posix(), "role": place.role, "sample": place.sample, "part": piece.part_name}
         row |= {name: text for name, text in place.answers.items() if text}
         if place.role != "ignore":
-            row["question"] = asked or questions.get(key, "")
+            of_sample = questions.get(key, ())
+            of_piece = [one for one in of_sample if one.startswith(f"{piece}:")] or of_sample
+            row["question"] = asked or " ".join(of_piece)
             used.update(columns_asked(asked, possible_answers(place.role), PAIRING))
         used.update(row.keys() & ANSWERS)
         rows.append(((key, ROLES.index(place.role), file, piece.part_name), row))
@@ -264,6 +282,9 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
     by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
     decisions: dict[tuple[PurePath, str], FilePlace] = {}
     rowed: set[tuple[PurePath, str]] = set()
+    several = {file for file, count in Counter(row.file for row in rows).items() if count > 1}
+    rows = [_of_own_part(row) if row.file in several else row for row in rows]
+    parted = {row.file for row in rows if row.part}
     faults = []
     for row in rows:
         file = by_cell.get(row.file)
@@ -273,17 +294,45 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
         part = next((part for part in pieces[file] if row.part in (part, as_text_cell(part))), row.part)
         fault = _fault(file, part, row, pieces[file])
         if (file, part) in rowed:
-            fault = f"{file} has two rows; keep one."
+            fault = f"{file} has two rows; keep one, or give each its own range or levels."
+        elif not part and row.file in parted:
+            fault = f"{file} has rows for its parts too; delete this row, or write its part into range or levels."
         rowed.add((file, part))
         if fault is not None:
             faults.append(f"{row.where}: {fault}")
             continue
         place = FilePlace(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
-        if place != pieces[file].get(part):
+        if place != pieces[file].get(part) or row.file in several:
             decisions[file, part] = place
     if faults:
         raise InputError("\n".join(faults))
     return decisions
+
+
+def _of_own_part(row: PairingRow) -> PairingRow:
+    """Return one of several rows of a file as the part that its range, else its columns of readings, give."""
+    key = next((key for key in ("range", "levels") if key in row.answers), None)
+    if row.part or key is None:
+        return row
+    sheet = f"sheet {row.answers['sheet']}, " if "sheet" in row.answers else ""
+    name = row.answers[key].upper() if key == "range" else f"columns {row.answers[key]}"
+    answers = {other: text for other, text in row.answers.items() if other not in (key, "sheet")}
+    return replace(row, part=f"{sheet}{name}", answers=answers)
+
+
+def renewed(decisions: Decisions, named: Mapping[Piece, FilePlace]) -> Decisions:
+    """Return decisions on parts by the present ranges: a table that begins at the same cell may have got new rows."""
+    begins = {(piece.file, _begin(piece.part_name)): piece.part_name for piece in named if piece.part is not None}
+    present = {(piece.file, piece.part_name) for piece in named}
+    renamed = dict[tuple[PurePath, str], FilePlace]()
+    for (file, part), place in decisions.items():
+        now = begins.get((file, _begin(part)), part) if RANGE_PART.fullmatch(part) else part
+        renamed[file, part if (file, part) in present or (file, now) in decisions else now] = place
+    return renamed
+
+
+def _begin(part: str) -> str:
+    return part.rpartition(":")[0]
 
 
 def read_pairing(path: Path) -> list[PairingRow]:
@@ -314,7 +363,7 @@ def _refuse_other_columns(table: SheetGrid) -> None:
 
 
 def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FilePlace]) -> str | None:
-    if part and part not in parts:
+    if part and part not in parts and not RANGE_PART.fullmatch(part):
         names = ", ".join(repr(name) for name in parts if name) or "none: it is not shared by several samples"
         return f"{file} has no part {part!r:.80}; its parts are {names}."
     possible = (*(("readings",) if part else possible_roles(file.suffix.lower())), "ignore")
@@ -323,6 +372,8 @@ def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FileP
     if row.role == "ignore":
         return None
     if not sample_key(row.sample):
+        if part in parts and not parts[part].sample:
+            return None  # The question about this row is still open.
         return f"{file} has no sample; write the sample's name, or the role ignore."
     if as_label(row.sample) != row.sample:
         return f"{file}: a sample {row.sample!r:.80}; names may have letters, digits, spaces and -_. only."

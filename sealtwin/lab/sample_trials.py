@@ -17,6 +17,7 @@ from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN,
 from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
+from sealtwin.lab.sheet_depths import LEVELS, RANGE, take_depths
 from sealtwin.lab.sheets import read_fill
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
@@ -25,6 +26,8 @@ from sealtwin.trial.trial_file import Trial, with_settings
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetFaults
+from validate.readings.table_rows import within
+from validate.readings.tables import common_lines
 from validate.settings import Declared
 
 MOST_CELLS = 3  # Cells of a row that may be a title: word, value and unit
@@ -127,6 +130,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     if "crack" in given:
         settings["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
     outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in settings.items()}
+    take_depths(folder, outcome)
     outcome.faults += outcome.note.faults
     outcome.remarks += outcome.note.remarks
     return outcome
@@ -211,7 +215,9 @@ def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], 
     """
     faults, assumed = list[str](), rest_of(outcome)
     try:
-        rows = read_cells(path, declared).rows
+        grid = read_cells(path, declared)
+        span = declared.columns and declared.columns.range
+        rows = [*within(grid.rows, span), *common_lines(grid, span)]
     except InputError:
         return faults  # Reported as a fault of the readings.
     for row in rows:
@@ -273,7 +279,10 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
             given[key] = "", f"no {role.replace('_', ' ')}", ""
     if (part := sample.part) is not None:
         place = f"{sample.files['readings']}, {part},"
-        parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of}
+        levels = as_columns({"levels": part.levels})["levels"] if part.levels else None
+        parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of, RANGE: part.cells, LEVELS: levels}
+        # An answer about the part itself is narrower than the part.
+        parts = {key: value for key, value in parts.items() if key not in entries or entries[key].origin != PAIRING}
         given |= {key: (value, place, value) for key, value in parts.items() if value is not None}
     for key, (name, place, value) in given.items():
         if key in entries:

@@ -103,6 +103,7 @@ ON_PAPER = (
 )
 ingested, typed = answers(INGEST), answers(ON_PAPER)
 SHEET = "s [mm];level [mm]\n1;-1,5\n5;-1,4\n9;-1,6\n"
+TWO_TABLES = "N3;;;Z9;\ns [mm];level [mm];;s [mm];level [mm]\n1;-1,5;;1;2,5\n9;-1,4;;9;2,6\n"
 OF_SHEET = LAB + '[readings]\nrole = "held-out"\n'
 NOT_SAID = LAB.replace("0.1", "0.5").partition("[path]")[0] + '[solver]\nmodel = "slot"\n'
 OTHERS = "Luftdruck 100 kPa. Viskositaet 54 cP. Duese 3 mm vor der Kante. tilt angle 12 deg. flow 400 mm3/s"
@@ -161,6 +162,14 @@ CASES: list[WrongInput] = [
     ingested("a title above a sheet says a date, on which no run depends",
         _files(OF_SHEET, N3__csv=f"Datum 3.5.2026\n{SHEET}"), "1 of 1 sample is sound", code=0,
         lacks=("no note says so",)),
+    ingested("samples in the columns of a sheet that is called as one of them",
+        _files(OF_SHEET, (3, 4), N3__csv="s [mm];Probe 1 Tiefe [mm];Probe 2 Tiefe [mm]\n1;1,5;2,5\n9;1,4;2,4\n"),
+        "N3.csv", "'Probe 1 Tiefe [mm]', 'Probe 2 Tiefe [mm]'", "levels", code=SOME_FAILED),
+    ingested("tables of two samples beside each other, one without a photo",
+        _files(OF_SHEET, N3__csv=TWO_TABLES), "N3.csv, D1:E4", "Z9", code=SOME_FAILED, broad=True),
+    ingested("a sheet's depths of the crack beside another depth in lab.toml",
+        _files(OF_SHEET, N3__csv=TWO_TABLES.replace("Z9", "").replace("level [mm]\n", "Risstiefe [mm]\n")),
+        "N3.csv, range D2:E4", "lab.toml has 16.0", "crack.depth_mm = [[1.0, 2.5], [9.0, 2.6]]", code=NONE_SOUND),
     ingested("a note in place of lab.toml", _files(N3__toml="crack.depth_mm = 9.0"),
         "N3.toml: crack.depth_mm = 9.0, in place of 16.0 in lab.toml", code=0, broad=True),
     ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",

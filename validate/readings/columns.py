@@ -22,6 +22,7 @@ from validate.readings.header_words import (
     factor_in,
     is_number,
     meaning,
+    names_sample,
     quantity_in,
     ten_at_unit,
     unit_in,
@@ -40,6 +41,7 @@ from validate.readings.sheet import (
     refuse,
 )
 from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, sorted_rows, table_rows
+from validate.readings.tables import common_lines
 from validate.settings import Columns, Declared, Quantity
 
 ASSIGN = (
@@ -152,7 +154,7 @@ class _HeaderReader:
         self._check_units_beside(used, beside)
         place, at = self.grid.place(self.number), [column.index for column in used]
         body, between, passed = sorted_rows(place, self.body, at[0], at[1:], self.faults)
-        remarks = [*self.rows[: self.first], *self.skipped, *between]
+        remarks = [*self.rows[: self.first], *self.skipped, *between, *common_lines(self.grid, self.given.range)]
         self._check_units_of_remarks(remarks, used)
         cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
         return Header(
@@ -254,12 +256,17 @@ class _HeaderReader:
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
         spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        remedy = f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
+        remedy = (
+            f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv, with one row for each sample.'
+        )
         self._add_fault(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
         return tables[0]
 
     def _check_numbers(self, readings: Sequence[Column]) -> None:
         """Add a fault for columns of readings without a number (one may be the mean), or with the same number."""
+        if len(readings) > 1 and self.given.levels is None and all(names_sample(column.name) for column in readings):
+            finding = f"{_names(readings)}: columns of several samples, or repeats of one?"
+            self._add_fault(finding, f"List the columns of this sample. {ASSIGN}", readings[0].name)
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:

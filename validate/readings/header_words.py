@@ -53,6 +53,9 @@ OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("besi
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
 """A direction in several words, such as "nach unten"."""
 ZERO_OF_READINGS, FACE, OF_FACTOR = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor"))
+NUMBERED_SAMPLE = re.compile(rf"\b(?:{'|'.join(SAMPLE)})\W*(?:(?:{'|'.join(COUNTER)})\b\W*)?[^\W\d_]{{0,3}}\W?[0-9]")
+CRACK_DEPTH = re.compile(WORDS["crack_depth"]["sure"].replace("\n", ""))
+CRACK, SEALANT = (frozenset(WORDS["crack_depth"][key].split()) for key in ("crack", "sealant"))
 NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
 COMMENT = re.compile(r"(#(?!(?:[A-Z\u00c0-\u00dd/0\u00a1]+[!?]|N/?[AVD])$)|//|%%)")
@@ -113,6 +116,23 @@ def meaning(name: str) -> ColumnMeaning | None:
     bare = quantity is None and unit is None and not numbers
     counts = bare and (words & COUNTER or not words & VALUE)
     return ColumnMeaning("repeat" if counts else "reading", unit, quantity, "-".join(numbers) or None, factor)
+
+
+def names_sample(name: str) -> bool:
+    """Return whether a column's name has a word for a sample and its number, such as "Probe 1 Tiefe"."""
+    return NUMBERED_SAMPLE.search(plain_letters(name[:LONGEST_NAME])) is not None
+
+
+def crack_depth(name: str) -> Literal["sure", "doubtful"] | None:
+    """Return whether the words of a name mean the depth of the crack itself; None if they do not."""
+    parts = [word for word in WORD.findall(_plain(name[:LONGEST_NAME])) if word not in UNITS and word != "in"]
+    words = [word for word in parts if not word.isdigit()]
+    if SEALANT & set(words):
+        return None
+    if CRACK_DEPTH.fullmatch(" ".join(parts)):
+        return "sure"
+    is_named = CRACK_DEPTH.search(" ".join(words)) is not None
+    return "doubtful" if is_named or (DEPTH & set(words) and CRACK & set(words)) else None
 
 
 def _plain(name: str) -> str:

@@ -80,7 +80,7 @@ def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
     rows, skipped = [], []
     skip = {str(one) if isinstance(one, int) else plain_name(one): str(one) for one in given.skip}
     unmet = dict(skip)
-    for row in _within(grid.rows, given.range):
+    for row in within(grid.rows, given.range):
         first = first_cell(row)
         if first is None:
             continue
@@ -98,7 +98,7 @@ def first_cell(row: SheetRow) -> SheetCell | None:
     return next((cell for cell in row.cells if cell != BLANK), None)
 
 
-def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
+def within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
     """Yield the rows of a range. Cells outside the range are blank."""
     if span is None:
         yield from rows

@@ -6,7 +6,8 @@ import pytest
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
 from sealtwin.lab.ingest import ingest
-from tests.labs import QUIET, edit, fates, levels_mm
+from tests.labs import QUIET, answer, edit, fates, levels_mm, pairing_rows
+from tests.open_document import write_ods
 
 TABLE = "Probe;s [mm];Pegel 1 [mm]\nP01;1;-1,0\np-02;1;-2,0\nP01;11;-1,5\np-02;11;-2,5\n"
 
@@ -123,3 +124,113 @@ def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):
     ingested = ingest(shared, tmp_path / "lab", QUIET)
     assert not ingested.faults
     assert levels_mm(tmp_path / "lab", "P02") == [-1.0, -1.0]
+
+
+HEAD, FIRST, SECOND = "s [mm];Pegel 1 [mm];Pegel 2 [mm]", ("1;-1;-1,1", "11;-1,5;-1,6"), ("1;-2;-2,1", "11;-2,5;-2,6")
+BELOW = "\n".join(["Labor 3\n\nProbe P01", HEAD, *FIRST, "Mittel;-1,2;-1,3\n\np-02", HEAD, *SECOND, "12;-2,6;-2,7"])
+BESIDE = "\n".join(
+    f"{one};;{two}" for one, two in zip(["P01;;", HEAD, *FIRST], ["Probe P02;;", HEAD, *SECOND], strict=True)
+)
+NAMED = "s [mm];Tiefe P01 [mm];Tiefe P02 [mm]\n1;1;2,1\n11;1,5;2,5\n"
+ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\n1;1;1,1;2;2,1\n11;1,5;1,6;2,5;2,7\n"
+
+
+@pytest.mark.parametrize("file", ["caliper_all.csv", "P01.csv", "caliper.ods"])
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        (BELOW, ["A3:C7", "A9:C13"]),
+        (BESIDE, ["A1:C4", "E1:G4"]),
+        (
+            BESIDE.replace(";;Probe", ";Probe").replace(";;s", ";s").replace(";;1;", ";1;").replace(";;11", ";11"),
+            ["A1:C4", "D1:F4"],
+        ),
+        (NAMED, ["columns B", "columns C"]),
+        (ABOVE, ["columns B C", "columns D E"]),
+    ],
+    ids=["below", "beside", "without a blank column", "columns that name them", "a row that names them"],
+)
+def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared, tmp_path, text, parts, file):
+    """Repeats of a sheet called P01 were once the columns of both samples."""
+    (shared / "caliper_all.csv").unlink()
+    if file.endswith("ods"):
+        rows = [
+            [
+                float(cell.replace(",", ".")) if cell[-1:].isdigit() and cell[0] in "-0123456789" else cell or None
+                for cell in line.split(";")
+            ]
+            for line in text.split("\n")
+        ]
+        write_ods(shared / file, rows)
+    else:
+        (shared / file).write_text(text)
+    ingested = ingest(shared, tmp_path / "lab", QUIET)
+    assert {outcome.sample.name: str(outcome.sample.part) for outcome in ingested.outcomes} == dict(
+        zip(["P01", "P02"], parts, strict=True)
+    )
+    assert fates(ingested) == {"P01": "new", "P02": "new"}
+    assert levels_mm(tmp_path / "lab", "P01")[0] == pytest.approx(-1.0, abs=0.051)
+    assert levels_mm(tmp_path / "lab", "P02")[0] == pytest.approx(-2.0, abs=0.101)
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "questions"),
+    [
+        ("caliper_all.csv", BESIDE.replace("P01", "").replace("Probe P02", ""), ["A2:C4", "E2:G4"]),
+        ("caliper_all.csv", BESIDE.replace("P01", ""), ["A2:C4", "E2:G4"]),
+        ("caliper_all.csv", BESIDE.replace("P02", "Z09"), ["E1:G4: no photo of sample Z09"]),
+        ("caliper_all.csv", BESIDE.replace("P02", "P01"), ["2 tables are its readings"]),
+        ("caliper_all.csv", BESIDE.replace("Pegel", "Wert X"), ["no column of readings", "no column of readings"]),
+        ("P01.csv", ABOVE.replace("P02", "Z09"), ["columns D E: no photo of sample Z09"]),
+        ("P01.csv", BESIDE.replace("P01", "").replace("Probe P02", ""), ["2 tables side by side"]),
+        ("P01.csv", f"{HEAD}\n1;-1;-1\n9;-1;-1\n\nMittel\ns [mm];Pegel [mm]\n1;-1\n9;-1", ["a second table begins"]),
+    ],
+)  # fmt: skip
+def test_a_table_whose_sample_or_content_is_open_is_asked_about(shared, tmp_path, file, text, questions):
+    (shared / "caliper_all.csv").unlink()
+    (shared / file).write_text(text)
+    asked = [fault.sentence for fault in ingest(shared, tmp_path / "lab", QUIET).faults]
+    for question in questions:
+        assert any(question in sentence for sentence in asked), asked
+    assert len(asked) >= len(questions)
+
+
+def test_further_rows_divide_a_file_and_follow_its_tables(shared, tmp_path):
+    """Titles between the rows of one table are no headers: the user gives the ranges."""
+    text, lab = f"{HEAD}\nErste\n{FIRST[0]}\n{FIRST[1]}\nZweite\n{SECOND[0]}\n{SECOND[1]}\n", tmp_path / "lab"
+    (shared / "caliper_all.csv").rename(shared / "P01.csv")
+    (shared / "P01.csv").write_text(text)
+    assert fates(ingest(shared, lab, QUIET)) == {"P01": "failed", "P02": "new"}
+    pairing = answer(lab, {"P01.csv": {"range": "A1:C4"}})
+    columns = {
+        "file": "P01.csv",
+        "role": "readings",
+        "sample": "P02",
+        "range": "6:7",
+        "s": "A",
+        "levels": "B:C",
+        "unit": "mm",
+        "sign": "up",
+    }
+    with pairing.open("a") as rows:
+        rows.write(",".join(columns.get(name, "") for name in pairing_rows(lab)[0]) + "\n")
+    assert fates(ingest(shared, lab, QUIET)) == {"P01": "new", "P02": "revised"}
+    assert levels_mm(lab, "P02@2") == pytest.approx([-2.05, -2.55])
+    assert fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
+    parts = [row["part"] for row in pairing_rows(lab) if row["file"] == "P01.csv"]
+    assert parts == ["A1:C4", "6:7"]
+    edit(pairing, "A1:C4", "")
+    with pytest.raises(InputError, match="has rows for its parts too"):
+        ingest(shared, lab, QUIET)
+
+
+def test_an_answer_stays_with_a_table_that_gets_a_new_row(shared, tmp_path):
+    lab, path = tmp_path / "lab", shared / "caliper_all.csv"
+    path.write_text(BESIDE.replace("P01", "Messreihe"))
+    ingest(shared, lab, QUIET)
+    assert "caliper_all.csv,readings,,A1:C4," in (lab / "pairing.csv").read_text()
+    edit(lab / "pairing.csv", "caliper_all.csv,readings,,A1:C4,", "caliper_all.csv,readings,P01,A1:C4,")
+    assert fates(ingest(shared, lab, QUIET))["P02"] == "unchanged"
+    path.write_text(BESIDE.replace("P01", "Messreihe") + "\n12;-1,7;-1,7;;12;-2,7;-2,7\n")
+    assert fates(ingest(shared, lab, QUIET)) == {"P01": "revised", "P02": "revised"}
+    assert len(levels_mm(lab, "P01@3")) == 3
