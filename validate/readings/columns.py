@@ -43,7 +43,15 @@ from validate.readings.sheet import (
     refuse,
 )
 from validate.readings.stand_ins import likely_columns
-from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, sorted_rows, table_rows
+from validate.readings.table_rows import (
+    blocks,
+    columns_named,
+    find_header,
+    header_of_note,
+    is_a_number,
+    sorted_rows,
+    table_rows,
+)
 from validate.settings import Columns, Declared, Quantity
 
 ASSIGN = (
@@ -115,7 +123,8 @@ class _HeaderReader:
         if len(self.rows) < 2:
             remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
-        header = find_header(self.rows, grid.merged, self.given)
+        of_note = header_of_note(self.rows) if grid.is_note else None
+        header = of_note or find_header(self.rows, grid.merged, self.given)
         self.first, self.names = header.first, dict(header.names)
         self.number = self.rows[self.first].number
         if isinstance(self.given.header_rows, str) and not header.count:

@@ -18,7 +18,7 @@ from validate.readings.header_words import (
     unit_of,
 )
 from validate.readings.sheet import BLANK, MOST_COLUMNS, FaultList, Place, SheetCell, SheetGrid, SheetRow, column_of
-from validate.readings.text_table import is_missing, number, plain_letters, several
+from validate.readings.text_table import NOTE_HEAD, is_missing, number, plain_letters, several
 from validate.settings import Columns, Declared
 
 MOST_LINES_ABOVE = 100
@@ -134,9 +134,11 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         names = _joined(named, merged)
         written = {at: name for at, name in names.items() if any(row.cell(at).text for row in named)}
         hits = len(wanted & set(map(plain_name, written.values())))
-        above = _is_above_numbers(header, rows[first + len(header) :])
+        likeness = _likeness(written)
+        # Only unknown names are known by the numbers below them: a row that is no row of numbers may be a mistake.
+        above = not any(likeness[:3]) and _is_above_numbers(header, rows[first + len(header) :])
         # Of equals, prefer names of repeats below, then fewer rows, then the first; units are in a row of their own.
-        return hits, *_likeness(written), above, len(header) > 1 and _names_repeats(header[-1]), -len(named), -first
+        return hits, *likeness, above, len(header) > 1 and _names_repeats(header[-1]), -len(named), -first
 
     best = max(_candidates(rows, merged, given.header_rows), key=key, default=(0, ()))
     hits, *likeness = key(best) if best[1] else (0, *_likeness({}), False)
@@ -152,6 +154,12 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         best = best[0], ()  # The sheet begins with readings.
     named, units = _without_units(best[1])
     return HeaderRows(best[0], len(best[1]), _joined(named, merged), units)
+
+
+def header_of_note(rows: Sequence[SheetRow]) -> HeaderRows | None:
+    """Return the header of a note; None if it is outside of the declared range."""
+    first = next((at for at, row in enumerate(rows) if row.cells == NOTE_HEAD), None)
+    return None if first is None else HeaderRows(first, 1, _joined([rows[first]], ()))
 
 
 def _stated_header(rows: Sequence[SheetRow], merged: Merged, span: str) -> HeaderRows:

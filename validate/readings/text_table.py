@@ -53,6 +53,9 @@ NOTE_LINE = re.compile(
     r"(?:\*\*)?\s*(?:=|->|\u2192|:(?!\d\d(?![\d.,])))(?:\*\*)?\s*(?P<readings>.*)"
 )
 """Line of a note: a place, a colon, and its readings. 14:30 is a time."""
+DATE_WORD = re.compile(r"(?<![\d.,])\d{1,4}([./-])\d{1,2}\1(?:\d{2,4})?(?![\d,])")
+DECIMAL = re.compile(r"\d[.,]\d|(?<!\w)[.,]\d")
+WORD_OF_TITLE = re.compile(r"[^\W\d_]{3}")
 NOTE_HEAD = (SheetCell("s"), SheetCell("reading"))
 """Header of a note, whose lines have no names."""
 LOST_LINE = re.compile(r"^\0+\s*$", re.MULTILINE)
@@ -198,22 +201,32 @@ def _note_rows(text: str) -> tuple[SheetRow, ...]:
         return ()
     rows, begins = list[SheetRow](), min(fitting)
     for number, line in lines:
-        match = matches[number]
-        words = line.lstrip("-*\u2022 ").split()
-        numbers = [word for word in words if NUMBER.fullmatch(word.strip(":,;/").translate(MINUS))]
-        label, _, rest = line.partition(":")
-        if match is not None and (number in fitting or number >= begins):
+        match, (label, _, rest) = matches[number], line.partition(":")
+        is_title = number < begins
+        if match is not None and (not is_title or WORD_OF_TITLE.search(match["readings"]) is None):
             cells = " ".join(filter(None, (match["place"], match["unit"]))), match["readings"].strip()
-        elif len(numbers) > 1 and words[0] == numbers[0]:
-            cells = line, line
-        elif number > begins and _are_readings(rest):
+        elif _are_readings(rest) and (not is_title or not label.strip() or any(map(str.isdecimal, label))):
             cells = label.strip(), rest.strip()
+        elif _may_be_readings(line, is_title=is_title):
+            cells = "", line  # A fault, since its place is missing
         else:
             cells = (line,)
-        begins = min(begins, number) if len(cells) > 1 else begins
         rows.append(SheetRow(number, tuple(map(SheetCell, cells))))
     first = next(at for at, row in enumerate(rows) if len(row.cells) > 1)
     return (*rows[:first], SheetRow(rows[first].number, NOTE_HEAD), *rows[first:])
+
+
+def _may_be_readings(line: str, *, is_title: bool) -> bool:
+    """Return whether a line that does not fit may be one of readings.
+
+    A title with words may state one decimal number.
+    """
+    words = DATE_WORD.sub(" ", line).lstrip("-*\u2022 ").split()
+    numbers = [word for word in words if NUMBER.fullmatch(word.strip(":,;/").translate(MINUS))]
+    decimals = len(DECIMAL.findall(" ".join(words)))
+    if is_title:
+        return decimals > (WORD_OF_TITLE.search(line) is not None) or (len(numbers) > 1 and words[0] == numbers[0])
+    return decimals > 0 or len(numbers) > 1 or len(numbers) == len(words) > 0
 
 
 def _are_readings(text: str) -> bool:

@@ -57,12 +57,28 @@ REFUSED = {
     "a line without its colon": (
         LINES.replace("10:", "10"),
         MM_DOWN,
-        ["'10 11,4 11.2 11,3' has 4 readings", "'10 11,4 11.2 11,3' is not a number in mm"],
+        ["'10 11,4 11.2 11,3' has 4 readings", "line 2, column s: '' is not a number"],
     ),
     "the first line without its colon": (
         LINES.replace("0:", "0", 1),
         MM_DOWN,
-        ["'0 11,1 11,1 10.8' has 4 readings", "'0 11,1 11,1 10.8' is not a number in mm"],
+        ["'0 11,1 11,1 10.8' has 4 readings", "line 1, column s: '' is not a number"],
+    ),
+    "the first place garbled": (
+        LINES.replace("0:", "O:", 1),
+        MM_DOWN,
+        ["line 1, column s: '' is not a number", "'O: 11,1 11,1 10.8' is not a number"],
+    ),
+    "the first of single readings garbled": (
+        "x: 11,1\n5: 11,4\n9: 11\n",
+        MM_DOWN,
+        ["line 1, column s: '' is not a number", "'x: 11,1' is not a number"],
+    ),
+    "a line that is broken": (LINES.replace(" 11.2", "\n11.2"), MM_DOWN, ["line 3, column s: '' is not a number"]),
+    "two lines in one": (
+        LINES.replace("\n10", " 10") + "30: 10,2 10,3 10,1\n",
+        MM_DOWN,
+        ["'11,1 11,1 10.8 10: 11,4 11.2 11,3' is not a number"],
     ),
     "a letter in a number": (LINES.replace("11.2", "1l.2"), MM_DOWN, ["'11,4 1l.2 11,3' is not a number"]),
     "a blank in a number": (LINES.replace("11.2", "11 2"), MM_DOWN, ["'11,4 11 2 11,3' has 4 readings"]),
