@@ -24,6 +24,7 @@ AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|d
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
+ROWS = r"^[1-9][0-9]{0,6}:[1-9][0-9]{0,6}$"
 OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
 """Settings that [readings.columns] accepts too, with the same meaning as in [readings]."""
 Sign = Literal["up", "down"]
@@ -44,8 +45,9 @@ class Columns(Settings):
     read."""
     repeat: Text | None = None
     """Column that numbers the readings of a station, if each reading has its own row."""
-    header_rows: int | None = Field(default=None, ge=0, le=20)
-    """Number of header rows; 0 if the sheet begins with readings."""
+    header_rows: Annotated[int, Field(ge=0, le=20)] | Annotated[str, Field(pattern=ROWS)] | None = None
+    """Header rows, if they are not recognised: their number, 0 if the sheet begins with readings, or the first and the
+    last one, such as "3:5". Rows of units among them are not names."""
     transposed: bool | None = None
     """True if each station has a column. Letters then count rows: "A" is the first one. Default: decided by the
     names."""

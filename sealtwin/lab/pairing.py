@@ -245,6 +245,7 @@ OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
     "sign": str.lower,
     "s_from": str.lower,
     "range": str.upper,
+    "header_rows": lambda text: int(text) if text.isdecimal() else text,
     "skip": _skip,
     "missing": lambda text: re.split(r"\s*;\s*", text),
     "as_written": _as_written,

@@ -7,7 +7,6 @@ from validate.readings.header_words import (
     OTHER_UNITS,
     ColumnUnit,
     holds_no_number,
-    is_number,
     is_scaled_unit,
     names_unit,
     unit_of,
@@ -41,12 +40,27 @@ def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
     return (units, others) if units and short and len(others) <= len(units) else ({}, {})
 
 
+def units_between(rows: Sequence[SheetRow], names: Mapping[int, str]) -> dict[int, str]:
+    """Return the text of each column in rows of units between the rows of a header.
+
+    A unit goes on over blank cells, as the name of a group of repeats does.
+    """
+    units: dict[int, str] = {}
+    for row in rows:
+        last = ""
+        for at in range(max(names, default=-1) + 1):
+            last = row.cell(at).text or last
+            if last and at in names:
+                units[at] = last
+    return units
+
+
 def units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, ColumnUnit]]:
     """Return the rows without units behind their numbers, and the unit of each column if all its numbers have it."""
     by_column: dict[int, set[ColumnUnit | None]] = {}
     for row in body:
         for at, cell in enumerate(row.cells):
-            if is_a_number(cell) or (cell.kind == "text" and is_number(_without_unit(cell.text))):
+            if is_a_number(cell) or (cell.kind == "text" and is_a_number(SheetCell(_without_unit(cell.text)))):
                 by_column.setdefault(at, set()).add(unit_of(cell.text.rpartition(" ")[2]))
     units: dict[int, ColumnUnit] = {at: one for at, (one, *more) in by_column.items() if one is not None and not more}
     stripped = [

@@ -10,6 +10,7 @@ from validate.readings.cell_units import (
     columns_of_units,
     shown_cells,
     unit_cells,
+    units_between,
     units_in_cells,
     units_row,
 )
@@ -22,10 +23,12 @@ from validate.readings.header_words import (
     factor_in,
     is_number,
     meaning,
+    name_in_titles,
     names_sample,
     quantity_in,
     ten_at_unit,
     unit_in,
+    unit_of,
     units_named,
 )
 from validate.readings.sheet import (
@@ -40,7 +43,16 @@ from validate.readings.sheet import (
     quoted,
     refuse,
 )
-from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, sorted_rows, table_rows
+from validate.readings.stand_ins import likely_columns
+from validate.readings.table_rows import (
+    blocks,
+    columns_named,
+    find_header,
+    header_of_note,
+    is_a_number,
+    sorted_rows,
+    table_rows,
+)
 from validate.readings.tables import common_lines
 from validate.settings import Columns, Declared, Quantity
 
@@ -87,33 +99,50 @@ class Header:
         return [one for one in (self.station, self.repeat, self.sample, *self.readings) if one is not None]
 
 
-def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None = None) -> Header:
+def read_header(
+    grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None = None, *, stand_in: bool = False
+) -> Header:
     """Return the header of the table of readings. Faults after which reading can go on are added to ``faults``.
 
     If ``mass`` is given the table is a fill: its "stations" are masses, in that unit unless the sheet names one. Raises
-    SheetFaults if there is no column of stations or none of readings.
+    SheetFaults if there is no column of stations or none of readings; with ``stand_in`` that is a fault too, and the
+    likeliest columns are read, so that further faults of the sheet are reported with it.
     """
-    return _HeaderReader(grid, declared, faults, mass).read()
+    return _HeaderReader(grid, declared, faults, mass, stand_in=stand_in).read()
 
 
 class _HeaderReader:
     """Reader of the header of one sheet."""
 
-    def __init__(self, grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None) -> None:
-        self.grid, self.declared, self.faults = grid, declared, faults
+    def __init__(
+        self, grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None, *, stand_in: bool
+    ) -> None:
+        self.grid, self.declared, self.faults, self.stand_in = grid, declared, faults, stand_in
         self.mass: Mass | None = mass
+        self.unknown: list[Column] = []  # Columns of numbers under unknown names
         self.given = declared.columns or Columns()
         self.rows, self.skipped, self.unmet = table_rows(grid, self.given)
         if len(self.rows) < 2:
             remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
-        header = find_header(self.rows, grid.merged, self.given)
-        self.first, self.names = header.first, header.names
+        of_note = header_of_note(self.rows) if grid.is_note else None
+        header = of_note or find_header(self.rows, grid.merged, self.given)
+        self.first, self.names = header.first, dict(header.names)
         self.number = self.rows[self.first].number
+        if isinstance(self.given.header_rows, str) and not header.count:
+            remedy = "Correct [readings.columns] header_rows; rows are counted from 1, as in a spreadsheet."
+            raise self._refused(f"no rows {self.given.header_rows} with content.", remedy, self.given.header_rows)
+        if grid.is_note:
+            titles = (row.cell(0).text for row in (*self.rows[: self.first], *self.skipped))
+            self.names |= {1: name} if (name := name_in_titles(titles)) else {}
         body = self.rows[self.first + header.count :]
         below, self.other_units = units_row(body[0]) if body else ({}, {})
         self.body, in_cells = units_in_cells(body[1:] if below else body)
-        self.units = in_cells | below
+        between = units_between(header.units, self.names)
+        self.other_units |= {at: text for at, text in between.items() if unit_of(text) is None}
+        self.units = (
+            in_cells | below | {at: unit for at, text in between.items() if (unit := unit_of(text)) is not None}
+        )
 
     def _add_fault(self, finding: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
         """Add a fault of the header, or of one of its columns."""
@@ -132,7 +161,9 @@ class _HeaderReader:
         if repeat is None:
             readings += [replace(column, role="reading") for column in counters]
         if not stations or not readings:
-            raise self._without(stations)
+            stations, readings = self._stand_ins(stations, readings)
+        else:
+            self._check_unknown(columns)
         for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
             if len(twice) > 1:
                 self._add_fault(f"{_names(twice)} both name the {what}.", ASSIGN)
@@ -140,13 +171,15 @@ class _HeaderReader:
             finding = f"column {_names([repeat])} numbers repeats, but there are several columns: {_names(readings)}."
             self._add_fault(finding, "List the columns of readings: [readings.columns] levels, or correct repeat.")
         used = [stations[0], *readings]
-        self._check_numbers(readings)
+        if "readings" not in self.faults.open:
+            self._check_numbers(readings)
         self._check_factors(used)
         for column in used:
             if (word := self.other_units.get(column.index)) is not None:
                 finding = f"{quoted(word)}, below {quoted(column.name)}, is not a supported unit of length."
                 self._add_fault(finding, "List the columns of readings: [readings.columns] levels.", word)
-        skipped = by_role["skipped"]
+        read = {column.index for column in used}
+        skipped = [column for column in by_role["skipped"] if column.index not in read]
         taken = {column.index for column in columns} - {column.index for column in skipped}
         of_units = columns_of_units(self.names, taken, self.body)
         beside = self._units_beside(of_units, used)
@@ -173,6 +206,30 @@ class _HeaderReader:
             of_units=tuple(of_units),
         )
 
+    def _stand_ins(self, stations: list[Column], readings: list[Column]) -> tuple[list[Column], list[Column]]:
+        """Return the likeliest stations and readings of a table that names no such columns, and add a fault.
+
+        Raises the fault if no columns come into question, or if no stand-in is wanted.
+        """
+        fault = self._without(stations)
+        at = [column.index for column in self.unknown if column.index not in self.other_units]
+        likely = likely_columns(self.body, at, with_station=not stations)
+        by_index = {column.index: replace(column, **vars(_by_parts(column.name))) for column in self.unknown}
+        if likely.station is not None:
+            stations = [replace(by_index[likely.station], role="station", quantity=None)]
+            self.faults.open |= set() if likely.is_sure else {"station"}
+        if not readings:
+            readings = [by_index[index] for index in likely.others]
+            self.faults.open.add("readings")
+        by_blanks = _line_by_blanks(self.rows, self.grid.separator) is not None
+        if not (self.stand_in and stations and readings) or by_blanks:
+            raise fault
+        # A declared column that does not exist is reported already.
+        if "columns" not in self.faults.open:
+            self.faults.faults += fault.faults
+        self.faults.open.add("columns")
+        return stations, readings
+
     def _without(self, stations: Sequence[Column]) -> SheetFaults:
         """Return the error on a header without a column of stations or of readings."""
         along = "places along the crack (s)" if self.mass is None else "masses"
@@ -185,7 +242,8 @@ class _HeaderReader:
         shown = []
         for at in sorted({*self.names, *filled})[:MOST_SHOWN]:
             value = next((row.cell(at).text for row in self.body if row.cell(at).text), "")
-            shown.append(f"{letters(at)} {quoted(self.names.get(at, ''))} ({clipped(value)})")
+            name = f" {quoted(self.names[at])}" if self.names.get(at) else ""
+            shown.append(f"{letters(at)}{name} ({clipped(value)})")
         return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", ASSIGN)
 
     def _declared_roles(self) -> dict[int, ColumnMeaning]:
@@ -194,13 +252,20 @@ class _HeaderReader:
         references: list[tuple[Role, str | None]] = [("station", given.s), ("repeat", given.repeat)]
         references.extend(("reading", level) for level in given.levels or ())
         roles: dict[int, ColumnMeaning] = {}
+        width = max((row.width for row in self.rows), default=0)
         for role, reference in references:
             if reference is None:
                 continue
-            if not (columns := columns_named(names, reference)):
+            columns = columns_named(names, reference)
+            if not columns or columns[0] >= width:
                 all_names = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
                 finding = f"{reference!r:.80} is not a column, or is a letter and also a name; names: {all_names}."
-                raise self._refused(finding, 'If a letter is also the name of a column, write it as "B:B".', reference)
+                remedy = 'If a letter is also the name of a column, write it as "B:B".'
+                if not self.stand_in:
+                    raise self._refused(finding, remedy, reference)
+                self._add_fault(finding, remedy, reference)
+                self.faults.open.add("columns")
+                continue
             for at in columns:
                 name = names.get(at, "")
                 number = f"{1 + sum(other.role == role for other in roles.values())}" if role == "reading" else None
@@ -234,15 +299,15 @@ class _HeaderReader:
             # The only unknown column next to masses contains the levels.
             column = unknown.pop()
             columns.append(replace(column, **vars(_by_parts(column.name))))
-        self._check_unknown(columns, unknown)
+        self.unknown = unknown
         return sorted([*columns, *unknown], key=lambda column: column.index)
 
-    def _check_unknown(self, columns: Sequence[Column], unknown: Sequence[Column]) -> None:
+    def _check_unknown(self, columns: Sequence[Column]) -> None:
         """Add a fault for each unknown column. One with a name may be in a table of its own, after a blank column."""
         own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
         head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
         spans = list(blocks([head, *self.body]))
-        for column in unknown:
+        for column in self.unknown:
             span, lettered = next(span for span in spans if column.index in span), column.name == letters(column.index)
             if lettered or not own_block or own_block & set(span):
                 finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
@@ -304,13 +369,17 @@ class _HeaderReader:
         named: dict[Quantity, None] = dict.fromkeys(each.quantity for each in readings if each.quantity is not None)
         quantity: Quantity | None = next(iter(named)) if named else declared
         nameless = [column for column in readings if column.quantity is None]
-        if len(named) > 1:
+        if "readings" in self.faults.open and (len(named) > 1 or 0 < len(nameless) < len(readings)):
+            # Only some of the stand-ins may be readings: what they differ in is asked when the columns are given.
+            self.faults.open.add("quantity")
+        elif len(named) > 1:
             self._add_fault(
                 "level and depth columns in one sheet.", "List the columns to read in [readings.columns] levels."
             )
         elif declared not in (None, quantity):
             self._add_fault(f'the header names {quantity}, but [readings] quantity = "{declared}".', CORRECT)
         elif nameless and declared is None:
+            self.faults.open.add("quantity")
             self._add_fault(
                 f"{_names(nameless)}: nothing states whether readings count upward or downward.",
                 'Set [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
@@ -335,7 +404,16 @@ class _HeaderReader:
         else:
             used = [*self._in_unit(used[:1], self.mass or None), *self._in_unit(used[1:], declared)]
         factors = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
-        if nameless := [column for column, units in zip(used, factors, strict=True) if column.unit not in units]:
+        nameless = [column for column, units in zip(used, factors, strict=True) if column.unit not in units]
+        if nameless:
+            self.faults.open.add("unit")
+        nameless = [column for column in nameless if column.index not in self.other_units]
+        # Stand-ins that differ may not all be the columns that are meant.
+        if "readings" in self.faults.open and set(used[1:]) - set(nameless):
+            nameless = [column for column in nameless if column == used[0]]
+        if "station" in self.faults.open and set(used[1:]) - set(nameless):
+            nameless = [column for column in nameless if column != used[0]]
+        if nameless:
             self._add_fault(f"{_names(nameless)}: no unit.", SET_UNIT if self.mass is None else SET_FILL_UNIT)
         return used
 

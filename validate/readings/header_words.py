@@ -2,6 +2,7 @@
 
 import re
 import unicodedata
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -50,6 +51,7 @@ DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
 OF_UNITS, OTHER_UNITS = COLUMNS["unit"], frozenset(plain_letters(WORDS["other_units"]["words"]).split())
 MASS, OF_SAMPLE = COLUMNS["mass"], COUNTER | COLUMNS["beside_sample"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("beside_station", "beside_reading"))
+ALL_WORDS = frozenset[str]().union(*COLUMNS.values())
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
 """A direction in several words, such as "nach unten"."""
 ZERO_OF_READINGS, FACE, OF_FACTOR = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor"))
@@ -58,6 +60,7 @@ CRACK_DEPTH = re.compile(WORDS["crack_depth"]["sure"].replace("\n", ""))
 CRACK, SEALANT = (frozenset(WORDS["crack_depth"][key].split()) for key in ("crack", "sealant"))
 NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
+CODE = re.compile(r"[^\W\d_]\S*\d\S*|\d{1,4}[./-]\d{1,2}[./-](\d{2,4})?")  # S14, or a date
 COMMENT = re.compile(r"(#(?!(?:[A-Z\u00c0-\u00dd/0\u00a1]+[!?]|N/?[AVD])$)|//|%%)")
 """Beginning of a comment; #DIV/0! is an error of a spreadsheet."""
 
@@ -238,6 +241,24 @@ def is_calculated(text: str) -> bool:
     """Return whether the text of a row's first cell marks the row as calculated from others, such as a mean."""
     words = {word for word in WORD.findall(plain_letters(text[:LONGEST_NAME])) if not word.isdigit()}
     return bool(words & CALCULATED) and words <= CALCULATED | OF_READING | VALUE | REPEAT | COUNTER | DEPTH | LEVEL
+
+
+def is_particular(text: str) -> bool:
+    """Return whether a text is a particular of the sheet, not a name: "Probe S11", "Prüfer: A. Meier"."""
+    first, *rest = NAME.findall(plain_letters(text[:LONGEST_NAME])) or [""]
+    others = {word for word in rest if not word.isdigit() and word not in UNITS}
+    return first in SAMPLE | COLUMNS["notes"] and bool(others - ALL_WORDS)
+
+
+def name_in_titles(titles: Iterable[str]) -> str | None:
+    """Return the name of readings that one of a note's titles is, such as "Tiefe mm" of "S14 Tiefe mm"; else None.
+
+    Words for the sample, which have a digit, and dates are left out. A number alone may be the depth of the crack.
+    """
+    bare = {" ".join(word for word in title.split() if not CODE.fullmatch(word)).strip("#*_:,. ") for title in titles}
+    meanings = {name: what for name in bare if (what := meaning(name)) is not None}
+    names = [name for name, what in meanings.items() if what == ColumnMeaning("reading", what.unit, what.quantity)]
+    return names[0] if len(names) == 1 else None
 
 
 def is_number(text: str) -> bool:

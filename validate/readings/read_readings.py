@@ -1,36 +1,55 @@
 """Caliper readings of a trial: the rows below a sheet's header, with a fault for each unreadable cell."""
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.readings.columns import Column, Header, read_header
+from validate.readings.crack_limits import CrackLimits
 from validate.readings.header_words import GRAMS, MM
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
+from validate.readings.stations import Reading, Station, cells_of, level_mm
 from validate.readings.table_rows import upright
-from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
-from validate.readings.understood import dialect_of, doubts_of, in_words, screened, unanswered, understood
+from validate.readings.text_table import (
+    commas_may_separate,
+    common_mark,
+    decimals_of,
+    is_ambiguous,
+    is_grouped,
+    is_missing,
+    number,
+    several,
+)
+from validate.readings.understood import (
+    answer_to,
+    dialect_of,
+    doubts_beside,
+    doubts_of,
+    in_words,
+    screened,
+    unanswered,
+    understood,
+)
 from validate.readings.whole_sheet import Filling
-from validate.settings import Decimal, Declared, Quantity, Readings
+from validate.settings import Decimal, Declared, Readings
 from validate.units import counted
-
-Height = TypeVar("Height", float, Floats)
 
 FACTORS = MM | GRAMS
 CLOSEST_MM = 0.01
 """Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
-SLACK_MM = 2.0
-LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
+COMMAS = re.compile(r"[-+]?\d+(?:[.,]\d+)*,\d+(?:[.,]\d+)+")
+"""Numbers with several commas, or with commas and points, that may be readings."""
 
 
 def read_readings(
@@ -53,7 +72,7 @@ def read_readings(
         InputError: The file cannot be opened.
     """
     grid, faults = upright(read_cells(path, settings), settings), FaultList()
-    header = rows_of_sample(grid, read_header(grid, settings, faults), settings, faults)
+    header = rows_of_sample(grid, read_header(grid, settings, faults, stand_in=True), settings, faults)
     faults.columns = understood(grid, header)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     table = TableReader(grid, header, settings, crack, faults)
@@ -64,6 +83,11 @@ def read_readings(
     if len(s_mm) < 2 and not faults.faults:
         finding = f"{counted(len(s_mm), 'station')} with a reading; at least two are needed."
         faults.add(grid.place(), finding, "Add further stations.")
+    if faults.faults:
+        rows = {fault.place.row for fault in faults.faults if fault.value}
+        for place, doubt in doubts_beside(grid, header, cells, settings, length_mm, faults.open):
+            if place.row not in rows:
+                faults.add(place, doubt.finding, f"{doubt.remedy}, {answer_to(doubt)}")
     faults.raise_if_any()
     data = "undeclared"
     if isinstance(settings, Readings):
@@ -110,7 +134,7 @@ def take_readings(
         readings = {f"{at}": Reading(value, row + 1, at, digit_mm) for at, (value, digit_mm) in written}
         stations.append(Station(s_mm, SheetRow(row + 1, ()), readings))
     faults.raise_if_any()
-    cells = _cells_of(stations, quantity, settings)
+    cells = cells_of(stations, quantity, settings)
     if len(cells.s_mm) < 2 or (np.diff(cells.s_mm) <= 0).any():
         raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, none of them twice.")
     doubts = (
@@ -119,87 +143,6 @@ def take_readings(
     )
     levels_mm = cells.levels_mm
     return Profile(cells.s_mm, np.nanmean(levels_mm, axis=1), levels_mm, settings.data, name, doubts=tuple(doubts))
-
-
-@dataclass(frozen=True)
-class CrackLimits:
-    """Length and depth of a crack, which limit its readings. With a wrong sign or unit, most readings exceed them."""
-
-    length_mm: float | None  # Length of the centreline; None before the crack is traced
-    depth_mm: float
-
-    def check_station(self, place: Place, written: str, s_mm: float, faults: FaultList) -> None:
-        # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
-        # be at the crack's end. At the beginning the scale has no effect.
-        if self.length_mm is None:
-            furthest_mm, extent = LONGEST_MM, f"0 to at most {LONGEST_MM:g} mm"
-        else:
-            furthest_mm = self.length_mm + max(SLACK_MM, 0.03 * self.length_mm)
-            extent = f"0 to {self.length_mm:.1f} mm along its centreline"
-        if not -SLACK_MM <= s_mm <= furthest_mm:
-            finding = f"{s_mm:.12g} mm is outside the crack, {extent}."
-            faults.add(
-                place,
-                finding,
-                "Check the unit, the end at which s is 0, and that the whole crack was traced.",
-                written,
-            )
-
-    def check_level(self, place: Place, written: str, level_mm: float, faults: FaultList) -> None:
-        """Add a fault for an impossible level, in mm upward from the sample's surface."""
-        # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste are a few millimetres high.
-        lowest_mm, highest_mm = -1.25 * self.depth_mm - 1.0, max(5.0, self.depth_mm / 2)
-        if not lowest_mm <= level_mm <= highest_mm:
-            faults.add(
-                place,
-                f"{written} is a level of {level_mm:g} mm from the face; in a crack {self.depth_mm:g} mm deep, "
-                f"{lowest_mm:g} to {highest_mm:g} mm is possible.",
-                "Level counts upward, depth downward: check the column's name, its unit and the datum.",
-                written,
-            )
-
-
-def level_mm(reading_mm: Height, quantity: Quantity | None, declared: Declared) -> Height:
-    """Return readings as levels, in mm upward from the sample's surface."""
-    upward_mm = -reading_mm if quantity == "depth" else reading_mm
-    return upward_mm + (declared.datum_level_mm or 0.0)
-
-
-class Reading(NamedTuple):
-    value_mm: float
-    row: int  # From 1
-    column: int  # From 0
-    digit_mm: float  # Place value of its last digit that is not 0
-
-
-@dataclass
-class Station:
-    s_mm: float
-    row: SheetRow
-    readings: dict[str, Reading]  # By the label of the repeat; missing ones are NaN
-
-
-def _cells_of(stations: Sequence[Station], quantity: Quantity | None, declared: Declared) -> ReadCells:
-    """Return the stations with at least one reading, sorted along s."""
-    labels = sorted({label for station in stations for label in station.readings}, key=_by_number)
-    stations = sorted(stations, key=lambda station: station.s_mm)
-    stations = [one for one in stations if not all(math.isnan(each.value_mm) for each in one.readings.values())]
-    table = [
-        [one.readings.get(label) or Reading(np.nan, one.row.number, -1, 1.0) for label in labels] for one in stations
-    ]
-    shape = len(stations), len(labels)
-    readings_mm, rows, columns, digits_mm = (
-        np.array([[reading[part] for reading in row] for row in table]).reshape(shape) for part in range(4)
-    )
-    return ReadCells(
-        s_mm=np.array([station.s_mm for station in stations]),
-        readings_mm=readings_mm,
-        levels_mm=level_mm(readings_mm, quantity, declared),
-        rows=rows.astype(np.int64),
-        columns=columns.max(axis=0, initial=-1).astype(np.int64),
-        digits_mm=digits_mm,
-        is_depth=quantity == "depth",
-    )
 
 
 @dataclass
@@ -220,14 +163,17 @@ class TableReader:
         """
         header = self.header
         self._check_formulas()
+        self._check_counts()
+        _ = self.mark  # A fault if it is ambiguous
         merged = self._merged_stations()
         stations = [station for row in header.body if (station := self.station(row, merged)) is not None]
         if header.repeat is not None or merged:
             stations = self._gathered(stations)
-        self._check_neighbours(sorted(stations, key=lambda station: station.s_mm))
+        if "station" not in self.faults.open:
+            self._check_neighbours(sorted(stations, key=lambda station: station.s_mm))
         self.missing = sum(math.isnan(one.value_mm) for station in stations for one in station.readings.values())
         return replace(
-            _cells_of(stations, header.quantity, self.declared),
+            cells_of(stations, header.quantity, self.declared),
             station_column=header.station.index,
             header_row=header.row.number,
             declared_unit_mm=FACTORS[header.station.unit or "mm"] if header.station.unit_declared else None,
@@ -275,11 +221,16 @@ class TableReader:
         """Decimal mark of the numbers; None if no number has one."""
         if self.declared.decimal is not None:
             return self.declared.decimal
-        written = [(row, column, cell.text) for row, column, cell in self._used if cell.kind == "text" and cell.text]
+        used = [(row, column, cell) for row, column, cell in self._used if cell.kind == "text" and cell.text]
+        written = [(row, column, text) for row, column, cell in used for text in several(cell.text) or (cell.text,)]
         mark = common_mark((text for _, _, text in written), self.grid.separator)
+        readings = [(row, column, cell) for row, column, cell in used if column != self.header.station]
+        if self.grid.is_note and commas_may_separate(cell.text for _, _, cell in readings):
+            self._ask_for_commas(*readings[0])
         doubtful = [each for each in written if is_ambiguous(each[2])]
         if mark is None and doubtful:
             row, column, text = doubtful[0]
+            self.faults.open.add("decimal")
             self.faults.add(
                 self._place(row, column),
                 f"{text!r} is {text.replace(',', '.')}, or {text.replace(',', '').replace('.', '')} with a thousands "
@@ -288,6 +239,45 @@ class TableReader:
                 text,
             )
         return mark
+
+    def _ask_for_commas(self, row: SheetRow, column: Column, cell: SheetCell) -> None:
+        self.faults.open.add("decimal")
+        self.faults.add(
+            self._place(row, column),
+            f"{quoted(cell.text)} is one reading with a decimal comma, or two readings.",
+            'Declare [readings] decimal = "comma", or "point" if the comma separates readings.',
+            cell.text,
+        )
+
+    def _parts(self, cell: SheetCell) -> tuple[str, ...]:
+        """Return the texts of the readings in a cell."""
+        if cell.kind != "text" or self.header.repeat is not None:
+            return (cell.text,)
+        by_commas = self.grid.is_note and self.declared.decimal == "point"
+        return several(cell.text, by_commas=by_commas) or (cell.text,)
+
+    @cached_property
+    def _counts(self) -> dict[int, Counter[int]]:
+        """Number of cells with one reading, two, and so on, of each column of readings."""
+        cells = [(column, row.cell(column.index)) for row in self.header.body for column in self.header.readings]
+        counts = {column.index: Counter[int]() for column in self.header.readings}
+        for column, cell in cells:
+            if cell.text:
+                counts[column.index][len(self._parts(cell))] += 1
+        return counts
+
+    def _check_counts(self) -> None:
+        """Add a fault for each cell with more readings than most cells of its column."""
+        for column in self.header.readings:
+            counts = self._counts[column.index]
+            usual = max(counts, key=lambda count: (counts[count], -count), default=1)
+            for row in self.header.body:
+                cell = row.cell(column.index)
+                count, answer = len(self._parts(cell)), f"{row.number}"
+                if cell.text and count > usual and answer not in (self.declared.as_written or ()):
+                    finding = f"{quoted(cell.text)} has {counted(count, 'reading')}, most cells have {usual}."
+                    remedy = f'Correct a blank within a number, or answer readings.as_written = ["{answer}"].'
+                    self.faults.add(self._place(row, column), finding, remedy, cell.text)
 
     def station(self, row: SheetRow, merged: Mapping[int, SheetCell]) -> Station | None:
         """Return the station of a row; None if it has none, or if its station or its number of fields is a fault."""
@@ -299,10 +289,11 @@ class TableReader:
             return None
         cell = merged.get(row.number, row.cell(column.index))
         s_mm = self._in_mm(row, column, cell, "Write a station into every row.")
-        if s_mm is not None and self.crack is not None and column.unit is not None:
+        if s_mm is not None and self.crack is not None and column.unit is not None and not self._stands_in:
             self.crack.check_station(self._place(row, column), cell.text, s_mm, self.faults)
         label = None if header.repeat is None else self._repeat(row, header.repeat)
-        readings = {label or f"{at}": self._reading(row, column) for at, column in enumerate(header.readings)}
+        each = (reading for column in header.readings for reading in self._readings(row, column))
+        readings = {label or f"{at}": reading for at, reading in enumerate(each)}
         return None if s_mm is None else Station(s_mm, row, readings)
 
     def _fits(self, row: SheetRow) -> bool:
@@ -324,8 +315,20 @@ class TableReader:
             self.faults.add(self._place(row, column), finding, "Number the readings of each station.", text)
         return text
 
-    def _reading(self, row: SheetRow, column: Column) -> Reading:
-        cell, unit_mm = row.cell(column.index), MM[column.unit or "mm"]
+    def _readings(self, row: SheetRow, column: Column) -> list[Reading]:
+        """Return the readings of a cell, and missing ones if other cells of its column have more."""
+        cell, most = row.cell(column.index), max(self._counts[column.index], default=1)
+        readings = [self._reading(row, column, cell._replace(text=text)) for text in self._parts(cell)]
+        missing = Reading(np.nan, row.number, column.index, readings[0].digit_mm)
+        return [*readings, *[missing] * (most - len(readings))]
+
+    @property
+    def _stands_in(self) -> bool:
+        """True if the columns, or the decimal mark, are stand-ins: readings outside the crack may be their mistake."""
+        return bool(self.faults.open & {"columns", "decimal"})
+
+    def _reading(self, row: SheetRow, column: Column, cell: SheetCell) -> Reading:
+        unit_mm = MM[column.unit or "mm"]
         digit_mm = unit_mm * 10.0 ** -decimals_of(cell.text)
         reading_mm = None
         if cell.kind != "text" or not is_missing(cell.text):
@@ -333,7 +336,8 @@ class TableReader:
             reading_mm = self._in_mm(row, column, cell, remedy)
         if reading_mm is None:
             return Reading(np.nan, row.number, column.index, digit_mm)
-        if self.crack is not None and column.unit is not None and self.header.quantity is not None:
+        is_level = column.unit is not None and self.header.quantity is not None and not self._stands_in
+        if self.crack is not None and is_level:
             height_mm = level_mm(reading_mm, self.header.quantity, self.declared)
             self.crack.check_level(self._place(row, column), cell.text, height_mm, self.faults)
         return Reading(reading_mm, row.number, column.index, digit_mm)
@@ -342,7 +346,9 @@ class TableReader:
         """Return the number of a cell in millimetres, or None after adding a fault."""
         value = float(cell.text) if cell.kind == "number" else None
         if cell.kind == "text":
-            value = number(cell.text, self.mark)
+            # Of several readings in one cell, either mark is decimal.
+            either = bool(self._parts(row.cell(column.index))[1:]) or self.grid.is_note
+            value = number(cell.text, None if either and not is_ambiguous(cell.text) else self.mark)
         if value is None and cell.kind != "formula":
             self.faults.add(self._place(row, column), *self._complaint(column, cell, remedy), cell.text)
         return None if value is None else value * FACTORS[column.unit or "mm"]
@@ -354,6 +360,9 @@ class TableReader:
         if cell.kind == "date":
             finding = f"{text} is a date; spreadsheets convert numbers such as 16.1 to dates."
             return finding, "Format the column as numbers, and enter the reading again."
+        if "," in cell.text and COMMAS.fullmatch(cell.text):
+            finding = f"{text}: each comma may be a decimal mark, or separate two readings."
+            return finding, "Separate the readings by blanks or semicolons."
         if self.mark is not None and (is_grouped(cell.text) or number(cell.text, None) is not None):
             finding = f"{text} has another mark than the decimal {self.mark} of this sheet, or a thousands separator."
             return finding, "Write all numbers with the same mark, without thousands separators."
@@ -394,9 +403,3 @@ class TableReader:
 
     def _place(self, row: SheetRow, column: Column) -> Place:
         return self.grid.place(row.number, column.index, column.name)
-
-
-def _by_number(label: str) -> tuple[bool, float, str]:
-    """Return a sort key that puts numbers, by size, before words."""
-    value = number(label, "point")
-    return value is None, value or 0.0, label

@@ -9,6 +9,9 @@ from typing import Literal, NamedTuple
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.records import ReadColumn
 
+Fact = Literal["columns", "station", "readings", "unit", "quantity", "decimal", "crack"]
+"""Fact that a sheet leaves open: "columns" if any is not named, "station" or "readings" if the stand-in may be wrong;
+"crack" if readings are outside of it."""
 MOST_KEPT = 1_000
 MOST_SHOWN = 20  # Limit on the sentences of a message; more faults have a common cause
 FIGURES = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")  # Numbers within a sentence
@@ -82,6 +85,9 @@ class FaultList:
 
     faults: list[SheetFault] = field(default_factory=list)
     columns: tuple[ReadColumn, ...] = ()  # Recognised columns; set after the header is read
+    open: set[Fact] = field(default_factory=set)
+    """Facts that a fault asks for. Reading goes on with a stand-in, of which nothing else is asked that may be its
+    own mistake."""
 
     def add(self, place: Place, finding: str, remedy: str, value: str | None = None) -> None:
         self.faults.append(SheetFault(place, finding, remedy, value))
@@ -188,6 +194,7 @@ class SheetGrid:
     hidden_columns: frozenset[int] = frozenset()
     shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
     """Text that a number's format shows behind it, such as "cm" or "%", by row from 1 and column from 0."""
+    is_note: bool = False  # True for a text with a place and its readings in each line
     turned: tuple[int, ...] | None = None
     """Row numbers, in the file, of the columns of a turned sheet; None for a sheet that is not turned."""
 

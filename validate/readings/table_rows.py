@@ -6,14 +6,24 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from validate.readings.header_words import holds_no_number, is_calculated, is_comment, is_number, meaning, unit_of
+from validate.readings.header_words import (
+    OTHER_UNITS,
+    holds_no_number,
+    is_calculated,
+    is_comment,
+    is_number,
+    is_particular,
+    is_scaled_unit,
+    meaning,
+    unit_of,
+)
 from validate.readings.sheet import BLANK, MOST_COLUMNS, FaultList, Place, SheetCell, SheetGrid, SheetRow, column_of
-from validate.readings.text_table import is_missing, number
+from validate.readings.text_table import NOTE_HEAD, is_missing, number, plain_letters, several
 from validate.settings import Columns, Declared
 
 MOST_LINES_ABOVE = 100
 """Limit on the lines of title and notes above a header; a header further down belongs to another table."""
-MOST_HEADER_ROWS = 3
+MOST_HEADER_ROWS = 4
 MOST_TURNED = 100
 """Limit on the rows of a sheet that is turned without a declaration: such sheets have few rows."""
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
@@ -29,6 +39,7 @@ class HeaderRows:
     first: int  # Index of the first header row
     count: int
     names: Mapping[int, str]  # Name of each column from 0, joined from its cells
+    units: Sequence[SheetRow] = ()  # Rows of units between the names and those below
 
 
 class TableRows(NamedTuple):
@@ -113,37 +124,106 @@ def within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
 
 def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> HeaderRows:
     """Return the rows that name the most columns. These are several if a name spans columns and continues below."""
+    if isinstance(given.header_rows, str):
+        return _stated_header(rows, merged, given.header_rows)
     wanted = {plain_name(name) for name in (given.s, given.repeat, *(given.levels or ())) if name is not None}
 
     def key(candidate: tuple[int, Sequence[SheetRow]]) -> tuple[float, ...]:
         first, header = candidate
-        names = _joined(header, merged)
-        written = {at: name for at, name in names.items() if any(row.cell(at).text for row in header)}
+        named, _ = _without_units(header)
+        names = _joined(named, merged)
+        written = {at: name for at, name in names.items() if any(row.cell(at).text for row in named)}
         hits = len(wanted & set(map(plain_name, written.values())))
+        likeness = _likeness(written)
+        # Only unknown names are known by the numbers below them: a row that is no row of numbers may be a mistake.
+        above = not any(likeness[:3]) and _is_above_numbers(header, rows[first + len(header) :])
         # Of equals, prefer names of repeats below, then fewer rows, then the first; units are in a row of their own.
-        return hits, *_likeness(written), len(header) > 1 and _names_repeats(header[-1]), -len(header), -first
+        return hits, *likeness, above, len(header) > 1 and _names_repeats(header[-1]), -len(named), -first
 
-    best = max(_candidates(rows, merged, given), key=key, default=(0, ()))
-    hits, *likeness = key(best) if best[1] else (0, 0)
-    if not hits and given.header_rows is not None:
+    best = max(_candidates(rows, merged, given.header_rows), key=key, default=(0, ()))
+    hits, *likeness = key(best) if best[1] else (0, *_likeness({}), False)
+    above = likeness[5]
+    if not hits and given.header_rows is not None and not (any(likeness[:3]) or above):
         best = 0, rows[: given.header_rows]
     elif not hits and not any(likeness[:3]) and len(lettered := columns_named({}, given.s or "")) == 1:
         # All columns are given by letters: readings begin at the first number in the column of stations.
         first = next((at for at, row in enumerate(rows) if is_a_number(row.cell(lettered[0]))), 0)
-        best = max(0, first - 1), rows[max(0, first - 1) : first]
-    return HeaderRows(best[0], len(best[1]), _joined(best[1], merged))
+        if not (above and best[0] + len(best[1]) == first):
+            best = max(0, first - 1), rows[max(0, first - 1) : first]
+    elif not hits and best[1] and not any(likeness[:4]) and sum(map(is_a_number, best[1][0].cells)) > 1:
+        best = best[0], ()  # The sheet begins with readings.
+    named, units = _without_units(best[1])
+    return HeaderRows(best[0], len(best[1]), _joined(named, merged), units)
 
 
-def _candidates(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Iterator[tuple[int, Sequence[SheetRow]]]:
+def header_of_note(rows: Sequence[SheetRow]) -> HeaderRows | None:
+    """Return the header of a note; None if it is outside of the declared range."""
+    first = next((at for at, row in enumerate(rows) if row.cells == NOTE_HEAD), None)
+    return None if first is None else HeaderRows(first, 1, _joined([rows[first]], ()))
+
+
+def _stated_header(rows: Sequence[SheetRow], merged: Merged, span: str) -> HeaderRows:
+    """Return the header of declared rows, such as "3:5"."""
+    top, bottom = map(int, span.split(":"))
+    header = [row for row in rows if top <= row.number <= bottom]
+    named, units = _without_units(header)
+    first = next((at for at, row in enumerate(rows) if row.number >= top), len(rows) - 1)
+    return HeaderRows(first, len(header), _joined(named, merged), units)
+
+
+def _without_units(header: Sequence[SheetRow]) -> tuple[list[SheetRow], list[SheetRow]]:
+    """Return the rows of a header that have names, and the rows of units between or below them."""
+    units = [row for row in header[1:] if is_units_row(row)]
+    return [row for row in header if row not in units], units
+
+
+def is_units_row(row: SheetRow) -> bool:
+    """Return whether a row contains only units."""
+    texts = [cell.text for cell in row.cells if not is_missing(cell.text)]
+    units = [text for text in texts if unit_of(text) or is_scaled_unit(text)]
+    return bool(units) and all(text in units or plain_letters(text.strip("[]()")) in OTHER_UNITS for text in texts)
+
+
+def _is_above_numbers(header: Sequence[SheetRow], below: Sequence[SheetRow]) -> bool:
+    """Return whether a row without numbers is directly above a row of numbers, as the names of a table are."""
+    rest = below[1:] if below and is_units_row(below[0]) else below
+    return not any(map(is_a_number, header[0].cells)) and bool(rest) and sum(map(is_a_number, rest[0].cells)) > 1
+
+
+def _candidates(
+    rows: Sequence[SheetRow], merged: Merged, declared: int | None
+) -> Iterator[tuple[int, Sequence[SheetRow]]]:
     """Yield the candidates for the header, each with the index of its first row."""
     for first in range(min(len(rows), MOST_LINES_ABOVE)):
-        for count in range(1, MOST_HEADER_ROWS + 1) if given.header_rows is None else (given.header_rows,):
+        for count in range(1, MOST_HEADER_ROWS + 1) if declared is None else (declared,):
             header = rows[first : first + count]
-            goes_on = count < 2 or given.header_rows is not None or _continues(_joined(header[:-1], merged), header[-1])
-            if len(header) < count or not goes_on:
+            if len(header) < count:
                 break
-            if header and not _is_dated(header[0]) and not _is_cut(header, merged):
+            if declared is None and count > 1:
+                if is_units_row(header[-1]):
+                    continue  # The rows of a header end with names; units below them are no part of it.
+                named, _ = _without_units(header[:-1])
+                if not _continues(_joined(named, merged), header[-1]):
+                    break
+                if _is_above_names(header, merged):
+                    continue
+            if header and not _is_title(header[0], rows[first + 1 :]) and not _is_cut(header, merged):
                 yield first, header
+
+
+def _is_above_names(header: Sequence[SheetRow], merged: Merged) -> bool:
+    """Return whether the first row is a title: each of its columns has a name below, to which it adds nothing."""
+    named = [at for at, cell in enumerate(header[0].cells) if cell != BLANK]
+    if not all(any(row.cell(at) != BLANK for row in header[1:]) for at in named):
+        return False
+    return 0 < _facts(header[1:], merged) >= _facts(header, merged)
+
+
+def _facts(header: Sequence[SheetRow], merged: Merged) -> int:
+    """Return how many roles, units, directions and numbers the names of a header's columns state."""
+    meanings = map(meaning, _joined(_without_units(header)[0], merged).values())
+    read = [each for each in meanings if each is not None and each.role != "skipped"]
+    return sum(1 + bool(each.unit) + bool(each.quantity) + bool(each.number) for each in read)
 
 
 def plain_name(name: str) -> str:
@@ -151,7 +231,8 @@ def plain_name(name: str) -> str:
 
 
 def is_a_number(cell: SheetCell) -> bool:
-    return cell.kind == "number" or (cell.kind == "text" and is_number(cell.text))
+    """Return whether a cell contains a number, or several."""
+    return cell.kind == "number" or (cell.kind == "text" and (is_number(cell.text) or bool(several(cell.text))))
 
 
 def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
@@ -179,10 +260,21 @@ def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
             begin = at + 1
 
 
-def _is_dated(row: SheetRow) -> bool:
-    """Return whether a row contains a date and little else, unlike any header."""
+def _is_title(row: SheetRow, below: Sequence[SheetRow]) -> bool:
+    """Return whether a row is a title, unlike any header: it has a date, or particulars such as "Probe S11".
+
+    Directly above numbers, a row with such words among others is a header.
+    """
     cells = [cell for cell in row.cells if cell != BLANK]
-    return len(cells) < 3 and any(cell.kind == "date" or DATE.search(cell.text) for cell in cells)
+    dated = [cell for cell in cells if cell.kind == "date" or DATE.search(cell.text)]
+    if dated and len(cells) < 3:
+        return True
+    if _is_above_numbers([row], below):
+        return False
+    if any(cell.kind == "date" or DATE.fullmatch(cell.text) for cell in dated):
+        return True
+    roles = {named.role for cell in cells if (named := meaning(cell.text)) is not None}
+    return not roles & {"station", "mass", "reading", "repeat"} and any(is_particular(cell.text) for cell in cells)
 
 
 def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
@@ -191,6 +283,7 @@ def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
     numbers = [cell.text for cell in cells if cell.kind != "text" or is_number(cell.text)]
     if numbers:
         stations = [at for at, name in names.items() if (named := meaning(name)) and named.role == "station"]
+        stations = stations or list(names)[:1]
         counted = numbers == [str(number) for number in range(1, len(numbers) + 1)]
         return counted and bool(stations) and all(unit_of(below.cell(at).text or "mm") for at in stations)
     return not all(unit_of(cell.text) or is_missing(cell.text) for cell in cells)

@@ -1,6 +1,6 @@
 """Interpretation of a sheet: a sentence, a table of its columns, and the doubts about it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +9,7 @@ from sealtwin.core.records import ReadColumn
 from validate.readings.columns import Header, remarks_where
 from validate.readings.header_words import names_factor, names_other_zero
 from validate.readings.screens import Doubt, ReadCells, alike_columns, doubtful_cells, mean_rows, scattered_stations
-from validate.readings.sheet import SheetGrid, letters, quoted, shown
+from validate.readings.sheet import Fact, Place, SheetGrid, letters, quoted, shown
 from validate.readings.text_table import number
 from validate.readings.whole_sheet import Filling, counted_stations, doubts_of_sheet
 from validate.settings import Decimal, Declared
@@ -88,6 +88,31 @@ def doubts_of(
         yield in_words(doubt, f"{place}{cell}")
 
 
+def doubts_beside(
+    grid: SheetGrid,
+    header: Header,
+    cells: ReadCells,
+    declared: Declared,
+    length_mm: float | None,
+    open_facts: Set[Fact],
+) -> Iterator[tuple[Place, Doubt]]:
+    """Yield the open doubts of a sheet with faults, each with its place, if no answer to a fault can settle them.
+
+    The crack's depth and the volume in it count only for a sheet without faults.
+    """
+    if open_facts & {"station", "readings"}:
+        return
+    doubts = [*_marked(grid, header), *_too_fine(header, cells)]
+    if "decimal" not in open_facts and len(cells.s_mm) > 1:
+        # Without a unit, readings are in mm here, the smallest one: in others they are further apart.
+        own, rest = _of_cells(cells)
+        doubts += [*counted_stations(cells, length_mm), *own]
+        if not open_facts:
+            doubts += doubts_of_sheet(rest, None, None)
+    for doubt in unanswered(doubts, declared):
+        yield grid.place(doubt.row, doubt.column), doubt
+
+
 def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
     """Yield the doubts whose readings ``readings.as_written`` does not confirm."""
     answered = set(declared.as_written or ())
@@ -98,23 +123,33 @@ def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
 
 def in_words(doubt: Doubt, place: str) -> str:
     """Return the sentence on a doubt: place, finding, remedy, and the entry that confirms the value."""
+    return f"{place}: {doubt.finding} {doubt.remedy}, {answer_to(doubt)}"
+
+
+def answer_to(doubt: Doubt) -> str:
+    """Return the end of a doubt's sentence: the entry that confirms the value."""
     answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
-    return f"{place}: {doubt.finding} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
+    return f"{OR_ANSWER} = [{answers}]."
 
 
 def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
     """Yield all doubts. A doubtful reading, whether confirmed or not, is masked in the checks that follow."""
+    doubts, rest = _of_cells(cells)
+    yield from doubts
+    yield from doubts_of_sheet(rest, depth_mm, filling)
+
+
+def _of_cells(cells: ReadCells) -> tuple[list[Doubt], ReadCells]:
+    """Return the doubts about single cells, rows and columns, and the readings without the doubtful ones."""
     odd = np.zeros(cells.readings_mm.shape, dtype=bool)
-    for doubt in mean_rows(cells):
-        yield doubt
+    doubts = list(mean_rows(cells))
+    for doubt in doubts:
         odd |= cells.rows == doubt.row
     for doubt, mask in doubtful_cells(cells.without(odd)):
-        yield doubt
+        doubts.append(doubt)
         odd |= mask
     rest = cells.without(odd)
-    yield from scattered_stations(rest)
-    yield from alike_columns(cells)
-    yield from doubts_of_sheet(rest, depth_mm, filling)
+    return [*doubts, *scattered_stations(rest), *alike_columns(cells)], rest
 
 
 def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:

@@ -20,6 +20,10 @@ ROWED = "Probe 2;;;\nPosition mm;0;5;9\nTiefe 1;1,5;{};2,5\nTiefe 2;1,6;2,1;2,6\
 PASSED = "s_mm;depth_1_mm;depth_2_mm\n# abends gemessen\n0;1;n. m.\n5;2;2\nMittelwert;1,5;2\nStabw.;0,5;0\nMüller;;\n"
 SPANNED = "Abstand [mm];Tiefe unter Oberkante [mm];;\n;1. Messung;2. Messung;Mittelwert\n0;1;2;1,5\n5;3;4;3,5\n"
 BESIDE = "s_mm,depth_mm,,s_mm,depth_mm\n0,1,,0,5\n5,2,,5,6\n"
+TITLED = "Probe S11;;Prüfer A. Meier\nDatum;12.3.2026;Mittel\n{}0;1,5;1,6;1,5\n5;2;2,1;2\n"
+THREE_ROWS = TITLED.format("Abstand;Tiefe ab OK;;Mittel\n{};;[mm]\n;1;2;\n")
+UNKNOWN_ROWS = TITLED.format("x;Füllung;;\nmm;mm;;\n;1;2;3\n")
+LOGGED = "Operator\tLab\nTime\t14:02:11.5\nX_Value\tDepth_0 [mm]\tDepth_1 [mm]\n0\t1.5\t1.6\n5\t2\t2.1\n"
 DATES = ["Datum: 3.5.2026;;\n", "Datum;3.5.2026;\n", "03.05.2026;;\n", ";;\n3. 5. 2026\n"]
 
 READ = {
@@ -49,6 +53,23 @@ READ = {
     "numbers of repeats beside a unit": ("Ort;Tiefe [mm];\n[mm];1;2\n0;1,5;1,6\n5;2;2,1\n", None, {}, TWO),
     "another quantity beside a blank column": ("s_mm;depth_mm;;min;Ofen\n0;1;;0;20\n5;2;;10;21\n", None, {}, ONE),
     "units behind all numbers": ("Position;depth\n0 mm;1,5 cm\n5 mm;2 cm\n", None, {}, [[-15], [-20]]),
+    "units above the numbers of repeats": (THREE_ROWS.format("[mm];[mm]"), None, {}, TWO),
+    "units below the numbers of repeats": (
+        *("Abstand;Tiefe ab OK;\n;1;2\n[mm];[mm];[mm]\n0;1,5;1,6\n5;2;2,1\n", None, {}),
+        TWO,
+    ),
+    "units in between, one for each column": (
+        *("Ort;Tiefe;;T\nmm;cm;mm;°C\n;Messung 1;Messung 2;\n0;1,5;1,6;9\n5;2;2,1;9\n", {"range": "A:C"}, {}),
+        [[-15, -1.6], [-20, -2.1]],
+    ),
+    "an unknown name above units and numbers": (UNKNOWN_ROWS, {"s": "A", "levels": ["B:C"]}, MM_DOWN, TWO),
+    "the rows of the header": (
+        UNKNOWN_ROWS,
+        {"header_rows": "3:5", "s": "x", "levels": ["Füllung 1", "C"]},
+        MM_DOWN,
+        TWO,
+    ),
+    "the number of rows of the header": (THREE_ROWS.format("[mm];[mm]"), {"header_rows": 3}, {}, TWO),
     "stations in a row": (ROWED.format("2,0"), None, {"unit": "mm"}, [*TWO, [-2.5, -2.6]]),
     "declared stations in a row": ("x;0;5\ny;1;2\n", {"transposed": True, **BY_LETTER}, MM_DOWN, ONE),
     **{f"a line with a date: {at!r}": (f"{at}s;Tiefe\nmm;mm\n0;1\n5;2\n", None, {}, ONE) for at in DATES},
@@ -82,6 +103,14 @@ REFUSED = {
     "a direction left open": ("x;Tiefe von oben Mai;x\n0;1;2\n5;3;4\n", {"s": "A", "levels": ["B"]}, "upward or down"),
     "a letter that is a name": (LETTERED, {"s": "A", "levels": ["B", "C"]}, "is a letter and also a name"),
     "a row taken out": ("s_mm;depth_1_mm;depth_2_mm\n0;1;1\n5;2;2\n#9;7;7\n", None, "'#9' is not a number"),
+    "a unit above the numbers of repeats": (
+        *(THREE_ROWS.format("[mm];µm"), None),
+        "'µm', below 'Tiefe ab OK 1', is not a supported",
+    ),
+    "titles are no names": (UNKNOWN_ROWS, None, "A 'x' (0), B 'Füllung 1' (1,5), C 'Füllung 2' (1,6), D 'Füllung 3'"),
+    "particulars of a logger are no names": (LOGGED, None, "A 'X_Value' (0)"),
+    "rows that are no header": ("s_mm;depth_mm\n0;1\n5;2\n", {"header_rows": "8:9"}, "no rows 8:9"),
+    "a letter beyond the table": ("s_mm;depth_mm\n0;1\n5;2\n", {"s": "Q"}, "'Q' is not a column"),
     "a table beside": (BESIDE, None, 'range = "A:B"'),
     "a table below": ("s_mm;depth_mm\n0;1\n5;2\n\nX\ns_mm;depth_mm\n0;3\n5;4\n", None, 'range = "1:5" or "6:8"'),
     "the way back": ("s_mm;depth_mm\n0;1\n5;2\nzurück\n2;3\n4;4\n", None, "a second table begins in row 5"),
@@ -96,6 +125,54 @@ REFUSED = {
 @pytest.mark.parametrize(("text", "columns", "words"), REFUSED.values(), ids=REFUSED)
 def test_what_may_mean_something_else_is_asked_about(refused, text, columns, words):
     assert words in str(refused(text, columns=columns, **({} if columns is None else {"unit": "mm"})))
+
+
+PLACES, UNIT, WAY, MARK = "no column of places", ": no unit", "upward or downward", "is 1.234, or 1234"
+MISSING = "'n. lesbar' is not a number"
+AT_ONCE = {
+    "unknown names": (
+        *("x;a;b\n0;1,234;2,345\n5;n. lesbar;2,345\n9;1,234;2,335\n", None),
+        [PLACES, f"'x', 'a', 'b'{UNIT}", "'a', 'b': neither header nor trial file states whether", MARK, MISSING],
+    ),
+    "no header": ("0;1,5;1,6\n5;2;2,1\n9;2;2,1\n", None, [PLACES, f"'A', 'B', 'C'{UNIT}", WAY]),
+    "unknown places": (
+        "x [mm];Tiefe 1;Tiefe 2\n0;1,5;1,6\n5;n. lesbar;2,1\n",
+        None,
+        [PLACES, f"'Tiefe 1', 'Tiefe 2'{UNIT}", MISSING],
+    ),
+    "unknown readings": ("s [mm];a [mm];b\n0;1,5;1,6\n5;2;2,1\n", None, ["no column of readings", WAY]),
+    "readings of which some may be no readings": (
+        "s [mm];Tiefe x [mm];T\n0;1,5;20\n5;2;21\n",
+        None,
+        ["no column of readings"],
+    ),
+    "numbers of rows or places": ("i;k;Tiefe [mm]\n1;0;1,5\n2;5;2,5\n3;9;2\n", None, [PLACES]),
+    "a declared column that is none": (
+        "x;Tiefe [mm]\n0;1,5\n5;n. lesbar\n",
+        {"s": "Q"},
+        ["'Q' is not a column", f"'x'{UNIT}", MISSING],
+    ),
+    "doubts beside faults": (
+        *(
+            "s [mm];Tiefe 1 [mm];Tiefe 2 [mm]\n2;3;3,1\n4;0;3,2\n6;n. lesbar;3,3\n8;3,1;3,4\n# Nullpunkt: Fuß\n",
+            None,
+        ),
+        [MISSING, "mentions a zero point", "0 mm at s = 4 mm"],
+    ),
+    "a sign beside faults": (
+        *("s [mm];Höhe 1 [mm];Höhe 2 [mm]\n0;3;3,1\n2;3,2;3,1\n4;n. lesbar;3,2\n6;3,1;3,4\n", None),
+        [MISSING, '["sign"]', '["datum"]'],
+    ),
+    "no sign of an unknown direction": ("s [mm];x1 [mm]\n0;3\n2;3,2\n4;3,2\n6;3,1\n", {"levels": ["B"]}, [WAY]),
+}
+
+
+@pytest.mark.parametrize(("text", "columns", "questions"), AT_ONCE.values(), ids=AT_ONCE)
+def test_all_questions_of_a_sheet_come_at_once(refused, text, columns, questions):
+    """Nothing is asked that only follows from a stand-in for another answer."""
+    texts = list(map(str, refused(text, columns=columns).faults))
+    assert [words for words in questions if not any(words in text for text in texts)] == []
+    assert len(texts) == len(questions)
 
 
 def test_a_fault_of_a_sheet_with_stations_in_a_row_keeps_its_place(refused):
