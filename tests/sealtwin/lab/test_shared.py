@@ -201,17 +201,9 @@ def test_further_rows_divide_a_file_and_follow_its_tables(shared, tmp_path):
     (shared / "caliper_all.csv").rename(shared / "P01.csv")
     (shared / "P01.csv").write_text(text)
     assert fates(ingest(shared, lab, QUIET)) == {"P01": "failed", "P02": "new"}
-    pairing = answer(lab, {"P01.csv": {"range": "A1:C4"}})
-    columns = {
-        "file": "P01.csv",
-        "role": "readings",
-        "sample": "P02",
-        "range": "6:7",
-        "s": "A",
-        "levels": "B:C",
-        "unit": "mm",
-        "sign": "up",
-    }
+    read_as = {"s": "A", "levels": "B:C", "unit": "mm", "sign": "up"}
+    pairing = answer(lab, {"P01.csv": {"range": "A1:C4", **read_as}})
+    columns = {"file": "P01.csv", "role": "readings", "sample": "P02", "range": "6:7", **read_as}
     with pairing.open("a") as rows:
         rows.write(",".join(columns.get(name, "") for name in pairing_rows(lab)[0]) + "\n")
     assert fates(ingest(shared, lab, QUIET)) == {"P01": "new", "P02": "revised"}

@@ -132,7 +132,7 @@ MISSING = "'n. lesbar' is not a number"
 AT_ONCE = {
     "unknown names": (
         *("x;a;b\n0;1,234;2,345\n5;n. lesbar;2,345\n9;1,234;2,335\n", None),
-        [PLACES, f"'x', 'a', 'b'{UNIT}", "'a', 'b': neither header nor trial file states whether", MARK, MISSING],
+        [PLACES, f"'x', 'a', 'b'{UNIT}", "'a', 'b': nothing states", MARK, MISSING],
     ),
     "no header": ("0;1,5;1,6\n5;2;2,1\n9;2;2,1\n", None, [PLACES, f"'A', 'B', 'C'{UNIT}", WAY]),
     "unknown places": (

@@ -85,7 +85,7 @@ REFUSED = [
     ("s_mm,,depth_mm\n0,7,1\n5,,1\n", {}, ["line 1", "column B contains numbers and has no name"]),
     ("s_mm,position_mm,depth_mm\n0,0,1\n5,5,1\n", {}, ["'s_mm', 'position_mm' both name the station"]),
     ("s_mm,mean depth_mm\n0,1\n5,1\n", {}, ["no column of readings besides 's_mm'", "B 'mean depth_mm' (1)", "levels"]),
-    ("s_mm,depth 1_mm,rep2_mm\n0,1,1\n5,1,2\n", {}, ["'rep2_mm': neither header"]),
+    ("s_mm,depth 1_mm,rep2_mm\n0,1,1\n5,1,2\n", {}, ["'rep2_mm': nothing states"]),
     ("s_mm,depth 1_mm,depth 2_mm,depth_mm\n0,1,1,1\n5,1,2,2\n", {}, ["'depth_mm': no repeat number, but there are 3"]),
     ("s_mm,depth 1_mm,depth 1_cm\n0,1,1\n5,1,2\n", {}, ["'depth 1_mm', 'depth 1_cm'"]),
     ("s_mm,repeat,depth_mm\n0,1,1\n0,1,2\n5,1,2\n", {}, ["line 3", "repeat '1' of 0 mm"]),
