@@ -274,9 +274,9 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
         scale = given_scale(mm_per_px, settings.scale_is == "assumed", pixels.size_px)
     if not FINEST_MM_PER_PX <= scale.mm_per_px <= COARSEST_MM_PER_PX:
         raise InputError(
-            f"{pixels.file}: by its {scale.scale_source}, a pixel of the photo is {scale.mm_per_px:.2g} mm, "
-            f"outside {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm. Correct the lengths and pixels that give the "
-            "scale."
+            f"{pixels.file}: according to the scale ({scale.scale_source}), a pixel of the photo is "
+            f"{scale.mm_per_px:.2g} mm wide; {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm is allowed. Correct "
+            "the lengths and pixels that give the scale."
         )
     if scale.scale_uncertainty is None or scale.scale_uncertainty < UNSURE:
         return scale

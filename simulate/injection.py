@@ -279,7 +279,9 @@ def prepare(
     and ValueError if the numbers of substeps differ.
     """
     if solver.model == "slot":
-        raise InputError('solver.model = "slot": only particles are computed here. Leave it out, or call fill.')
+        raise InputError(
+            'solver.model = "slot": this function computes only particles. Leave solver.model out, or call fill.'
+        )
     solver = solver.for_crack(outline.mean_width_mm)
     fluids = [fluid.loaded(Path()) for fluid in fluids]
     for fluid in fluids:
@@ -302,7 +304,9 @@ def prepare(
     pastes = tuple(paste for paste, _ in solved)
     substeps, *others = {substeps for _, substeps in solved}
     if others:
-        raise ValueError("Fluids that need different numbers of substeps cannot be computed at once.")
+        raise ValueError(
+            "Fluids that need different numbers of substeps cannot be computed together. Compute them one by one."
+        )
     check_damping(solver, schedule.frame_s / substeps)
     engine = FluidSolver(
         State(schedule, device, len(pastes)),

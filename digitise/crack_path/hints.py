@@ -83,8 +83,8 @@ def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
     if crossed := crossings(corners, closed=True):
         sides = [listed(corners[[side, (side + 1) % len(corners)]]) for side in crossed[0]]
         raise InputError(
-            f"{photo.file}: roi_px crosses itself: its side {sides[0]} and its side {sides[1]} px; give its corners in "
-            "order around it."
+            f"{photo.file}: roi_px crosses itself: the side {sides[0]} px crosses the side {sides[1]} px. Give its "
+            "corners in order around the region."
         )
     low = np.maximum(corners.min(axis=0), 0)
     high = np.minimum(corners.max(axis=0), np.array(photo.size_px) - 1)

@@ -20,8 +20,8 @@ def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str)
     painted = np.asarray(painted)
     if painted.shape != size_px[::-1]:
         raise InputError(
-            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give "
-            f"{size_px[::-1]}."
+            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give an "
+            f"array of shape {size_px[::-1]}."
         )
     return _soundly_painted(painted.astype(bool), name, "pixels that are not 0 are painted")
 

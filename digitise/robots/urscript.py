@@ -87,9 +87,9 @@ def _blend_limit(path: RobotPath, settings: Urscript) -> Limit:
     closest_mm = np.linalg.norm(np.diff(path.trajectory.position_mm, axis=0), axis=1).min()
     return (
         settings.blend_mm >= closest_mm / 2,
-        f"urscript.blend_mm is {settings.blend_mm:g}: it must stay below half the closest waypoints' distance, "
-        f"{closest_mm:.4g} mm, or the arm skips them. Give less than {closest_mm / 2:.3g}, or digitise with a larger "
-        "path.spacing_mm.",
+        f"urscript.blend_mm is {settings.blend_mm:g}: it must be below half the smallest distance between waypoints "
+        f"({closest_mm:.4g} mm), or the arm skips waypoints. Give less than {closest_mm / 2:.3g}, or digitise with a "
+        "larger path.spacing_mm.",
     )
 
 

@@ -120,11 +120,11 @@ def _checked(
         if name not in SETTINGS:
             raise InputError(f"--free {no_such_setting(name)}.")
         if not low < high:
-            raise InputError(f"--free {name}={low:g}:{high:g}: the first end must be below the second.")
+            raise InputError(f"--free {name}={low:g}:{high:g}: the lower end must be below the upper end.")
         if len(trials) > 1 and name.partition(".")[0] in OF_A_POUR:
             raise InputError(
-                f"--free {name}: differs between the {len(trials)} pours, but free settings are shared by all trials. "
-                "Measure it and leave it out, or calibrate one trial."
+                f"--free {name}: its value differs between the {len(trials)} pours, but free settings are shared by "
+                "all trials. Measure it and leave it out, or calibrate one trial."
             )
     roles: dict[Literal["held-out", "calibrated-on"], Sequence[Path]] = {"held-out": trials, "calibrated-on": held_out}
     for wrong, group in roles.items():
@@ -329,7 +329,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
     basis = ["readings that nobody measured (EMULATED)"] if calibrated.emulated else []
     basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw")
     if not error_pa:
-        basis.append("the yield stress was not free and has no stated uncertainty: no interval")
+        basis.append("the yield stress was not free and has no stated uncertainty, so it has no interval")
     if others := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, *THICKNESS)]:
         basis.append(f"fitted together with {', '.join(others)}: set them too")
     if unidentified := [one.free.name for one in calibrated.marginals if not one.identified]:

@@ -69,7 +69,8 @@ def material(
     start_mm: Annotated[
         Text,
         option(
-            "Start of the nozzle's path, from the frame opening's lower left corner, to measure the pump's delay.",
+            "Start of the nozzle's path, in mm from the lower left corner of the frame's opening, to measure the "
+            "pump's delay.",
             "X,Y",
         ),
     ] = None,
@@ -151,7 +152,9 @@ def _photo_and_time(text: str) -> tuple[Path, float]:
     try:
         seconds = read_number(time)
     except ValueError as fault:
-        raise typer.BadParameter(f"--early {text}: {fault}; write it as in photo.jpg@1.5") from None
+        raise typer.BadParameter(
+            f"--early {text}: {fault}; give the photo and the time in seconds, as in photo.jpg@1.5"
+        ) from None
     if not name or not 0.05 <= seconds <= 3600:
         raise typer.BadParameter(f"--early {text}: give a photo and 0.05 to 3600 seconds, as in photo.jpg@1.5")
     return Path(name).resolve(), seconds

@@ -56,7 +56,8 @@ def markers(
 def trace(
     command: Command,
     target: Annotated[
-        Path, argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without a trial, or a folder of either.")
+        Path,
+        argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without a trial, or a folder with trials or photos."),
     ],
     settings: Given,
     port: Annotated[int | None, count_option("Port of the page; default: any free port.", 1024, 65535)] = None,
@@ -89,7 +90,7 @@ def trace(
         try:
             page.wait()
         except KeyboardInterrupt:
-            command.interrupted("what was saved is kept." if page.saved else "nothing was saved.")
+            command.interrupted("saved photos remain saved." if page.saved else "nothing was saved.")
     saved = page.saved
     if len(sheets) > 1:
         listed = [{"file": one["file"], "changed": one["changed"]} for one in saved]

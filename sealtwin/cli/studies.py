@@ -203,9 +203,9 @@ def calibrate(
         list[Path] | None, option('A trial to predict and compare, with the role "held-out"; may be repeated.', "TRIAL")
     ] = None,
     budget: Annotated[
-        int, count_option("Runs of each trial. With fewer, intervals would be too narrow.", LEAST_BUDGET, 400)
+        int, count_option("Runs of each trial; fewer would make the intervals too narrow.", LEAST_BUDGET, 400)
     ] = LEAST_BUDGET,
-    out: Annotated[File, option("The folder; default: reports/<trial name>-calibrated.", "DIR")] = None,
+    out: Annotated[File, option("Folder for the calibration; default: reports/<trial name>-calibrated.", "DIR")] = None,
     date: Annotated[Text, option("Day of the calibration; default: today.", "YYYY-MM-DD")] = None,
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
 ) -> None:
@@ -312,7 +312,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.sheet.cautions,
-        f"{chart.name}: {len(chart.runs)} runs against {chart.readings.source}.",
+        f"{chart.name}: {len(chart.runs)} runs compared with {chart.readings.source}.",
         f"Nearest to the readings: run {best.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
         chart.beside_baselines,
         chart.flatness,

@@ -158,7 +158,7 @@ def demo(
 
     folder = out or Path("reports", "demo")
     place_paper_trial(folder / "trial")
-    command.say(f"The trial that runs: {folder / 'trial' / 'trial.toml'}")
+    command.say(f"Trial file: {folder / 'trial' / 'trial.toml'}")
     run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
 
 

@@ -89,9 +89,9 @@ def plan_finding(planned: Planned) -> str:
         for one in planned.low_stretches
     )
     return (
-        f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, by particles; "
-        f"with {better.name}, the better baseline, {better.misfit.under_mm3:.0f} and {better.misfit.over_mm3:.0f}."
-        + (f" {low[0].upper()}{low[1:]}." if low else "")
+        f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, according to "
+        f"particles; the better baseline ({better.name}) has {better.misfit.under_mm3:.0f} mm3 and "
+        f"{better.misfit.over_mm3:.0f} mm3." + (f" {low[0].upper()}{low[1:]}." if low else "")
     )
 
 
@@ -148,7 +148,7 @@ def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) ->
         for line in poured.lines
     ]
     columns = ("t_s", "flow estimate", "material estimate", "flow now (mm3/s)")
-    caption, numbers = "Flow and material over the plan's.", Numbers(columns, rows)
+    caption, numbers = "Flow and material, each divided by the value in the plan.", Numbers(columns, rows)
     stopped = [f"It stopped: {content['stopped']}."] if content["stopped"] else []
     sheet = FigureSheet(
         title="Correction of a fill during the pour: EMULATED",
@@ -197,5 +197,5 @@ def _estimates(rows: Sequence[tuple[float, float, float, float]]) -> Figure:
     for column, (name, colour) in enumerate((("flow", SIMULATED), ("material", MEASURED)), start=1):
         axes.plot([row[0] for row in rows], [row[column] for row in rows], color=colour, label=name)
     axes.legend(fontsize=8)
-    label_axes(axes, "t (s)", "over the plan's", "")
+    label_axes(axes, "t (s)", "ratio to the plan", "")
     return figure

@@ -166,7 +166,7 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
     """
     own = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
     others = _computed_by_others(plan, own)
-    return [f"{shown(folder)}: {others}. 'sealtwin sweep' with its study computes them anew."] if others else []
+    return [f"{shown(folder)}: {others}. 'sealtwin sweep' with its study computes them again."] if others else []
 
 
 def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:

@@ -103,7 +103,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
         cracks = rivals.cracks
         with _with_picture(job, lambda: draw_cracks(photo, cracks)):
             raise
-    job.progress.advance(2, "tracing its walls")
+    job.progress.advance(2, "tracing the walls")
     with _with_picture(job, lambda: draw_way(photo, path)):
         outline = trace_outline(photo, path, settings)
     if crack is None or outline.width_source == "none":

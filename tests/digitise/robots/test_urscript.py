@@ -90,7 +90,7 @@ HIGH = {"reach": {"high_mm": (800.0, 800.0, 120.0)}}
 @pytest.mark.parametrize(
     ("path", "changes", "says"),
     [
-        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5: .* below half .* 0\.98\d+ mm,.* than 0\.49"),
+        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5: .* below half .* 0\.98\d+ mm.* than 0\.49"),
         ({"ramp_mm": 5.0}, {"urscript": DIGITAL}, r"a digital output gives one flow or none, .* to 31\d\.\d mm³/s"),
         ({}, {"urscript": {"full_flow_mm3_s": 300.0}}, r"flow .* 313\.9 mm³/s; .* urscript.full_flow_mm3_s = 300"),
         # The way over the sample.
