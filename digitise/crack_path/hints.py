@@ -52,8 +52,8 @@ def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel,
     for name, (x, y) in named:
         if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
             raise InputError(
-                f"{photo.file}: the {name} ({x:g}, {y:g}) is outside the photo of {width} x {height} px; "
-                "x runs right and y down, from 0."
+                f"{photo.file}: the {name} ({x:g}, {y:g}) is outside the photo of {width} x {height} px; x counts "
+                "from the left and y from the top."
             )
     apart_px = float(np.linalg.norm(np.subtract(*ends_px)))
     most_px = snap_px(photo)

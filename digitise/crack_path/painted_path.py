@@ -50,8 +50,8 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
     width_px = (2 * float(np.median(medial_axis.radius(region)[tuple(way.T)])) - 1) / scale
     share = stats[chosen, cv2.CC_STAT_AREA] / stats[1:, cv2.CC_STAT_AREA].sum()
     others = (
-        f"the mask has {count - 1} pieces; the piece from {listed(to_photo(way)[[0, -1]])} px is used, which has "
-        f"{share:.0%} of the paint"
+        f"the mask has {count - 1} pieces; the piece from {listed(to_photo(way)[[0, -1]])} px, which has {share:.0%} "
+        "of the paint, is used"
     )
     doubts = judge_paint(photo, paint, to_photo(way), width_px, confirmed=ends_px is not None)
     return CrackPath(to_photo(way), width_px, "mask", (others, *doubts) if count > 2 else doubts)

@@ -140,8 +140,8 @@ class DrawnLayers:
             left_out = self.drawing.left_out(name)
             there = ", ".join(self.drawing.with_lines()) or "none"
             raise InputError(
-                f"{self.drawing.file}: no lines to read on a layer {name}"
-                + (f", where these are: {left_out}" if left_out else "")
+                f"{self.drawing.file}: the layer {name} has no lines to read"
+                + (f" (left out: {left_out})" if left_out else "")
                 + f"; layers with lines: {there}."
             )
         return lines

@@ -127,7 +127,9 @@ class Drawing:
                 places_mm = self._points_mm(entity, layer)
                 points += len(places_mm)
                 if points > MOST_POINTS:
-                    raise InputError(f"{self.file}, layer {layer}: over {MOST_POINTS} points; simplify its lines.")
+                    raise InputError(
+                        f"{self.file}, layer {layer}: it has over {MOST_POINTS} points; simplify its lines."
+                    )
                 if _has_width(entity):
                     left_out["pen widths of polylines"] += 1
                 heights_mm += [float(places_mm[:, 2].min()), float(places_mm[:, 2].max())] if len(places_mm) else []

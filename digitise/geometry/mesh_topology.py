@@ -230,7 +230,7 @@ def examine_mesh(
         faults.append(f"Mesh has {together} vertices that coincide in a float32 file.")
     if expected_euler is not None and figures.euler != expected_euler:
         faults.append(
-            f"Mesh has Euler number {figures.euler}, not {expected_euler}: a hole through it, or loose pieces."
+            f"Mesh has Euler number {figures.euler}, not {expected_euler}: it has a hole through it, or loose pieces."
         )
     if len(crossing):
         first = near(vertices_mm[faces[crossing[0, 0]]].mean(axis=0))

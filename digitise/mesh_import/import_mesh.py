@@ -89,7 +89,7 @@ def notes_on_unit(read: Triangles, settings: MeshInput, path: Path) -> list[str]
     if path.suffix.lower() == ".glb":
         # Many programs write millimetres anyway, so this proves nothing.
         return [f"{path.name}: glTF is in metres; its numbers are read in {settings.units}, because units is set to it"]
-    raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Correct units.")
+    raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Set units to {read.unit}.")
 
 
 @dataclass(frozen=True)
@@ -191,8 +191,8 @@ def _step_of(vertices: Floats) -> float:
 def _step_in_words(step_mm: float) -> str:
     """Describe the step of a mesh's numbers and its remedy."""
     return (
-        f"its numbers have steps of {step_mm:.2g} mm so far from its origin. Move the mesh to the origin in the "
-        "program that made it, and save the mesh again"
+        f"its numbers have steps of {step_mm:.2g} mm, because the mesh is far from its origin. Move the mesh to the "
+        "origin in the program that made it, and save the mesh again"
     )
 
 
@@ -215,7 +215,7 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
         f"({placed[0, 3]:.2f}, {placed[1, 3]:.2f}, {placed[2, 3]:.2f}) mm",
     ]
     if block.yaw_deg:
-        notes.append(f"the block was turned by {-block.yaw_deg:.2f} degrees, so that its sides lie along x and y")
+        notes.append(f"the block was turned by {-block.yaw_deg:.2f} degrees, so that its sides are along x and y")
     low_mm, high_mm = np.reshape(block.body.bounding_box(), (2, 3))
     longer_mm, height_mm = max(block.size_mm), high_mm[2] - low_mm[2]
     if height_mm > min(block.size_mm):

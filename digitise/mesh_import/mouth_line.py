@@ -150,8 +150,8 @@ def _require_swept(centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> None
     swept_mm2 = float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
     if abs(swept_mm2 - between_mm2) > LIMITS.unswept * between_mm2:
         raise ShapeError(
-            f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} of "
-            f"{between_mm2:.0f} mm².",
+            f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} "
+            f"mm², but the area between the walls is {between_mm2:.0f} mm².",
             "Give mesh.path, a line along the crack's middle that ends in a straight part of the crack, or crop the "
             "mesh.",
             "walls",

@@ -40,8 +40,8 @@ def spel_text(path: RobotPath) -> str:
         path.reach_limit("the SPEL+ program, on its way to the path, along it or from it,", named[:, :3]),
         (
             last >= SPEL_POINTS,
-            f"the SPEL+ program needs {len(named)} points from P{first} on; P{SPEL_POINTS - 1} is the last. Lower "
-            "spel.first_point, or digitise with a larger path.spacing_mm.",
+            f"the SPEL+ program needs {len(named)} points from P{first} on, but P{SPEL_POINTS - 1} is the last one. "
+            "Lower spel.first_point, or digitise with a larger path.spacing_mm.",
         ),
     )
     approach = f"  SpeedS {decimal(path.cell.motion.approach_speed_mm_s, 3)}"
@@ -183,14 +183,17 @@ def _pose(place: Floats, settings: Spel) -> str:
 
 def _notes(path: RobotPath, settings: Spel, first: int, last: int) -> list[str]:
     notes = [
-        "Units: mm, degrees, mm/s. Switch motors on and set the power mode before, then call this function.",
+        "Units: mm, degrees, mm/s. First switch the motors on and set the power mode, then call this function.",
         f"Overwrites P{first} to P{last} in memory. Tool {settings.tool}, Local {settings.local}.",
     ]
     if settings.dispenser == "output":
         flow = path.level_flow_mm3_s("an output that is on or off", "let an axis press the plunger")
-        notes.append(f"Set the dispenser at output {settings.output_bit} to {flow:.4f} mm3/s before.")
+        notes.append(f"First set the dispenser at output {settings.output_bit} to {flow:.4f} mm3/s.")
     else:
-        notes.append(f"Axis {settings.dispenser} presses the plunger, ready to give at {settings.axis_start_mm:g} mm.")
+        notes.append(
+            f"Axis {settings.dispenser} presses the plunger and is ready to give sealant at "
+            f"{settings.axis_start_mm:g} mm."
+        )
     if settings.dispenser == "z":
         notes.append("The arm cannot lift the nozzle: its way to the first point must be free.")
     return notes

@@ -185,7 +185,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
         if beyond > max(size_px) / 2:
             raise InputError(
                 f"{file}: face_corners_px has ({x:g}, {y:g}), {beyond:.3g} px outside the photo of {size_px[0]} x "
-                f"{size_px[1]} px; x runs right and y down, from 0."
+                f"{size_px[1]} px; x counts from the left and y from the top."
             )
     # Counter-clockwise corners turn left at each.
     side = np.roll(corners_px, -1, axis=0) - corners_px

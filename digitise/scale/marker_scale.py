@@ -256,7 +256,7 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
             f"printed by default, the scale is {by_markers:.4g} mm/px, {abs(off):.1%} {side} {given}"
         )
         if abs(off) <= LIMITS.most_off:
-            return (f"{comparison}; [photo.markers] instead would show the camera's tilt as well",)
+            return (f"{comparison}; give [photo.markers] instead to correct for the camera's tilt as well",)
         return (
             f"{comparison}. With this scale they are {side_px * mm_per_px:.1f} mm wide: measure one, and correct the "
             "scale or give [photo.markers] instead",

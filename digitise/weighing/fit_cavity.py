@@ -152,7 +152,7 @@ def _require_likeness(walls: _Walls, fill: WeighedFill) -> None:
     if not upright_mm3 / LIMITS.unlike < poured_mm3 < LIMITS.unlike * upright_mm3:
         raise InputError(
             f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, but upright walls would take "
-            f"{upright_mm3 / 1e3:.3g} ml. Check that masses are in grams and of the liquid alone, and check the "
+            f"{upright_mm3 / 1e3:.3g} ml. Check that masses are in grams and of the liquid only, and check the "
             "density, depth_mm and the photo's scale."
         )
 

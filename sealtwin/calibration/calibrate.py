@@ -35,8 +35,9 @@ LEAST_BUDGET = 40
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
 STRESS, THICKNESS = "fluid.yield_stress_pa", ("fluid.viscosity_pa_s", "fluid.U")
 NOT_FOR = (
-    "another particle radius or number of substeps: at one viscosity, radii of 0.6 and 0.8 mm differ by 0.5 to 0.8 mm",
-    "a setting by itself that is not identified: the readings support only predictions of the whole posterior",
+    "another particle radius or number of substeps: at the same viscosity, levels at radii of 0.6 and 0.8 mm differ "
+    "by 0.5 to 0.8 mm",
+    "the value of a setting that is not identified: the readings support only predictions from the whole posterior",
     "another paste, or the same paste at another age or temperature",
 )
 

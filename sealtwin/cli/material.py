@@ -117,7 +117,7 @@ def material(
         doubt = f"standard uncertainty {identified.viscosity_error_percent:.0f} %"
         lines.append(f"Viscosity {identified.viscosity_pa_s:.3g} Pa s, {doubt}.")
     lines += [f"{text[0].upper()}{text[1:]}." for text in identified.basis] + [*measured.sentences]
-    lines.append(f'{out}: in a trial, [fluid] material = "{out.name}".')
+    lines.append(f'{out}: to use it, write [fluid] material = "{out.name}" in a trial.')
     content = {"version": 1, "file": out.as_posix(), **identified.model_dump(mode="json"), **measured.figures}
     command.reply(Answer(content, lines))
 

@@ -201,8 +201,8 @@ SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)
 SET = typer.Option(
     "--set",
     metavar="TABLE.KEY=VALUE",
-    help="Any setting of a trial file, with its value in TOML or as a bare word; replaces the file's value for this "
-    'call, may be repeated: --set crack.tilt=flare --set "photo.ruler_px=[[0,0],[100,0]]"',
+    help="Any setting of a trial file, with its value in TOML or as a bare word. It replaces the file's value for "
+    'this call. May be repeated: --set crack.tilt=flare --set "photo.ruler_px=[[0,0],[100,0]]"',
 )
 
 

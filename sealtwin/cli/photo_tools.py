@@ -17,7 +17,8 @@ def markers(
     out: Annotated[Path, option("File of the page to print, .pdf or .svg.", "FILE")],
     size_mm: Annotated[float, number_option("Outer edge of a marker's black square.", 5, 200)] = 16.0,
     dictionary: Annotated[
-        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"], option("Kind of the markers.")
+        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"],
+        option("Dictionary of the markers: cells across and number of markers, or an AprilTag family."),
     ] = "4x4_50",
     count: Annotated[
         Literal["4", "8"], option("4: at the corners of the face; 8: also in the middle of its sides.")

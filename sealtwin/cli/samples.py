@@ -64,7 +64,7 @@ def digitise(
     ],
     settings: Given,
     out: Out = None,
-    jobs: Annotated[int, count_option("Photos digitised at the same time.", 1, 64)] = 1,
+    jobs: Annotated[int, count_option("Number of photos digitised at the same time.", 1, 64)] = 1,
 ) -> None:
     """Turn a photo into a watertight crack mesh and a nozzle path.
 

@@ -97,7 +97,11 @@ def sweep(
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
     batch: Annotated[
         int | None,
-        count_option(f"Runs in one launch, if only the fluid differs; default: 1, or {LAUNCH} on a GPU.", 1, 4096),
+        count_option(
+            f"Number of runs in one launch, which may differ only in the fluid; default: 1, or {LAUNCH} on a GPU.",
+            1,
+            4096,
+        ),
     ] = None,
     scheduler: Annotated[
         Text,
@@ -110,7 +114,7 @@ def sweep(
     keep_runs: Annotated[bool, flag("--keep-runs", "Also keep the particles of each run.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
     dry_run: Annotated[
-        bool, flag("--dry-run", "Check all settings, digitise, estimate the time; run no fluid.")
+        bool, flag("--dry-run", "Check all settings, digitise and estimate the time, but run no fluid.")
     ] = False,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
 ) -> None:

@@ -158,7 +158,7 @@ def _compared(comparison: "Comparison") -> list[str]:
     worst = f"Worst error: {comparison.worst_error_mm:.2f} mm (at s = {comparison.worst_at_mm:.2f} mm)"
     if (station := comparison.worst_at_a_station) is not None:
         at_station = f"{station.error_mm:.2f} mm (at s = {station.s_mm:.2f} mm)"
-        worst += f", where there is no reading; at a station at most {at_station}"
+        worst += f", where there is no reading; the worst at a station is {at_station}"
     runs = [] if comparison.uncertainty is None else _extra_runs(comparison.uncertainty)
     return [*comparison.headline, f"{worst}.", *runs, *comparison.findings]
 

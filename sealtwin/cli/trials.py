@@ -55,7 +55,8 @@ def robot(
     formats: Annotated[
         str | None,
         option(
-            "txt, csv, spel, gcode, urscript, or all that the cell has tables for; default: the cell's formats.",
+            "txt, csv, spel, gcode or urscript; all: each format that has a table in the cell. Default: the cell's "
+            "formats.",
             "A,B|all",
             "--format",
         ),

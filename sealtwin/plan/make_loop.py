@@ -36,7 +36,7 @@ from sealtwin.trial.trial_file import Trial, load_trial
 
 TABLES, PAGE = "loop.json", "loop.html"
 SAME = 1e-6  # Relative difference of numbers that counts as rounding on another machine
-ANOTHER_LOG = "Give the log as 'sealtwin loop PLAN --emulate FAULTS' or your controller wrote it."
+ANOTHER_LOG = "Give the unchanged log of 'sealtwin loop PLAN --emulate FAULTS' or of your controller."
 REFERENCE_SEED = 100  # Added to the trial's seed for the particles of the tables
 
 

@@ -46,7 +46,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     columns = ("s_mm", "speed_mm_s", "flow_mm3_s")
     flow = Numbers(columns, np.column_stack([getattr(it, column) for column in columns]).tolist())
     if (band_mm := planned.band_95_mm) is not None:
-        band = [(f"95 % band of a run, half-width, by {len(planned.misfits)} runs", f"{band_mm:.2f} mm")]
+        band = [(f"half-width of the 95 % band of a run, from {len(planned.misfits)} runs", f"{band_mm:.2f} mm")]
     sheet = FigureSheet(
         title=f"Plan: {name}",
         lead="Flow and speed along the path, chosen by the fast model and judged by particles. No number is measured.",
@@ -152,7 +152,7 @@ def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) ->
     stopped = [f"It stopped: {content['stopped']}."] if content["stopped"] else []
     sheet = FigureSheet(
         title="Correction of a fill during the pour: EMULATED",
-        lead="Particles with hidden faults stand for reality, and the sensor is emulated: no number is measured.",
+        lead="Particles with hidden faults represent reality, and the sensor is emulated: no number is measured.",
         cautions=[*content["other_versions"], *content["fluid_warnings"], *stopped],
         finding=loop_finding(content),
         key_figures=[

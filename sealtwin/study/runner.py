@@ -89,7 +89,7 @@ def compute(
 
     for group, outcomes in run_tasks(seal_in_worker, tasks(), jobs, how.scheduler, own_numbers):
         if isinstance(outcomes, Lost):
-            reason = f"{outcomes.reason}: give fewer --jobs, and --retry."
+            reason = f"{outcomes.reason}: repeat the command with fewer --jobs and with --retry."
             outcomes = [Outcome("failed", 0.0, reason=reason)] * len(group)
         for run, outcome in zip(group, outcomes, strict=True):
             current[run.key] = _keep(folder, run, outcome)

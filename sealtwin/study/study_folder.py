@@ -226,7 +226,7 @@ def resume(
     run if ``retry`` is True.
     """
     if holds_study(folder) and (others := _computed_by_others(read_plan(folder), plan.numbers)):
-        note(f"{folder}: {others}: they are computed again.")
+        note(f"{folder}: {others}, so they are computed again.")
     runs = []
     for run in (with_outcome(folder, run) for run in plan.runs):
         complete = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()

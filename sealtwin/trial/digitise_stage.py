@@ -26,7 +26,9 @@ from sealtwin.trial.job import (
 if TYPE_CHECKING:
     from digitise.photo import Photo
 
-NO_SEALANT = "volume_ml is not given, and a path alone has no cavity: without a flow, no robot program is written"
+NO_SEALANT = (
+    "volume_ml is not given, and a path alone has no cavity, so the path has no flow and no robot program is written"
+)
 REFUSED = "refused.png"  # Picture of the findings in a photo that was refused; the next attempt deletes it
 
 

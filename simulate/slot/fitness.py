@@ -127,7 +127,7 @@ class Fitness:
     @property
     def _narrow(self) -> str:
         """Return the first half of a sentence on narrow places."""
-        place = f"Stones, a wall across or a neck, most at s = {self.narrowest_mm:.1f} mm,"
+        place = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
         if not np.isfinite(self.dragged):
             return f"{place} close the crack below the level of the sealant"
         effects = []
@@ -135,7 +135,7 @@ class Fitness:
             effects.append(f"support a step of the level of up to {self.held_mm:.2g} mm ({MOST_HELD_MM:g} are allowed)")
         if self.dragged > MOST_DRAGGED:
             effects.append(
-                f"slow the flow as {float(f'{self.dragged:.2g}'):g} times the crack's length would "
+                f"slow the flow as much as {float(f'{self.dragged:.2g}'):g} times the crack's length would "
                 f"({MOST_DRAGGED:g} is allowed)"
             )
         return f"{place} {' and '.join(effects)}"

@@ -63,7 +63,7 @@ def test_a_drawing_is_read_as_the_command_reads_it(tmp_path):
     for given, words in (
         ({"line": "MIDDLE"}, "both line and width_mm or neither"),
         ({"line": "MIDDLE", "width_mm": 3, "outline": "EDGE"}, "only one of outline, walls and line"),
-        ({"line": "OTHER", "width_mm": 3}, "crack.dxf: no lines to read on a layer OTHER"),
+        ({"line": "OTHER", "width_mm": 3}, "crack.dxf: the layer OTHER has no lines to read"),
         ({"line": "MIDDLE", "width_mm": 900}, "width_mm = 900"),
     ):
         with pytest.raises(st.InputError, match=words):

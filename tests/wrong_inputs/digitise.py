@@ -134,7 +134,7 @@ DRAWINGS = [
     drawn("too large in the drawing's unit", lambda _, space: ring(space), "a.dxf: in inch, by the drawing",
         "$MEASUREMENT is metric", "1000 mm", "--units mm", unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
     drawn("metres for mm", lambda _, space: lines(space, ((0, 0), (0.06, 0))), "--units m", more=ALONG),
-    drawn("in a block", in_a_block, "no lines to read on a layer OUTLINE",
+    drawn("in a block", in_a_block, "the layer OUTLINE has no lines to read",
         'lines in the block "CRACK" (explode it) (1)'),
     drawn("hatch alone", lambda _, space: space.add_hatch(dxfattribs=on("OUTLINE")), "HATCH (1)"),
     drawn("on paper", lambda document, _: lines(document.layout("Layout1"), ((0, 0), (40, 0))),
