@@ -49,8 +49,8 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
         yield (
             f"fluid.{given[0] if given else 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
             f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} mm2/s (within a factor of two). The fluid "
-            f"flows like one of about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest: particles "
-            "of a fluid as thin as water keep moving. Smaller particles add less."
+            f"flows as if it had about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest: "
+            "particles of a fluid as thin as water keep moving. Smaller particles add less."
         )
     elif fluid.U and not fluid.yields:
         until = " until they freeze" if fluid.freezes else ""

@@ -225,8 +225,8 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
         )
     if block.trimmed_mm > 0:
         notes.append(
-            f"material up to {block.trimmed_mm:.2f} mm outside the block's sides was cut off, such as dams, edges or "
-            "roughness"
+            f"material up to {block.trimmed_mm:.2f} mm outside the block's sides, such as dams, edges or roughness, "
+            "was cut off"
         )
     return notes
 

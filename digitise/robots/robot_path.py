@@ -90,8 +90,8 @@ class RobotPath:
         if flow.max() > flow.min() * (1 + 10 * ROUNDING):
             raise InputError(
                 f"{self.cell_file}: {dispenser} gives one flow or none, but the path's flow ranges from "
-                f'{flow.min():.4g} to {flow.max():.4g} mm³/s. Digitise with path.flow = "constant", and remove '
-                f"path.ramp_mm or make path.lead_in_mm and lead_out_mm as long as it; or {remedy}."
+                f'{flow.min():.4g} to {flow.max():.4g} mm³/s. Digitise with path.flow = "constant" and without '
+                f"path.ramp_mm, or with path.lead_in_mm and path.lead_out_mm as long as path.ramp_mm; or {remedy}."
             )
         return float(flow.mean())
 

@@ -175,7 +175,7 @@ def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) ->
 def loop_finding(content: Mapping[str, Any]) -> str:
     return (
         f"EMULATED: {content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 are "
-        f"above it; after the first pass, both together were {content['after_first_pass_mm3']:.0f} mm3."
+        f"above it; after the first pass the sum of both was {content['after_first_pass_mm3']:.0f} mm3."
     )
 
 

@@ -105,7 +105,7 @@ def test_the_remark_on_a_thin_fluid_has_the_viscosity_that_particles_add():
     """Water of 1 mm2/s, at particles of 0.6 mm."""
     water = injection_of(viscosity_pa_s=0.001)
     added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
-    assert f"flows like one of about {1 + added_mm2_s:.3g} mm2/s" in water.remarks_on(0)[0]
+    assert f"flows as if it had about {1 + added_mm2_s:.3g} mm2/s" in water.remarks_on(0)[0]
     # Shorter substeps and larger particles add more.
     assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)
 
