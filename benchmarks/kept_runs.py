@@ -47,7 +47,7 @@ class KeptRuns:
     def require(self) -> None:
         """Leave with exit code 1 if other stage numbers computed what is kept."""
         if other := self.other_numbers:
-            raise SystemExit(f"{self._name}: computed by {other}: '{self.command}' computes them anew.")
+            raise SystemExit(f"{self._name}: computed by {other}: '{self.command}' computes them again.")
 
     def begin(self) -> None:
         """Begin to add results: state this version's numbers, and remove results of other numbers, which git has."""

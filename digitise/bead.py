@@ -71,8 +71,8 @@ def bead_of(
     line_mm = np.array([float(across_mm[column].mean()) for column in slab.T])
     if length_mm < LEAST_LONG * width_mm:
         raise InputError(
-            f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} wide, and must be at least "
-            f"{LEAST_LONG:g} times as long as wide: lay a longer one, or less paste per mm. For a round spread of "
+            f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} mm wide; it must be at least "
+            f"{LEAST_LONG:g} times as long as wide. Lay a longer bead, or less paste per mm. For a round spread of "
             "paste, use 'sealtwin material spread'."
         )
     uneven, bent = float(widths[inner].std()) / width_mm, float(np.ptp(line_mm)) / length_mm

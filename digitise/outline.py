@@ -71,8 +71,8 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:
             raise InputError(
-                f"{photo.file}: photo.mean_width_mm: only a main crack between walls can be widened. Leave it out, or "
-                'give width_mm, and branches = "drop".'
+                f"{photo.file}: photo.mean_width_mm: only a crack with walls and without side cracks can be scaled to "
+                'a mean width. Leave mean_width_mm out, or give width_mm and branches = "drop".'
             )
         moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
         return replace(moved, width_source="gauge", width_95_mm=None)
@@ -88,7 +88,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         with suppress(TooThinError):
             return outline_by_walls(photo, path, settings)
     if settings.walls_px:
-        raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for walls of its own; leave them out.")
+        raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for measured walls; leave walls_px out.")
     return _fitted(photo, path)
 
 
@@ -163,15 +163,15 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
     low_mm, mean_mm, high_mm = (px * copy.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
     if low_mm <= 0:
         raise InputError(
-            f"{photo.file}: the photo shows no width of this line: by a fit of its blurred profile it is {mean_mm:.3g} "
-            f"mm wide (95 %: {low_mm:.3g} to {high_mm:.3g} mm), which includes 0. The line is not clearly "
-            "darker than the ground beside it: give ends_px on a dark crack, its width in width_mm, or path_only."
+            f"{photo.file}: the width of this line cannot be measured: a fit of its blurred profile gives "
+            f"{mean_mm:.3g} mm (95 %: {low_mm:.3g} to {high_mm:.3g} mm), which includes 0. The line is not clearly "
+            "darker than the ground beside it: give ends_px on a dark crack, or give width_mm or path_only."
         )
     why = "too thin" if factor * fit.mean_px < MIN_WIDTH_PX else "too blurred"
     remark = (
-        f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for walls of its own: its width is a fit of its "
-        f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks "
-        "and islands are not searched for"
+        f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for measured walls: its width is fitted to its "
+        f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks and "
+        "islands are not searched for"
     )
     return outline_along(
         photo, path, traced, "fit", (low_mm, high_mm), (remark, *_judged_band(copy, narrow, traced, fit))
@@ -192,9 +192,9 @@ def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> 
     if not is_wider(dark_px, fit.mean_px):
         return []
     return [
-        f"the fitted width is {fit.mean_px * photo.mm_per_px:.3g} mm, but the photo is dark over about "
-        f"{dark_mm:.2g} mm across the crack, perhaps by debris in it or a broken edge: the interval does not cover "
-        "that. Look at overlay.png, and paint the crack in photo.mask, or give width_mm"
+        f"the fitted width is {fit.mean_px * photo.mm_per_px:.3g} mm, but the photo is dark over about {dark_mm:.2g} "
+        "mm across the crack, perhaps because of debris in it or a broken edge: the interval does not cover that. "
+        "Look at overlay.png, and paint the crack in photo.mask, or give width_mm"
     ]
 
 
@@ -213,12 +213,12 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
     half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal
     traced = replace(traced, left_mm=traced.line_mm + half_mm, right_mm=traced.line_mm - half_mm)
-    remarks = ["the crack's width is the one given, width_mm; side cracks and islands are not searched for"]
+    remarks = ["the crack's width is the given width_mm; side cracks and islands are not searched for"]
     last_mm, width_there_mm = width_mm[-1]
     if 0 < last_mm < s_mm[-1] - TABLE_SHORT_MM:
         remarks.append(
             f"width_mm extends to s = {last_mm:g} mm, but the crack is {s_mm[-1]:.1f} mm long: its last width, "
-            f"{width_there_mm:g} mm, is taken for the rest. Extend the table"
+            f"{width_there_mm:g} mm, is used for the rest. Extend the table"
         )
     return outline_along(photo, path, traced, "gauge", remarks=tuple(remarks))
 

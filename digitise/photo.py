@@ -34,8 +34,8 @@ CLICK_PX = 1.0  # Standard deviation of each coordinate of a click
 SHORTEST_RULER_PX = 50.0  # Shortest ruler: two clicks on it are uncertain by 3 % of every length
 TILT_COST = 0.0035  # Standard uncertainty for a camera held by hand: 3 degrees at 0.12 % each, on synthetic photos
 TILT_WARNING = (
-    "a ruler does not show tilt: if the camera is 5 degrees off square, lengths are wrong by up to 3.5 %, and by "
-    "7 % at 10 degrees; markers or the face's corners show it"
+    "a ruler does not show tilt: lengths are wrong by up to 3.5 % if the camera is 5 degrees off square, and by up "
+    "to 7 % at 10 degrees; give markers or the face's corners to measure it"
 )
 UNSURE = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
 
@@ -231,8 +231,8 @@ def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tupl
     points_px = np.array(ends_px, dtype=float)
     if np.any(depth_inside(points_px, (-0.5, -0.5, size_px[0] - 0.5, size_px[1] - 0.5)) < 0):
         raise InputError(
-            f"{file}: ruler_px has a point outside the photo of {size_px[0]} x {size_px[1]} px; x runs right and y "
-            "down, from 0."
+            f"{file}: ruler_px has a point outside the photo of {size_px[0]} x {size_px[1]} px; x counts from the "
+            "left and y from the top."
         )
     length_px = float(np.linalg.norm(points_px[1] - points_px[0]))
     if length_px < SHORTEST_RULER_PX:
@@ -274,9 +274,9 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
         scale = given_scale(mm_per_px, settings.scale_is == "assumed", pixels.size_px)
     if not FINEST_MM_PER_PX <= scale.mm_per_px <= COARSEST_MM_PER_PX:
         raise InputError(
-            f"{pixels.file}: by its {scale.scale_source}, a pixel of the photo is {scale.mm_per_px:.2g} mm, "
-            f"outside {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm. Correct the lengths and pixels that give the "
-            "scale."
+            f"{pixels.file}: according to the scale ({scale.scale_source}), a pixel of the photo is "
+            f"{scale.mm_per_px:.2g} mm wide; {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm is allowed. Correct "
+            "the lengths and pixels that give the scale."
         )
     if scale.scale_uncertainty is None or scale.scale_uncertainty < UNSURE:
         return scale

@@ -67,7 +67,7 @@ def require_order(name: str, stations_mm: Floats) -> None:
     """Raise ValueError unless the stations of a table, its first column, increase."""
     for (before_mm, _), (after_mm, _) in pairwise(stations_mm):
         if after_mm <= before_mm:
-            raise ValueError(f"{name}: station {after_mm:g} after {before_mm:g}; list stations by increasing s")
+            raise ValueError(f"{name}: station {after_mm:g} mm follows {before_mm:g} mm; list stations by increasing s")
 
 
 DamHeight = Annotated[float, Field(ge=0, le=100), AfterValidator(_none_or_tape)]
@@ -289,7 +289,9 @@ class CrackShape(Settings):
         left_deg, right_deg = self.wall_angles_deg
         default = type(self).model_fields["wall_angle_deg"].default
         if self.fill is not None and self.tilt in AGAINST_EACH_OTHER and self.wall_angle_deg != default:
-            raise ValueError("wall_angle_deg cannot be combined with fill, which gives the angle: leave it out")
+            raise ValueError(
+                "wall_angle_deg cannot be combined with fill, which gives the angle: leave wall_angle_deg out"
+            )
         if self.tilt == "lean" and left_deg != right_deg:
             raise ValueError(
                 f'wall_angle_deg is [{left_deg:g}, {right_deg:g}], but tilt = "lean" has one angle: give one number, '
@@ -411,7 +413,7 @@ class NozzlePath(Settings):
             volume_ml = self.weighed.volume_ml
             if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
                 raise ValueError(
-                    f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave it out"
+                    f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave volume_ml out"
                 )
             # The settings are frozen, but this value is derived.
             object.__setattr__(self, "volume_ml", volume_ml)

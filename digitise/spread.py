@@ -77,7 +77,10 @@ def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo
     """
     photo = load_photo(settings, folder)
     if photo.scale_uncertainty is None:
-        raise InputError(f"{photo.file}: paste needs a scale by printed markers; give the table of the printed sheet.")
+        raise InputError(
+            f"{photo.file}: a photo of paste must have its scale from printed markers; give the table of the printed "
+            "sheet."
+        )
     if settings.markers is not None and settings.face_mm is not None:
         width_mm, height_mm = settings.face_mm
         for marker in settings.markers.markers:
@@ -214,7 +217,7 @@ def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Fl
     if measured.mean() < least:
         raise InputError(
             f"{file}: the paste's edge is visible on only {measured.mean():.0%} of its circumference; {least:.0%} are "
-            "needed. Keep it between the markers, away from them, without shadows or smears at its edge."
+            "needed. Keep the paste between the markers and away from them, and avoid shadows and smears at its edge."
         )
     radius = np.interp(number, number[measured], radius[measured], period=RAYS)
     return begins + radius[:, None] * rays
@@ -231,8 +234,8 @@ def _measured(photo: Photo, outline_px: Floats) -> SpreadBlob:
     unround = float(away_mm.std() / away_mm.mean())
     if unround > MOST_UNROUND:
         raise InputError(
-            f"{photo.file}: the blob is not round: its outline is {unround:.0%} of its radius off a circle (RMS); "
-            f"{MOST_UNROUND:.0%} are allowed. Level the plate, lift the cone straight up, and measure again."
+            f"{photo.file}: the blob is not round: its outline deviates from a circle by {unround:.0%} of its radius "
+            f"(RMS); {MOST_UNROUND:.0%} are allowed. Level the plate, lift the cone straight up, and measure again."
         )
     ways = np.radians(np.arange(0, 180, 2.0))
     across = outline_mm @ np.array([np.cos(ways), np.sin(ways)])

@@ -110,13 +110,14 @@ def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats
         at = int(turn_deg.argmax()) + 1
         warnings.append(
             f"the nozzle's path turns by {turn_deg[at - 1]:.0f} degrees at s = {s_mm[at]:.1f} mm, where an arm slows "
-            f"down and leaves a lump; a smoothing_mm above {path.smoothing_mm:g} rounds it"
+            f"down and leaves a lump; set smoothing_mm above {path.smoothing_mm:g} to round the path"
         )
     if off_mm.max() > outline.mean_width_mm / 2:
         at = int(off_mm.argmax())
         warnings.append(
             f"at s = {s_mm[at]:.1f} mm smoothing takes the nozzle {off_mm[at]:.2f} mm off the middle of a crack that "
-            f"is {outline.mean_width_mm:.2f} mm wide: a smoothing_mm below {path.smoothing_mm:g} keeps it in"
+            f"is {outline.mean_width_mm:.2f} mm wide; set smoothing_mm below {path.smoothing_mm:g} to keep the nozzle "
+            "over the crack"
         )
     return tuple(warnings)
 
@@ -154,7 +155,7 @@ def plan_trajectory(
     if way_mm[-1] < 2 * path.ramp_mm:
         raise InputError(
             f"ramp_mm is {path.ramp_mm:g}: two ramps do not fit into a path of {way_mm[-1]:.1f} mm, leads included. "
-            f"Allowed is at most {np.floor(way_mm[-1] * 5) / 10:g}; or give a longer lead_in_mm and lead_out_mm."
+            f"Give at most {np.floor(way_mm[-1] * 5) / 10:g}, or a longer lead_in_mm and lead_out_mm."
         )
     t_s = times_along(way_mm, path.speed_mm_s, path.ramp_mm)
     lasts_s = np.diff(t_s)
@@ -176,7 +177,7 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
     if off_mm.max() > outline.mean_width_mm:
         worst = int(gives[off_mm.argmax()])
         raise InputError(
-            f"path.plan, row {worst + 1}: it gives sealant {off_mm.max():.1f} mm from the middle of the crack, "
+            f"path.plan, row {worst + 1}: this row gives sealant {off_mm.max():.1f} mm from the middle of the crack, "
             f"which is {outline.mean_width_mm:.1f} mm wide. The plan is for another crack or frame: plan again."
         )
     return Trajectory(
@@ -195,8 +196,9 @@ def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> tuple[str, ...]:
         return ()
     return (
         f"volume_ml gives {sealant_mm3 / 1000:.4g} ml of sealant to a cavity of {cavity_mm3 / 1000:.4g} ml, "
-        f"{times:.3g} times as much: {'most of it will spill' if times > 1 else 'it will hardly be wetted'}; "
-        'check volume_ml and depth_mm, or set volume_ml = "cavity"',
+        f"{times:.3g} times as much: "
+        f"{'most of the sealant will spill' if times > 1 else 'the crack will hardly be wetted'}; check volume_ml and "
+        'depth_mm, or set volume_ml = "cavity"',
     )
 
 
@@ -215,13 +217,13 @@ def _check_lengths(length_mm: float, path: NozzlePath) -> None:
     if length_mm < first_mm + last_mm + path.spacing_mm:
         trims = f"2 x {first_mm:g}" if first_mm == last_mm else f"{first_mm:g} and {last_mm:g}"
         raise InputError(
-            f"Centreline {length_mm:.1f} mm: too short to trim {trims} mm and leave a step of "
+            f"The centreline, {length_mm:.1f} mm long, is too short to trim {trims} mm and leave a step of "
             f"{path.spacing_mm:g} mm. Reduce trim_mm."
         )
     if (length_mm + path.lead_in_mm + path.lead_out_mm) / path.spacing_mm > MOST_WAYPOINTS:
         raise InputError(
-            f"spacing_mm is {path.spacing_mm:g}: more than {MOST_WAYPOINTS} waypoints on {length_mm:.0f} mm of crack. "
-            "Choose a larger spacing."
+            f"spacing_mm is {path.spacing_mm:g}: a crack of {length_mm:.0f} mm would need more than {MOST_WAYPOINTS} "
+            "waypoints. Choose a larger spacing."
         )
 
 
@@ -250,7 +252,7 @@ def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Section
         share = np.diff(arc_length(points_mm))
     else:
         if sections is None:
-            raise ValueError('flow = "cross_section" without sections')
+            raise ValueError('flow = "cross_section" needs sections')
         # In a tapering crack sections change between waypoints, so they are integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
@@ -271,8 +273,8 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
         filled = "" if path.fill == 1 else f" ({volume_mm3 / 1000:.0f} ml with fill = {path.fill:g})"
         raise InputError(
-            f'volume_ml is "cavity", but the cavity holds {cavity_volume_mm3 / 1000:.0f} ml{filled}, more than the '
-            f"{LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or give "
-            "volume_ml a number."
+            f'volume_ml is "cavity", but the cavity is {cavity_volume_mm3 / 1000:.0f} ml{filled}, more than the '
+            f"{LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or set "
+            "volume_ml to a number."
         )
     return volume_mm3

@@ -84,10 +84,10 @@ def _require_recording(name: str) -> None:
     if not wp.is_conditional_graph_supported():
         raise InputError(
             f"device {name}: its driver cannot replay a recorded frame, which needs CUDA 12.4 or newer. Update "
-            "NVIDIA's driver, or take --device cpu."
+            "NVIDIA's driver, or give --device cpu."
         )
     if not wp.is_mempool_supported(name):
-        raise InputError(f"device {name}: it has no memory pools, which a recorded frame needs. Take --device cpu.")
+        raise InputError(f"device {name}: it has no memory pools, which a recorded frame needs. Give --device cpu.")
 
 
 def describe_device(name: str) -> str:

@@ -279,7 +279,9 @@ def prepare(
     and ValueError if the numbers of substeps differ.
     """
     if solver.model == "slot":
-        raise InputError('solver.model = "slot": only particles are computed here. Leave it out, or call fill.')
+        raise InputError(
+            'solver.model = "slot": this function computes only particles. Leave solver.model out, or call fill.'
+        )
     began = time.perf_counter()
     case = case_of(solid, outline, trajectory, fluids, solver, nozzle, seed=seed, slope=slope)
     solver, schedule, pastes, courses = case.solver, case.schedule, case.pastes, case.courses

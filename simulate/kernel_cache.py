@@ -67,5 +67,6 @@ def _require_room() -> None:
 def _unusable(reason: str, place: str | None = None) -> InputError:
     cache = place or wp.config.kernel_cache_dir or "the home folder"
     return InputError(
-        f"{cache}: no place for the cache of compiled kernels ({reason}). {REMEDY.format(needed=NEEDED_BYTES / 1e6)}"
+        f"{cache}: the cache of compiled kernels cannot be stored there ({reason}). "
+        f"{REMEDY.format(needed=NEEDED_BYTES / 1e6)}"
     )

@@ -167,7 +167,7 @@ def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str]
     for name, values in columns.items():
         low, high = BOUNDS[name]
         if len(values) < longest:
-            return len(values), name, f"no value here, but {longest} in other columns"
+            return len(values), name, f"this column has no value here, but another has {longest} values"
         for row, value in enumerate(values):
             if not low <= value <= high:
                 return row, name, f"{value:g}; {low:g} to {high:g} is allowed"
@@ -179,5 +179,5 @@ def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str]
         if wrong := np.flatnonzero(steps != wanted).tolist():
             row, way = wrong[0] + 1, "larger" if wanted > 0 else "smaller"
             before, value = columns[ordered][row - 1], columns[ordered][row]
-            return row, ordered, f"{value:g} after {before:g}; it must grow {way} from row to row"
+            return row, ordered, f"{value:g} follows {before:g}; values must become {way} from row to row"
     return None

@@ -48,23 +48,23 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
     if not fluid.yields and viscosity_mm2_s * THIN < added_mm2_s:
         yield (
             f"fluid.{given[0] if given else 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
-            f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} of their own, within a factor of two. The "
-            f"fluid flows as one of about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest as one: "
-            "particles of fluid as thin as water stay in motion. Smaller particles add less."
+            f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} mm2/s (within a factor of two). The fluid "
+            f"flows as if it had about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest: "
+            "particles of a fluid as thin as water keep moving. Smaller particles add less."
         )
     elif fluid.U and not fluid.yields:
         until = " until they freeze" if fluid.freezes else ""
         yield (
-            f"fluid.{given[0]}: without a yield stress particles move before its viscosity acts, as in the paper. No U "
-            f"makes them viscous: they level like a thin liquid{until}. Viscous liquid needs fluid.viscosity_pa_s."
+            f"fluid.{given[0]}: without a yield stress, particles move before the viscosity acts, as in the paper, so "
+            f"at any U they level like a thin liquid{until}. For a viscous liquid give fluid.viscosity_pa_s."
         )
     stress_pa = fluid.fresh.yield_stress_pa
     width_mm = outline.mean_width_mm
     if stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
         yield (
-            f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: {stress_pa:g} Pa support paste between walls "
-            f"{width_mm:.3g} mm apart, where its weight overcomes only {stands_pa:.2g} Pa: paste that the jet does "
-            "not push down bridges the crack, over a hollow."
+            f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: a yield stress of {stress_pa:g} Pa supports the "
+            f"paste between walls {width_mm:.3g} mm apart, since its weight overcomes at most {stands_pa:.2g} Pa "
+            "there. Paste that the jet does not push down bridges the crack and leaves a hollow below."
         )
         return
     stands_s = _stands_s(fluid, stands_pa, lasts_s)
@@ -74,19 +74,19 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
         moves_mm = stands_s * outline.length_mm / pours_s
         if moves_mm < FED * width_mm or (fluid.D_cm is None and sinks_mm < SUNK * solid.depth_mm):
             yield (
-                f"fluid.{'curve' if fluid.curve else 'structuration_pa_per_s'}: from an age of {stands_s:.2g} s paste "
-                f"stands between walls {width_mm:.3g} mm apart, where its weight overcomes only {stands_pa:.2g} Pa. "
-                f"The pour ends when the first paste is {pours_s:.3g} s old: later paste heaps up on the paste that "
-                "stands, over hollows."
+                f"fluid.{'curve' if fluid.curve else 'structuration_pa_per_s'}: from an age of {stands_s:.2g} s the "
+                f"paste no longer sinks between walls {width_mm:.3g} mm apart, since its weight overcomes at most "
+                f"{stands_pa:.2g} Pa there. The pour ends when the first paste is {pours_s:.3g} s old: later paste "
+                "heaps up on it and leaves hollows below."
             )
             return
     # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
         yield (
-            f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant sinks "
-            f"by its own weight at {sinks_mm_s.max():.2g} mm/s at most, {sinks_mm:.2g} mm in the {lasts_s:.3g} s of "
-            f"this run. The crack is {solid.depth_mm:.3g} mm deep: sealant that the jet does not push down heaps up "
-            "over hollows. A longer solver.settle_s lets it sink farther."
+            f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "
+            f"sinks by its own weight at up to {sinks_mm_s.max():.2g} mm/s, which is {sinks_mm:.2g} mm in the "
+            f"{lasts_s:.3g} s of this run, but the crack is {solid.depth_mm:.3g} mm deep. Sealant that the jet does "
+            "not push down heaps up over hollows; give a longer solver.settle_s to let it sink farther."
         )
 
 

@@ -215,7 +215,7 @@ class Fluid(Settings):
         if self.curve is None and self.most_yield_stress_pa < self.yield_stress_pa:
             raise ValueError(
                 f"yield_stress_most_pa is {self.yield_stress_most_pa:g}, below yield_stress_pa, which is "
-                f"{self.yield_stress_pa:g}: curing only adds to it"
+                f"{self.yield_stress_pa:g}: curing only raises the yield stress. Give a larger yield_stress_most_pa"
             )
         return self
 
@@ -335,7 +335,7 @@ class Solver(Settings):
             if self.iterations is not None and self.iterations < LEAST_TWO_LEVEL_ITERATIONS:
                 raise ValueError(
                     f'iterations is {self.iterations}: with pressure = "two-level" fewer than '
-                    f"{LEAST_TWO_LEVEL_ITERATIONS} make the fluid boil; give more, or leave iterations out"
+                    f"{LEAST_TWO_LEVEL_ITERATIONS} make the fluid unstable; give more, or leave iterations out"
                 )
         return self
 
@@ -348,7 +348,7 @@ class Solver(Settings):
     def size_mm(self) -> float:
         """The radius as a number. Raises ValueError for "auto", which ``for_crack`` replaces by a number."""
         if self.radius_mm == "auto":
-            raise ValueError("the radius follows from the crack's width; call for_crack first")
+            raise ValueError('radius_mm = "auto" needs the crack\'s width; call for_crack first')
         return self.radius_mm
 
     def for_crack(self, width_mm: float) -> Self:

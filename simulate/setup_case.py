@@ -57,6 +57,8 @@ def case_of(
     solved = [solved_as(fluid, solver, schedule.frame_s, courses[0].frames) for fluid in fluids]
     substeps, *others = {substeps for _, substeps in solved}
     if others:
-        raise ValueError("Fluids that need different numbers of substeps cannot be computed at once.")
+        raise ValueError(
+            "Fluids that need different numbers of substeps cannot be computed together. Compute them one by one."
+        )
     check_damping(solver, schedule.frame_s / substeps)
     return SetupCase(solver, tuple(fluids), tuple(paste for paste, _ in solved), schedule, courses, domain, substeps)

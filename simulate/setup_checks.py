@@ -60,8 +60,8 @@ def check_fit(
     side_mm = min(x_max - x_min, y_max - y_min)
     if nozzle.diameter_mm > side_mm:
         raise InputError(
-            f"nozzle.diameter_mm is {nozzle.diameter_mm:g}: wider than the face, whose shorter side is {side_mm:g} mm. "
-            f"Allowed is at most {side_mm:g}."
+            f"nozzle.diameter_mm is {nozzle.diameter_mm:g}: wider than the face, whose shorter side is {side_mm:g} "
+            f"mm. Give at most {side_mm:g}."
         )
     widest_mm = outline.mean_width_mm / ACROSS_AT_LEAST / 2
     if radius_mm > widest_mm:
@@ -77,34 +77,34 @@ def check_fit(
         )
     if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: a particle is wider than the nozzle it leaves. Allowed is at "
-            f"most {nozzle.diameter_mm / 2:g}, half of nozzle.diameter_mm."
+            f"solver.radius_mm is {radius_mm:g}: a particle is wider than the nozzle it leaves. Give at most "
+            f"{nozzle.diameter_mm / 2:g}, half of nozzle.diameter_mm."
         )
     thickness_mm = -float(solid.vertices_mm[:, 2].min())
     if 2 * radius_mm > thickness_mm:
         allowed_mm = math.floor(1000 * thickness_mm / 2) / 1000
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: wall particles are a radius deep in the sample, which is "
-            f"{thickness_mm:g} mm thick: {solid.depth_mm:g} mm of crack above {thickness_mm - solid.depth_mm:g} mm of "
-            f"floor. Allowed is at most {allowed_mm:g}, half the thickness; or give a larger crack.floor_thickness_mm."
+            f"solver.radius_mm is {radius_mm:g}: wall particles reach one radius into the sample, which is "
+            f"{thickness_mm:g} mm thick ({solid.depth_mm:g} mm of crack above {thickness_mm - solid.depth_mm:g} mm of "
+            f"floor). Give at most {allowed_mm:g}, half the thickness, or a larger crack.floor_thickness_mm."
         )
     if (course := fluid.course) is not None and solver.sleep and course.softens:
         raise InputError(
-            "fluid.curve: its yield stress falls with age, and paste that sleeps would not respond to it. "
-            "Give solver.sleep = false."
+            "fluid.curve: its yield stress falls with age, but sleeping particles would not respond to that. Give "
+            "solver.sleep = false."
         )
     calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
     if calibrated_mm is not None and abs(radius_mm - calibrated_mm) > ROUNDING_MM:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}, and fluid.material was calibrated at {calibrated_mm:g}: with one "
-            f"viscosity, levels differ by half a millimetre between such radii. Give {calibrated_mm:g}, or calibrate "
-            "again."
+            f"solver.radius_mm is {radius_mm:g}, but fluid.material was calibrated at {calibrated_mm:g}: with the "
+            f"same viscosity, levels differ by half a millimetre between such radii. Give {calibrated_mm:g}, or "
+            "calibrate again."
         )
     fall_s = math.sqrt(2 * solid.depth_mm / (9810 * -slope.down[2]))
     if fluid.freeze_after_s != "never" and fluid.freeze_after_s < fall_s:
         raise InputError(
             f"fluid.freeze_after_s is {fluid.freeze_after_s:g}: sealant falls {solid.depth_mm:g} mm to the floor in "
-            f'{fall_s:.3f} s and would freeze in the air. Allowed is at least {fall_s:.3f}, or "never".'
+            f'{fall_s:.3f} s and would freeze in the air. Give at least {fall_s:.3f}, or "never".'
         )
 
 
@@ -112,20 +112,20 @@ def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm
     """Return a sentence on the radii that this crack allows. Its distance grid may set a lower limit."""
     abreast_mm = outline.mean_width_mm / 8
     if _carried(solid, outline, abreast_mm):
-        four_abreast = f'{abreast_mm:.3f} is four abreast, as in the paper, and so is "auto"'
+        four_abreast = f'"auto" is {abreast_mm:.3f}, four particles abreast as in the paper'
         least = "at most"
         if too_fine_mm is not None:
             ends = math.ceil(abreast_mm / TICK_OF_RADIUS_MM), math.floor(too_fine_mm / TICK_OF_RADIUS_MM)
             ticks = _bisect(*ends, lambda ticks: _carried(solid, outline, ticks * TICK_OF_RADIUS_MM))
             least = f"{ticks * TICK_OF_RADIUS_MM:.3f} to"
-        return f"Allowed is {least} {widest_mm:.3f}; {four_abreast}."
-    too_fine = f'"auto", {abreast_mm:.3f}, is too fine for a run'
+        return f"Give {least} {widest_mm:.3f}; {four_abreast}."
+    too_fine = f'"auto" ({abreast_mm:.3f}) is too fine for a run'
     if _carried(solid, outline, 0.99 * widest_mm):
-        return f"Take {0.99 * widest_mm:.3f}; {too_fine}."
+        return f"Give {0.99 * widest_mm:.3f}; {too_fine}."
     return (
-        f"No radius is possible: at most {widest_mm:.3f} fits the crack, and that, like {too_fine}. Take the fast "
-        'model, solver.model = "slot" with fluid.viscosity_pa_s, simulate a shorter piece of the crack, or take its '
-        "path alone, photo.path_only = true, which a robot can follow."
+        f"No radius is possible: at most {widest_mm:.3f} fits the crack, but even that radius is too fine for a run. "
+        'Use the fast model (solver.model = "slot" with fluid.viscosity_pa_s), simulate a shorter piece of the '
+        "crack, or make only a path for a robot (photo.path_only = true)."
     )
 
 
@@ -138,8 +138,8 @@ def _carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
 def check_damping(solver: Solver, step_s: float) -> None:
     if solver.damping_per_s * step_s > 1:
         raise InputError(
-            f"solver.damping_per_s is {solver.damping_per_s:g}: in a substep of {step_s * 1e3:.3g} ms it would take "
-            f"more than all of a particle's speed. Allowed is at most {1 / step_s:.4g}, or more with more substeps."
+            f"solver.damping_per_s is {solver.damping_per_s:g}: in a substep of {step_s * 1e3:.3g} ms it would remove "
+            f"more than a particle's whole speed. Give at most {1 / step_s:.4g}, or more substeps."
         )
 
 
@@ -233,9 +233,9 @@ def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: flo
     key = next((key for key in THICKNESSES if getattr(fluid, key) is not None), "curve")
     value = thickest if key == "U" else dynamic_viscosity(thickest, fluid.density_kg_m3, support, frame_s)
     raise InputError(
-        f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is stiffer than can be solved for "
-        f"{_in_substeps(solver, frame_s, substeps)}. Give at most {_rounded_down(value * STIFFEST / stiffness)}"
-        f"{_or_more(substeps * stiffness / STIFFEST)}."
+        f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is too stiff to be solved "
+        f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
+        f"{_rounded_down(value * STIFFEST / stiffness)}{_or_more(substeps * stiffness / STIFFEST)}."
     )
 
 
@@ -245,9 +245,9 @@ def _check_yield_stress(fluid: Fluid, solver: Solver) -> None:
     column_pa = 1e-3 * fluid.density_kg_m3 * GRAVITY_M_S2 * 4 * solver.size_mm
     if stress_pa > HOLDS_SUPPORTS * column_pa:
         raise InputError(
-            f"fluid.{'curve begins with a yield stress of' if fluid.curve else 'yield_stress_pa is'} {stress_pa:.6g}"
-            f"{' Pa' if fluid.curve else ''}, which is stiffer than can be solved for with solver.radius_mm = "
-            f"{solver.size_mm:g} at any substep. Give at most {_rounded_down(HOLDS_SUPPORTS * column_pa)}."
+            f"fluid.{'curve begins with a yield stress of' if fluid.curve else 'yield_stress_pa is'} "
+            f"{stress_pa:.6g}{' Pa' if fluid.curve else ''}, which is too stiff to be solved with solver.radius_mm = "
+            f"{solver.size_mm:g} at any number of substeps. Give at most {_rounded_down(HOLDS_SUPPORTS * column_pa)}."
         )
 
 
@@ -269,9 +269,9 @@ def _check_stiffening(
     elif fluid.yield_stress_pa <= (limp_pa := LIMP / per_stress * pascals):
         limp = f", or fluid.yield_stress_most_pa of at most {_rounded_down(limp_pa)}"
     raise InputError(
-        f"fluid.{key} {rate * pascals:.6g}: fresh paste collapses in paste that stiffens so fast "
-        f"{_in_substeps(solver, frame_s, substeps)}. Give at most {_rounded_down(rate * pascals * STIFFENS / gain)}"
-        f"{limp}{_or_more(substeps * gain / STIFFENS)}."
+        f"fluid.{key} {rate * pascals:.6g}: paste that stiffens so fast makes fresh paste collapse "
+        f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
+        f"{_rounded_down(rate * pascals * STIFFENS / gain)}{limp}{_or_more(substeps * gain / STIFFENS)}."
     )
 
 
@@ -306,9 +306,9 @@ def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm:
     if not cells <= CELLS_AT_MOST:
         x, y, z = nozzle_mm[np.abs(nozzle_mm).max(axis=1).argmax()]
         raise InputError(
-            f"trajectory: it goes as far as ({x:g}, {y:g}, {z:g}) mm; with solver.radius_mm = {radius_mm:g} the box "
+            f"trajectory: it extends to ({x:g}, {y:g}, {z:g}) mm; with solver.radius_mm = {radius_mm:g} the box "
             f"around it and the crack has {cells:.3g} cells for the neighbour search; at most {CELLS_AT_MOST} are "
-            "allowed. Bring the nozzle nearer to the crack (path.nozzle_height_mm), or take a larger radius."
+            "allowed. Bring the nozzle nearer to the crack (path.nozzle_height_mm), or give a larger radius."
         )
     return Domain(low_mm * CM, high_mm * CM)
 
@@ -339,12 +339,12 @@ def check_outlet(
         _smaller_nozzle(trajectory, surface, radius_mm, diameter_mm, seed),
         _higher_nozzle(schedule.position_mm, trajectory, surface),
     ]
-    allowed = ", or ".join(remedy for remedy in remedies if remedy) or "no path so near to the solid: move it"
+    allowed = ", or ".join(remedy for remedy in remedies if remedy) or "a path that is farther from the solid"
     raise InputError(
         f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm lets sealant flow from s = {begins_mm:g} to "
         f"{ends_mm:g} mm and path.nozzle_height_mm is {trajectory.position_mm[:, 2].min():g}: together they release "
         f"sealant in the solid, such as a dam at an open end, or nearer to it than {surface.clearance / CM:.2f} mm; "
-        f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Allowed is {allowed}."
+        f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Give {allowed}."
     )
 
 

@@ -60,9 +60,9 @@ def radius_of_particles_mm(cone: Cone, stress_pa: float, density_kg_m3: float) -
     radius_mm = min(height_mm / LEAST_DIAMETERS / 2, cone.bottom_mm / FINEST)
     if (particles := cone.volume_mm3 / particle_volume(radius_mm)) > MOST_PARTICLES:
         raise InputError(
-            f"the heap would be {height_mm:.1f} mm high; with {LEAST_DIAMETERS:g} particles over each other it has "
-            f"{particles:,.0f} particles, but at most {MOST_PARTICLES:,} are allowed. Use a larger cone or more paste: "
-            f"a heap lower than {FLATTEST:g} of its radius is computed without particles."
+            f"the heap would be {height_mm:.1f} mm high; with {LEAST_DIAMETERS:g} particles above each other it has "
+            f"{particles:,.0f} particles, but at most {MOST_PARTICLES:,} are allowed. Use a larger cone or more "
+            f"paste: a heap lower than {FLATTEST:g} of its radius is computed without particles."
         )
     return radius_mm
 

@@ -42,7 +42,7 @@ class SteeredPour:
         """
         if solver.keeps_volume:
             raise InputError(
-                "solver.volume_factor is missing: a steered pour needs the one that a run of the same trial records."
+                "solver.volume_factor is missing: a steered pour needs the value that a run of the same trial records."
             )
         start_warp()
         ceiling = np.append(np.full(len(motion.t_s) - 1, most_mm3_s), 0.0)

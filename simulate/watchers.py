@@ -99,11 +99,11 @@ class Checkpoint(Watcher):
                 # Read completely before anything is changed, since reading detects damage.
                 content: dict[str, NDArray[Any]] = {name: arrays[name] for name in arrays.files}
             if str(content["key"]) != self._key:
-                return f"kept by a run with other settings, inputs or device; {again}"
+                return f"is from a run with other settings, inputs or device; {again}"
             injection.restore(content)
         except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
-            return f"damaged ({fault}); {again}"
-        return f"going on after frame {injection.done} of {injection.frames}, t = {injection.t_s:.2f} s."
+            return f"is damaged ({fault}); {again}"
+        return f"the run continues after frame {injection.done} of {injection.frames}, t = {injection.t_s:.2f} s."
 
 
 def take_frame(injection: Injection) -> Frame:
@@ -199,7 +199,9 @@ class StillThere(Watcher):
 
     def _require(self) -> None:
         if not (self._folder / MANIFEST).is_file():
-            raise InputError(f"{self._folder}: was removed while its fluid ran, and is not made again. Run it anew.")
+            raise InputError(
+                f"{self._folder}: was removed during its fluid run, so the run has stopped. Run the trial again."
+            )
 
 
 class ProgressFile(Watcher):

@@ -19,8 +19,8 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 
 EDGES_FOUND = (
-    "the crack was searched for only inside the edges of the sample, which the photo shows; "
-    "if the crack is open at an edge, give face_mm, the size of the face"
+    "the photo shows the edges of the sample, and the crack was searched for only inside them; if the crack is open "
+    "at an edge, give face_mm, the size of the face"
 )
 EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05  # Longest stretch with unlike sides without a warning: widths, share of the line
 LEAST_LENGTH = 0.12  # Share of the photo's diagonal between a crack's ends; shorter lines are pores and scratches
@@ -110,7 +110,8 @@ class CrackSearch:
             )
         if number is not None and number > len(ranked):
             raise InputError(
-                f"{photo.file}: photo.crack = {number}, but only {len(ranked)} were found: {self._listed()}."
+                f"{photo.file}: photo.crack = {number}, but only {len(ranked)} cracks were found: {self._listed()}. "
+                "Give one of these numbers."
             )
         chosen = ranked[(number or 1) - 1]
         (start_x, start_y), (end_x, end_y) = ends_px = chosen.line_px[[0, -1]]
@@ -127,8 +128,8 @@ class CrackSearch:
         if unlike_px > max(EDGE_WIDTHS * path.width_px, EDGE_SHARE * float(arc_length(path.points_px)[-1])):
             warnings.append(
                 f"along {unlike_px * photo.mm_per_px:.0f} mm of the found line, one side is far brighter than the "
-                "other. If it is the edge of the sample, the nozzle must not go there: look at overlay.png, and give "
-                "ends_px or face_mm"
+                "other. If the line follows the edge of the sample there, the nozzle must not go there: look at "
+                "overlay.png, and give ends_px or face_mm"
             )
         elif number is None:
             warnings += unlike_sides(photo, path)

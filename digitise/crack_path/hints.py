@@ -52,8 +52,8 @@ def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel,
     for name, (x, y) in named:
         if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
             raise InputError(
-                f"{photo.file}: the {name} ({x:g}, {y:g}) is outside the photo of {width} x {height} px; "
-                "x runs right and y down, from 0."
+                f"{photo.file}: the {name} ({x:g}, {y:g}) is outside the photo of {width} x {height} px; x counts "
+                "from the left and y from the top."
             )
     apart_px = float(np.linalg.norm(np.subtract(*ends_px)))
     most_px = snap_px(photo)
@@ -83,8 +83,8 @@ def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
     if crossed := crossings(corners, closed=True):
         sides = [listed(corners[[side, (side + 1) % len(corners)]]) for side in crossed[0]]
         raise InputError(
-            f"{photo.file}: roi_px crosses itself: its side {sides[0]} and its side {sides[1]} px; give its corners in "
-            "order around it."
+            f"{photo.file}: roi_px crosses itself: the side {sides[0]} px crosses the side {sides[1]} px. Give its "
+            "corners in order around the region."
         )
     low = np.maximum(corners.min(axis=0), 0)
     high = np.minimum(corners.max(axis=0), np.array(photo.size_px) - 1)

@@ -75,7 +75,8 @@ def judge_paint(
     first, last = profiles.line_px[[0, -1]]
     fault = (
         f"photo.mask: the painted area from ({first[0]:.0f}, {first[1]:.0f}) to ({last[0]:.0f}, {last[1]:.0f}) px is "
-        f"darker than the photo beside it along only {darker:.0%} of its length, and {usual:.2f} times as bright"
+        f"darker than the photo beside it along only {darker:.0%} of its length; its median brightness is {usual:.2f} "
+        "times that of the photo beside it"
     )
     causes = (
         "Is the mask of another photo, mirrored, shifted, or turned because a program ignored the EXIF orientation? "
@@ -84,8 +85,8 @@ def judge_paint(
     if confirmed or not (darker < LIMITS.few and usual > LIMITS.not_darker):
         return (f"{fault}. {causes}",)
     raise InputError(
-        f"{photo.file}: {fault}. {causes}. If the mask is right, as on a crack with a light filling, give ends_px, "
-        "its two ends on the paint."
+        f"{photo.file}: {fault}. {causes}. If the mask is right, for example because the crack has a light filling, "
+        "give ends_px, the crack's two ends on the paint."
     )
 
 
@@ -108,8 +109,8 @@ def _shifted(profiles: Profiles, width_px: float) -> tuple[str, ...]:
     if not aside_px:
         return ()
     return (
-        f"photo.mask: {where}, the darkest band of its width, {width_px:.0f} px, is {aside_px} px away from it: "
-        "is the mask shifted or turned against the photo?",
+        f"photo.mask: {where}, the darkest band as wide as the paint ({width_px:.0f} px) is {aside_px} px away from "
+        "the paint. Is the mask shifted or turned relative to the photo?",
     )
 
 
@@ -136,9 +137,9 @@ def _another_width(photo: Photo, profiles: Profiles, width_px: float) -> tuple[s
         return ()
     painted_mm, dark_mm = width_px * photo.mm_per_px, dark_px * photo.mm_per_px
     return (
-        f"photo.mask: the paint is {painted_mm:.2g} mm wide ({width_px:.0f} px), and the dark band along it "
-        f"{dark_mm:.2g} mm ({dark_px:.0f} px): {wrong}? The paint gives the width. Paint from wall to wall, or leave "
-        "the mask out and give ends_px",
+        f"photo.mask: the paint is {painted_mm:.2g} mm wide ({width_px:.0f} px), but the dark band along it is "
+        f"{dark_mm:.2g} mm wide ({dark_px:.0f} px): perhaps {wrong}. The width is that of the paint. Paint from wall "
+        "to wall, or leave the mask out and give ends_px",
     )
 
 

@@ -50,8 +50,8 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
     width_px = (2 * float(np.median(medial_axis.radius(region)[tuple(way.T)])) - 1) / scale
     share = stats[chosen, cv2.CC_STAT_AREA] / stats[1:, cv2.CC_STAT_AREA].sum()
     others = (
-        f"the mask has {count - 1} pieces; the one from {listed(to_photo(way)[[0, -1]])} px, {share:.0%} of the paint, "
-        "was taken"
+        f"the mask has {count - 1} pieces; the piece from {listed(to_photo(way)[[0, -1]])} px, which has {share:.0%} "
+        "of the paint, is used"
     )
     doubts = judge_paint(photo, paint, to_photo(way), width_px, confirmed=ends_px is not None)
     return CrackPath(to_photo(way), width_px, "mask", (others, *doubts) if count > 2 else doubts)
@@ -68,7 +68,7 @@ def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
         if away_px.min(initial=np.inf) > most_px:
             raise InputError(
                 f"{photo.file}: the end ({x:g}, {y:g}) is not on the crack that the mask paints (at most "
-                f"{most_px:.0f} px beside it); give a point inside the paint, or paint the crack up to there."
+                f"{most_px:.0f} px beside it); give a point inside the paint, or paint the crack up to that point."
             )
         nearest = int(np.argmin(away_px))
         numbers.append(int(near[rows[nearest], columns[nearest]]))

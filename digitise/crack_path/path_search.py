@@ -55,8 +55,8 @@ class PathLimits:
 
 LIMITS = PathLimits()
 TAKEN = (
-    "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask; or give photo.roi_px, a "
-    "region whose border the dark area crosses but does not follow"
+    "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask, or give photo.roi_px: "
+    "a region whose border crosses the dark area and does not run along it"
 )
 
 
@@ -134,7 +134,7 @@ class PathSearch:
         """Return row and column of each point, moved to the nearest cell that is searched."""
         allowed = np.argwhere(self.field.allowed)
         if len(allowed) == 0:
-            raise InputError(f"{self.photo.file}: nothing of the sample is around the ends; check ends_px and roi_px.")
+            raise InputError(f"{self.photo.file}: no part of the sample is near the ends; check ends_px and roi_px.")
         cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
         limits = np.array(self.field.dark.shape) - 1
         searched = np.clip(cells, 0, limits)
@@ -152,7 +152,7 @@ class PathSearch:
     def _searched(self) -> str:
         """Return a clause on the limits of the search and the settings to check."""
         limits = ["the face"] if self.photo.face_px is not None else []
-        limits += ["less its markers"] if self.photo.markers_px else []
+        limits += ["without its markers"] if self.photo.markers_px else []
         limits += ["inside roi_px"] if self.in_region else []
         return f"which is {', '.join(limits) or 'the sample'}; check ends_px, via_px{' and roi_px' * self.in_region}"
 
@@ -183,7 +183,7 @@ class PathSearch:
         )
         return [
             f"part of the path shows no crack and may cross plain ground to another line or joint: {places}. Look "
-            "there, and give a point of the crack between the ends, photo.via_px"
+            "there, and give a point of the crack between the ends in photo.via_px"
         ]
 
     def _border_hint(self, points_px: Floats) -> str:
@@ -217,10 +217,10 @@ class PathSearch:
         clearness = float(np.median(self.support()[along]))
         if clearness < LIMITS.least_support:
             fault = (
-                f"is clearer than plain ground by {clearness:.1f} standard deviations (a crack by at least "
+                f"differs from plain ground by {clearness:.1f} standard deviations (a crack differs by at least "
                 f"{LIMITS.least_support:g})"
                 if clearness > 0
-                else "is not darker than lines on plain ground are"
+                else "is not darker than lines on plain ground"
             )
             raise InputError(
                 f"{self.photo.file}: no crack between the ends: the best path there {fault}; check ends_px."
@@ -236,7 +236,8 @@ class PathSearch:
             if len(near) == 0:
                 nearest = f": the nearest one is {too_far(away_px.min(), limit_px)}" if len(rows) else ""
                 raise InputError(
-                    f"{self.photo.file}: the via point ({x:g}, {y:g}) is not on a crack{nearest}; give a point in it."
+                    f"{self.photo.file}: the via point ({x:g}, {y:g}) is not on a crack{nearest}; give a point inside "
+                    "the crack."
                 )
             # Cost grows with distance, so that the point stays on its crack if a darker one is near.
             price = cost[rows[near], columns[near]] * (1 + (2 * away_px[near] / limit_px) ** 2)
@@ -256,8 +257,8 @@ class PathSearch:
                 x, y = self.points_px[number + 1]
                 raise InputError(
                     f"{self.photo.file}: after the via point ({x:g}, {y:g}) the path runs back {spur_px:.0f} px along "
-                    "itself: the point is not on the way to the next one. Give via_px in the crack's order, and none "
-                    "on a branch."
+                    "itself: the point is not on the way to the next one. Give via_px in order along the crack, and "
+                    "give no point on a branch."
                 )
             cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
         return cells

@@ -37,9 +37,9 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
     if ratio > NOT_DARK and brightest > BRIGHT:
         raise InputError(
             f"{photo.file}: no dark crack between the ends: the path is as bright as the ground on one side, and a "
-            f"line {brightest:.1f} times as bright runs along it. If the crack is brighter than the ground, as with a "
-            "filling or a light crust, paint it in photo.mask, and give ends_px on the paint. If it is dark, "
-            f"{IN_ITS_MIDDLE}."
+            f"line {brightest:.1f} times as bright runs along it. If the crack is brighter than the ground, for "
+            "example because of a filling or a light crust, paint it in photo.mask, and give ends_px on the paint. "
+            f"If it is dark, {IN_ITS_MIDDLE}."
         )
 
 

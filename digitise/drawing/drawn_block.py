@@ -61,8 +61,8 @@ def drawn_crack(
         _require_long(drawing, centre_mm)
         if len(centre_mm) > MOST_SWEPT:
             raise InputError(
-                f"{drawing.file}, layer {line[0]}: the line has {len(centre_mm)} points; with a width, at most "
-                f"{MOST_SWEPT} are allowed. Simplify it, or draw the edge and give it as --outline."
+                f"{drawing.file}, layer {line[0]}: the line has {len(centre_mm)} points; a line that is given with a "
+                f"width may have at most {MOST_SWEPT}. Simplify it, or draw the edge and give it as --outline."
             )
         disc = CrossSection.circle(line[1] / 2, SEGMENTS)
         swept = [
@@ -90,8 +90,9 @@ def drawn_crack(
         sides = _region(drawing, layers.one_ring(FACE))
         if not (sides ^ crack).area() > 0:
             raise InputError(
-                f"{drawing.file}, layer {FACE}: the sample's edge, {drawing.size(np.reshape(sides.bounds(), (2, 2)))}, "
-                f"is outside the crack, {drawing.size(extent_mm)}. Draw it round the crack, or delete it."
+                f"{drawing.file}, layer {FACE}: the sample's edge, "
+                f"{drawing.size(np.reshape(sides.bounds(), (2, 2)))}, is outside the crack, "
+                f"{drawing.size(extent_mm)}. Draw it around the crack, or delete it."
             )
     else:
         x_min, y_min, x_max, y_max = crack.bounds()

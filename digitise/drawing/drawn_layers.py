@@ -41,8 +41,9 @@ class DrawnLayers:
         for ring in rings:
             if abs(signed_area(ring)) < NO_AREA_MM2:
                 raise InputError(
-                    f"{self.drawing.file}, layer {name}: the closed line at {self._at(ring)} encloses nothing: it is a "
-                    "speck, crosses itself, or runs back along itself. Delete it, or draw the edge once, all round."
+                    f"{self.drawing.file}, layer {name}: the closed line at {self._at(ring)} encloses nothing: it is "
+                    "a speck, crosses itself, or runs back along itself. Delete it, or draw the edge once, around "
+                    "the whole area."
                 )
         return sorted(
             (ring if signed_area(ring) > 0 else ring[::-1] for ring in rings), key=lambda ring: -signed_area(ring)
@@ -102,7 +103,10 @@ class DrawnLayers:
         elif len(lines) > 1:
             content = f"{len(lines)} lines, {len(lines) - len(open_lines)} of them closed"
         elif abs(signed_area(lines[0].points_mm)) < NO_AREA_MM2:
-            content = f"a line at {self._at(lines[0].points_mm)} that runs back along itself, as one drawn twice does"
+            content = (
+                f"a line at {self._at(lines[0].points_mm)} that runs back along itself, perhaps because it was drawn "
+                "twice"
+            )
         else:
             content = "a closed line"
         raise InputError(f"{self.drawing.file}, layer {name}: {content}; draw one open line from end to end.")
@@ -136,8 +140,8 @@ class DrawnLayers:
             left_out = self.drawing.left_out(name)
             there = ", ".join(self.drawing.with_lines()) or "none"
             raise InputError(
-                f"{self.drawing.file}: no lines to read on a layer {name}"
-                + (f", where these are: {left_out}" if left_out else "")
+                f"{self.drawing.file}: the layer {name} has no lines to read"
+                + (f" (left out: {left_out})" if left_out else "")
                 + f"; layers with lines: {there}."
             )
         return lines

@@ -77,7 +77,7 @@ class GivenDrawing(Settings):
     @model_validator(mode="after")
     def _one_way(self) -> Self:
         if (self.line is None) != (self.width_mm is None):
-            raise ValueError("line and width_mm need each other: a line has no width")
+            raise ValueError("give both line and width_mm or neither: a line has no width of its own")
         if sum(given is not None for given in (self.outline, self.walls, self.line)) > 1:
-            raise ValueError("outline, walls and line are three ways to show the crack; give one")
+            raise ValueError("give only one of outline, walls and line")
         return self

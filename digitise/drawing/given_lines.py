@@ -55,8 +55,8 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
     mean_mm = float(np.trapezoid(np.interp(s_mm, *width_mm.T), s_mm) / max(s_mm[-1], np.finfo(float).tiny))
     if len(points_mm) < 2 or s_mm[-1] < LIMITS.slenderness * mean_mm:
         raise InputError(
-            f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack {mean_mm:.3g} mm wide on average; give a line "
-            f"of at least {LIMITS.slenderness:g} widths, in mm."
+            f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average; give a "
+            f"line, in mm, at least {LIMITS.slenderness:g} times as long as the crack is wide."
         )
     line_mm, crossings = resampled(points_mm, mean_mm / LIMITS.across_px), _NONE
     first_mm, last_mm, begins_mm = 0.0, float(s_mm[-1]), 0.0
@@ -121,7 +121,7 @@ def _region(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -
     ring_mm = np.concatenate([right_mm, left_mm[::-1]])
     region, area_mm2 = CrossSection([ring_mm], FillRule.Positive), signed_area(ring_mm)
     if area_mm2 <= 0:
-        raise InputError(f"{name}: the left wall is on the right of the other one; exchange them.")
+        raise InputError(f"{name}: the left wall is on the right of the right wall; exchange them.")
     if region.area() < (1 - LIMITS.most_trimmed) * area_mm2:
         raise InputError(f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for its width.")
     return region if face_mm is None else region ^ box_region(face_mm)

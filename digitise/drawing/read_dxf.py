@@ -75,7 +75,7 @@ class Drawing:
             raise InputError(
                 f"{self.file}, layer {' and '.join(layers)}: the lines are not level: z is "
                 f"{min(heights_mm) / self.per_unit_mm:.4g} to {max(heights_mm) / self.per_unit_mm:.4g} {self.unit}, "
-                f"{rise_mm:.3g} mm apart. A drawing is read in plan view: lay it into the XY plane."
+                f"{rise_mm:.3g} mm apart. A drawing is read in plan view: move it into the XY plane."
             )
 
     def left_out(self, layer: str) -> str:
@@ -127,7 +127,9 @@ class Drawing:
                 places_mm = self._points_mm(entity, layer)
                 points += len(places_mm)
                 if points > MOST_POINTS:
-                    raise InputError(f"{self.file}, layer {layer}: over {MOST_POINTS} points; simplify its lines.")
+                    raise InputError(
+                        f"{self.file}, layer {layer}: it has over {MOST_POINTS} points; simplify its lines."
+                    )
                 if _has_width(entity):
                     left_out["pen widths of polylines"] += 1
                 heights_mm += [float(places_mm[:, 2].min()), float(places_mm[:, 2].max())] if len(places_mm) else []
@@ -171,8 +173,8 @@ class Drawing:
             far = points_mm[~beside.all(axis=1)][0] / self.per_unit_mm
             raise InputError(
                 f"{self.file}, layer {layer}: its {kind} has a point at ({far[0]:.6g}, {far[1]:.6g}, {far[2]:.6g}), "
-                f"which is not within {FARTHEST_MM / 1e6:g} km of the origin. Move the drawing "
-                "there, or delete that line."
+                f"which is not within {FARTHEST_MM / 1e6:g} km of the origin. Move the drawing to the origin, or "
+                "delete that line."
             )
         return points_mm
 
@@ -221,7 +223,7 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
     if path.suffix.lower() == ".dwg":
         raise InputError(f"{path}: DWG is not read; save the drawing as DXF.")
     if path.stat().st_size > LARGEST_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; save the crack's layers alone.")
+        raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; save only the crack's layers.")
     try:
         # ezdxf's recovering reader would silently read 53.Q3 as 53.
         document = ezdxf.filemanagement.readfile(path)

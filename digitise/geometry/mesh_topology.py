@@ -223,13 +223,14 @@ def examine_mesh(
         faults.append(f"Mesh is inside out (volume {volume_mm3:.4g} mm³): faces point inward. Flip the normals.")
     if figures.min_edge_mm < MIN_EDGE_MM:
         faults.append(
-            f"Mesh has an edge of {figures.min_edge_mm:.2g} mm; below {MIN_EDGE_MM} mm a file's rounding loses it."
+            f"Mesh has an edge of {figures.min_edge_mm:.2g} mm; rounding in a file removes edges shorter than "
+            f"{MIN_EDGE_MM} mm."
         )
     if together := len(used) - len(equal_rows(vertices_mm[used].astype(np.float32)).begins):
         faults.append(f"Mesh has {together} vertices that coincide in a float32 file.")
     if expected_euler is not None and figures.euler != expected_euler:
         faults.append(
-            f"Mesh has Euler number {figures.euler}, not {expected_euler}: a hole through it, or loose pieces."
+            f"Mesh has Euler number {figures.euler}, not {expected_euler}: it has a hole through it, or loose pieces."
         )
     if len(crossing):
         first = near(vertices_mm[faces[crossing[0, 0]]].mean(axis=0))
@@ -252,7 +253,7 @@ def _list_fault(vertices_mm: Floats, faces: Integers) -> str:
     if not np.isfinite(vertices_mm).all():
         return f"Mesh has {int((~np.isfinite(vertices_mm)).any(axis=1).sum())} vertices that are not finite numbers."
     if faces.min() < 0 or faces.max() >= len(vertices_mm):
-        return f"Mesh names vertices {int(faces.min())} to {int(faces.max())}, but has {len(vertices_mm)}."
+        return f"Mesh refers to vertices {int(faces.min())} to {int(faces.max())}, but has only {len(vertices_mm)}."
     return ""
 
 

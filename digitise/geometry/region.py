@@ -37,7 +37,7 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
             where = f" near ({x:.1f}, {y:.1f}) mm"
         if lost_mm2 > PIECE_MM2:
             raise ShapeError(f"Outline crosses itself{where}, over {lost_mm2:.2g} mm².", "Retrace there.", "outline")
-        warnings.append(f"Loops of {lost_mm2:.2g} mm² were left out, where the outline crosses itself{where}.")
+        warnings.append(f"Loops of {lost_mm2:.2g} mm² were left out because the outline crosses itself{where}.")
     if len(islands_mm):
         traced -= CrossSection(list(islands_mm), FillRule.NonZero)
     if traced.area() < PIECE_MM2:

@@ -161,9 +161,9 @@ def _inks(path: Path, photo: Image.Image, pixels: NDArray[np.uint8]) -> tuple[st
     """Return a warning if a CMYK file does not state its polarity. Raises InputError if the photo would be black."""
     if photo.mode != "CMYK" or photo.format != "JPEG" or "adobe" in photo.info:
         return ()
-    unsure = "a CMYK JPEG without Adobe's marker, which does not state whether its values mean ink or light"
+    unsure = "a CMYK JPEG without Adobe's marker, which does not state whether its values are ink or light"
     if np.percentile(pixels[::2, ::2], BRIGHT_PART) < BLACK:
-        raise InputError(f"{path}: {unsure}. Read the usual way, the photo is black. Save it as RGB JPEG.")
+        raise InputError(f"{path}: {unsure}. Read as most programs do, the photo is black. Save it as RGB JPEG.")
     return (f"the photo is {unsure}. If dark and light look exchanged in the overlay, save it as RGB JPEG",)
 
 
@@ -196,8 +196,9 @@ def _require_square(path: Path, photo: Image.Image) -> None:
         across, down = (float(side) if isinstance(side, Real) else 0.0 for side in pair or (0, 0))
         if across > 0 and down > 0 and abs(across / down - 1) > SQUARE:
             raise InputError(
-                f"{path}: the file states pixels that are not square ({across:g} dots across, {down:g} down), and a "
-                "scale needs square ones; resample it to one resolution, or delete that statement if it is wrong."
+                f"{path}: the file states pixels that are not square ({across:g} dots across, {down:g} down), but a "
+                "scale needs square pixels. Resample the photo to square pixels, or, if the statement is wrong, "
+                "delete it from the file."
             )
 
 

@@ -21,9 +21,9 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
     walls.
     """
     if outline.seen_in != "photo" or outline.photo_size_px is None:
-        raise InputError(f"{name}: this crack is not from a photo of known size; digitise a photo again for its mask.")
+        raise InputError(f"{name}: this crack is not from a photo of known size; digitise its photo again for a mask.")
     if outline.width_source == "none":
-        raise InputError(f"{name}: a path alone covers no pixels; digitise it with a width, --width-mm, for its mask.")
+        raise InputError(f"{name}: a path without walls covers no pixels; digitise it with --width-mm to get a mask.")
     covered = coverage(outline.outline_px, outline.photo_size_px)
     for ring_px in _islands_px(outline):
         covered = covered - coverage(ring_px, outline.photo_size_px)

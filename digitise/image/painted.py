@@ -20,8 +20,8 @@ def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str)
     painted = np.asarray(painted)
     if painted.shape != size_px[::-1]:
         raise InputError(
-            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give "
-            f"{size_px[::-1]}."
+            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give an "
+            f"array of shape {size_px[::-1]}."
         )
     return _soundly_painted(painted.astype(bool), name, "pixels that are not 0 are painted")
 
@@ -65,7 +65,9 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
 def _refuse_pale(path: Path, shown: NDArray[np.uint8], colours: NDArray[np.uint8], kind: str) -> None:
     """Raise InputError for a mask without paint."""
     brightest = int(shown.max())
-    fault = f"{path}: the mask paints nothing: its largest {kind} is {brightest} of 255, and paint needs {PAINTED}"
+    fault = (
+        f"{path}: the mask paints nothing: its largest {kind} is {brightest} of 255, but paint needs at least {PAINTED}"
+    )
     if brightest > 0 and kind == "brightness":
         red, green, blue = colours[int(np.argmax(shown.ravel()))].tolist()
         if not red == green == blue:

@@ -107,6 +107,6 @@ def _by_profile(photo: Image.Image, content: bytes) -> tuple[Image.Image, tuple[
         return by_profile(photo), (_warning(gamma, "ICC profile"),)
     except (ImageCms.PyCMSError, OSError, ValueError, TypeError):
         return _in_rgb(photo), (
-            "the photo's ICC profile cannot be read: a camera's usual tone curve (gamma) is assumed. If it is "
-            "another, widths are off by several percent: save the photo as sRGB",
+            "the photo's ICC profile cannot be read: a camera's usual tone curve (gamma) is assumed. If the photo "
+            "has another, widths are off by several percent: save the photo as sRGB",
         )

@@ -129,8 +129,8 @@ def _upward_points(surface: RepairedSurface) -> Floats:
 
 def _no_face(share: float) -> ShapeError:
     return ShapeError(
-        f"Mesh has no plane face on its upper side: {share:.0%} of the upward surface is in one plane, "
-        f"at least {SEARCH.least_share:.0%} is needed.",
+        f"Mesh has no plane face on its upper side: {share:.0%} of the upward surface is in one plane; at least "
+        f"{SEARCH.least_share:.0%} is needed.",
         "Check mesh.up, the axis that points out of the cracked face, and crop the mesh to the sample.",
         "face",
     )
@@ -160,8 +160,8 @@ def cut_block(body: Manifold, below_mm: float) -> Block:
     if not blocks:
         raise ShapeError(
             "Mesh is not a block with four upright sides below its face.",
-            "Check mesh.up, the axis that points out of the cracked face, or cut a block round the crack in the "
-            "program that made it.",
+            "Check mesh.up, the axis that points out of the cracked face, or cut a block around the crack in the "
+            "program that made the mesh.",
             "sides",
         )
     # Of equal areas the body itself, not turned, comes first: its coordinates stay exact.
@@ -176,7 +176,7 @@ def parted(body: Manifold, cutter: Manifold) -> tuple[Manifold, Manifold]:
     if abs(inside.volume() + outside.volume() - whole_mm3) > SEARCH.cut_tolerance * whole_mm3:
         raise ShapeError(
             "Mesh cannot be cut without loss: it crosses itself, or has triangles without height.",
-            "Mend it in the program that made it.",
+            "Repair it in the program that made it.",
             "cut",
         )
     return inside, outside

@@ -96,11 +96,11 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
     below = next((room for room in by_volume if (room.slice(-below_mm - LIMITS.slice_mm) ^ mouth).area() > 0), None)
     if below is None:
-        raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh around it.", "mouth")
+        raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh around the mouth.", "mouth")
     if below.bounding_box()[2] < bottom_mm:
         raise ShapeError(
-            "The crack passes through the underside of the mesh, so nothing would stay in it.",
-            "Close it below, or check mesh.up, the axis that points out of the cracked face.",
+            "The crack passes through the underside of the mesh, so sealant would run out.",
+            "Close the crack below, or check mesh.up, the axis that points out of the cracked face.",
             "through",
         )
     # Walls that open upward reach beyond the mouth, up to 63 degrees from upright; flatter ones are a face.
@@ -120,15 +120,17 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
         passed = [_points_inside(opening, on_path_mm) for opening in openings]
         if not any(passed):
             raise ShapeError(
-                "The path is in no opening of the face.", "It is read as x and y in mm, in the mesh's axes.", "path"
+                "The given path is not inside an opening of the face.",
+                "It is read as x and y in mm, in the mesh's own axes turned upright.",
+                "path",
             )
         chosen = int(np.argmax(passed))
     elif len(openings) > 1 and areas_mm2[1] > LIMITS.rival * areas_mm2[0]:
         (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
         raise ShapeError(
-            f"Two openings compete, {areas_mm2[0]:.0f} mm² round ({x0:.0f}, {y0:.0f}) and {areas_mm2[1]:.0f} mm² round "
-            f"({x1:.0f}, {y1:.0f}) mm from the face's lower left corner.",
-            "Choose with mesh.path.",
+            f"Two openings may be the crack: {areas_mm2[0]:.0f} mm² around ({x0:.0f}, {y0:.0f}) and "
+            f"{areas_mm2[1]:.0f} mm² around ({x1:.0f}, {y1:.0f}), in mm from the face's lower left corner.",
+            "Choose one with mesh.path.",
             "rivals",
         )
     pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= LIMITS.pit_mm2]
@@ -162,8 +164,8 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
     mm_per_px = max(width_mm / LIMITS.across_px, float(np.sqrt(np.prod(high - low) / LIMITS.largest_px)))
     if width_mm < LIMITS.least_across_px * mm_per_px:
         raise ShapeError(
-            f"The crack is {width_mm:.3f} mm wide and spreads over {high[0] - low[0]:.0f} x "
-            f"{high[1] - low[1]:.0f} mm: too narrow to be followed.",
+            f"The crack is {width_mm:.3f} mm wide and extends over {high[0] - low[0]:.0f} x {high[1] - low[1]:.0f} "
+            "mm: it is too narrow to be followed.",
             "Crop the mesh to a shorter piece.",
             "narrow",
         )
@@ -227,7 +229,7 @@ def read_path(path: Path) -> Floats:
         )
     if path.stat().st_size > LIMITS.largest_bytes:
         raise InputError(
-            f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path needs only some hundred lines."
+            f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path needs only a few hundred lines."
         )
     try:
         lines = read_text(path, LIMITS.largest_bytes).splitlines()
@@ -282,7 +284,8 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
     if followed < LIMITS.whole:
         doubt = (
             f"the given path, {given.length_mm:.1f} mm long, follows {100 * followed:.0f} % of the crack's mouth: "
-            'volume_ml = "cavity" would give all of the sealant there; give volume_ml, or a path along the whole crack'
+            'volume_ml = "cavity" would put the sealant for the whole crack on this part. Set volume_ml to a number, '
+            "or give a path along the whole crack"
         )
         given = replace(given, warnings=(*given.warnings, doubt))
     return given, (
@@ -296,7 +299,11 @@ def in_mouth(photo: Photo, line_mm: Floats) -> Floats:
     even_mm = resampled(line_mm, LIMITS.spacing_mm)
     inside = np.flatnonzero(_covered(photo, even_mm))
     if len(inside) < 2:
-        raise ShapeError("The given path is not in the crack.", "It is read as x and y in mm.", "path")
+        raise ShapeError(
+            "The given path is not inside the crack.",
+            "It is read as x and y in mm, in the mesh's own axes turned upright.",
+            "path",
+        )
     return even_mm[inside[0] : inside[-1] + 1]
 
 

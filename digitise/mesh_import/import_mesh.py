@@ -88,8 +88,8 @@ def notes_on_unit(read: Triangles, settings: MeshInput, path: Path) -> list[str]
         return []
     if path.suffix.lower() == ".glb":
         # Many programs write millimetres anyway, so this proves nothing.
-        return [f"{path.name}: glTF is in metres; its numbers are read as {settings.units}, as units states"]
-    raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Correct units.")
+        return [f"{path.name}: glTF is in metres; its numbers are read in {settings.units}, because units is set to it"]
+    raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Set units to {read.unit}.")
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,8 @@ def _imported(settings: MeshInput, folder: Path, path: Path, facts: list[str]) -
     outline = outline_of(line, cavity, photo)
     if step_mm > MOST_OF_WIDTH * outline.mean_width_mm:
         raise ShapeError(
-            f"The crack is about {outline.mean_width_mm:.2g} mm wide, too narrow for the steps of the file's numbers."
+            f"The crack is about {outline.mean_width_mm:.2g} mm wide: the steps of the file's numbers are too coarse "
+            "for it."
         )
     if line_mm is not None:
         outline, note = along(outline, photo, line_mm)
@@ -163,7 +164,7 @@ def _read_block(
     if len(bodies := body.decompose()) > 1:
         listed = _listed(bodies, np.linalg.inv(plane.to_level @ upright(settings)).astype(float))
         notes.append(f"{path.name}: {listed}")
-        facts.append(f"The mesh has {listed}. If one of them is the sample, save it alone.")
+        facts.append(f"The mesh has {listed}. If one of them is the sample, save only that body.")
     block = cut_block(body, plane.below_mm)
     origin = MeshOrigin(
         file=path.name,
@@ -190,8 +191,8 @@ def _step_of(vertices: Floats) -> float:
 def _step_in_words(step_mm: float) -> str:
     """Describe the step of a mesh's numbers and its remedy."""
     return (
-        f"its numbers have steps of {step_mm:.2g} mm so far from its origin. Move the mesh to the origin in the "
-        "program that made it, and save it again"
+        f"its numbers have steps of {step_mm:.2g} mm, because the mesh is far from its origin. Move the mesh to the "
+        "origin in the program that made it, and save the mesh again"
     )
 
 
@@ -200,11 +201,11 @@ def _listed(bodies: Sequence[Manifold], to_file: Floats) -> str:
     boxes = [np.reshape(body.bounding_box(), (2, 3)) for body in sorted(bodies, key=lambda body: -body.volume())]
     each = [
         "{:.4g} x {:.4g} x {:.4g} mm".format(*(high - low))
-        + " round ({:.4g}, {:.4g}, {:.4g})".format(*(to_file @ np.append((low + high) / 2, 1.0))[:3])
+        + " around ({:.4g}, {:.4g}, {:.4g})".format(*(to_file @ np.append((low + high) / 2, 1.0))[:3])
         for low, high in boxes[:MOST_LISTED]
     ]
     more = f" and {len(boxes) - MOST_LISTED} more" if len(boxes) > MOST_LISTED else ""
-    return f"{len(boxes)} separate bodies: {', '.join(each)}{more}, in the file's own numbers"
+    return f"{len(boxes)} separate bodies: {', '.join(each)}{more}, in coordinates of the file"
 
 
 def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]:
@@ -214,17 +215,18 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
         f"({placed[0, 3]:.2f}, {placed[1, 3]:.2f}, {placed[2, 3]:.2f}) mm",
     ]
     if block.yaw_deg:
-        notes.append(f"the block was turned by {-block.yaw_deg:.2f} degrees, so that its sides lie along x and y")
+        notes.append(f"the block was turned by {-block.yaw_deg:.2f} degrees, so that its sides are along x and y")
     low_mm, high_mm = np.reshape(block.body.bounding_box(), (2, 3))
     longer_mm, height_mm = max(block.size_mm), high_mm[2] - low_mm[2]
     if height_mm > min(block.size_mm):
         notes.append(
-            f"the block has a larger side than its face, one of {longer_mm:.0f} x {height_mm:.0f} mm: if the crack "
-            "opens there, check up, the axis that points out of the cracked face"
+            f"one side of the block, {longer_mm:.0f} x {height_mm:.0f} mm, is larger than its face: if the crack "
+            "opens there, check mesh.up, the axis that points out of the cracked face"
         )
     if block.trimmed_mm > 0:
         notes.append(
-            f"material up to {block.trimmed_mm:.2f} mm outside the block's sides was cut off: dams, edges, roughness"
+            f"material up to {block.trimmed_mm:.2f} mm outside the block's sides, such as dams, edges or roughness, "
+            "was cut off"
         )
     return notes
 

@@ -119,8 +119,8 @@ def _off_path(side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
     which = f"side arms of {listed} mm are" if len(longest_mm) > 1 else f"a side arm of {listed} mm is"
     more = f" ({len(longest_mm)} in all)" if len(longest_mm) > LIMITS.most_listed else ""
     return (
-        f"{which} not on the path{more}: the cavity includes what is off the path, and the sealant for that is given "
-        "along the path too; set path.volume_ml to give another volume",
+        f"{which} not on the path{more}: the cavity includes such arms, and the sealant for them is given along the "
+        "path; set path.volume_ml to give another volume",
     )
 
 
@@ -133,7 +133,7 @@ def _doubts(centre_mm: Floats, side_lines_mm: Sequence[Floats]) -> tuple[str, ..
         if side_mm > LIMITS.fork * arm_mm:
             doubts.append(
                 f"the crack forks at s = {from_mm:.0f} mm: a side crack of {side_mm:.0f} mm is about as long as the "
-                f"{arm_mm:.0f} mm that were followed there; mesh.path chooses another way"
+                f"arm on the path ({arm_mm:.0f} mm); give mesh.path to choose the other arm"
             )
     return tuple(doubts)
 
@@ -150,9 +150,10 @@ def _require_swept(centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> None
     swept_mm2 = float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
     if abs(swept_mm2 - between_mm2) > LIMITS.unswept * between_mm2:
         raise ShapeError(
-            f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} of "
-            f"{between_mm2:.0f} mm².",
-            "Give mesh.path, a line along the crack's middle that ends in a straight part of it, or crop the mesh.",
+            f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} "
+            f"mm², but the area between the walls is {between_mm2:.0f} mm².",
+            "Give mesh.path, a line along the crack's middle that ends in a straight part of the crack, or crop the "
+            "mesh.",
             "walls",
         )
 

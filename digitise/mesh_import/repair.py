@@ -133,8 +133,8 @@ def _facing_alike(surface: RepairedSurface) -> RepairedSurface:
     if (torn := here == there).any():
         first = mesh_topology.near(surface.vertices_mm[surface.faces[np.argmax(torn)]].mean(axis=0))
         raise InputError(
-            f"Mesh has no inside: {int(torn.sum())} of its faces cannot all point to one side, first {first}. Mend it "
-            "in the program that made it."
+            f"Mesh has no inside: {int(torn.sum())} of its faces cannot all point to one side, the first {first}. "
+            "Repair it in the program that made it."
         )
     faces_on = np.bincount(here, minlength=side.max() + 1)
     turn = (faces_on[here] < faces_on[there]) | ((faces_on[here] == faces_on[there]) & (here > there))
@@ -173,7 +173,7 @@ def bounded_body(surface: RepairedSurface) -> tuple[Manifold, tuple[Repair, ...]
     body = Manifold(Mesh64(sound.vertices_mm, sound.faces.astype(np.uint64)))
     if body.status() != Error.NoError:
         faults = mesh_topology.check_mesh(surface.vertices_mm, surface.faces)
-        raise InputError(f"{faults[0]} Mend it in the program that made it.")
+        raise InputError(f"{faults[0]} Repair it in the program that made it.")
     pieces = body.decompose()
     largest_mm3 = max((piece.volume() for piece in pieces), default=0.0)
     if not largest_mm3 > 0:
@@ -185,7 +185,7 @@ def bounded_body(surface: RepairedSurface) -> tuple[Manifold, tuple[Repair, ...]
     volume_mm3 = sum(piece.volume() for piece in pieces)
     changes = (
         ("hollows inside the sample filled", len(hollows), -sum(piece.volume() for piece in hollows)),
-        ("loose crumbs left out", len(crumbs), -sum(piece.volume() for piece in crumbs)),
+        ("loose fragments left out", len(crumbs), -sum(piece.volume() for piece in crumbs)),
         (
             "overlapping bodies united",
             len(solid) if len(solid) > len(united.decompose()) else 0,
@@ -228,8 +228,9 @@ def close_holes(surface: RepairedSurface, openings: Openings) -> RepairedSurface
     if small > MOST_OPEN * edges or small != sum(map(len, openings.holes)):
         place = mesh_topology.near(surface.vertices_mm[unclosed[0, 0]])
         raise InputError(
-            f"Mesh is not watertight: {small} of {edges} edges are open, first {place}; only up to {MOST_OPEN:.0%} in "
-            "whole rings are closed. Close the holes in the program that made it."
+            f"Mesh is not watertight: {small} of {edges} edges are open, the first {place}; only open edges that form "
+            f"whole rings, up to {MOST_OPEN:.0%} of all, are closed automatically. Close the holes in the program "
+            "that made it."
         )
     filled = _filled(surface, openings.holes, f"holes closed, of {small} open edges")
     return _filled(filled, openings.underside, "missing underside closed")
@@ -254,13 +255,13 @@ def with_base(surface: RepairedSurface, rim: Integers, base_mm: float) -> Repair
     lowest_mm = float(surface.vertices_mm[np.unique(surface.faces), 2].min())
     if lowest_mm <= -base_mm:
         raise InputError(
-            f"base_mm is {base_mm:g}, but the mesh reaches {-lowest_mm:.2f} mm below its face. Give more than that."
+            f"base_mm is {base_mm:g}, but the mesh reaches {-lowest_mm:.2f} mm below its face. Give a larger base_mm."
         )
     corners_mm = surface.vertices_mm[rim]
     plan = CrossSection([np.ascontiguousarray(corners_mm[:, :2])], FillRule.Positive)
     signed_mm2 = signed_area(corners_mm[:, :2])
     if abs(plan.area() - signed_mm2) > FLAT * abs(signed_mm2):
-        raise InputError("Seen from above, the rim of the mesh overlaps itself. Crop the mesh to its upper side.")
+        raise InputError("Seen from above, the rim of the mesh overlaps itself. Crop the mesh to its upper surface.")
     foot = len(surface.vertices_mm) + np.arange(len(rim))
     next_rim, next_foot = np.roll(rim, -1), np.roll(foot, -1)
     sides = np.concatenate([np.column_stack([next_rim, rim, foot]), np.column_stack([next_rim, foot, next_foot])])

@@ -130,7 +130,8 @@ class Spel(Settings):
             raise ValueError("axis_start_mm and a dispenser of z, s or t go together: give both or neither")
         if self.motion == "curve" and self.dispenser in ("s", "t"):
             raise ValueError(
-                f'dispenser = "{self.dispenser}" with motion = "curve": a Curve has no added axis; take "move"'
+                f'dispenser = "{self.dispenser}" cannot be combined with motion = "curve", since a Curve has no added '
+                'axis: give motion = "move"'
             )
         return self
 
@@ -168,7 +169,7 @@ class Urscript(Settings):
         if (self.dispenser == "analog") != (self.full_flow_mm3_s is not None):
             raise ValueError('full_flow_mm3_s and dispenser = "analog" go together: give both or neither')
         if self.dispenser == "analog" and self.port > 1:
-            raise ValueError(f"port is {self.port}: a standard analog output is 0 or 1")
+            raise ValueError(f"port is {self.port}: give 0 or 1, the standard analog outputs")
         if self.rotation_vector_rad is not None and self.tool_turn_deg:
             raise ValueError("give tool_turn_deg or rotation_vector_rad, not both: the vector sets the tool's turn")
         return self
@@ -225,7 +226,7 @@ class RobotCell(Settings):
     def _tables_for_formats(self) -> Self:
         for kind in self.formats:
             if (table := self.missing_for(kind)) is not None:
-                raise ValueError(f'formats has "{kind}", but there is no [{table}] table: add it, or take "{kind}" out')
+                raise ValueError(f'formats has "{kind}", but there is no [{table}] table: add it, or remove "{kind}"')
         return self
 
 
@@ -267,8 +268,8 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float
     if spread_mm < THINNEST_MM:
         raise InputError(
             f"{where}: the taught points are within {spread_mm:.2g} mm of a line, so the face's tilt about it is "
-            f"unknown; they must spread by at least {THINNEST_MM:g} mm (RMS) to its sides. Teach a point far from the "
-            "others, such as a corner of the face."
+            f"unknown; they must deviate from the line by at least {THINNEST_MM:g} mm (RMS). Teach a point far from "
+            "the others, such as a corner of the face."
         )
     middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)
     spread = taught - middle
@@ -290,11 +291,12 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float
         raise InputError(
             f"{where}: the taught points do not fit a sample that is only turned and shifted: point {worst + 1}, "
             f"sample_mm = [{x:g}, {y:g}], is {residual_mm[worst]:.2f} mm off; {limit_mm:g} mm are allowed "
-            f"(frame_limit_mm). Scale of the points: {scale:.4f}. Touch them again, or check their order."
+            f"(frame_limit_mm). Scale of the points: {scale:.4f}. Teach them again, or check their order."
         )
     if up * rotation[2, 2] <= 0:
         raise InputError(
-            f"{where}: the taught points are mirrored: they put the sample's face downward. Two of them are exchanged, "
-            'or their y counts downward; it counts up as in outline.json. For an arm that hangs, set robot_z = "down".'
+            f"{where}: the taught points are mirrored: they put the sample's face downward. Perhaps two of them are "
+            "exchanged, or their y counts downward; y must count upward as in outline.json. For an arm that hangs, "
+            'set robot_z = "down".'
         )
     return RobotFrame(rotation, origin_mm, sample_mm, residual_mm, scale)

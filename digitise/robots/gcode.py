@@ -28,7 +28,7 @@ def gcode_text(path: RobotPath) -> str:
     trajectory, approach = path.trajectory, path.cell.motion.approach_speed_mm_s
     lines = [
         *comments(";", path.head),
-        *comments(";", ["Units: x, y, z of the robot and E of the plunger in mm, F in mm/min. Home the axes before."]),
+        *comments(";", ["Units: x, y, z of the robot and E of the plunger in mm, F in mm/min. Home the axes first."]),
         "G21",
         "G90",
         "M83" if settings.relative_e else "M82",

@@ -129,8 +129,8 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     freedom = len(asked_mm3_s) - len(flows)
     if len(flows) < LEAST_FLOWS or freedom < LEAST_REPEATS:
         raise InputError(
-            f"{path}: {len(asked_mm3_s)} weighings of {len(flows)} flows; at least {LEAST_FLOWS} flows are needed, and "
-            f"{LEAST_REPEATS} weighings that repeat one, since a single one shows no scatter."
+            f"{path}: {len(asked_mm3_s)} weighings of {len(flows)} flows; at least {LEAST_FLOWS} flows are needed, "
+            f"and {LEAST_REPEATS} weighings that repeat an earlier flow, since a single weighing shows no scatter."
         )
     given = np.array([flow[group].mean() for group in groups])
     times = float(np.median(given / flows))
@@ -145,7 +145,7 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
             raise InputError(
                 f"{path}: at a request of {asked_after:g} mm³/s the pump gave {after:.4g}, no more than the "
                 f"{before:.4g} at {asked_before:g}: no flow between them can be requested. Weigh again, or omit the "
-                "request that it does not follow."
+                "request that the pump does not follow."
             )
     relative = np.concatenate([flow[group] / mean - 1 for group, mean in zip(groups, given, strict=True)])
     return PumpTable(

@@ -67,15 +67,15 @@ class RobotPath:
         x, y, z = places_mm[int(outside_mm.argmax())]
         return (
             bool(outside_mm.max() > ROUNDING),
-            f"{what} leads {outside_mm.max():.1f} mm out of the reach box, to ({x:.1f}, {y:.1f}, {z:.1f}) mm of the "
-            f"robot; the box extends from {list(low_mm)} to {list(high_mm)}. Move the sample and teach it again, or "
-            "correct [reach].",
+            f"{what} leads {outside_mm.max():.1f} mm out of the reach box, to ({x:.1f}, {y:.1f}, {z:.1f}) mm in the "
+            f"robot's frame; the box extends from {list(low_mm)} to {list(high_mm)}. Move the sample and teach it "
+            "again, or correct [reach].",
         )
 
     @property
     def tilt_limit(self) -> Limit:
         """Limit of the face's tilt for an arm with a nozzle that is always vertical."""
-        fault = f"the face is tilted by {self.tilt_deg:.1f} degrees and the nozzle stays vertical"
+        fault = f"the face is tilted by {self.tilt_deg:.1f} degrees, but the nozzle stays vertical"
         return self.motion_limit("largest_tilt_deg", self.tilt_deg, fault, "Level the sample and teach it again.")
 
     def motion_limit(self, key: str, value: float, fault: str, remedy: str, rounding: float = 0.0) -> Limit:
@@ -90,8 +90,8 @@ class RobotPath:
         if flow.max() > flow.min() * (1 + 10 * ROUNDING):
             raise InputError(
                 f"{self.cell_file}: {dispenser} gives one flow or none, but the path's flow ranges from "
-                f'{flow.min():.4g} to {flow.max():.4g} mm³/s. Digitise with path.flow = "constant", and remove '
-                f"path.ramp_mm or make path.lead_in_mm and lead_out_mm as long; or {remedy}."
+                f'{flow.min():.4g} to {flow.max():.4g} mm³/s. Digitise with path.flow = "constant" and without '
+                f"path.ramp_mm, or with path.lead_in_mm and path.lead_out_mm as long as path.ramp_mm; or {remedy}."
             )
         return float(flow.mean())
 
@@ -149,8 +149,8 @@ def _check_rows(trajectory: Trajectory) -> None:
         raise InputError("trajectory.csv: needs two or more rows, finite numbers, and increasing t_s. Digitise again.")
     if not (trajectory.flow_mm3_s >= 0).all() or not trajectory.given_mm3.sum() > 0:
         raise InputError(
-            "trajectory.csv: flow_mm3_s must not be negative, and not 0 everywhere. Digitise again; a path without "
-            "a solid needs volume_ml for it."
+            "trajectory.csv: flow_mm3_s must not be negative, and not 0 everywhere. Digitise again; a path without a "
+            "solid needs volume_ml."
         )
     way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
     if not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(trajectory.t_s), rtol=1e-3, atol=1e-3):
@@ -178,11 +178,11 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
         limit("most_waypoints", count, f"the path has {count} waypoints", coarser),
         (
             motion.safe_height_mm <= height_mm,
-            f"motion.safe_height_mm is {motion.safe_height_mm:g}, and the path itself runs {height_mm:g} mm above the "
+            f"motion.safe_height_mm is {motion.safe_height_mm:g}, but the path itself runs {height_mm:g} mm above the "
             "face. Give a larger motion.safe_height_mm.",
         ),
         limit("largest_speed_mm_s", fastest_mm_s, f"the path runs at {fastest_mm_s:g} mm/s", f"{slower}.", ROUNDING),
-        limit("largest_speed_mm_s", approach_mm_s, approach, "Give a lower one."),
+        limit("largest_speed_mm_s", approach_mm_s, approach, "Give a lower speed."),
         limit("acceleration_mm_s2", along, ramp, "Digitise with a longer path.ramp_mm.", 0.01),
         limit("acceleration_mm_s2", across[bend], at_bend, f"{slower} or a larger path.smoothing_mm."),
     ]
@@ -192,17 +192,17 @@ def _warnings(trajectory: Trajectory, frame: RobotFrame, cell: RobotCell) -> tup
     warnings = []
     if (growth := frame.error_growth(trajectory.position_mm)) > MUCH_GROWTH:
         warnings.append(
-            "the path runs so far outside the taught points that a touch error of 0.1 mm at each becomes "
-            f"{growth / 10:.2f} mm of the nozzle's height; teach points around the crack"
+            "the path runs so far outside the taught points that an error of 0.1 mm at each becomes an error of "
+            f"{growth / 10:.2f} mm in the nozzle's height; teach points around the crack"
         )
     begins, way_mm = trajectory.giving.start, arc_length(trajectory.position_mm)
     speed_mm_s = trajectory.speed_mm_s[begins]
     needed_mm = speed_mm_s**2 / (2 * cell.motion.acceleration_mm_s2)
     if needed_mm > way_mm[begins + 1]:
         warnings.append(
-            f"the arm needs {needed_mm:.1f} mm to reach {speed_mm_s:.4g} mm/s and has {way_mm[begins]:.1f} mm before "
-            "the first sealant: a dispenser timed by a clock gives too much there; digitise with a path.lead_in_mm or "
-            "path.ramp_mm of at least as much"
+            f"the arm needs {needed_mm:.1f} mm to reach {speed_mm_s:.4g} mm/s, but has only {way_mm[begins]:.1f} mm "
+            "before the first sealant: a dispenser timed by a clock gives too much there; digitise with a "
+            f"path.lead_in_mm or path.ramp_mm of at least {needed_mm:.1f}"
         )
     return tuple(warnings)
 

@@ -40,8 +40,8 @@ def spel_text(path: RobotPath) -> str:
         path.reach_limit("the SPEL+ program, on its way to the path, along it or from it,", named[:, :3]),
         (
             last >= SPEL_POINTS,
-            f"the SPEL+ program needs {len(named)} points from P{first} on; P{SPEL_POINTS - 1} is the last. Lower "
-            "spel.first_point, or digitise with a larger path.spacing_mm.",
+            f"the SPEL+ program needs {len(named)} points from P{first} on, but P{SPEL_POINTS - 1} is the last one. "
+            "Lower spel.first_point, or digitise with a larger path.spacing_mm.",
         ),
     )
     approach = f"  SpeedS {decimal(path.cell.motion.approach_speed_mm_s, 3)}"
@@ -136,8 +136,8 @@ def _for_curve(path: RobotPath, crack: Places) -> Places:
     thinned = at_arc_length(crack, s_mm, stations)
     off_mm = np.linalg.norm(at_arc_length(thinned, stations, s_mm)[:, :3] - crack[:, :3], axis=1).max()
     fault = (
-        f"the path has {len(crack)} points over the crack. A Curve of SPEL+ takes {MOST_IN_CURVE}, which would deviate "
-        f'from it by {off_mm:.2f} mm; {THINNED_MM:g} are allowed. Set spel.motion = "move".'
+        f"the path has {len(crack)} points over the crack. A Curve of SPEL+ takes at most {MOST_IN_CURVE}, which "
+        f'would deviate from the path by {off_mm:.2f} mm; {THINNED_MM:g} are allowed. Set spel.motion = "move".'
     )
     path.require((off_mm > THINNED_MM, fault))
     return thinned
@@ -151,8 +151,8 @@ def _evenness_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
         (
             values.max() > values.min() * (1 + EVEN),
             f"CVMove keeps one {what}, but that of the path over the crack ranges from {values.min():.4g} to "
-            f'{values.max():.4g} {unit}. Set spel.motion = "move"; or digitise with path.flow = "constant" and '
-            "either no path.ramp_mm or leads as long as it.",
+            f'{values.max():.4g} {unit}. Set spel.motion = "move"; or digitise with path.flow = "constant" and with '
+            "leads as long as path.ramp_mm, or without path.ramp_mm.",
         )
         for what, unit, values in (("speed", "mm/s", speed_mm_s), ("flow", "mm³/s", flow_mm3_s))
     ]
@@ -161,7 +161,7 @@ def _evenness_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
 def _speed_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
     """Return the limits of the arm's speed, which exceeds the nozzle's if its z presses the plunger too."""
     fastest_mm_s = speed_mm_s.max()
-    fault = f"along the path and down with the plunger the arm moves at {fastest_mm_s:.4g} mm/s"
+    fault = f"the arm, which also presses the plunger, moves at {fastest_mm_s:.4g} mm/s"
     return [
         (
             speed_mm_s.min() < SLOWEST_MM_S,
@@ -183,14 +183,17 @@ def _pose(place: Floats, settings: Spel) -> str:
 
 def _notes(path: RobotPath, settings: Spel, first: int, last: int) -> list[str]:
     notes = [
-        "Units: mm, degrees, mm/s. Switch motors on and set the power mode before, then call this function.",
+        "Units: mm, degrees, mm/s. First switch the motors on and set the power mode, then call this function.",
         f"Overwrites P{first} to P{last} in memory. Tool {settings.tool}, Local {settings.local}.",
     ]
     if settings.dispenser == "output":
         flow = path.level_flow_mm3_s("an output that is on or off", "let an axis press the plunger")
-        notes.append(f"Set the dispenser at output {settings.output_bit} to {flow:.4f} mm3/s before.")
+        notes.append(f"First set the dispenser at output {settings.output_bit} to {flow:.4f} mm3/s.")
     else:
-        notes.append(f"Axis {settings.dispenser} presses the plunger, ready to give at {settings.axis_start_mm:g} mm.")
+        notes.append(
+            f"Axis {settings.dispenser} presses the plunger and is ready to give sealant at "
+            f"{settings.axis_start_mm:g} mm."
+        )
     if settings.dispenser == "z":
         notes.append("The arm cannot lift the nozzle: its way to the first point must be free.")
     return notes

@@ -63,7 +63,7 @@ def _outputs(path: RobotPath, settings: Urscript) -> list[str]:
         return [f"{call}{flow > 0})" for flow in flow_mm3_s]
     share = flow_mm3_s / settings.full_flow_mm3_s
     fault = (
-        f"the path's flow rises to {flow_mm3_s.max():.4g} mm³/s; at its full level the dispenser gives "
+        f"the path's flow rises to {flow_mm3_s.max():.4g} mm³/s, but at its full level the dispenser gives only "
         f"urscript.full_flow_mm3_s = {settings.full_flow_mm3_s:g}. Digitise with a lower path.speed_mm_s."
     )
     path.require((share.max() > 1, fault))
@@ -72,13 +72,14 @@ def _outputs(path: RobotPath, settings: Urscript) -> list[str]:
 
 def _notes(path: RobotPath, settings: Urscript) -> list[str]:
     dispenser = (
-        f"Set the dispenser to {path.trajectory.flow_mm3_s.max():.4f} mm3/s before."
+        f"First set the dispenser to {path.trajectory.flow_mm3_s.max():.4f} mm3/s."
         if settings.full_flow_mm3_s is None
         else f"Analog output {settings.port}: 1.0 is {settings.full_flow_mm3_s:g} mm3/s."
     )
     return [
         "Units: m, rad, m/s. Poses in the base frame, and the active TCP must be the tip of the nozzle.",
-        f"To the place above the path by movej at {JOINT_SPEED_RAD_S} rad/s, on the arm's own way: start near.",
+        f"movej goes to the place above the path at {JOINT_SPEED_RAD_S} rad/s, on a way that the arm chooses: start "
+        "near it.",
         dispenser,
     ]
 
@@ -87,9 +88,9 @@ def _blend_limit(path: RobotPath, settings: Urscript) -> Limit:
     closest_mm = np.linalg.norm(np.diff(path.trajectory.position_mm, axis=0), axis=1).min()
     return (
         settings.blend_mm >= closest_mm / 2,
-        f"urscript.blend_mm is {settings.blend_mm:g}: it must stay below half the closest waypoints' distance, "
-        f"{closest_mm:.4g} mm, or the arm skips them. Give less than {closest_mm / 2:.3g}, or digitise with a larger "
-        "path.spacing_mm.",
+        f"urscript.blend_mm is {settings.blend_mm:g}: it must be below half the smallest distance between waypoints "
+        f"({closest_mm:.4g} mm), or the arm skips waypoints. Give less than {closest_mm / 2:.3g}, or digitise with a "
+        "larger path.spacing_mm.",
     )
 
 

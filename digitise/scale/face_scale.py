@@ -39,8 +39,8 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
     aspect, expected = _aspect(corners), size_mm[0] / size_mm[1]
     if not np.isfinite(aspect) or abs(np.log(aspect / expected)) > ASPECT_TOLERANCE:
         raise InputError(
-            f"{file}: the detected face is {aspect:.2f} times as wide as high, but that of face_mm {expected:.2f} "
-            "times: check face_mm (width, height in the photo), or give face_corners_px."
+            f"{file}: the detected face is {aspect:.2f} times as wide as high, but face_mm is {expected:.2f} times as "
+            "wide as high: check face_mm (width, height in the photo), or give face_corners_px."
         )
     return corners, bend_px
 
@@ -185,7 +185,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
         if beyond > max(size_px) / 2:
             raise InputError(
                 f"{file}: face_corners_px has ({x:g}, {y:g}), {beyond:.3g} px outside the photo of {size_px[0]} x "
-                f"{size_px[1]} px; x runs right and y down, from 0."
+                f"{size_px[1]} px; x counts from the left and y from the top."
             )
     # Counter-clockwise corners turn left at each.
     side = np.roll(corners_px, -1, axis=0) - corners_px
@@ -201,8 +201,8 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
     aspect, expected = _aspect(corners_px), settings.face_mm[0] / settings.face_mm[1]
     if max(aspect / expected, expected / aspect) > MOST_FORESHORTENED:
         raise InputError(
-            f"{file}: the face of face_corners_px is {aspect:.2f} times as wide as high, but that of face_mm "
-            f"{expected:.2f} times; list lower left, lower right, upper right, upper left (px, y down), or correct "
-            "face_mm (width, height in the photo)."
+            f"{file}: the face within face_corners_px is {aspect:.2f} times as wide as high, but face_mm is "
+            f"{expected:.2f} times as wide as high; list lower left, lower right, upper right, upper left (px, y "
+            "down), or correct face_mm (width, height in the photo)."
         )
     return corners_px

@@ -78,9 +78,10 @@ def draw_frame(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> 
             break
     else:
         raise InputError(
-            f"the frame is {frame_mm[0]:.0f} x {frame_mm[1]:.0f} mm, with its ruler and text {needed_mm[0]:.0f} x "
-            f"{needed_mm[1]:.0f}; {paper} takes {short_mm - 2 * UNPRINTED_MM:.0f} x {long_mm - 2 * UNPRINTED_MM:.0f}, "
-            "portrait or landscape. Give a larger --paper or a smaller --size-mm."
+            f"the frame is {frame_mm[0]:.0f} x {frame_mm[1]:.0f} mm, and {needed_mm[0]:.0f} x {needed_mm[1]:.0f} mm "
+            f"with its ruler and text; {paper} has room for {short_mm - 2 * UNPRINTED_MM:.0f} x "
+            f"{long_mm - 2 * UNPRINTED_MM:.0f} mm, portrait or landscape. Give a larger --paper or a smaller "
+            "--size-mm."
         )
     origin_mm = np.array([(width_mm - face_mm[0]) / 2, height_mm - UNPRINTED_MM - band_mm - face_mm[1]])
     # The cutting line is just inside the opening, so that it is cut away.
@@ -163,7 +164,8 @@ def board_around(face_mm: tuple[float, float], size_mm: float, dictionary: str, 
     if apart_mm < needed_mm:
         raise InputError(
             f"{count} markers of {size_mm:g} mm around a face of {width:g} x {height:g} mm would be {apart_mm:.1f} mm "
-            f"apart; with white between them they need {needed_mm:.1f}. Give a smaller --size-mm, or --count 4."
+            f"apart; with white between them they must be at least {needed_mm:.1f} mm apart. Give a smaller "
+            "--size-mm, or --count 4."
         )
     places = [(x, y) for y in rows for x in columns if (x, y) != (width / 2, height / 2)]
     markers = tuple(Marker(id=number, x_mm=x, y_mm=y) for number, (x, y) in enumerate(places))

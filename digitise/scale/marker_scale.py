@@ -142,7 +142,7 @@ def check_level(
     if abs(grown) <= LIMITS.sigmas * np.hypot(FACE_MM, LIMITS.edge_px * px_mm) / np.hypot(width_mm, height_mm):
         return 0.0, ()
     comparison = (
-        f"according to the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm; "
+        f"according to the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm, but "
         f"face_mm is {width_mm:g} x {height_mm:g}"
     )
     side = "below" if grown > 0 else "above"
@@ -154,7 +154,7 @@ def check_level(
             f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} "
             "would cause this."
         )
-    return grown, (f"{comparison}, {abs(grown):.1%} off: {cause} would cause this",)
+    return grown, (f"{comparison}, a difference of {abs(grown):.1%}: {cause} would cause this",)
 
 
 def _rule(distance_mm: float | None, unmeasured: bool) -> str:
@@ -256,7 +256,7 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
             f"printed by default, the scale is {by_markers:.4g} mm/px, {abs(off):.1%} {side} {given}"
         )
         if abs(off) <= LIMITS.most_off:
-            return (f"{comparison}; [photo.markers] instead would show the camera's tilt as well",)
+            return (f"{comparison}; give [photo.markers] instead to correct for the camera's tilt as well",)
         return (
             f"{comparison}. With this scale they are {side_px * mm_per_px:.1f} mm wide: measure one, and correct the "
             "scale or give [photo.markers] instead",

@@ -54,7 +54,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     walls that open downward meet below the face.
     """
     if shape.fill is not None:
-        raise ValueError("a shape with a fill: weigh it first")
+        raise ValueError("the shape has a weighed fill whose angles are not computed yet")
     if outline.width_source == "none":
         raise InputError("This outline is a path alone, without walls: give the crack's width to build a solid.")
     shape, table_warnings = shape_as_long_as(outline.length_mm, shape)
@@ -128,7 +128,7 @@ def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, l
     if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
         return shape, [
             f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: its last depth is "
-            "taken for the rest."
+            "used for the rest."
         ]
     if s_mm[-1] <= length_mm:
         return shape, []
@@ -216,7 +216,7 @@ def _require_agreement(cavity_mm3: float, variants: TiltVariants, footprint: Foo
         integral_mm3 = cavity_volume_mm3(footprint, shape, FINER)
     if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
         raise InputError(
-            f"The mesh's cavity holds {cavity_mm3:.6g} mm³, but the sections of its outline {integral_mm3:.6g} mm³: "
+            f"The mesh's cavity is {cavity_mm3:.6g} mm³, but the sections of its outline give {integral_mm3:.6g} mm³: "
             f"they may differ by at most {CAVITY_TOLERANCE:.1%}. Reduce floor_thickness_mm and margin_mm, or choose "
             "another tilt."
         )
@@ -230,9 +230,9 @@ def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, va
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
         f"At {_angles(shape)} the walls meet above the requested depth {depth_mm} along "
-        f"{closing.share_above_floor:.0%} of the crack, at {closing.mean:.1f} mm on average over all of it. The volume "
-        f"is {variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
-        'tilt = "flare" or "lean", or accept the V.'
+        f"{closing.share_above_floor:.0%} of the crack; averaged over the whole crack, they meet at "
+        f"{closing.mean:.1f} mm. The volume is {variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below "
+        f'{steepest_deg:.1f}°, choose tilt = "flare" or "lean", or accept the V-shaped section.'
     ]
 
 

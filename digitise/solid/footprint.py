@@ -173,13 +173,13 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     beyond = CrossSection.batch_boolean(stoppers, OpType.Add) ^ block
     if (buried_mm2 := (traced ^ beyond).area()) > width_mm**2:
         raise InputError(
-            f"One end of the crack is cut, and {buried_mm2:.1f} mm² of the crack are in the ground beyond it: the "
+            f"One end of the crack is cut, and {buried_mm2:.1f} mm² of the crack are beyond it, in the ground: the "
             "crack bends back near that end. Move the end along the crack, away from its other parts: in ends_px, or "
             "with 'sealtwin trace'."
         )
     if ((traced ^ block) - beyond).area() < PIECE_MM2:
         listed = ", ".join(f"{value:g}" for value in block_mm)
-        raise InputError(f"No crack is on the face ({listed}) mm. Check ends_px and face_mm.")
+        raise InputError(f"No part of the crack is on the face, ({listed}) mm. Check ends_px and face_mm.")
     breadth_mm = float(KDTree(outline.centreline_mm).query(np.vstack(traced.to_polygons()))[0].max())
     return Footprint(
         crack=crack,

@@ -169,7 +169,7 @@ class TracePage(PageServer):
 
     def _turned(self, number: int) -> Iterator[dict[str, Any]]:
         if number >= len(self._sheets):
-            yield {"refused": f"there are {len(self._sheets)} photos"}
+            yield {"refused": f"photo {number + 1} does not exist; there are {len(self._sheets)} photos"}
             return
         # Two clicks must not open two photos at once.
         with self._turning:

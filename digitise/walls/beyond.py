@@ -38,9 +38,9 @@ def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], 
         beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
         if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px, LEAST_BEYOND_PX):
             warnings.append(
-                f"the crack goes on beyond the end {listed(inward_px[:1])} px for about "
+                f"the crack continues beyond the end {listed(inward_px[:1])} px for about "
                 f"{beyond_px * photo.mm_per_px:.1f} mm ({beyond_px:.0f} px), which are not part of the result: give "
-                "the crack's own end in ends_px to include all of it"
+                "the crack's real end in ends_px to include them"
             )
     return warnings
 

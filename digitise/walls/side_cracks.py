@@ -133,7 +133,7 @@ def with_branches(
     elif measured:
         are, them = ("is", "it") if len(measured) == 1 else ("are", "them")
         count = _count([line for line, _ in measured])
-        warnings.insert(0, f'{count} {are} left out; branches = "keep" keeps {them}')
+        warnings.insert(0, f'{count} {are} left out; set branches = "keep" to include {them}')
     return replace(
         outline,
         **photo.in_both_units(outline=ring_mm),

@@ -31,8 +31,8 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
     if share <= WORTH_SAYING:
         return []
     return [
-        f"{share:.0%} of the crack is under {MIN_WIDTH_PX:g} px wide, where width and volume are "
-        f"uncertain: {places}; take a closer photo to measure it"
+        f"{share:.0%} of the crack is under {MIN_WIDTH_PX:g} px wide, so that its width and volume are uncertain "
+        f"there: {places}; take a closer photo to measure it"
     ]
 
 
@@ -49,8 +49,9 @@ def _narrow(photo: Photo, centreline_mm: Floats, width_mm: Floats, limit_px: flo
     bounds = np.flatnonzero(np.diff(narrow)).reshape(-1, 2) - (0, 1)
     stretches = [(first, last) for first, last in bounds if s_mm[last] - s_mm[first] > LEAST * least_mm]
     places = (
-        f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along, from {listed(photo.to_px(centreline_mm[[first, last]]))} px, "
-        f"about {np.median(width_px[first : last + 1]):.1f} px wide"
+        f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along the crack, from "
+        f"{listed(photo.to_px(centreline_mm[[first, last]]))} px, about {np.median(width_px[first : last + 1]):.1f} "
+        "px wide"
         for first, last in stretches
     )
     return sum(float(s_mm[last]) - float(s_mm[first]) for first, last in stretches) / float(s_mm[-1]), "; ".join(places)

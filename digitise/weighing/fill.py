@@ -45,7 +45,9 @@ class WeighedFill(Settings):
     def _file_or_columns(self) -> Self:
         given = [name for name in ("mass_g", "level_mm") if getattr(self, name) is not None]
         if self.file is None and len(given) < 2:
-            raise ValueError("give file, a CSV with the columns mass_g and level_mm, or both columns")
+            raise ValueError(
+                "give either file, a CSV with the columns mass_g and level_mm, or both mass_g and level_mm"
+            )
         if self.file is not None and given:
             raise ValueError(f"{given[0]} and file are both given, and file has that column: give one")
         if given and (fault := _fault(self.mass_g or (), self.level_mm or ())):
@@ -87,7 +89,11 @@ class WeighedFill(Settings):
 def _fault(masses_g: Sequence[float], levels_mm: Sequence[float]) -> tuple[int, str, str] | None:
     """Return row from 0, column and reason of the first invalid value, or None."""
     if len(masses_g) != len(levels_mm):
-        return min(len(masses_g), len(levels_mm)), "mass_g, level_mm", "one of the two has more rows"
+        return (
+            min(len(masses_g), len(levels_mm)),
+            "mass_g, level_mm",
+            "one column has more rows than the other; give both values in every row",
+        )
     for name, values in (("mass_g", masses_g), ("level_mm", levels_mm)):
         low, high = BOUNDS[name]
         for row, value in enumerate(values):

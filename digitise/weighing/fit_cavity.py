@@ -151,9 +151,9 @@ def _require_likeness(walls: _Walls, fill: WeighedFill) -> None:
     poured_mm3 = float(fill.volume_mm3[-1])
     if not upright_mm3 / LIMITS.unlike < poured_mm3 < LIMITS.unlike * upright_mm3:
         raise InputError(
-            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, and upright walls contain "
-            f"{upright_mm3 / 1e3:.3g} ml there: check that masses are in grams and of the liquid alone, the density, "
-            "depth_mm and the photo's scale."
+            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, but upright walls would take "
+            f"{upright_mm3 / 1e3:.3g} ml. Check that masses are in grams and of the liquid only, and check the "
+            "density, depth_mm and the photo's scale."
         )
 
 
@@ -256,8 +256,8 @@ def _against_tilt(walls: _Walls, fill: WeighedFill, prior_sd: Floats, free: Bool
         ]
     way, other = ("close", '"funnel" or "flare"') if closes else ("open", '"undercut"')
     return [
-        f'The weighed fill shows walls that {way} on the way down by {angle}, and tilt = "{shape.tilt}" keeps their '
-        f"distance: choose {other}."
+        f'The weighed fill shows walls that {way} downward by {angle}, but tilt = "{shape.tilt}" keeps their distance '
+        f"constant: choose {other}."
     ]
 
 
@@ -286,14 +286,15 @@ def _contradictions(fit: _Fit, prior_sd: Floats) -> list[str]:
         if abs(off_mm := fit.unknown[index]) > LIMITS.far * prior_sd[index]:
             way = "more" if off_mm > 0 else "less"
             findings.append(
-                f"The weighed fill contradicts {name}: it needs {abs(off_mm):.2f} mm {way}, and the uncertainty "
-                f"({what}) is {prior_sd[index]:.2f} mm."
+                f"The weighed fill contradicts {name}: it needs {abs(off_mm):.2f} mm {way}, but the standard "
+                f"uncertainty ({what}) is {prior_sd[index]:.2f} mm."
             )
     if fit.probability < LIMITS.least_probability:
         worst = int(np.argmax(np.abs(fit.misfit_mm3 / fit.misfit_sd_mm3)))
         findings.append(
             f"The steps of the weighed fill do not fit straight walls: step {worst + 1} is off by "
-            f"{fit.misfit_mm3[worst] / 1e3:+.3f} ml, and its uncertainty is {fit.misfit_sd_mm3[worst] / 1e3:.3f} ml."
+            f"{fit.misfit_mm3[worst] / 1e3:+.3f} ml, but its standard uncertainty is "
+            f"{fit.misfit_sd_mm3[worst] / 1e3:.3f} ml."
         )
     return findings
 

@@ -129,7 +129,7 @@ def read_readings(
         given_as = "array"
         if useless := [name for name in OF_A_FILE if given[name] is not None]:
             raise InputError(
-                f"read_readings: {useless[0]} is about the format of a file, and an array has none. Omit it."
+                f"read_readings: {useless[0]} describes the format of a file, but an array has no format. Omit it."
             )
         numbers = _as_numbers(readings)
         profile, digest = take_readings(numbers, settings, length_mm, depth_mm), sha256_of(numbers)
@@ -167,7 +167,9 @@ def _read_rows(
 
     table = [names, *([*row] for row in rows)]
     if ragged := [number for number, row in enumerate(table) if len(row) != len(names)]:
-        raise InputError(f"read_readings: row {ragged[0]} has {len(table[ragged[0]])} cells, columns has {len(names)}.")
+        raise InputError(
+            f"read_readings: row {ragged[0]} has {len(table[ragged[0]])} cells, but columns has {len(names)} names."
+        )
     with TemporaryDirectory() as scratch:
         file = Path(scratch) / "readings.csv"
         with file.open("w", encoding="utf-8", newline="") as sheet:

@@ -35,8 +35,9 @@ LEAST_BUDGET = 40
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
 STRESS, THICKNESS = "fluid.yield_stress_pa", ("fluid.viscosity_pa_s", "fluid.U")
 NOT_FOR = (
-    "another particle radius or number of substeps: at one viscosity, radii of 0.6 and 0.8 mm differ by 0.5 to 0.8 mm",
-    "a setting by itself that is not identified: the readings support only predictions of the whole posterior",
+    "another particle radius or number of substeps: at the same viscosity, levels at radii of 0.6 and 0.8 mm differ "
+    "by 0.5 to 0.8 mm",
+    "the value of a setting that is not identified: the readings support only predictions from the whole posterior",
     "another paste, or the same paste at another age or temperature",
 )
 
@@ -120,11 +121,11 @@ def _checked(
         if name not in SETTINGS:
             raise InputError(f"--free {no_such_setting(name)}.")
         if not low < high:
-            raise InputError(f"--free {name}={low:g}:{high:g}: the first end must be below the second.")
+            raise InputError(f"--free {name}={low:g}:{high:g}: the lower end must be below the upper end.")
         if len(trials) > 1 and name.partition(".")[0] in OF_A_POUR:
             raise InputError(
-                f"--free {name}: differs between the {len(trials)} pours, but free settings are shared by all trials. "
-                "Measure it and leave it out, or calibrate one trial."
+                f"--free {name}: its value differs between the {len(trials)} pours, but free settings are shared by "
+                "all trials. Measure it and leave it out, or calibrate one trial."
             )
     roles: dict[Literal["held-out", "calibrated-on"], Sequence[Path]] = {"held-out": trials, "calibrated-on": held_out}
     for wrong, group in roles.items():
@@ -329,7 +330,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
     basis = ["readings that nobody measured (EMULATED)"] if calibrated.emulated else []
     basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw")
     if not error_pa:
-        basis.append("the yield stress was not free and has no stated uncertainty: no interval")
+        basis.append("the yield stress was not free and has no stated uncertainty, so it has no interval")
     if others := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, *THICKNESS)]:
         basis.append(f"fitted together with {', '.join(others)}: set them too")
     if unidentified := [one.free.name for one in calibrated.marginals if not one.identified]:

@@ -118,7 +118,7 @@ class CheckedCommand(TyperCommand):
         except typer.TyperException as fault:
             option = getattr(fault, "option_name", "")
             if spelling := removed_options().get(self.name or "", {}).get(option):
-                ctx.fail(f"{option}: now {spelling}")
+                ctx.fail(f"{option} was removed: give {spelling}")
             raise
         for option in given:
             one = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)

@@ -266,7 +266,11 @@ def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
         lines = [f"No sample is sound yet, of {counted(every, 'sample')}."]
     lab, questions = shown(ingested.lab), any(each.sample.questions or each.asked for each in ingested.outcomes)
     if ingested.dry_run:
-        where = f" Without --dry-run, {lab}/{PAIRING} is written, to answer the questions in." if questions else ""
+        where = (
+            f" To answer the questions, repeat the command without --dry-run and edit {lab}/{PAIRING}."
+            if questions
+            else ""
+        )
         return [*lines, f"Dry run: nothing was written.{where}"]
     if questions:
         lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")

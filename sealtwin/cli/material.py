@@ -69,7 +69,8 @@ def material(
     start_mm: Annotated[
         Text,
         option(
-            "Start of the nozzle's path, from the frame opening's lower left corner, to measure the pump's delay.",
+            "Start of the nozzle's path, in mm from the lower left corner of the frame's opening, to measure the "
+            "pump's delay.",
             "X,Y",
         ),
     ] = None,
@@ -116,7 +117,7 @@ def material(
         doubt = f"standard uncertainty {identified.viscosity_error_percent:.0f} %"
         lines.append(f"Viscosity {identified.viscosity_pa_s:.3g} Pa s, {doubt}.")
     lines += [f"{text[0].upper()}{text[1:]}." for text in identified.basis] + [*measured.sentences]
-    lines.append(f'{out}: in a trial, [fluid] material = "{out.name}".')
+    lines.append(f'{out}: to use it, write [fluid] material = "{out.name}" in a trial.')
     content = {"version": 1, "file": out.as_posix(), **identified.model_dump(mode="json"), **measured.figures}
     command.reply(Answer(content, lines))
 
@@ -151,7 +152,9 @@ def _photo_and_time(text: str) -> tuple[Path, float]:
     try:
         seconds = read_number(time)
     except ValueError as fault:
-        raise typer.BadParameter(f"--early {text}: {fault}; write it as in photo.jpg@1.5") from None
+        raise typer.BadParameter(
+            f"--early {text}: {fault}; give the photo and the time in seconds, as in photo.jpg@1.5"
+        ) from None
     if not name or not 0.05 <= seconds <= 3600:
         raise typer.BadParameter(f"--early {text}: give a photo and 0.05 to 3600 seconds, as in photo.jpg@1.5")
     return Path(name).resolve(), seconds

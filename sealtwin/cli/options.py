@@ -47,7 +47,7 @@ def read_number(text: str, *, comma: bool = True) -> float:
     if not WRITTEN.fullmatch(text) or ("," in text and not comma):
         raise ValueError("expected a number such as 0.1" + (" or 0,1" if comma else ""))
     if THOUSANDS.fullmatch(text):
-        raise ValueError(f"{text.replace(',', '.')} or {text.replace(',', '')}? Write it without the comma")
+        raise ValueError(f"the comma is ambiguous: give {text.replace(',', '.')} or {text.replace(',', '')}")
     value = float(text.replace(",", "."))
     if not math.isfinite(value):
         raise ValueError("expected a finite number")
@@ -125,7 +125,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
             raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and {column} must both be numbers, in mm.")
         checked(bounds, path, dict(zip(cells, row, strict=True)), lambda _, place=place: str(place))
         if rows and row[0] <= rows[-1][0]:
-            raise InputError(f"{place}: s_mm = {row[0]:g} after {rows[-1][0]:g}; list the rows by increasing s_mm.")
+            raise InputError(f"{place}: s_mm = {row[0]:g} follows {rows[-1][0]:g}; list the rows by increasing s_mm.")
         rows.append(row)
     if not rows:
         raise InputError(f"{path}: no rows below its header; give s_mm and {column} in every row, in mm.")
@@ -201,8 +201,8 @@ SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)
 SET = typer.Option(
     "--set",
     metavar="TABLE.KEY=VALUE",
-    help="Any setting of a trial file, with its value in TOML or as a bare word; replaces the file's value for this "
-    'call, may be repeated: --set crack.tilt=flare --set "photo.ruler_px=[[0,0],[100,0]]"',
+    help="Any setting of a trial file, with its value in TOML or as a bare word. It replaces the file's value for "
+    'this call. May be repeated: --set crack.tilt=flare --set "photo.ruler_px=[[0,0],[100,0]]"',
 )
 
 
@@ -264,7 +264,9 @@ def _setting(text: str) -> tuple[str, Any]:
             f"--set {text:.80}: {key} is a table; give its settings one by one, in the form {key}.KEY=VALUE"
         )
     if "," in value and WRITTEN.fullmatch(value) and takes_list(Trial, key):
-        raise typer.BadParameter(f"--set {text:.80}: {value.replace(',', '.')} or [{value}]? Write one of them")
+        raise typer.BadParameter(
+            f"--set {text:.80}: the comma is ambiguous: give {value.replace(',', '.')} or [{value}]"
+        )
     return key, _with_whole_names(key, _value(value))
 
 

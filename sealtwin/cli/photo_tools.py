@@ -17,7 +17,8 @@ def markers(
     out: Annotated[Path, option("File of the page to print, .pdf or .svg.", "FILE")],
     size_mm: Annotated[float, number_option("Outer edge of a marker's black square.", 5, 200)] = 16.0,
     dictionary: Annotated[
-        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"], option("Kind of the markers.")
+        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"],
+        option("Dictionary of the markers: cells across and number of markers, or an AprilTag family."),
     ] = "4x4_50",
     count: Annotated[
         Literal["4", "8"], option("4: at the corners of the face; 8: also in the middle of its sides.")
@@ -56,7 +57,8 @@ def markers(
 def trace(
     command: Command,
     target: Annotated[
-        Path, argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without a trial, or a folder of either.")
+        Path,
+        argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without a trial, or a folder with trials or photos."),
     ],
     settings: Given,
     port: Annotated[int | None, count_option("Port of the page; default: any free port.", 1024, 65535)] = None,
@@ -89,7 +91,7 @@ def trace(
         try:
             page.wait()
         except KeyboardInterrupt:
-            command.interrupted("what was saved is kept." if page.saved else "nothing was saved.")
+            command.interrupted("saved photos remain saved." if page.saved else "nothing was saved.")
     saved = page.saved
     if len(sheets) > 1:
         listed = [{"file": one["file"], "changed": one["changed"]} for one in saved]

@@ -13,7 +13,9 @@ from sealtwin.core.errors import present
 @answers(device=True)
 def plan(
     command: Command,
-    trial: Annotated[Path, argument("TRIAL", "A trial.toml with a path, and a sealant that does not age.")],
+    trial: Annotated[
+        Path, argument("TRIAL", "A trial.toml with a path and with a sealant whose properties do not change with age.")
+    ],
     settings: Given,
     out: Annotated[File, option("The plan's folder; default: reports/<trial name>-plan.", "DIR")] = None,
     cell: Annotated[

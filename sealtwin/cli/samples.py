@@ -16,7 +16,7 @@ LEAST_MM, MOST_MM = 0.1, 500.0
 """Limits of a drawn crack's depth and width, equal to those of [crack] depth_mm."""
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
-    "Draw a rectangle round the crack, or no rectangle: the block then extends 12 mm beyond the crack.",
+    "Draw a rectangle around the crack, or draw none: the block then extends 12 mm beyond the crack.",
 )
 IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
     "outline": ("", "Correct the drawn lines there."),
@@ -64,7 +64,7 @@ def digitise(
     ],
     settings: Given,
     out: Out = None,
-    jobs: Annotated[int, count_option("Photos digitised at the same time.", 1, 64)] = 1,
+    jobs: Annotated[int, count_option("Number of photos digitised at the same time.", 1, 64)] = 1,
 ) -> None:
     """Turn a photo into a watertight crack mesh and a nozzle path.
 
@@ -89,8 +89,8 @@ def digitise(
         return
     if of_one := sorted(filter(_is_of_one_photo, settings)):
         raise typer.BadParameter(
-            f"{', '.join(of_one)} for several photos: put it into a trial file with the photo's name and .toml, "
-            "in the photo's folder; 'sealtwin trace' writes one"
+            f"{', '.join(of_one)} cannot be given for several photos: put it into a trial file with the photo's name "
+            "and .toml, in the photo's folder; 'sealtwin trace' writes one"
         )
     if out is None:
         raise typer.BadParameter("several photos need --out, the folder for all of them")

@@ -102,7 +102,11 @@ def sweep(
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
     batch: Annotated[
         int | None,
-        count_option(f"Runs in one launch, if only the fluid differs; default: 1, or {LAUNCH} on a GPU.", 1, 4096),
+        count_option(
+            f"Number of runs in one launch, which may differ only in the fluid; default: 1, or {LAUNCH} on a GPU.",
+            1,
+            4096,
+        ),
     ] = None,
     scheduler: Annotated[
         Text,
@@ -115,7 +119,7 @@ def sweep(
     keep_runs: Annotated[bool, flag("--keep-runs", "Also keep the particles of each run.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
     dry_run: Annotated[
-        bool, flag("--dry-run", "Check all settings, digitise, estimate the time; run no fluid.")
+        bool, flag("--dry-run", "Check all settings, digitise and estimate the time, but run no fluid.")
     ] = False,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
 ) -> None:
@@ -208,9 +212,9 @@ def calibrate(
         list[Path] | None, option('A trial to predict and compare, with the role "held-out"; may be repeated.', "TRIAL")
     ] = None,
     budget: Annotated[
-        int, count_option("Runs of each trial. With fewer, intervals would be too narrow.", LEAST_BUDGET, 400)
+        int, count_option("Runs of each trial; fewer would make the intervals too narrow.", LEAST_BUDGET, 400)
     ] = LEAST_BUDGET,
-    out: Annotated[File, option("The folder; default: reports/<trial name>-calibrated.", "DIR")] = None,
+    out: Annotated[File, option("Folder for the calibration; default: reports/<trial name>-calibrated.", "DIR")] = None,
     date: Annotated[Text, option("Day of the calibration; default: today.", "YYYY-MM-DD")] = None,
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
 ) -> None:
@@ -317,7 +321,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.sheet.cautions,
-        f"{chart.name}: {len(chart.runs)} runs against {chart.readings.source}.",
+        f"{chart.name}: {len(chart.runs)} runs compared with {chart.readings.source}.",
         f"Nearest to the readings: run {best.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
         chart.beside_baselines,
         chart.flatness,

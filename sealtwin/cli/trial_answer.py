@@ -89,7 +89,7 @@ def result_lines(result: "TrialResult", last: "StageName") -> list[str]:
     if result.comparison is not None:
         lines += _compared(result.comparison)
     elif result.edited:
-        lines.append(f"Edited by hand since: {', '.join(result.edited)}.")
+        lines.append(f"Edited by hand after they were written: {', '.join(result.edited)}.")
     if result.comparison is None:
         lines.append(_without_readings(result.prediction))
     if result.earlier_trials is not None:
@@ -158,7 +158,7 @@ def _compared(comparison: "Comparison") -> list[str]:
     worst = f"Worst error: {comparison.worst_error_mm:.2f} mm (at s = {comparison.worst_at_mm:.2f} mm)"
     if (station := comparison.worst_at_a_station) is not None:
         at_station = f"{station.error_mm:.2f} mm (at s = {station.s_mm:.2f} mm)"
-        worst += f", where there is no reading; at a station at most {at_station}"
+        worst += f", where there is no reading; the worst at a station is {at_station}"
     runs = [] if comparison.uncertainty is None else _extra_runs(comparison.uncertainty)
     return [*comparison.headline, f"{worst}.", *runs, *comparison.findings]
 
@@ -174,11 +174,11 @@ def _extra_runs(uncertainty: "ErrorUncertainty") -> Iterator[str]:
         radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes.radii_mm)
         runs = ", ".join(map(str, error.runs))
         band = f"± {error.band:.2f} mm (95 %)"
-        yield f"Particle size: mean error {errors} mm at radii of {radii} mm, by {runs} runs: {band}."
+        yield f"Particle size: mean error {errors} mm at radii of {radii} mm, from {runs} runs: {band}."
     if inputs := uncertainty.inputs:
         effects = ", ".join(f"{INPUTS[one.name][0]} {one.mean_level_mm:+.2f} mm" for one in inputs)
         how = MODELS[inputs[0].model]
-        yield f"Effect on the mean level {how} of each input, raised by a standard uncertainty: {effects}."
+        yield f"Effect on the mean level {how} of each input, if it is larger by one standard uncertainty: {effects}."
 
 
 def _without_readings(prediction: "PredictedLevel | None") -> str:

@@ -55,7 +55,8 @@ def robot(
     formats: Annotated[
         str | None,
         option(
-            "txt, csv, spel, gcode, urscript, or all that the cell has tables for; default: the cell's formats.",
+            "txt, csv, spel, gcode or urscript; all: each format that has a table in the cell. Default: the cell's "
+            "formats.",
             "A,B|all",
             "--format",
         ),
@@ -158,7 +159,7 @@ def demo(
 
     folder = out or Path("reports", "demo")
     place_paper_trial(folder / "trial")
-    command.say(f"The trial that runs: {folder / 'trial' / 'trial.toml'}")
+    command.say(f"Trial file: {folder / 'trial' / 'trial.toml'}")
     run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
 
 

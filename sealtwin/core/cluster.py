@@ -30,7 +30,7 @@ from sealtwin.core.errors import InputError
 
 TRIES = 3  # Number of workers that a task may kill before it counts as lost
 KILLED = f"{TRIES} worker processes were killed while they computed it, most likely because memory ran out"
-NOT_STARTED = "no worker process could start; a script must call sealtwin below: if __name__ == '__main__'"
+NOT_STARTED = "no worker process could start; call sealtwin in a script only below the line: if __name__ == '__main__'"
 WORKER_ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"),
     # Memory that a run frees goes back to the system.

@@ -24,7 +24,7 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     names += [f"{'optionally' if needed else 'any of'} {', '.join(others)}"] if others else []
     expected = f"a CSV in UTF-8 with columns {', and '.join(names)}, separated by commas"
     if path.is_dir():
-        raise InputError(f"{path}: a folder; expected {expected}.")
+        raise InputError(f"{path}: is a folder; expected {expected}.")
     if not path.is_file():
         raise InputError(f"{path}: no such file; expected {expected}.")
     if path.stat().st_size > LARGEST_BYTES:

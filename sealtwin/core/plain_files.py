@@ -27,11 +27,11 @@ def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
     with naming(path):
         status = path.stat()
     if stat.S_ISDIR(status.st_mode):
-        raise InputError(f"{as_text(path)}: a folder; expected a file. Move it away, and run the stage again.")
+        raise InputError(f"{as_text(path)}: is a folder; expected a file. Move it away, and run the stage again.")
     if not stat.S_ISREG(status.st_mode):
         raise InputError(
-            f"{as_text(path)}: a device or a pipe, or a link to one; expected a file. Put a copy of the file in its "
-            "place, or delete it and run its stage again."
+            f"{as_text(path)}: is a device or a pipe, or a link to one; expected a file. Put a copy of the file in "
+            "its place, or delete it and run its stage again."
         )
     if status.st_size > largest_bytes:
         raise InputError(

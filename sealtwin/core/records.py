@@ -247,7 +247,7 @@ class Sections:
         Raises ValueError for straight walls: their areas follow from their angles.
         """
         if self.levels_mm is None or self.below_mm2 is None:
-            raise ValueError("no areas by level: the walls are straight")
+            raise ValueError("sections with straight walls have no table of areas by level")
         columns = np.array([np.interp(s_mm, self.s_mm, area_mm2) for area_mm2 in self.below_mm2.T])
         step_mm = self.levels_mm[1] - self.levels_mm[0]
         place = np.clip((level_mm - self.levels_mm[0]) / step_mm, 0.0, len(self.levels_mm) - 1.0)

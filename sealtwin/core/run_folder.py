@@ -208,7 +208,7 @@ def require_folder(path: Path) -> None:
         raise InputError(f"{as_text(path)}: its name is not UTF-8; rename it, or give another --out.")
     for part in (path, *path.parents):
         if part.exists() and not part.is_dir():
-            raise InputError(f"{part}: a file; --out must be a folder, new or from an earlier run.")
+            raise InputError(f"{part}: is a file, but --out must be a folder, new or from an earlier run.")
 
 
 def refuse_links(path: Path) -> None:
@@ -216,7 +216,8 @@ def refuse_links(path: Path) -> None:
     for part in path.iterdir() if path.is_dir() else ():
         if part.is_symlink() and part.is_dir() and not part.resolve().is_relative_to(path.resolve()):
             raise InputError(
-                f"{part}: a link to a folder elsewhere, and files would be written there. Replace it by a folder."
+                f"{part}: is a link to a folder elsewhere, so files would be written there. Replace the link by a "
+                "folder."
             )
 
 

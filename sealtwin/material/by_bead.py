@@ -97,15 +97,16 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     section = flow / laid.speed_mm_s
     if (long := volume / section**1.5) < SHORTEST:
         raise InputError(
-            f"the bead is {volume / section:.0f} mm of {section:.3g} mm², {long:.1f} times the square root of its "
-            f"section (at least {SHORTEST:g}): its ends drain its middle. Lay a longer bead, or less paste per mm."
+            f"the bead is {volume / section:.0f} mm long with a section of {section:.3g} mm²; its length is "
+            f"{long:.1f} times the square root of its section, but at least {SHORTEST:g} are needed, since paste "
+            "flows from the middle towards the ends. Lay a longer bead, or less paste per mm."
         )
     if stiffness > STIFFEST:
         slower = laid.speed_mm_s * (STIFFEST / stiffness) ** 2
         raise InputError(
-            f"with {stress:.2g} Pa a bead of {section:.3g} mm² nearly keeps the shape in which it was laid, and "
-            f"does not show its yield stress: lay it at {slower:.2g} mm/s or slower for the same flow and at least "
-            f"{SHORTEST * np.sqrt(flow / slower):.0f} mm long, or spread a cone of the paste."
+            f"with a yield stress of {stress:.2g} Pa, a bead of {section:.3g} mm² nearly keeps the shape in which it "
+            f"was laid, so it does not show its yield stress. Lay it at {slower:.2g} mm/s or slower with the same "
+            f"flow, at least {SHORTEST * np.sqrt(flow / slower):.0f} mm long, or spread a cone of the paste."
         )
     if not stress > 0:
         raise InputError(
@@ -214,7 +215,7 @@ def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callabl
     ]
     if delay is not None:
         sentences.append(
-            f"It began {delay.value:.2f} s late, 95 % {delay.interval[0]:.2f} to {delay.interval[1]:.2f} s."
+            f"The pump began {delay.value:.2f} s late, 95 % {delay.interval[0]:.2f} to {delay.interval[1]:.2f} s."
         )
     sentences.append(f"Row for pump.csv ({','.join(row)}): {','.join(f'{value:g}' for value in row.values())}")
     return MeasuredPaste(material, figures, sentences)

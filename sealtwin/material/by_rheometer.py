@@ -24,9 +24,11 @@ WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress
 MOST_MISS = 0.2  # Largest RMS of the misfit over the stress: above it the curve is not a line
 BY_HAND = "by hand in [fluid], and note how they were found"
 NOT_FOR = (
-    "shear rates outside the measured range, above all lower ones, where the paste's curve leaves the line",
+    "shear rates outside the measured range, in particular lower ones, at which the paste's curve deviates from the "
+    "line",
     "a paste of another age, batch or temperature",
-    "comparison with a number from another geometry, unless both are named: rheometers differ by more than repeats",
+    "comparison with a number from another geometry, unless both geometries are named: rheometers differ by more "
+    "than repeats on one of them",
 )
 
 

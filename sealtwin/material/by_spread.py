@@ -221,7 +221,7 @@ def material_of(
     thickness = None
     if early:
         blobs = [(measure_spread(photo.model_copy(update={"file": file}), Path()), at_s) for file, at_s in early]
-        note("Simulating the slump once more, for its course in time.")
+        note("Simulating the slump again to get its radius over time.")
         thickness = viscosity(heap, stress, blobs)
     way = "slump of a cone simulated with particles" if stress.replayed else "spread, closed form with stretching"
     small, large = spread.diameters_mm

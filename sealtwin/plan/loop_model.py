@@ -22,7 +22,7 @@ from simulate.slot.sections import Trapezoids
 from simulate.steered import SteeredPour
 
 VERSION = 2  # Version of the tables, part of their key
-REMEDY = "Delete it; 'sealtwin loop PLAN --emulate FAULTS' makes the tables anew."
+REMEDY = "Delete it; 'sealtwin loop PLAN --emulate FAULTS' computes the tables again."
 
 
 @dataclass(frozen=True)

@@ -215,7 +215,10 @@ def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopSta
     estimates = ("flow", flow, FLOW_BOUNDS), ("material", float(np.exp(material)), MATERIAL_BOUNDS)
     for name, value, (low, high) in estimates:
         if not low <= value <= high:
-            stopped = f"{name} estimate {value:.2f} outside {low:g} to {high:g}: a blocked nozzle, or another paste?"
+            stopped = (
+                f"the {name} estimate {value:.2f} is outside {low:g} to {high:g}: check for a blocked nozzle or "
+                "another paste"
+            )
     left_mm2 = np.where(covered, measured_mm2 - flow * given - material * by_material, 0.0)
     near = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2) * covered
     left_mm2 = np.where(covered, near @ left_mm2 / np.maximum(near.sum(axis=1), 1e-12), 0.0)

@@ -36,7 +36,7 @@ from sealtwin.trial.trial_file import Trial, load_trial
 
 TABLES, PAGE = "loop.json", "loop.html"
 SAME = 1e-6  # Relative difference of numbers that counts as rounding on another machine
-ANOTHER_LOG = "Give the log as 'sealtwin loop PLAN --emulate FAULTS' or your controller wrote it."
+ANOTHER_LOG = "Give the unchanged log of 'sealtwin loop PLAN --emulate FAULTS' or of your controller."
 REFERENCE_SEED = 100  # Added to the trial's seed for the particles of the tables
 
 
@@ -114,14 +114,16 @@ def loop_versions(folder: Path) -> list[str]:
     """Return a sentence about a loop's tables, and one about its plan, if other stage numbers computed them."""
     tables, own, sentences = read_model(folder / TABLES), numbers_up_to("simulate"), list[str]()
     if other := other_numbers(tables.stage_numbers, own):
-        again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' makes them anew."
+        again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' computes them again."
         sentences.append(f"{shown(folder)}: the tables of its loop were computed by {other}. {again}")
     return [*sentences, *(_plan_versions(folder) if holds_study(folder / VERIFICATION) else [])]
 
 
 def _plan_versions(folder: Path) -> list[str]:
     other = other_numbers(read_plan(folder / VERIFICATION).numbers, numbers_up_to("simulate"))
-    return [f"{shown(folder)}: its plan was computed by {other}. 'sealtwin plan TRIAL' plans anew."] if other else []
+    return (
+        [f"{shown(folder)}: its plan was computed by {other}. 'sealtwin plan TRIAL' makes a new plan."] if other else []
+    )
 
 
 def passes_of(sample: Sample, trial: Trial) -> TwoPasses:

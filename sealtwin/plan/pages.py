@@ -46,7 +46,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     columns = ("s_mm", "speed_mm_s", "flow_mm3_s")
     flow = Numbers(columns, np.column_stack([getattr(it, column) for column in columns]).tolist())
     if (band_mm := planned.band_95_mm) is not None:
-        band = [(f"95 % band of a run, half-width, by {len(planned.misfits)} runs", f"{band_mm:.2f} mm")]
+        band = [(f"half-width of the 95 % band of a run, from {len(planned.misfits)} runs", f"{band_mm:.2f} mm")]
     sheet = FigureSheet(
         title=f"Plan: {name}",
         lead="Flow and speed along the path, chosen by the fast model and judged by particles. No number is measured.",
@@ -89,9 +89,9 @@ def plan_finding(planned: Planned) -> str:
         for one in planned.low_stretches
     )
     return (
-        f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, by particles; "
-        f"with {better.name}, the better baseline, {better.misfit.under_mm3:.0f} and {better.misfit.over_mm3:.0f}."
-        + (f" {low[0].upper()}{low[1:]}." if low else "")
+        f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, according to "
+        f"particles; the better baseline ({better.name}) has {better.misfit.under_mm3:.0f} mm3 and "
+        f"{better.misfit.over_mm3:.0f} mm3." + (f" {low[0].upper()}{low[1:]}." if low else "")
     )
 
 
@@ -148,11 +148,11 @@ def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) ->
         for line in poured.lines
     ]
     columns = ("t_s", "flow estimate", "material estimate", "flow now (mm3/s)")
-    caption, numbers = "Flow and material over the plan's.", Numbers(columns, rows)
+    caption, numbers = "Flow and material, each divided by the value in the plan.", Numbers(columns, rows)
     stopped = [f"It stopped: {content['stopped']}."] if content["stopped"] else []
     sheet = FigureSheet(
         title="Correction of a fill during the pour: EMULATED",
-        lead="Particles with hidden faults stand for reality, and the sensor is emulated: no number is measured.",
+        lead="Particles with hidden faults represent reality, and the sensor is emulated: no number is measured.",
         cautions=[*content["other_versions"], *content["fluid_warnings"], *stopped],
         finding=loop_finding(content),
         key_figures=[
@@ -175,7 +175,7 @@ def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) ->
 def loop_finding(content: Mapping[str, Any]) -> str:
     return (
         f"EMULATED: {content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 are "
-        f"above it; after the first pass, both together were {content['after_first_pass_mm3']:.0f} mm3."
+        f"above it; after the first pass the sum of both was {content['after_first_pass_mm3']:.0f} mm3."
     )
 
 
@@ -197,5 +197,5 @@ def _estimates(rows: Sequence[tuple[float, float, float, float]]) -> Figure:
     for column, (name, colour) in enumerate((("flow", SIMULATED), ("material", MEASURED)), start=1):
         axes.plot([row[0] for row in rows], [row[column] for row in rows], color=colour, label=name)
     axes.legend(fontsize=8)
-    label_axes(axes, "t (s)", "over the plan's", "")
+    label_axes(axes, "t (s)", "ratio to the plan", "")
     return figure

@@ -62,7 +62,7 @@ class Estimate:
 
     @property
     def sentence(self) -> str:
-        basis = "by the runs that are done" if self.measured else "by a model; the first runs will correct it"
+        basis = "from the runs that are done" if self.measured else "from a model; the first runs will correct it"
         return (
             f"{self.runs} runs to compute: about {in_words(self.time_s)}, {in_words(self.processor_s)} of computing "
             f"time ({basis}), {self.memory_bytes / 1e9:.1f} GB of memory, {self.disk_bytes / 1e6:.1f} MB on disk."

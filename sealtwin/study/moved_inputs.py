@@ -138,7 +138,7 @@ def _fresh_pa_s(base: Base) -> float:
     if health.viscosity_pa_s is not None:
         return health.viscosity_pa_s
     if health.U is None or health.frame_s is None:
-        raise InputError(f"{base.path / 'simulation.json'}: health has no viscosity of the run. Simulate again.")
+        raise InputError(f"{base.path / 'simulation.json'}: health.viscosity_pa_s is missing. Simulate again.")
     return dynamic_viscosity(health.U, fluid.density_kg_m3, 4 * base.run.radius_mm * CM, health.frame_s)
 
 

@@ -196,7 +196,9 @@ def _unpickled(sample: bytes) -> Sample:
 def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> StudyRun:
     """Write the files of a run, with its outcome as the last one, and return the run with its outcome."""
     if isinstance(outcome, Lost):
-        outcome = Outcome("failed", 0.0, reason=f"{outcome.reason}: give fewer --jobs, and --retry.")
+        outcome = Outcome(
+            "failed", 0.0, reason=f"{outcome.reason}: repeat the command with fewer --jobs and with --retry."
+        )
     home = run_path(folder, run.key)
     if isinstance(outcome, Sealing):
         record_files.write_profile(home, outcome.profile)

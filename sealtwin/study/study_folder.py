@@ -166,7 +166,7 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
     """
     own = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
     others = _computed_by_others(plan, own)
-    return [f"{shown(folder)}: {others}. 'sealtwin sweep' with its study computes them anew."] if others else []
+    return [f"{shown(folder)}: {others}. 'sealtwin sweep' with its study computes them again."] if others else []
 
 
 def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
@@ -226,7 +226,7 @@ def resume(
     run if ``retry`` is True.
     """
     if holds_study(folder) and (others := _computed_by_others(read_plan(folder), plan.numbers)):
-        note(f"{folder}: {others}: they are computed again.")
+        note(f"{folder}: {others}, so they are computed again.")
     runs = []
     for run in (with_outcome(folder, run) for run in plan.runs):
         complete = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()

@@ -96,13 +96,13 @@ def map_study(
     plan = read_plan(folder)
     done = {run.number: run for run in plan.runs if run.state == "done"}
     if len(done) < FEWEST:
-        raise InputError(f"{folder}: {len(done)} of {len(plan.runs)} runs are done; a map needs {FEWEST}.")
+        raise InputError(f"{folder}: {len(done)} of {len(plan.runs)} runs are done; a map needs at least {FEWEST}.")
     ranked = [run for run in done.values() if any_volume or run.ranked]
     if len(ranked) < FEWEST:
         raise InputError(
-            f"{folder}: only {len(ranked)} of {len(done)} finished runs can be ranked: their volume is within 5 %, "
-            f"and the fast model, if used, is fit for the case. A map needs {FEWEST}. Finer particles or more substeps "
-            "keep the volume; --any-volume maps all runs."
+            f"{folder}: only {len(ranked)} of {len(done)} finished runs can be ranked; the others have a volume error "
+            f"over 5 %, or are unfit runs of the fast model. A map needs at least {FEWEST}. Use finer particles or "
+            "more substeps, or give --any-volume to map all runs."
         )
     chart = chart_of(folder, ranked, plan, caliper, data)
     fills: list[Fill] = []
@@ -137,8 +137,8 @@ def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Pr
         jobs = min(cores() if device == "cpu" else 1, len(waiting))
         time_s = sum(run.wall_s or 0.0 for run in waiting) / max(1, jobs)
         progress.note(
-            f"Computing {len(waiting)} runs again to draw how they fill, since a sweep writes no frames: about "
-            f"{in_words(time_s)}."
+            f"Computing {len(waiting)} runs again to draw how they fill, since a sweep writes no frames. This takes "
+            f"about {in_words(time_s)}."
         )
         progress.start("Computing again", len(waiting))
         tasks = ((run, (folder.resolve(), run, device)) for run in waiting)

@@ -64,7 +64,7 @@ def sweep(
     base = file.parent / study.trial
     given, trial = settings or {}, load_trial(base, settings)
     if twice := sorted({*(study.names & given.keys()), *replaced(trial, given, study.names)}):
-        raise InputError(f"--set {twice[0]}: {file} sets it too, or a setting that replaces it; change it there.")
+        raise InputError(f"--set {twice[0]}: {file} also sets this setting, or one that replaces it; change it there.")
     planned = plan_runs(study, file, trial)
     if planned[0].trial.fluid is None:
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
@@ -302,14 +302,15 @@ def screening(runs: Sequence[study_folder.StudyRun]) -> str:
     if not (fast := [run for run in runs if run.fast]):
         return ""
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
-    which = f"{unfit}, which are not ranked" if unfit else "none"
+    which = f"{unfit} of them, which are not ranked" if unfit else "none of them"
     return (
-        f"{_of_fast(len(fast), len(runs))}, for screening; confirm its levels with particles. It is unfit for {which}."
+        f"{_of_fast(len(fast), len(runs))}, which is for screening only: confirm its levels with particles. It is "
+        f"unfit for {which}."
     )
 
 
 def _of_fast(fast: int, runs: int) -> str:
-    return f"{fast} of {runs} runs are the fast model's"
+    return f"{fast} of {runs} runs are by the fast model"
 
 
 def _row(run: study_folder.StudyRun) -> dict[str, Any]:

@@ -29,7 +29,9 @@ from sealtwin.trial.trial_file import Trial
 if TYPE_CHECKING:
     from digitise.photo import Photo
 
-NO_SEALANT = "volume_ml is not given, and a path alone has no cavity: without a flow, no robot program is written"
+NO_SEALANT = (
+    "volume_ml is not given, and a path alone has no cavity, so the path has no flow and no robot program is written"
+)
 REFUSED = "refused.png"  # Picture of the findings in a photo that was refused; the next attempt deletes it
 
 
@@ -113,7 +115,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
         cracks = rivals.cracks
         with _with_picture(job, lambda: draw_cracks(photo, cracks)):
             raise
-    job.progress.advance(2, "tracing its walls")
+    job.progress.advance(2, "tracing the walls")
     with _with_picture(job, lambda: draw_way(photo, path)):
         outline = trace_outline(photo, path, settings)
     if crack is None or outline.width_source == "none":

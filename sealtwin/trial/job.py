@@ -86,7 +86,7 @@ def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[
         last = stage or (finished[-1] if finished else None)
         if last and (other := other_numbers(folder.numbers_of(last), numbers_up_to(last))):
             place = shown(folder.path)
-            sentences.append(f"{place}: computed by {other}. 'sealtwin run TRIAL --out {place}' computes it anew.")
+            sentences.append(f"{place}: computed by {other}. 'sealtwin run TRIAL --out {place}' computes it again.")
     return sentences
 
 
@@ -168,7 +168,7 @@ def begin_writing(job: Job, stage: StageName) -> None:
     programs = ("robot",) if stage == "digitise" else ()
     for stale in dict.fromkeys((stage, *programs, "validate")):
         for name in job.folder.clear(stale):
-            job.progress.warn(f"{stale}: a file was edited since this stage wrote it; yours is kept as {name}.")
+            job.progress.warn(f"{stale}: a file was edited since this stage wrote it; your version is kept as {name}.")
 
 
 def adopt_trial(job: Job) -> None:
@@ -233,7 +233,7 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
             f"Run {again} for these settings first."
         )
     if other := job.other_numbers(stage):
-        job.progress.warn(f"{job.path}: its {stage} files were computed by {other}. {again} computes them anew.")
+        job.progress.warn(f"{job.path}: its {stage} files were computed by {other}. {again} computes them again.")
     for name in job.folder.edited(stage):
         job.progress.warn(f"{name}: edited since {stage} wrote it; the edited file is used.")
     return {name: files.sha256(job.path / name) for name in names}

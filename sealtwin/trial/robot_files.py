@@ -186,7 +186,7 @@ def _head(report: dict[str, Any]) -> tuple[str, ...]:
         f"{report['made_by']}: nozzle path, cell {report['cell']}",
         f"trial {report['trial']}, run {report['run']}",
         f"path found by: {report['path_source']}{confirmed}",
-        *([f"edited by hand since: {', '.join(edited)}"] if edited else []),
+        *([f"edited by hand after they were written: {', '.join(edited)}"] if edited else []),
         *(f"{name} sha256 {digest}" for name, digest in report["inputs"].items()),
         f"{report['length_mm']:.2f} mm in {report['duration_s']:.2f} s, {report['sealant_mm3']:.1f} mm3, "
         f"{report['waypoints']} waypoints, at most {report['largest_speed_mm_s']:.3f} mm/s",

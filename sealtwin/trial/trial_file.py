@@ -90,15 +90,19 @@ class Trial(Settings):
             )
         if face is not None and sum(self.path.trims_mm) >= sum(face):
             raise ValueError(
-                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm, but no crack in this face is so long: give less"
+                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm, but no crack in this face is so long: give a "
+                "smaller path.trim_mm"
             )
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: a gate needs readings to compare with; add them or remove it")
         if self.crack is not None and self.crack.fill is not None and getattr(self.uncertainty, ANGLE) is not None:
-            raise ValueError(f"uncertainty.{ANGLE} cannot be combined with crack.fill, from which it follows: omit it")
+            raise ValueError(
+                f"uncertainty.{ANGLE} cannot be combined with crack.fill, which determines it: omit uncertainty.{ANGLE}"
+            )
         if self.path.weighed is not None and self.uncertainty.volume_ml is not None:
             raise ValueError(
-                "uncertainty.volume_ml cannot be combined with path.weighed, from which it follows: omit it"
+                "uncertainty.volume_ml cannot be combined with path.weighed, which determines it: omit "
+                "uncertainty.volume_ml"
             )
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
         if unknown := [name for name in fitted if name not in SETTINGS]:

@@ -145,8 +145,8 @@ def read_spread(job: Job) -> "Spread | None":
         return None
     if other := other_numbers(job.folder.numbers_of(UNCERTAINTY), job.numbers("validate")):
         job.progress.warn(
-            f"{job.path / SPREAD}: not used, since its extra runs were computed by {other}. "
-            f"'sealtwin validate {job.path} --uncertainty' computes them anew."
+            f"{job.path / SPREAD}: not used, since its extra runs were computed by {other}. 'sealtwin validate "
+            f"{job.path} --uncertainty' computes them again."
         )
         return None
     from validate.uncertainty.computed import Spread

@@ -72,7 +72,8 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
         if settings.substeps < many and settings.pressure == "two-level":
             raise InputError(
                 f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
-                f"{frame_s * 1e3:.3g} ms need at least {many}, or the fluid boils. Give as many, or leave substeps out."
+                f"{frame_s * 1e3:.3g} ms need at least {many}, or the fluid becomes unstable. Give at least {many}, "
+                "or leave substeps out."
             )
         return settings.substeps
     return few if iterations_for(settings, fluid, frame_s, few).carried else many
@@ -358,7 +359,7 @@ class FluidSolver:
         """Return the present number of movers. The host waits for it. Raises RuntimeError if it exceeds the rows."""
         moving, room = self.movers.number(), len(self.lists.fluid_count)
         if moving > room:
-            raise RuntimeError(f"{moving} particles move, and there is room for {room}.")
+            raise RuntimeError(f"{moving} particles move, but there is room for only {room}.")
         return moving
 
     def predict(self) -> None:

@@ -75,20 +75,21 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     asked_mm3 = np.concatenate([[0.0], np.cumsum(flow_mm3_s * np.diff(trajectory.t_s))])
     if not (np.isfinite(asked_mm3).all() and (flow_mm3_s >= 0).all() and asked_mm3[-1] >= volume_mm3):
         raise InputError(
-            f"trajectory: its flow gives {asked_mm3[-1]:g} mm3 of sealant; at least {volume_mm3:.3f} mm3, one particle "
-            f"of radius {radius_mm:g} mm, is needed, and a flow must not be negative. Check flow_mm3_s and t_s."
+            f"trajectory: its flow gives {asked_mm3[-1]:g} mm3 of sealant; at least {volume_mm3:.3f} mm3 is needed, "
+            f"the volume of one particle of radius {radius_mm:g} mm, and no flow may be negative. Check flow_mm3_s "
+            "and t_s."
         )
     particles = round(asked_mm3[-1] / volume_mm3)
     if particles > PARTICLES_AT_MOST:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: {asked_mm3[-1]:g} mm3 of sealant need {particles} particles, "
-            f"and at most {PARTICLES_AT_MOST} are allowed. Take a larger radius."
+            f"solver.radius_mm is {radius_mm:g}: {asked_mm3[-1]:g} mm3 of sealant need {particles} particles, and at "
+            f"most {PARTICLES_AT_MOST} are allowed. Give a larger radius."
         )
     if (diameter_mm / 2 / radius_mm) ** 2 > RELEASED_AT_MOST:
         raise InputError(
             f"nozzle.diameter_mm is {diameter_mm:g} and solver.radius_mm is {radius_mm:g}: more than "
-            f"{RELEASED_AT_MOST} particles would leave at once. Allowed is a diameter of at most "
-            f"{2 * radius_mm * math.sqrt(RELEASED_AT_MOST):.3g} mm, or take a larger radius."
+            f"{RELEASED_AT_MOST} particles would leave at once. Give a diameter of at most "
+            f"{2 * radius_mm * math.sqrt(RELEASED_AT_MOST):.3g} mm, or a larger radius."
         )
     outlet = Outlet(radius_mm, diameter_mm, seed)
     frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (outlet.release * volume_mm3))

@@ -73,8 +73,8 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     blocks = _blocks(solid, outline, radius_mm)
     if (count := int(np.prod(blocks, dtype=float))) > BLOCKS_AT_MOST:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks; at most {BLOCKS_AT_MOST} "
-            "are allowed. Take a larger radius, or simulate a shorter piece of the crack."
+            f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks; at most "
+            f"{BLOCKS_AT_MOST} are allowed. Give a larger radius, or simulate a shorter piece of the crack."
         )
     half_diagonal_mm = np.sqrt(3) / 2 * block_mm
     number = np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -188,7 +188,7 @@ def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:
     nothing = np.zeros(len(points_mm))
     distance_mm = _beside_mm(mesh, points_mm, nothing, nothing + EVERYWHERE_MM, device)
     if np.isnan(distance_mm[np.isfinite(points_mm).all(axis=1)]).any():
-        raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
+        raise InputError("no triangle of the solid has an area: check the mesh, or digitise again.")
     return distance_mm
 
 

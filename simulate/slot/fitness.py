@@ -28,25 +28,25 @@ LIMITS = {
     "slope": Limit(
         STEEPEST,
         2,
-        "The walls support the paste at a slope of {}; above {} it stacks under the nozzle, which a section's mean "
-        "does not show.",
+        "The walls support the paste at a slope of {}; above {} it piles up under the nozzle, which a section's "
+        "mean level does not show.",
     ),
     "mound_mm": Limit(
         TALLEST_MM,
         1,
-        "A mound of about {} mm stays under the nozzle's last place, supported by the walls or by the paste itself; "
-        "this model agrees with particles on mounds of up to {} mm.",
+        "A mound of about {} mm stays under the nozzle's last place, supported by the walls or by the paste "
+        "itself; this model agrees with particles only for mounds of up to {} mm.",
     ),
     "fill": Limit(
         FULLEST,
         2,
-        "The sealant is {} of the crack's volume; above {} it runs over the face, which is not computed by this model.",
+        "The sealant is {} of the crack's volume; above {} it runs over the face, which this model does not compute.",
     ),
     "above_mm": Limit(
         HIGHEST_MM,
         1,
-        "The level is up to {} mm above the face, and this model computes overspill only as a slump next to the mouth; "
-        "{} mm are allowed.",
+        "The level is up to {} mm above the face, but this model computes overspill only as a slump next to the "
+        "mouth; {} mm are allowed.",
     ),
 }
 """Limits of the numbers that depend on settings. Keys are fields of ``Fitness``. The report's live page uses them too.
@@ -106,8 +106,8 @@ class Fitness:
         sentences = []
         if self.misfit > MOST_MISFIT:
             sentences.append(
-                f"The walls of this mesh are not straight: below a level, sections have {self.misfit:.0%} more or less "
-                f"area than the trapezoids of this model; {MOST_MISFIT:.0%} are allowed."
+                "The walls of this mesh are not straight: the area of a section below a level differs by "
+                f"{self.misfit:.0%} from that of this model's trapezoids; {MOST_MISFIT:.0%} are allowed."
             )
         if abs(self.left_out) > MOST_MISFIT:
             sentences.append(
@@ -119,15 +119,15 @@ class Fitness:
             sentences.append(f"{self._narrow}; this model averages them over its sections.")
         if self.goes_on_mm is not None:
             sentences.append(
-                f"The cavity goes on under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm; this "
-                "model has a wall there."
+                f"The cavity continues under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm; "
+                "this model has a wall there."
             )
         return tuple(sentences)
 
     @property
     def _narrow(self) -> str:
         """Return the first half of a sentence on narrow places."""
-        place = f"Stones, a wall across or a neck, most at s = {self.narrowest_mm:.1f} mm,"
+        place = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
         if not np.isfinite(self.dragged):
             return f"{place} close the crack below the level of the sealant"
         effects = []
@@ -135,7 +135,7 @@ class Fitness:
             effects.append(f"support a step of the level of up to {self.held_mm:.2g} mm ({MOST_HELD_MM:g} are allowed)")
         if self.dragged > MOST_DRAGGED:
             effects.append(
-                f"slow the flow as {float(f'{self.dragged:.2g}'):g} times the crack's length would "
+                f"slow the flow as much as {float(f'{self.dragged:.2g}'):g} times the crack's length would "
                 f"({MOST_DRAGGED:g} is allowed)"
             )
         return f"{place} {' and '.join(effects)}"

@@ -121,25 +121,25 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
         if given:
             raise InputError(
                 f'fluid.{key}: solver.model = "slot" does not model the age of the sealant: neither freezing nor '
-                'stiffening. Take solver.model = "particles", or a paste with a constant yield stress.'
+                'stiffening. Give solver.model = "particles", or a paste with a constant yield stress.'
             )
     viscosity_pa_s = fluid.fresh.viscosity_pa_s
     if viscosity_pa_s is None and not fluid.yields:
         raise InputError(
-            f"fluid.U is {fluid.U:g}: without a yield stress it has no equivalent viscosity, and the fast model needs "
-            "one. Give fluid.viscosity_pa_s in its place."
+            f"fluid.U is {fluid.U:g}: without a yield stress it has no equivalent viscosity, but the fast model needs "
+            "one. Give fluid.viscosity_pa_s instead."
         )
     if viscosity_pa_s is None:
         try:
             frame_s = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed).frame_s
         except InputError as fault:
             raise InputError(
-                f"fluid.U: its equivalent viscosity is that of particles, which cannot be released here ({fault}). "
-                "Give fluid.viscosity_pa_s in its place."
+                "fluid.U: its equivalent viscosity is that of particles, but particles cannot be released here "
+                f"({fault}). Give fluid.viscosity_pa_s instead."
             ) from None
         viscosity_pa_s = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * solver.size_mm * CM, frame_s)
     if viscosity_pa_s == 0:
-        raise InputError('fluid: without a viscosity solver.model = "slot" has no flow; give viscosity_pa_s above 0.')
+        raise InputError('solver.model = "slot" needs a viscosity; give fluid.viscosity_pa_s above 0.')
     index = fluid.flow_index or 1.0
     return HerschelBulkley(fluid.density_kg_m3, fluid.yield_stress_pa, viscosity_pa_s, index, PARTICLES_RUB)
 
@@ -189,5 +189,5 @@ def _unfit(
     if outline.branches_kept and outline.seen_in == "photo":
         settings.append('photo.branches = "drop"')
     if settings and (changes or not fitness.unfit):
-        sentences.append(f"The case is inside the domain with: {'; '.join(settings)}.")
+        sentences.append(f"The case is within the model's domain with: {'; '.join(settings)}.")
     return tuple(sentences)

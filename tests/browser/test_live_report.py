@@ -68,9 +68,7 @@ def test_the_level_is_that_of_the_command_on_the_file_that_the_page_writes(made,
         assert run.fast_fill is not None
         warning = page.text_content("#live .warning")
         # The settings that would be inside are the command's alone: they take a dozen fills more.
-        assert all(
-            reason in warning for reason in run.unfit if not reason.startswith("The case is inside the domain with:")
-        )
+        assert all(reason in warning for reason in run.unfit if not reason.startswith("The case is within"))
         assert bool(warning) == bool(run.unfit)
         assert float(page.inner_text("#live dd >> nth=2").split()[0]) == pytest.approx(
             run.fast_fill.above_face_mm3, abs=0.51

@@ -43,7 +43,7 @@ def test_bodies_that_stand_apart_are_sound():
         (*beside((5.0, 4.0, 3.0)), ["crosses itself"]),
         (np.zeros((3, 3)), NO_FACES, ["no faces"]),
         (np.full((3, 3), np.nan), np.array([[0, 1, 2]]), ["3 vertices that are not finite numbers"]),
-        (np.zeros((3, 3)), np.array([[0, 1, 3]]), ["names vertices 0 to 3, but has 3"]),
+        (np.zeros((3, 3)), np.array([[0, 1, 3]]), ["vertices 0 to 3, but has only 3"]),
     ],
     ids=["hole", "inside out", "turned face", "fin", "sheet on itself", "overlap", "empty", "NaN", "no vertex 3"],
 )

@@ -189,7 +189,7 @@ def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):
 
 def test_doubts_travel_with_the_outline(bent_outline):
     assert not any("found automatically" in doubt for doubt in bent_outline.warnings)
-    assert sum("goes on beyond the end" in doubt for doubt in bent_outline.warnings) == len(BENT_ENDS)
+    assert sum("beyond the end" in doubt for doubt in bent_outline.warnings) == len(BENT_ENDS)
 
 
 @pytest.mark.broad

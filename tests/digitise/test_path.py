@@ -115,7 +115,7 @@ def test_without_markers_and_ends_the_shadow_around_the_sample_is_not_taken_for_
     outline = trace_outline(photo, path)
     assert outline.mean_width_mm == pytest.approx(3.1, rel=0.02)
     assert outline.length_mm == pytest.approx(80, abs=2)
-    assert any("inside the edges of the sample" in warning for warning in outline.warnings) == ("mm_per_px" in scale)
+    assert any("searched for only inside" in warning for warning in outline.warnings) == ("mm_per_px" in scale)
 
 
 def test_a_line_that_turns_into_the_sample_s_edge_is_remarked_on(tmp_path):

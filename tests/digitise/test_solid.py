@@ -269,7 +269,7 @@ BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.
     [
         (BOW_TIE, {}, r"crosses itself near \(10.0, -?0.0\) mm"),
         (dataclasses.replace(SHORT, face_mm=(-1.0, -1.6, 41.0, 20.0)), {}, "within 0.1 mm"),
-        (dataclasses.replace(SHORT, face_mm=(50.0, 0.0, 90.0, 9.0)), {}, "No crack is on the face"),
+        (dataclasses.replace(SHORT, face_mm=(50.0, 0.0, 90.0, 9.0)), {}, "No part of the crack is on the face"),
         (dataclasses.replace(SHORT, ends=OPEN, face_mm=(-9.0, -9.0, 49.0, 9.0)), {}, "End 1 is open but"),
         (NARROW, {"tilt": "funnel", "wall_angle_deg": 50.0}, "nothing to fill"),
         (NARROW, {"depth_mm": 0.2}, "less than 1: nothing to fill. Check depth_mm and the photo's scale"),
@@ -291,7 +291,7 @@ def test_a_mesh_whose_cavity_lost_its_digits_is_refused():
     Without the check the cavity came out 4.8 % too large, and the sealant with it.
     """
     thick = shape("vertical").model_copy(update={"floor_thickness_mm": 1e9})
-    with pytest.raises(InputError, match=r"cavity holds .* the sections of its outline .* may differ by at most 0\.1%"):
+    with pytest.raises(InputError, match=r"cavity is .* the sections of its outline .* may differ by at most 0\.1%"):
         build_solid(oblique_slot(W), thick)
 
 

@@ -33,7 +33,7 @@ def test_a_blobs_radius_is_found_to_a_tenth_of_a_pixel(tmp_path, dark):
     ("changes", "says"),
     [
         ({"radius_mm": 11.0}, "at least 40 are needed"),
-        ({"unround": (0.2, 0.0, 0.0)}, "not round: its outline is 14% of its radius off a circle"),
+        ({"unround": (0.2, 0.0, 0.0)}, "not round: its outline deviates from a circle by 14%"),
         ({"middle_mm": (20.0, 75.0)}, "edge is visible on only"),
         ({"radius_mm": 0.5}, "no blob stands out|Take the photo from closer"),
     ],

@@ -186,14 +186,14 @@ TOO_LONG = {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}
 @pytest.mark.parametrize(
     ("length_mm", "changes", "cavity_mm3", "says"),
     [
-        (20.5, {}, 0.0, r"Centreline 20.5 mm: too short to trim 2 x 10 mm"),
+        (20.5, {}, 0.0, r"20.5 mm long, is too short to trim 2 x 10 mm"),
         (20.5, {"trim_mm": (18.0, 2.0)}, 0.0, r"too short to trim 18 and 2 mm and leave a step of 1 mm"),
-        (40.0, {"ramp_mm": 10.5}, 0.0, r"ramp_mm is 10.5: two ramps do not fit into .* 20.0 mm.* at most 10; or"),
-        (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, 0.0, r"a path of 30.0 mm, leads included. Allowed is at most 15"),
+        (40.0, {"ramp_mm": 10.5}, 0.0, r"ramp_mm is 10.5: two ramps do not fit into .* 20.0 mm.* at most 10, or"),
+        (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, 0.0, r"a path of 30.0 mm, leads included.* at most 15"),
         (80.0, TOO_LONG, 0.0, "more than 100000 waypoints"),
         (1100.0, {"spacing_mm": 0.0105}, 0.0, "more than 100000 waypoints"),
         # volume_ml has a limit of 1000; "cavity" must not be a way round it.
-        (80.0, {"volume_ml": "cavity"}, 3.1e7, r"the cavity holds 31000 ml, more than the 1000 ml"),
+        (80.0, {"volume_ml": "cavity"}, 3.1e7, r"the cavity is 31000 ml, more than the 1000 ml"),
         (80.0, {"volume_ml": "cavity", "fill": 3.0}, 4e5, r"400 ml \(1200 ml with fill = 3\), more than the 1000"),
     ],
 )
@@ -207,7 +207,7 @@ def test_a_crack_without_any_section_gets_no_share_of_nothing():
     empty = Sections(np.array([0.0, 80.0]), np.zeros(2), np.zeros(2))
     with pytest.raises(InputError, match=r'flow is "cross_section", but the cavity has no section between s = 10 and'):
         planned(straight_slot(80.0), empty, flow="cross_section")
-    with pytest.raises(ValueError, match="without sections"):
+    with pytest.raises(ValueError, match="needs sections"):
         planned(straight_slot(80.0), flow="cross_section")
 
 

@@ -207,7 +207,7 @@ def test_without_progress_a_trial_says_each_thing_once_and_as_a_warning(lab, tmp
     profile.write_bytes(profile.read_bytes() + b"\n")
     with (
         pytest.warns(RuntimeWarning, match="fluid.U is "),
-        pytest.warns(RuntimeWarning, match="yours is kept as profile.changed.csv"),
+        pytest.warns(RuntimeWarning, match="kept as profile.changed.csv"),
     ):
         st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     assert capfd.readouterr().err == ""

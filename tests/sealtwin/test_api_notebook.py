@@ -67,9 +67,9 @@ def test_a_drawing_is_read_as_the_command_reads_it(tmp_path):
     assert solid.cavity_volume_mm3 == pytest.approx(16 * (3 * length_mm + 2.25 * np.pi), rel=5e-3)
     assert any("mm (by the drawing)" in warning for warning in crack.warnings)
     for given, words in (
-        ({"line": "MIDDLE"}, "line and width_mm need each other"),
-        ({"line": "MIDDLE", "width_mm": 3, "outline": "EDGE"}, "give one"),
-        ({"line": "OTHER", "width_mm": 3}, "crack.dxf: no lines to read on a layer OTHER"),
+        ({"line": "MIDDLE"}, "both line and width_mm or neither"),
+        ({"line": "MIDDLE", "width_mm": 3, "outline": "EDGE"}, "only one of outline, walls and line"),
+        ({"line": "OTHER", "width_mm": 3}, "crack.dxf: the layer OTHER has no lines to read"),
         ({"line": "MIDDLE", "width_mm": 900}, "width_mm = 900"),
     ):
         with pytest.raises(st.InputError, match=words):

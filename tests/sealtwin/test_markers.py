@@ -60,7 +60,7 @@ def test_nothing_of_the_users_is_overwritten(tmp_path, option):
 @pytest.mark.parametrize(
     ("arguments", "code", "named"),
     [
-        ("--face-mm 300x200", 3, "a4 takes 198 x 285"),
+        ("--face-mm 300x200", 3, "198 x 285"),
         ("--face-mm 4x40", 3, "a face of 4 x 40 mm: a side must be 5 to 400 mm"),
         ("--face-mm 160", 2, "--face-mm 160: expected two numbers"),
         ("--face-mm 160x40 --size-mm 1", 2, "--size-mm"),

@@ -188,7 +188,7 @@ def test_a_study_starts_from_the_trial_with_what_is_set(lab):
     for name in ("fluid.U", "fluid.viscosity_pa_s"):
         twice = sealtwin(*line, f"{name}=1")
         assert twice.exit_code == 3
-        assert f"--set {name}: {lab / 'study.toml'} sets it too" in twice.stderr
+        assert f"--set {name}: {lab / 'study.toml'} also sets this setting" in twice.stderr
 
 
 def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
@@ -238,7 +238,9 @@ def test_an_option_that_is_gone_is_answered_by_its_new_spelling(command, option)
     for typed in ((option, "1"), (f"{option}=1",)):
         answer = sealtwin(command, "x", *typed, "--json")
         assert answer.exit_code == 2
-        assert f"{option}: now {REMOVED[command][option]}" in json.loads(answer.stdout)["error"]
+        error = json.loads(answer.stdout)["error"]
+        assert option in error
+        assert REMOVED[command][option] in error
     new, text = REMOVED[command][option].split(" ", maxsplit=1)
     assert new in {name for shown in COMMANDS[command].params for name in shown.opts}
     if new == "--set":

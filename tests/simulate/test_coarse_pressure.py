@@ -79,7 +79,7 @@ def hats(coarse: CoarsePressure, place: Floats) -> tuple[Floats, Floats]:
 def test_what_two_levels_cannot_do_is_refused_in_words():
     for table, fault in (
         ({"preset": "paper"}, 'cannot be combined with preset = "paper"'),
-        ({"iterations": 3}, "iterations is 3: .* fewer than 4 make the fluid boil"),
+        ({"iterations": 3}, "iterations is 3: .* fewer than 4 "),
     ):
         with pytest.raises(ValidationError, match=fault):
             Solver.model_validate({"pressure": "two-level", **table})

@@ -83,11 +83,11 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
         ("age_s,viscosity_pa_s\n0,1\n1,nan\n", "row 3, column viscosity_pa_s: nan; 1e-06 to 10000 is allowed"),
         ("age_s,viscosity_pa_s\n0,0\n1,1\n", "row 2, column viscosity_pa_s: 0; 1e-06 to 10000"),
         ("age_s,viscosity_pa_s\n-1,1\n1,1\n", "row 2, column age_s: -1; 0 to 1e[+]07"),
-        ("age_s,viscosity_pa_s\n0,1\n\n5,1\n5,2\n", "row 5, column age_s: 5 after 5; it must grow larger"),
+        ("age_s,viscosity_pa_s\n0,1\n\n5,1\n5,2\n", "row 5, column age_s: 5 follows 5; .* larger"),
         ("age_s,viscosity_pa_s,yield_stress_pa\n0,1,2e4\n1,1,0\n", "row 2, column yield_stress_pa: 20000; 0 to 10000"),
         (
             "temperature_c,viscosity_pa_s\n9,1\n5,1\n7,1\n",
-            "row 4, column temperature_c: 7 after 5; it must grow smaller",
+            "row 4, column temperature_c: 7 follows 5; .* smaller",
         ),
         ("x" * 200_001, "larger than 200000 bytes"),
         (None, "no such file"),
@@ -120,7 +120,7 @@ def test_a_folder_is_no_table(tmp_path):
         ({"curve": None, "cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}}, "cooling is given without curve"),
         ({"curve": {"temperature_c": [0, 1], "viscosity_pa_s": [1, 1]}}, "over temperature_c: give fluid.cooling"),
         ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1]}}, "viscosity_pa_s"),
-        ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1, 1]}}, "age_s, row 3: no value"),
+        ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1, 1]}}, "age_s, row 3: .* no value"),
         (
             {
                 "curve": {"temperature_c": [10, 50], "viscosity_pa_s": [1, 1]},

@@ -46,11 +46,11 @@ def refusal(crack: tuple[Solid, Outline], **settings: Any) -> str:
         (
             {"trim_mm": 0.0},
             r"path.trim_mm lets sealant flow from s = 0 to 24 mm .* first at s = 0.0 mm, \(.*\) mm. "
-            r"Allowed is path.trim_mm of at least",
+            r"Give path.trim_mm of at least",
         ),
         (
             {"trim_mm": 0.0, "reverse": True, "lead_in_mm": 5.0},
-            r"path.trim_mm lets sealant flow from s = 24 to 0 mm .* first at s = 2[34].\d mm.* Allowed is path.trim_mm",
+            r"path.trim_mm lets sealant flow from s = 24 to 0 mm .* first at s = 2[34].\d mm.* Give path.trim_mm",
         ),
         ({"diameter_mm": 12.0}, r"nozzle.diameter_mm is 12, .* or nozzle.diameter_mm of at most"),
         ({"nozzle_height_mm": 0.3, "diameter_mm": 7.0}, r"path.nozzle_height_mm is 0.3: .* of at least 0.7\."),

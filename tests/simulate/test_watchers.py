@@ -85,7 +85,7 @@ def test_a_run_killed_at_random_frames_is_the_unbroken_one_to_the_bit(tmp_path, 
         killed.go_on(int(moments.uniform(low, high) * unbroken.done))
     last = killed.go_on(unbroken.frames)
     assert len(killed.sentences) == 2
-    assert all("going on after frame" in sentence for sentence in killed.sentences)
+    assert all("continues after frame" in sentence for sentence in killed.sentences)
     assert bits(last) == bits(unbroken)
     if solver != {"sleep": False}:
         # Particles froze or slept on the way: otherwise this would not hold what it says.
@@ -124,7 +124,7 @@ def test_a_checkpoint_of_another_run_is_said_and_not_used(begun, fresh, tmp_path
     Checkpoint(tmp_path / "checkpoint.npz", "another key", sentences.append).begin(fresh)
     assert fresh.done == 0
     assert sentences == [
-        "checkpoint.npz: kept by a run with other settings, inputs or device; the fluid run starts again at its first "
+        "checkpoint.npz: is from a run with other settings, inputs or device; the fluid run starts again at its first "
         "frame."
     ]
 
@@ -146,7 +146,7 @@ def test_a_damaged_checkpoint_is_one_sentence_and_a_fresh_start(begun, fresh, tm
     sentences, before = [], bits(fresh)
     Checkpoint(file, "key", sentences.append).begin(fresh)
     assert len(sentences) == 1
-    assert sentences[0].startswith("checkpoint.npz: damaged (")
+    assert sentences[0].startswith("checkpoint.npz: is damaged (")
     assert sentences[0].endswith("); the fluid run starts again at its first frame.")
     assert "\n" not in sentences[0]
     assert bits(fresh) == before

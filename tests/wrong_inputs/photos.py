@@ -243,7 +243,7 @@ CASES: list[WrongInput] = [
     masked("mask across the crack", _across, "photo.mask", "px away", "turned", code=0, broad=True),
     clicked("negative", lit(lambda: 1 - _crack()), "bright", "photo.mask"),
     masked("mask of a bright crack", _paint, "photo.mask", "ends_px", light=_bright),
-    masked("mask of a bright crack, with its ends", _paint, "photo.mask", "times as bright",
+    masked("mask of a bright crack, with its ends", _paint, "photo.mask", "median brightness",
         more=" --ends 22,60 398,110", light=_bright, code=0),
     masked("mask of a line", lambda: _paint(1), "photo.mask", "1.0 px", "line", "ends_px"),
     masked("mask of an outline", _outlined, "photo.mask", "outline", "fill it"),

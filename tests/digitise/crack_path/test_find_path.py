@@ -50,7 +50,7 @@ def test_of_several_pieces_the_largest_is_taken_or_that_of_the_ends_and_it_is_sa
     photo = with_paint(plain, strokes(CRACK) | strokes(scratch, width_px=5))
     largest = find_path(photo, None)
     assert distance_to(largest.points_px, np.array(CRACK)).max() < 4
-    assert "the mask has 2 pieces; the one from (" in largest.warnings[0]
+    assert "the mask has 2 pieces; " in largest.warnings[0]
     other = find_path(photo, ((55.0, 270.0), (190.0, 271.0)))
     assert distance_to(other.points_px, np.array(scratch)).max() < 3
     assert other.warnings
@@ -113,5 +113,5 @@ def test_a_number_takes_the_crack_of_that_rank(tmp_path):
         path = find_path(photo, None, crack=number)
         assert path.source == "choice"
         assert distance_to(path.points_px, crack.line_px).max() < 6
-    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 were found: 1\. .*; 2\. "):
+    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 .*: 1\. .*; 2\. "):
         find_path(photo, None, crack=3)

@@ -49,7 +49,7 @@ def test_points_on_the_way_change_nothing(wire):
     ("via", "says"),
     [
         (((380.0, 150.0), (120.0, 150.0)), r"after the via point \(\d+, 150\) the path runs back \d+ px along itself"),
-        (((260.0, 280.0),), r"after the via point \(260, 280\) .* none on a branch"),
+        (((260.0, 280.0),), r"after the via point \(260, 280\) .* on a branch"),
         (((250.0, 120.0),), r"via point \(250, 120\) is not on a crack: the nearest one is \d+ px away \(at most 15\)"),
         (((250.0, 301.0),), r"via point \(250, 301\) is outside the photo of 500 x 300 px"),
     ],

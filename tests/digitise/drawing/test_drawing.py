@@ -119,10 +119,10 @@ def test_lines_that_do_not_meet_stay_apart():
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
-        ({}, "no lines to read on a layer OUTLINE; layers with lines: A"),
+        ({}, "layer OUTLINE has no lines to read; layers with lines: A"),
         ({"outline": "A"}, "layer A: an open line: a gap of 3 mm at (0, 0)"),
-        ({"walls": ("A", "B")}, "no lines to read on a layer B"),
-        ({"line": ("B", 3.0)}, "no lines to read on a layer B"),
+        ({"walls": ("A", "B")}, "layer B has no lines to read"),
+        ({"line": ("B", 3.0)}, "layer B has no lines to read"),
         ({"unit": 0}, "states no unit; give --units"),
     ],
 )

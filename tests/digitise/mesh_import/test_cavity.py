@@ -51,7 +51,7 @@ def second_slot() -> Manifold:
 
 
 def test_two_cracks_compete_until_a_path_chooses():
-    with pytest.raises(InputError, match=r"Two openings compete, 240 mm² round \(50, 20\) and 200 mm² round \(45, 7\)"):
+    with pytest.raises(InputError, match=r"240 mm² .*\(50, 20\) and 200 mm² .*\(45, 7\)"):
         cavity_in(second_slot())
     line_mm = np.column_stack([np.linspace(10, 75, 30), np.full(30, 7.0)])
     assert cavity_in(second_slot(), line_mm).volume_mm3 == pytest.approx(50 * 4 * 6)
@@ -60,7 +60,7 @@ def test_two_cracks_compete_until_a_path_chooses():
 @pytest.mark.parametrize(
     ("body", "line_mm", "says"),
     [
-        (second_slot(), np.array([[10.0, 35.0], [90.0, 35.0]]), "path is in no opening"),
+        (second_slot(), np.array([[10.0, 35.0], [90.0, 35.0]]), "path is not inside an opening"),
         # A crack through the underside holds nothing.
         (slotted(box((40.0, 19.0, -25.0), (45.0, 21.0, -5.0))), None, "underside"),
         (block(), None, "No crack opens in the face"),

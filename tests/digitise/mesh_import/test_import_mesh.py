@@ -62,7 +62,7 @@ def test_a_file_that_says_its_unit_is_believed():
 
 def test_a_glb_is_in_metres_only_by_its_standard():
     (note,) = notes_on_unit(said_by_file("m"), settings(), Path("scan.glb"))
-    assert "is in metres; its numbers are read as mm" in note
+    assert "is in metres; its numbers are read in mm" in note
 
 
 BELOW_MM = 0.05

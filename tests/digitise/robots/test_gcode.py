@@ -59,7 +59,7 @@ def test_what_the_cell_asks_for_stands_before_the_first_move():
     [
         ({"plunger": {"travel_mm": 15.2}}, r"cell.toml: the path needs 15\.3 mm .*; plunger.travel_mm is 15\.2"),
         ({"plunger": {"largest_speed_mm_s": 0.9}}, r"0\.999 mm/s; plunger.largest_speed_mm_s is 0"),
-        ({"tip_deg": 6.0}, r"the face is tilted by 6\.0 degrees .* motion.largest_tilt_deg allows 5"),
+        ({"tip_deg": 6.0}, r"the face is tilted by 6\.0 degrees.* motion.largest_tilt_deg allows 5"),
         (
             {"reach": {"high_mm": (800.0, 800.0, 120.0)}},
             r"leads 1\d\.\d mm out of the reach box, .* 13\d\.\d\) mm",

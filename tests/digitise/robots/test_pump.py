@@ -44,7 +44,7 @@ def test_a_flow_that_was_not_weighed_is_refused(tmp_path, wanted):
 @pytest.mark.parametrize(
     ("rows", "says"),
     [
-        ("10,1,20,0\n20,2,20,0\n30,3,20,0\n40,4,20,0\n", "a single one shows no scatter"),
+        ("10,1,20,0\n20,2,20,0\n30,3,20,0\n40,4,20,0\n", "a single weighing shows no scatter"),
         ("10,1,20,0\n10,1,20,0\n20,1,20,0\n20,1,20,0\n", "at a request of 20 mm³/s the pump gave"),
         ("10,1,20,0\n10,1,20,0\n20,two,20,0\n20,1,20,0\n", "row 4, column weighed_g: 'two' is not a number"),
         ("10,0.34,0.33,0\n10,0.34,0.33,0\n20,0.68,0.33,0\n20,0.68,0.33,0\n", "gives 61 times .* time_s in seconds"),

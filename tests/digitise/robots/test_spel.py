@@ -103,9 +103,7 @@ def test_a_curve_of_many_points_is_thinned_where_that_leaves_the_path_nowhere():
     assert len(curved(placed(long))[0]) == 199
     # Of 80 mm, 200 points are 0.402 mm apart, the corner halfway between two: cut by 0.201 sin 30 mm.
     corner = trajectory(dog_leg(60.0), spacing_mm=0.2, smoothing_mm=0.0, trim_mm=0.0)
-    with pytest.raises(
-        InputError, match=r'the path has 401 points .* takes 200, .* deviate from it by 0\.1\d mm; .* = "move"'
-    ):
+    with pytest.raises(InputError, match=r'the path has 401 points .* 200, .* 0\.1\d mm; .* = "move"'):
         spel_text(placed(corner))
 
 
@@ -128,7 +126,7 @@ LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)
             r"gives one flow or none, .* let an axis press",
         ),
         ({"speed_mm_s": 0.05}, {}, r"SpeedS takes 0\.1 mm/s or more, but the path has 0\.05"),
-        ({}, {"spel": {"first_point": 940}}, r"needs 65 points from P940 on; P999 is the last"),
+        ({}, {"spel": {"first_point": 940}}, r"needs 65 points from P940 on, .* P999"),
         # The plunger's axis.
         ({}, LOW, r"SPEL\+ program, .* 25\.3 mm out of the reach box, to .* -35\.3\) mm"),
     ],
@@ -143,5 +141,5 @@ def test_a_plunger_on_z_counts_for_the_arms_speed(motion):
     """15.3 mm of plunger over 62 mm of path: the arm goes 3 % faster than the nozzle, and SpeedS is the arm's."""
     at_its_limit = trajectory(speed_mm_s=30.0), {"motion": {"largest_speed_mm_s": 30.0}, "tip_deg": 0.0}
     spel_text(placed(at_its_limit[0], **at_its_limit[1]))
-    with pytest.raises(InputError, match=r"the arm .* 30\.9\d? mm/s; motion.largest_speed_mm_s allows 30\."):
+    with pytest.raises(InputError, match=r"the arm.* 30\.9\d? mm/s; motion.largest_speed_mm_s allows 30\."):
         spel_text(placed(at_its_limit[0], spel={**ON_Z, "motion": motion}, **at_its_limit[1]))

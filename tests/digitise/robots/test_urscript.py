@@ -49,7 +49,7 @@ def test_the_one_way_that_no_limit_of_the_cell_holds_is_named():
     text = urscript_text(placed())
     (over,) = [line for line in text.splitlines() if "movej(" in line]
     assert over.endswith("v=0.5)")
-    assert "# To the place above the path by movej at 0.5 rad/s" in text
+    assert "movej goes to the place above the path at 0.5 rad/s" in text
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 90.0, -35.0])
@@ -81,7 +81,7 @@ def test_a_digital_output_is_on_over_the_crack_only():
     assert script.outputs == {("set_standard_digital_out", 3)}
     given = np.array([motion.given for motion in script.motions[2:-1]])
     assert (given > 0).tolist() == (it.flow_mm3_s[:-1] > 0).tolist()
-    assert f"Set the dispenser to {it.flow_mm3_s.max():.4f} mm3/s before" in text
+    assert f"dispenser to {it.flow_mm3_s.max():.4f} mm3/s" in text
 
 
 HIGH = {"reach": {"high_mm": (800.0, 800.0, 120.0)}}
@@ -90,9 +90,9 @@ HIGH = {"reach": {"high_mm": (800.0, 800.0, 120.0)}}
 @pytest.mark.parametrize(
     ("path", "changes", "says"),
     [
-        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5: .* below half .* 0\.98\d+ mm,.* than 0\.49"),
+        ({}, {"urscript": {"blend_mm": 0.5}}, r"blend_mm is 0\.5: .* below half .*0\.98\d+ mm.* than 0\.49"),
         ({"ramp_mm": 5.0}, {"urscript": DIGITAL}, r"a digital output gives one flow or none, .* to 31\d\.\d mm³/s"),
-        ({}, {"urscript": {"full_flow_mm3_s": 300.0}}, r"flow .* 313\.9 mm³/s; .* urscript.full_flow_mm3_s = 300"),
+        ({}, {"urscript": {"full_flow_mm3_s": 300.0}}, r"flow .* 313\.9 mm³/s, .* urscript.full_flow_mm3_s = 300"),
         # The way over the sample.
         ({}, HIGH, r"the way to the path or from it leads 1\d\.\d mm out of the reach box"),
     ],

@@ -55,15 +55,15 @@ def test_markers_beside_the_plane_of_the_face_are_told_with_their_offset(below_m
     excess, warnings = check_level(picture(gap_px), looked_at_mm(grown), FACE_MM, None, DISTANCE_MM, FILE)
     assert excess == pytest.approx(grown, abs=0.0017)
     (warning,) = warnings
-    assert "1.7% off" in warning
+    assert "1.7%" in warning
     assert f"mm {side} the face, 300 mm from the camera" in warning
-    assert f"{70 * (1 + grown):.1f} x {40 * (1 + grown):.1f} mm; face_mm is 70 x 40" in warning
+    assert f"{70 * (1 + grown):.1f} x {40 * (1 + grown):.1f} mm, but face_mm is 70 x 40" in warning
 
 
 def test_an_offset_that_is_no_bent_frame_is_refused():
     """Markers on the table, beside a sample 40 mm high: 13 % of every length."""
     corners_px = View(PX).to_px(rectangle(FACE_MM))
-    with pytest.raises(InputError, match=r"face is 79\.3 x 45\.3 mm; face_mm is 70 x 40.* markers 40\.0 mm below"):
+    with pytest.raises(InputError, match=r"79\.3 x 45\.3 mm.* face_mm is 70 x 40.* markers 40\.0 mm below"):
         check_level(picture(), looked_at_mm(40 / DISTANCE_MM), FACE_MM, corners_px, DISTANCE_MM, FILE)
 
 

@@ -121,7 +121,7 @@ def test_a_waver_of_the_trace_does_not_ripple_the_floor():
         (
             20.0,
             12.0,
-            "depth_mm extends to s = 20 mm, but the crack is 40.0 mm long: its last depth is taken for the rest.",
+            "depth_mm extends to s = 20 mm, but the crack is 40.0 mm long: its last depth is used for the rest.",
         ),
         (39.0, 12.0, None),
     ],

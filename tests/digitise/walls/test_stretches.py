@@ -39,11 +39,11 @@ def test_narrow_places_no_longer_than_a_tip_are_nothing_to_say(photo):
 def test_a_narrow_stretch_is_named_with_its_place(photo):
     (warning,) = judge_stretches(photo, *straight((200, 12.0), (80, 6.0), (220, 12.0)))
     assert warning.startswith("16% of the crack is under 8 px wide")
-    assert "20 to 28 mm along, from (200, 49) to (278, 49) px, about 6.0 px wide" in warning
+    assert "20 to 28 mm along the crack, from (200, 49) to (278, 49) px, about 6.0 px wide" in warning
 
 
 def test_a_hairline_over_much_of_the_crack_is_refused_with_its_place(photo):
-    with pytest.raises(InputError, match=r"40% of the crack is narrower than 6 px.*: 30 to 50 mm along, from"):
+    with pytest.raises(InputError, match=r"40% of the crack is narrower than 6 px.*: 30 to 50 mm along"):
         judge_stretches(photo, *straight((300, 11.0), (200, 3.0)))
 
 

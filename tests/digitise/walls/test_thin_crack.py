@@ -53,7 +53,7 @@ def test_the_line_is_in_the_middle_and_the_walls_beside_it(tmp_path):
         outline.left_wall_mm[10] - outline.centreline_mm[10],
     )
     assert ahead[0] * aside[1] - ahead[1] * aside[0] > 0, "the left wall is on the left"
-    assert any("a fit of its blurred profile" in warning for warning in outline.warnings)
+    assert any("fitted to its blurred profile" in warning for warning in outline.warnings)
 
 
 def test_below_two_pixels_there_is_a_path_alone(tmp_path):
@@ -77,7 +77,7 @@ def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
     assert gauged.width_95_mm is None
     assert np.interp(20.0, gauged.s_mm, gauged.width_mm) == pytest.approx(0.4, abs=0.03)
     short = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm / 2, 0.6]]))
-    assert any("its last width, 0.6 mm, is taken for the rest" in warning for warning in short.warnings)
+    assert any("its last width, 0.6 mm, is used for the rest" in warning for warning in short.warnings)
     whole = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm - 1.0, 0.6]]))
     assert not any("its last width" in warning for warning in whole.warnings)
     alone = trace_outline(photo, path, how_traced(path_only=True))

@@ -135,8 +135,8 @@ def test_what_is_no_run_folder_is_refused(tmp_path):
     (tmp_path / "mine" / "trial.toml").write_text("mine")
     for path, fault, create in (
         (tmp_path / "mine", r"trial\.toml", True),
-        (tmp_path / "mine" / "trial.toml", "a file; --out", True),
-        (tmp_path / "mine" / "trial.toml" / "below", "a file; --out", True),
+        (tmp_path / "mine" / "trial.toml", "is a file, but --out", True),
+        (tmp_path / "mine" / "trial.toml" / "below", "is a file, but --out", True),
         (tmp_path / "none", "not a run folder", False),
         (tmp_path / "caf\udce9", r"caf\\xe9: its name is not UTF-8", True),
     ):
@@ -192,5 +192,5 @@ def test_a_linked_folder_in_it_that_leads_elsewhere_is_refused(tmp_path):
     with open_folder(tmp_path / "run", create=True):
         pass
     (tmp_path / "run" / "inputs").symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(InputError, match="inputs: a link"), open_folder(tmp_path / "run", create=True):
+    with pytest.raises(InputError, match="inputs: is a link"), open_folder(tmp_path / "run", create=True):
         pass

@@ -91,7 +91,7 @@ def test_the_marks_distance_is_the_pumps_delay(bead):
     [
         ({"start_mm": (16.0, 45.0)}, r"--start-mm 16,45 is not the start of the bead, .* 15\.0 mm to the side"),
         ({"start_mm": (35.0, 30.0)}, r"--start-mm 35,30 is not the start of the bead, which begins -\d\.\d mm"),
-        ({"mass_g": 8.0}, r"40 mm of 120 mm², 3\.6 times the square root of its section"),
+        ({"mass_g": 8.0}, r"40 mm long .* 120 mm².* 3\.6 times the square root"),
         ({"mass_g": 1.0}, "spread to 16 mm, as far as water would"),
         ({"asked_mm3_s": 4.0}, "--asked-mm3-s is 4: no pump is off by a factor of 5"),
         ({"density_error_kg_m3": 900.0}, "uncertainty of mass, density or edge is as large as its value"),
@@ -111,7 +111,7 @@ def test_a_bead_that_hardly_flowed_is_refused_with_what_to_lay():
         LaidBead(density_kg_m3=DENSITY, mass_g=4.4, asked_mm3_s=asked_mm3_s, speed_mm_s=speed_mm_s)
     ring = replace(PHOTO, radius_mm=4.5, straight_mm=36.0).ring_mm
     stiff = bead_of(ring, 0.001, 0.06, (), Path("bead.png"))
-    with pytest.raises(InputError, match=r"nearly keeps the shape .* lay it at (\d\.\d+) mm/s or slower") as refusal:
+    with pytest.raises(InputError, match=r"nearly keeps the shape .* Lay it at (\d\.\d+) mm/s or slower") as refusal:
         identify(LAID.model_copy(update={"mass_g": 3.6}), stiff)
     assert "mm long, or spread a cone" in str(refusal.value)
 

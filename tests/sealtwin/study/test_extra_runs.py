@@ -137,7 +137,7 @@ def test_the_comparison_tells_numerics_and_inputs(again, monkeypatch):
     assert "uncertainty: outline.json" not in given[0].provenance, "its hash stands there already"
     lines = "\n".join(result_lines(result, "validate"))
     assert "Particle size: mean error " in lines
-    assert " mm, by 3, 3, 3 runs: ± " in lines
+    assert " mm, from 3, 3, 3 runs: ± " in lines
     assert "the nozzle's speed " in lines
     figures = present(read_comparison(path).uncertainty, "uncertainty")
     radii_mm = present(figures.numerics, "numerics").radii_mm

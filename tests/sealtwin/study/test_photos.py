@@ -237,7 +237,7 @@ def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
 
 def test_what_only_one_photo_can_have_is_refused_for_several(lab):
     for arguments, named in (
-        (("--ends", "1,2", "3,4", "--out", "x"), "photo.ends_px for several photos"),
+        (("--ends", "1,2", "3,4", "--out", "x"), "photo.ends_px cannot be given for several photos"),
         ((), "--out"),
     ):
         answer = _digitise(lab, *arguments)

@@ -53,7 +53,7 @@ def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(two, 
     monkeypatch.setitem(NUMBERS, raised, 999)
     first, second = Narration(), Narration()
     report = sweep(two, out, HERE, first)
-    words = f"{out}: 2 finished runs were computed by {raised} {own}, while this version has {raised} 999: they are "
+    words = f"{out}: 2 finished runs were computed by {raised} {own}, while this version has {raised} 999, so they are "
     assert [note for note in first.notes if "finished runs" in note] == [f"{words}computed again."]
     assert report["states"]["done"] == 2
     assert report["stage_numbers"] == NUMBERS

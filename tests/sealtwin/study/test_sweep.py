@@ -292,7 +292,7 @@ def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab,
     narration = Narration()
     report = sweep(lab, tmp_path / "out", replace(HERE, dry_run=True), narration)
     (estimate,) = [note for note in narration.notes if note.startswith("tiny: ")]
-    assert all(words in estimate for words in ("4 runs of 170 particles", "by a model", "GB of memory", "on disk"))
+    assert all(words in estimate for words in ("4 runs of 170 particles", "from a model", "GB of memory", "on disk"))
     assert report["states"]["waiting"] == 4
     thin, viscous = [note for note in narration.notes if "fluid.U is " in note]
     assert thin.startswith("note: 2 of 4 runs: fluid.U is 3: ")

@@ -365,7 +365,7 @@ def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_pa
     assert json.loads((tmp_path / "run" / "progress.json").read_text())["state"] == "running"
     process.communicate()
     shutil.copytree(tmp_path / "run", tmp_path / "other")
-    assert "checkpoint.npz: going on after frame" in _ended(*arguments)
+    assert "checkpoint.npz: the run continues after frame" in _ended(*arguments)
     _assert_same_run(tmp_path / "run", run)
     progress = json.loads((tmp_path / "run" / "progress.json").read_text())
     assert (progress["state"], progress["percent"], progress["eta_s"]) == ("finished", 100.0, None)
@@ -380,7 +380,7 @@ def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_pa
         assert read_polydata(file).field_data["TimeValue"].tolist() == [t_s]
     trial = tmp_path / "other" / "trial.toml"
     trial.write_text(trial.read_text().replace("U = 30.0", "U = 20.0"))
-    assert "checkpoint.npz: kept by a run with other settings" in _ended("simulate", trial.parent, "--device", "cpu")
+    assert "checkpoint.npz: is from a run with other settings" in _ended("simulate", trial.parent, "--device", "cpu")
     assert not trial.with_name("checkpoint.npz").exists()
 
 

@@ -130,7 +130,7 @@ def test_a_cavity_that_goes_on_under_the_face_is_unfit():
     """As under a roof, at which the mouth ends."""
     fitness = judged(imported(box((39.0, -3.0, -12.0), (48.0, 3.0, -3.0))))
     assert fitness.goes_on_mm == pytest.approx(LENGTH_MM)
-    assert "goes on under the face" in str(fitness.unfit)
+    assert "continues under the face" in str(fitness.unfit)
 
 
 def test_the_stress_that_it_is_fit_with_is_fit():

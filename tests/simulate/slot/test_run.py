@@ -48,7 +48,7 @@ def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ({"yield_stress_pa": 40.0}, "stacks under the nozzle"),
+        ({"yield_stress_pa": 40.0}, "piles up under the nozzle"),
         ({"volume_ml": 3.0}, "runs over the face"),
         ({"D_cm": 0.3}, "drag on particles"),
     ],
@@ -157,6 +157,6 @@ def test_the_fast_model_fills_a_sample_that_does_not_lie_level():
 def test_a_fill_alone_is_advised_and_one_of_a_study_is_not():
     """A dozen fills more for each of hundreds of runs would be read by nobody."""
     alone, each = ([*run.unfit] for run, _ in one_of_each(stiff(11.0), 1.6))
-    assert alone[-1].startswith("The case is inside the domain with: ")
+    assert alone[-1].startswith("The case is within")
     assert each == alone[:-1]
     assert each
