@@ -146,7 +146,7 @@ def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
     assert content["runs"][1]["edited"] == ["profile.csv"]
     lines = compared_lines(content, sheet)
     assert any("run 2: edited by hand since it was made (profile.csv)" in line for line in lines)
-    assert not any("Nearest is run 2" in line for line in lines)
+    assert not any("Run 2 is nearest" in line for line in lines)
     simulation = files.read_json(other / "simulation.json")
     simulation["health"]["volume_ratio"] = 1.66
     files.write_json(other / "simulation.json", simulation)

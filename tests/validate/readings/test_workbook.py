@@ -146,7 +146,7 @@ def test_hidden_sheets_are_not_read_unless_they_are_named(book, first, read):
     other = book.create_sheet("Rechnung")
     other.append(["Summe", 7])
     other.sheet_state = "veryHidden"
-    assert read().dialect.endswith("1 hidden sheet not read")
+    assert read().dialect.endswith("1 hidden sheet ignored")
     first.sheet_state, other.sheet_state = "hidden", "visible"
     assert read(sheet="Sheet").dialect.endswith("this sheet is hidden")
 

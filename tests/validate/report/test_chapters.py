@@ -75,7 +75,7 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(plain)
     photo, plate = next(chapter for chapter in content if chapter.title == "Photo and level").items
     assert isinstance(photo, PhotoBlock)
     assert isinstance(plate, Plate)
-    assert "predicted, nothing fitted" in plate.caption
+    assert "predicted with no setting fitted" in plate.caption
     figure = plate.draw()
     assert isinstance(figure, Figure)
     drawn = figure.axes[0].get_legend_handles_labels()[1]
