@@ -171,7 +171,7 @@ class Readings(Declared):
     @classmethod
     def _named_once(cls, fitted: tuple[str, ...] | None) -> tuple[str, ...] | None:
         if twice := [name for name, times in Counter(fitted or ()).items() if times > 1]:
-            raise ValueError(f"fitted lists {twice[0]} twice; list each setting once")
+            raise ValueError(f"{twice[0]} is listed twice; list each setting once")
         return fitted
 
     @model_validator(mode="after")

@@ -305,7 +305,7 @@ class _NoteReader:
         key = likely = None
         if self.own.get(normal(word)) != IGNORED:
             key, likely = key_of_unit(str(value), unit), key_like(word, str(value), unit)
-        remark = f"{where}: {shown(word)} = {shown(value)} is kept as a remark, and sets nothing."
+        remark = f"{where}: {shown(word)} = {shown(value)} is kept as a remark; it sets nothing."
         fault = (
             f"{where}: {shown(word)} = {shown(value)} may be {key or likely}, but the word is unknown. Define it "
             f'in lab.toml: [{WORDS}] "{word}" = "{key or likely}" (or another key, or "{IGNORED}").'

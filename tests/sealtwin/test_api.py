@@ -432,7 +432,7 @@ def test_the_script_of_fifteen_lines_runs_as_it_stands(tmp_path):
 def test_the_fast_model_is_a_model_of_the_solver_and_its_level_is_measured_like_any_other():
     solid, crack = slot(40.0)
     paste = st.Fluid(viscosity_pa_s=0.3, yield_stress_pa=4.0, freeze_after_s="never")
-    with pytest.warns(RuntimeWarning, match="This fill is by the fast model"):
+    with pytest.warns(RuntimeWarning, match="by the fast model"):
         run = st.inject(crack, solid, short_path(crack, 1.2, trim_mm=6.0), paste, solver=st.Solver(model="slot"))
     level = st.measure_level(run, crack, solid)
     assert not run.has_particles

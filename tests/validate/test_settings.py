@@ -22,7 +22,7 @@ def test_only_readings_that_were_calibrated_on_had_something_fitted():
         Readings.model_validate(content | {"role": "held-out"})
     # An empty list declares that nothing was, which a sheet of no declared role cannot.
     assert Readings.model_validate(content | {"role": "held-out", "fitted": ()}).fitted == ()
-    with pytest.raises(ValidationError, match=r"fitted lists fluid\.U twice"):
+    with pytest.raises(ValidationError, match=r"fluid\.U is listed twice"):
         Readings.model_validate(content | {"role": "calibrated-on", "fitted": ("fluid.U", "seed", "fluid.U")})
     with pytest.raises(ValidationError, match=r'fitted is empty, but role is "undeclared"'):
         Readings.model_validate(content | {"role": "undeclared", "fitted": ()})

@@ -42,7 +42,7 @@ def draw_solid(solid: Solid) -> Figure:
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
     figure = theme.plate(3.6)
-    pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity as a cast, {volume}"))
+    pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity alone, {volume}"))
     for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
         axes.imshow(picture)
         axes.set_title(title)

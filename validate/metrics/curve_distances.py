@@ -185,7 +185,7 @@ def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]
     return s_mm, np.interp(s_mm, profile.s_mm, profile.level_mm)
 
 
-CHOICE = "s from the first end given, on both curves; neither is shifted to fit the other"
+CHOICE = "both curves count s from the first end given; neither is shifted to fit the other"
 SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Possible errors of a station placed by hand, or of the end of a crack
 
 

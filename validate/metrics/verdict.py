@@ -140,9 +140,7 @@ def _use_of_readings(m: LevelMetrics) -> str:
     sentence = _role_sentence(m)
     if m.readings_data != "measured" or m.photo_data == "measured":
         return sentence
-    return (
-        f"{sentence} The sample's photo is {'of undeclared origin' if m.photo_data == 'undeclared' else m.photo_data}."
-    )
+    return f"{sentence} The sample is {'of undeclared origin' if m.photo_data == 'undeclared' else m.photo_data}."
 
 
 def _role_sentence(m: LevelMetrics) -> str:

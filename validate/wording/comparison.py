@@ -79,7 +79,7 @@ def agreement_table(comparison: Comparison) -> PageTable:
     m, uncertainty = comparison, comparison.uncertainty
     mean_interval = bias_interval = ""
     if uncertainty is not None:
-        between = ", 95 % interval by the readings {} to {} mm"
+        between = ", 95 % interval from the readings {} to {} mm"
         mean_interval = between.format(*(f"{end:.3f}" for end in uncertainty.mean_error_interval_mm))
         bias_interval = between.format(*(signed(end, 3) for end in uncertainty.bias_interval_mm))
     difference_mm2 = m.area_difference_mm2
@@ -116,8 +116,8 @@ def readings_role(metrics: Comparison) -> str:
     if metrics.role != "calibrated-on":
         return ROLES[metrics.role]
     if metrics.fitted is None:
-        return f"{ROLES[metrics.role]}: not declared what"
-    return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted)) or 'no setting, as was declared'}"
+        return f"{ROLES[metrics.role]}: the fitted settings are not declared"
+    return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted)) or 'no setting, as declared'}"
 
 
 def _baseline(one: Baseline, error_mm: float) -> str:
@@ -217,7 +217,7 @@ def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
         ("space filled by particles with centres at or below the face's plane", f"{balance.in_crack_mm3:.0f} mm³"),
         ("space filled by particles with centres above the face's plane", f"{balance.above_mm3:.0f} mm³"),
         ("dispensed sealant over the sample's edge", f"{balance.spilled_mm3:.0f} mm³"),
-        ("lost by the numerics: dispensed less these three (below 0: gained)", f"{balance.lost_mm3:.1f} mm³"),
+        ("lost by the numerics: dispensed minus these three volumes (negative: gained)", f"{balance.lost_mm3:.1f} mm³"),
         ("face beside the mouth under sealant", f"{balance.footprint_mm2:.0f} mm²"),
         (
             "sealant under the level, over the covered length",
@@ -247,7 +247,7 @@ def sealant_as_read(balance: MassBalance) -> tuple[str, str]:
             f", while the caliper read cured sealant, {undeclared}",
         )
     return (
-        f"cured, {balance.readings_when_dispensed_mm3:.0f} mm³ before {balance.shrinkage_percent:g} % of shrinkage",
+        f"cured, {balance.readings_when_dispensed_mm3:.0f} mm³ before its shrinkage of {balance.shrinkage_percent:g} %",
         f", while the caliper read cured sealant: the mass balance adds its shrinkage of {balance.shrinkage_percent:g} "
         "%, the levels do not",
     )
@@ -277,21 +277,21 @@ def _result(uncertainty: ErrorUncertainty) -> Rows:
             ("|E| above 2 u_val; if not, simulation and readings are consistent", "yes" if mean.resolved else "no"),
         ]
     return [
-        ("mean error, 95 % interval by the readings", f"{low_mm:.3f} to {high_mm:.3f} mm"),
-        ("bias, 95 % interval by the readings", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
-        ("u of the bias that more stations would not reduce", f"{uncertainty.bias_systematic_mm:.3f} mm (1 sd)"),
-        ("95 % band of one station's level, by the readings", f"± {span(levels.band_95_mm, 3)} mm"),
+        ("mean error, 95 % interval from the readings", f"{low_mm:.3f} to {high_mm:.3f} mm"),
+        ("bias, 95 % interval from the readings", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
+        ("u of the bias due to errors that all stations share", f"{uncertainty.bias_systematic_mm:.3f} mm (1 sd)"),
+        ("95 % band of one station's level, from the readings", f"± {span(levels.band_95_mm, 3)} mm"),
         ("95 % band of all stations' levels together", f"± {span(levels.profile_band_95_mm, 3)} mm"),
         ("E, error of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),
-        ("part of E by volume that the numerics gained (below 0: lost)", volume),
-        ("u of the mean level by the readings", f"{mean.data_mm:.3f} mm"),
-        ("u of the mean level by the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
-        ("u of the mean level by the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
+        ("part of E due to volume gained by the numerics (negative: lost)", volume),
+        ("u of the mean level due to the readings", f"{mean.data_mm:.3f} mm"),
+        ("u of the mean level due to the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
+        ("u of the mean level due to the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
         *validated,
         ("stations with E outside the band of all stations together", f"{int(stations.off.sum())} of {count}"),
         (
             "stations with E outside their own band",
-            f"{int(stations.above.sum())} of {count}; by chance about {stations.by_chance:.1f} would be, if the level "
+            f"{int(stations.above.sum())} of {count}; about {stations.by_chance:.1f} expected by chance, if the level "
             "is right and the budget complete",
         ),
     ]
@@ -327,7 +327,7 @@ def _numerics(uncertainty: ErrorUncertainty) -> Rows:
     for name, one in (("mean level", study.mean_level_mm), ("mean error", study.mean_error_mm)):
         values = ", ".join(f"{value_mm:.3f}" for value_mm in one.values)
         low, high = one.order_95
-        band = f"± {one.band:.3f} mm at 95 %, of order {low:.1f} to {high:.1f}"
+        band = f"± {one.band:.3f} mm at 95 %, order of convergence {low:.1f} to {high:.1f}"
         rows.append((name, f"{values} mm; {band}; a run scatters by {one.scatter:.3f} mm"))
     return rows
 
@@ -336,7 +336,7 @@ def _inputs(uncertainty: ErrorUncertainty) -> Rows:
     rows = []
     for one in uncertainty.inputs:
         name, unit = INPUTS[one.name]
-        does = f"mean level {signed(one.mean_level_mm, 3)} mm, at most {one.largest_mm:.2f} mm somewhere"
+        does = f"mean level {signed(one.mean_level_mm, 3)} mm, largest change {one.largest_mm:.2f} mm"
         share = f"{percent(one.share)} of the variance of u_input"
         rows.append((f"{name}, by {one.standard:g} {unit}", f"{does}; {share}, {MODELS[one.model]}"))
     if uncertainty.input_draws is not None:

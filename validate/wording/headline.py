@@ -39,7 +39,7 @@ def fast_model(run: Run | Simulation) -> tuple[str, ...]:
     if run.unfit:
         return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.unfit)
     above_mm = round(run.fast_fill.above_mm, 1)
-    over = f"; the level is up to {above_mm} mm above the face, where the model has no overspill but a slump"
+    over = f"; its level is up to {above_mm} mm above the face, with overspill only as a slump next to the mouth"
     return (f"{FAST} The case is within its domain (decision 0151){over if above_mm > 0 else ''}.",)
 
 
@@ -79,7 +79,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
         )
     if (speed_mm_s := run.health.end_speed_mm_s or 0.0) > AT_REST_MM_S:
         texts.append(
-            f"The sealant still moves at {speed_mm_s:.2g} mm/s (RMS) at the end of the run, so its level is not that "
+            f"The sealant still moves at {speed_mm_s:.2g} mm/s (RMS) at the end of the run, so this is not its level "
             "at rest. Set a longer solver.settle_s; particles of a fluid as thin as water never come to rest."
         )
     if not kept_volume(volume_ratio) and (low <= ratio <= high or spilled > MUCH_SPILLED):
@@ -174,7 +174,7 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
         return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
     if evidence.prediction is not None:
         return (predicted_sentence(evidence.prediction),), "open"
-    return ("There are no readings, so the simulated fill is not compared with anything.",), "open"
+    return ("No readings: the simulated fill is not compared with anything.",), "open"
 
 
 def verdict_in_full(evidence: Evidence) -> tuple[str, ...]:

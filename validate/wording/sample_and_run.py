@@ -39,7 +39,7 @@ def path_table(evidence: Evidence) -> PageTable:
     trajectory, path = evidence.trajectory, evidence.solid.figures.path
     giving = trajectory.giving
     begins_mm, ends_mm = trajectory.s_mm[giving][[0, -1]]
-    rows = [("gives sealant from, to", f"s = {begins_mm:.1f} to {ends_mm:.1f} mm")]
+    rows = [("sealant flows from, to", f"s = {begins_mm:.1f} to {ends_mm:.1f} mm")]
     if path is not None:
         radius_mm = path.smallest_radius_mm
         length = (
@@ -57,7 +57,7 @@ def path_table(evidence: Evidence) -> PageTable:
     leads = trajectory.position_mm[: giving.start + 1], trajectory.position_mm[giving.stop - 1 :]
     before_mm, after_mm = (arc_length(points)[-1] for points in leads)
     if before_mm or after_mm:
-        rows.append(("without sealant before, after", f"{before_mm:.1f} mm, {after_mm:.1f} mm"))
+        rows.append(("length without sealant before, after", f"{before_mm:.1f} mm, {after_mm:.1f} mm"))
     return PageTable("Nozzle path", tuple(rows))
 
 
@@ -93,7 +93,7 @@ def geometry_table(evidence: Evidence) -> PageTable:
 
 def width_words(outline: Outline) -> str:
     """Return the mean width with its interval, and with its source unless it is measured from the walls."""
-    sources = {"fit": ", by a fit of the blurred profile of a crack too thin for walls", "gauge": ", as given"}
+    sources = {"fit": ", fitted to the blurred profile, since the crack is too thin for walls", "gauge": ", as given"}
     source = sources.get(outline.width_source, "")
     return f"{outline.mean_width_mm:.2f} mm{_interval(outline.width_95_mm, 2)}{source}"
 

@@ -88,9 +88,7 @@ def test_a_fill_beside_the_readings_is_copied_used_and_reported(small, tmp_path)
     assert (row["file"], row["sample"]) == ("P01 Wasser.xlsx", "P01")
     assert "crack.tilt is missing, and the steps of a fill need it" in asked
     answer(lab, {"P01 Wasser.xlsx": {"settings": 'crack.tilt = "funnel"'}})
-    assert (
-        "P01 Wasser.xlsx: read as a fill of 5 steps" in sealtwin("ingest", small, "--out", lab, "--quiet").stdout
-    )
+    assert "P01 Wasser.xlsx: read as a fill of 5 steps" in sealtwin("ingest", small, "--out", lab, "--quiet").stdout
     trial = load_trial(lab / "P01" / "trial.toml")
     fill = present(present(trial.crack, "crack").fill, "fill")
     assert fill.level_mm == (-6.0, -4.5, -3.0, -1.5, 0.0)

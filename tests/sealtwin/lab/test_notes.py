@@ -79,7 +79,7 @@ def test_what_is_left_blank_or_not_known_is_not_values(tmp_path):
         ("Zustand;halb trocken", "is not allowed; write one of wet, cured"),
         ("Rissenden;12,5 340 905 377", "must be x and y of two places in pixels"),
         ("Tiefe [mm];16;links", "'links' is not a word, value or unit"),
-        (";16", "'16' has no word before it"),
+        (";16", "'16' has no word"),
         ("Tiefe [mm];16\nRisstiefe [mm];17", "line 3: crack.depth_mm is also given in "),
         ("Menge;viel\nDatum;gestern\nTiefe;16", "P01_notes.csv, line 4"),
         ("path.trim_mm;[1, 2", "is not valid TOML"),

@@ -138,7 +138,7 @@ def assessed(evidence, **declared):
     [
         ("wet", None, "not modelled, and the caliper read wet sealant, which had not shrunk."),
         ("cured", None, "not modelled, while the caliper read cured sealant, whose shrinkage is not declared"),
-        ("cured", 7.0, "cured sealant: the mass balance adds the 7 % by which it shrank"),
+        ("cured", 7.0, "cured sealant: the mass balance adds its shrinkage of 7 %"),
         (None, None, "whether the caliper read wet or cured sealant is not declared (readings.state)."),
     ],
 )
@@ -188,8 +188,8 @@ def test_a_path_with_leads_and_ramps_is_told_with_what_varies(evidence):
     plans = [NozzlePath.model_validate({"volume_ml": 1.2, "trim_mm": 5.0} | more) for more in ({}, leads)]
     plain, led = (replace(evidence, trajectory=plan_trajectory(evidence.outline, plan, 1.0)) for plan in plans)
     table = dict(path_table(led).rows)
-    assert table["gives sealant from, to"] == "s = 35.0 to 5.0 mm"
-    assert table["without sealant before, after"] == "30.0 mm, 4.0 mm"
+    assert table["sealant flows from, to"] == "s = 35.0 to 5.0 mm"
+    assert table["length without sealant before, after"] == "30.0 mm, 4.0 mm"
     # The first millimetre of a ramp of 10 mm takes 2 sqrt(10) / 4 s.
     assert table["speed"] == "0.63 to 4.00 mm/s"
     one, other = (float(re.findall(r"Surface tension.*?\((\d+) mm/s", assumed(each))[0]) for each in (plain, led))
