@@ -152,6 +152,7 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path, monk
     for text in (page.text, pdf):
         assert "No readings" in text
         assert text.index("Not a validation") < text.index("Mass balance")
+        assert text.count("Not a validation") == 1
         assert "Agreement with the readings" not in text
         assert "mean error" not in text
     assert sum(tag == "svg" for tag, _ in page.tags) == 7

@@ -93,7 +93,7 @@ def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
         raise InputError(f"A map needs two settings that vary among the finished runs, but {these}. Vary two.")
     for name in varying:
         if odd := [value for value in values[name] if isinstance(value, bool) or not isinstance(value, int | float)]:
-            raise InputError(f"{name} = {odd[0]!r:.40} is not a number; vary only numbers to draw a map.")
+            raise InputError(f"{name} = {odd[0]!r:.40} is not a number; draw a map of numbers only.")
     across, up = (Axis(name, tuple(sorted({float(value) for value in values[name]}))) for name in varying)
     points = np.column_stack([axis.spaced(np.array(values[axis.setting], float)) for axis in (across, up)])
     reach = np.ptp(points, axis=0)

@@ -220,7 +220,7 @@ def _level_plate(evidence: Evidence) -> Plate:
     prediction = evidence.prediction
     against = "" if readings is None else ", with the caliper's means, their common 95 % band and single readings"
     if prediction is not None:
-        against = ", predicted with no setting fitted to this sample, with its 95 % bands at each place and as a whole"
+        against = ", predicted with no setting fitted to this sample, and its 95 % bands for a place and for the whole"
     return Plate(
         f"Simulated level along the crack{against}.",
         lambda: draw_profile(profile, evidence.solid.sections, readings, comparison, prediction=prediction),
