@@ -194,7 +194,7 @@ FAULTS = (
     Planted("a wall that lies down", r"P09 notes\.toml: crack\.wall_angle_deg = 80",
         _edit("P09 notes.toml", "depth_mm = 8.0", "depth_mm = 8.0\nwall_angle_deg = 80.0")),
     Planted("a number of two meanings",
-        r"P08_info\.txt, line 1, column 2: 'crack\.depth_mm' = '8,000' may be 8000 or 8\.0000",
+        r"P08_info\.txt, line 1, column 2: 'crack\.depth_mm' = '8,000' is ambiguous; write 8000 or 8\.0000",
         _edit("P08_info.txt", "depth_mm\t8", "depth_mm\t8,000")),
     Planted("an old workbook",
         r"P11_Messung\.xls: an old Excel workbook \(\.xls\), or one with a password\. Open it in a spreadsheet program",

@@ -272,9 +272,8 @@ class TrialResult(JsonRecord):
 
 def read_result(folder: Path) -> TrialResult:
     """Read run.json. Raises InputError, naming the key that does not fit."""
-    return read_record(
-        TrialResult, folder / RESULT, "Delete it; the next command that runs a stage there writes it anew.", strict=True
-    )
+    remedy = "Delete it; the next command that runs a stage in this folder writes it again."
+    return read_record(TrialResult, folder / RESULT, remedy, strict=True)
 
 
 def read_comparison(folder: Path) -> Comparison:

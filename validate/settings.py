@@ -119,7 +119,9 @@ class Declared(Settings):
             given["quantity"] = SIGNS[columns.sign]
         for key, value in given.items():
             if key in self.model_fields_set and getattr(self, key) != value:
-                raise ValueError(f"{key} is {getattr(self, key)!r:.40}, but columns gives {value!r:.40}; keep one")
+                raise ValueError(
+                    f"{key} is {getattr(self, key)!r:.40}, but columns gives {value!r:.40}; keep one of them"
+                )
         # The model is frozen; its own validator may set fields.
         rest = columns.model_copy(update=dict.fromkeys((*OF_THE_SHEET, "sign")))
         for key, value in {**given, "columns": rest}.items():
@@ -131,13 +133,11 @@ class Declared(Settings):
     def _knows_its_datum(self) -> Self:
         if self.datum == "sample_surface" and self.datum_level_mm not in (None, 0.0):
             raise ValueError(
-                f"datum_level_mm = {self.datum_level_mm:g}: the sample's surface is at 0; set another datum, or remove "
-                "datum_level_mm"
+                f"datum_level_mm = {self.datum_level_mm:g}, but the datum is the sample's surface, which is at 0; set "
+                "another datum, or remove datum_level_mm"
             )
         if self.datum != "sample_surface" and self.datum_level_mm is None:
-            raise ValueError(
-                f'datum = "{self.datum}" needs datum_level_mm, the height of the datum above the sample\'s surface'
-            )
+            raise ValueError(f'datum is "{self.datum}"; give datum_level_mm, its height above the sample\'s surface')
         return self
 
 
@@ -173,18 +173,18 @@ class Readings(Declared):
     @classmethod
     def _named_once(cls, fitted: tuple[str, ...] | None) -> tuple[str, ...] | None:
         if twice := [name for name, times in Counter(fitted or ()).items() if times > 1]:
-            raise ValueError(f"{twice[0]} is listed twice; list each setting once, since their number matters")
+            raise ValueError(f"{twice[0]} is listed twice; list each setting once")
         return fitted
 
     @model_validator(mode="after")
     def _fits_its_role(self) -> Self:
         if self.fitted == () and self.role == "undeclared":
             raise ValueError(
-                'fitted is empty, but role is "undeclared": without fitted settings, readings are "held-out"'
+                'fitted is empty, but role is "undeclared"; set role = "held-out" if no setting was fitted'
             )
         if self.fitted and self.role != "calibrated-on":
             raise ValueError(
-                f'fitted lists settings, but role is "{self.role}": with fitted settings, the role is "calibrated-on"'
+                f'fitted lists settings, but role is "{self.role}"; set role = "calibrated-on", or remove fitted'
             )
         return self
 
@@ -192,7 +192,7 @@ class Readings(Declared):
     def _shrinks_by_curing(self) -> Self:
         if self.shrinkage_percent is not None and self.state != "cured":
             raise ValueError(
-                f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured": wet sealant has not shrunk'
+                f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured"; set it, or remove the shrinkage'
             )
         return self
 

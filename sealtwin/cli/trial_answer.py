@@ -89,7 +89,9 @@ def result_lines(result: "TrialResult", last: "StageName") -> list[str]:
     if result.comparison is not None:
         lines += _compared(result.comparison)
     elif result.edited:
-        lines.append(f"Edited by hand after they were written: {', '.join(result.edited)}.")
+        from validate.metrics.verdict import edited_by_hand
+
+        lines.append(f"{edited_by_hand(result.edited)}.")
     if result.comparison is None:
         lines.append(_without_readings(result.prediction))
     if result.earlier_trials is not None:

@@ -27,7 +27,7 @@ COLUMNS = (
     "readings_sha256", "dialect", "result", *COMPARED, "ingested_utc", "folder", "reason",
 )  # fmt: skip
 VERSION: Literal[3] = 3
-REMEDY = "Move it away and ingest the same folders again: it is rebuilt from the trials' records and pairing.csv."
+REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Catalogue:
         """Read the catalogue of a lab. Raises InputError if the folder is not a lab."""
         if not is_lab(lab):
             raise InputError(
-                f"{lab}: not a lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one."
+                f"{lab}: is not a lab, since it has no {CATALOGUE}. Make one with 'sealtwin ingest FOLDER --out {lab}'."
             )
         return cls(lab)
 
@@ -180,7 +180,7 @@ def revisions(lab: Path, sample: str) -> tuple[Catalogue, list[Record], list[Cat
     records = catalogue.of_sample(sample_key(sample))
     faults = [fault for fault in catalogue.faults() if sample_key(fault.name) == sample_key(sample)]
     if not records and not faults:
-        raise InputError(f"{lab}: no sample {sample!r:.80}; 'sealtwin lab list {lab}' lists the samples.")
+        raise InputError(f"{lab}: has no sample {sample!r:.80}. List its samples with 'sealtwin lab list {lab}'.")
     return catalogue, records, faults
 
 

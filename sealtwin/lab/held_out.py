@@ -45,7 +45,7 @@ def uses(catalogue: Catalogue) -> tuple[dict[str, list[str]], list[str]]:
             names_by_hash.setdefault(_hash_of(path.parent, readings), []).append(use)
         except InputError as fault:
             # A fault in the sheet of another sample must not prevent this run.
-            cautions.append(_caution(record, "may be calibrated on these readings", fault))
+            cautions.append(_caution(record, "cannot be read, so it may be calibrated on these readings", fault))
     return names_by_hash, cautions
 
 
@@ -121,7 +121,7 @@ def earlier_trials(catalogue: Catalogue, source: Path | None = None) -> tuple[tu
             if (counts := _counts(catalogue.lab, record)) is not None:
                 by_readings.setdefault(*counts)
         except InputError as fault:
-            cautions.append(_caution(record, "is not among the earlier trials", fault))
+            cautions.append(_caution(record, "is left out of the earlier trials", fault))
     chosen_by = uses(catalogue)[0] if by_readings else {}
     return tuple(trial for digest, trial in by_readings.items() if digest not in chosen_by), cautions
 
@@ -142,7 +142,7 @@ def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
     if readings is None:
         return None
     if other := other_numbers(result.numbers, NUMBERS):
-        raise InputError(f"{run}: computed by {other}. 'sealtwin run' with its trial computes it again.")
+        raise InputError(f"{run}: was computed by {other}. Compute it again with 'sealtwin run' and its trial.")
     length_mm = comparison.covered_length_mm
     return _hash_of(run, readings), EarlierTrial(
         name=record.name,
@@ -168,8 +168,8 @@ def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
         names_by_hash, cautions = uses(Catalogue(lab))
         if used := names_by_hash.get(_hash_of(source, held_out)):
             raise InputError(
-                f'{source / TRIAL}: readings.role = "held-out", but these readings were already used for choosing '
-                f'settings, by the {used[0]} of {shown(lab)}; write role = "calibrated-on".'
+                f'{source / TRIAL}: readings.role is "held-out", but the {used[0]} of {shown(lab)} used these readings '
+                'to choose settings. Set readings.role = "calibrated-on".'
             )
         searched = not cautions
     return Above(

@@ -174,7 +174,9 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
         case "photo.ends_px":
             numbers = [*map(float, PIXELS.findall(text))]
             if len(numbers) != 4:
-                raise ValueError("must be two places in pixels, decimals with a point: 12.5 340 905 377.")
+                raise ValueError(
+                    "must be x and y of two places in pixels, with decimal points; write for example 12.5 340 905 377."
+                )
             return [numbers[:2], numbers[2:]]
         case "readings.as_written":
             return LIST_MARKS.sub(" ", text).split()
@@ -242,7 +244,7 @@ def _number_and_unit(text: str) -> re.Match[str] | None:
 def _plain_number(text: str) -> float:
     if is_ambiguous(text):
         whole, fraction = re.split("[.,]", text)
-        raise ValueError(f"may be {whole}{fraction} or {whole}.{fraction}0; write one of these.")
+        raise ValueError(f"is ambiguous; write {whole}{fraction} or {whole}.{fraction}0.")
     value = number(text, None)
     if value is None:
         raise ValueError("is not a number; write for example 16,0 or 16.0, without thousands separators.")
@@ -254,12 +256,12 @@ def _scaled(meaning: WordMeaning, number: float, in_word: str, in_value: str) ->
     allowed = ", ".join(units)
     given = [unit for unit in (unit_spelt(in_word), unit_spelt(in_value)) if unit]
     if not given:
-        raise ValueError(f"has no unit; write one of these after the word or the number: {allowed}.")
+        raise ValueError(f"has no unit; write one of these after the word or after the number: {allowed}.")
     for unit in given:
         if unit not in units:
             raise ValueError(f"is in {unit!r}, which is not a unit of this setting; write one of {allowed}.")
     if len({units[unit] for unit in given}) > 1:
-        raise ValueError(f"has the unit {given[0]} at its word and {given[1]} at its value; write one of them.")
+        raise ValueError(f"has two units, {given[0]} after the word and {given[1]} after the value; write only one.")
     # Twelve digits, so that 1.6 cm is 16 mm and not 16.000000000000004.
     return float(f"{number * units[given[0]]:.12g}")
 

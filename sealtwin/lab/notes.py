@@ -34,8 +34,8 @@ from validate.settings import Declared
 
 SEEMS = "it seems to give "
 MOST_QUOTED = 30  # Numbers in one question
-NOT_READ = "Or give the file the role text: it is then kept unread."
-STARTER = 'a note gives what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
+NOT_READ = "Or give the file the role text, and its content is not read."
+STARTER = 'Write a note with what no photo shows: data = "measured", and depth_mm = 16.0 in [crack]'
 UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+(?:in|en)\s+(\S+)|,\s*(\S+))\s*:?\s*")
 """A word with its unit: "Tiefe [mm]", "depth (mm)", "Tiefe in mm" or "depth, mm". """
 LONGEST_OWN = 200
@@ -121,22 +121,22 @@ def _of_sentences(path: Path, sample: SampleFiles, answers: Mapping[str, Any]) -
     """Read a free text with the role note: each of its numbers becomes a setting, a fault or a remark."""
     text, where = text_of(path), as_text(path)
     if len(text) > LONGEST_TEXT:
-        return Note(faults=[f"{where}: {len(text):,} letters; the limit for a note is {LONGEST_TEXT:,}. {NOT_READ}"])
+        return Note(faults=[f"{where}: has {len(text):,} letters; shorten it to {LONGEST_TEXT:,}. {NOT_READ}"])
     if others := names_of_samples(text, sample.others):
-        return Note(faults=[f"{where}: names {', '.join(others)} too. Write a note for each sample. {NOT_READ}"])
+        return Note(faults=[f"{where}: also names {', '.join(others)}. Write one note for each sample. {NOT_READ}"])
     sentences = read_sentences(text, sample.name)
     note = Note({key: NoteEntry(value, where) for key, (value, _) in sentences.settings.items()})
     note.remarks += [_read_as(where, key, value, words) for key, (value, words) in sentences.settings.items()]
     if sentences.bare:
         few = ", ".join(sentences.bare[:MOST_QUOTED])
-        note.remarks.append(f"{where}: not read, because they have no unit: {few}.")
+        note.remarks.append(f"{where}: these numbers are not read because they have no unit: {few}.")
     skipped = set(map(squeezed, sample.answers.get("note", {}).get("skip", "").split(";")))
     unread = [one for one in sentences.unread if squeezed(one) not in skipped and not _is_answered(one, answers)]
     if unread:
         note.faults.append(
-            f"{where}: {_quoted(unread)}: no setting was read from {'this' if len(unread) == 1 else 'these'}. In this "
-            f"note's row of the pairing file, write settings into the column settings (crack.depth_mm = 9), and the "
-            f"rest into skip ({unread[0]}). {NOT_READ}"
+            f"{where}: no setting was read from {_quoted(unread)}. In this note's row of the pairing file, write the "
+            f"settings into the column settings (crack.depth_mm = 9), and all else into the column skip ({unread[0]}). "
+            f"{NOT_READ}"
         )
     return note
 
@@ -185,10 +185,12 @@ def read_defaults(path: Path) -> Note:
         return Note()
     note = read_note(path)
     faults = [
-        f"{path}: {key} belongs to one sample; put it into that sample's note." for key in OF_ONE if key in note.entries
+        f"{path}: {key} applies to one sample only; move it into that sample's note."
+        for key in OF_ONE
+        if key in note.entries
     ]
     faults += [
-        f"{path}: [{WORDS}] {word!r} = {shown(key)} is no setting of a trial, nor {IGNORED!r}."
+        f"{path}: [{WORDS}] {word!r} = {shown(key)}: write a setting of a trial, or {IGNORED!r}."
         for word, key in note.words.items()
         if key not in known_keys() and key != IGNORED
     ]
@@ -204,7 +206,9 @@ def read_cell(text: str, where: str) -> Note:
         reader.read_tables(tomllib.loads(text.replace(";", "\n")), where)
     except tomllib.TOMLDecodeError as fault:
         example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
-        return Note(faults=[f"{where}: settings = {shown(text)}: not valid TOML ({fault}); write {example}."])
+        return Note(
+            faults=[f"{where}: settings = {shown(text)} is not valid TOML ({fault}); write for example {example}."]
+        )
     return reader.note
 
 
@@ -239,12 +243,16 @@ class _NoteReader:
             if any(more) or (unit and not note_words.is_unit(unit)):
                 extra = next(text for text in (*more, unit) if text)
                 self.note.faults.append(
-                    f"{where}: {shown(extra)} is neither word, value nor unit; only these three columns are read."
+                    f"{where}: {shown(extra)} is not a word, value or unit, the only columns that are read; remove it."
                 )
             elif not word:
-                self.note.faults.append(f"{where}: {shown(value)} has no word before it; write what it is.")
+                self.note.faults.append(
+                    f"{where}: {shown(value)} has no word in the first column; write there what the value means."
+                )
             elif row.cell(1).kind in {"formula", "error"}:
-                self.note.faults.append(f"{where}: {shown(word)} has a formula without a result; write the value.")
+                self.note.faults.append(
+                    f"{where}: the value of {shown(word)} is a formula without a result; write the value itself."
+                )
             elif value.casefold() not in note_words.NOT_STATED and not is_missing(value):
                 self._take_word(word, row.cell(1), unit, where, grid.shown_units.get((row.number, 1), ""))
 
@@ -252,14 +260,16 @@ class _NoteReader:
         """Take a key of a trial, or a key that only notes have."""
         note = self.note
         if key in tables():
-            note.faults.append(f"{where}: {key} is a table of settings; write [{key}], and its keys below.")
+            note.faults.append(
+                f"{where}: {key} is a table of settings, not a setting; write [{key}], and its keys on the next lines."
+            )
         elif key == note_words.MESH or (key not in known_keys() and key.partition(".")[0] in tables()):
             # A key in a table of a trial cannot be a remark; a mesh is not possible in a lab.
             note.faults.append(f"{where}: {shown(key)}: no such key; {KEYS}")
         elif key not in known_keys():
             self._take_unknown(key, value, "", where)
         elif key in note.entries:
-            note.faults.append(f"{where}: {key} is given twice, also in {note.entries[key].origin}; keep one.")
+            note.faults.append(f"{where}: {key} is also given in {note.entries[key].origin}; keep one of the two.")
         else:
             try:
                 note.entries[key] = NoteEntry(_own(key, value), where)
@@ -280,7 +290,7 @@ class _NoteReader:
         try:
             exact = cell.kind == "number"
             if exact and behind == "%":
-                raise ValueError(f"has a percent format, {float(value) * 100:.12g} %; write a plain number.")
+                raise ValueError(f"is formatted as {float(value) * 100:.12g} %; write a plain number.")
             behind = behind if exact and note_words.is_unit(behind) else ""
             setting = note_words.read_value(meaning, value, in_word, exact=exact, behind=behind)
             self._take(meaning.key, setting, where)
@@ -295,7 +305,7 @@ class _NoteReader:
         key = likely = None
         if self.own.get(normal(word)) != IGNORED:
             key, likely = key_of_unit(str(value), unit), key_like(word, str(value), unit)
-        remark = f"{where}: {shown(word)} = {shown(value)}: kept as a remark, not a setting."
+        remark = f"{where}: {shown(word)} = {shown(value)} is kept as a remark; it sets nothing."
         fault = (
             f"{where}: {shown(word)} = {shown(value)} may be {key or likely}, but the word is unknown. Define it "
             f'in lab.toml: [{WORDS}] "{word}" = "{key or likely}" (or another key, or "{IGNORED}").'
@@ -314,9 +324,9 @@ def _own(key: str, value: Any) -> Any:
     if key == note_words.DATE:
         return note_words.read_date(value)
     if key == note_words.NAME and not (isinstance(value, str) and value.strip() and plain(value) == value):
-        raise ValueError("must be a name: one line of visible letters.")
+        raise ValueError("is not a name; write one line of visible letters.")
     if key in note_words.OWN and not (isinstance(value, str) and 0 < len(value) <= LONGEST_OWN):
-        raise ValueError(f"must be one to {LONGEST_OWN} letters, in quotes.")
+        raise ValueError(f"is not a text of 1 to {LONGEST_OWN} letters; write one in quotes.")
     return value
 
 

@@ -96,4 +96,8 @@ def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str
     }
     checked(WeighedFill, path, content)
     last = f"{content['mass_g'][-1]:g} g at {content['level_mm'][-1]:g} mm"
-    return content, f"{path}: a fill of {len(levels)} steps, up to {last}; {WAYS[header.quantity]}.", faults.columns
+    return (
+        content,
+        f"{path}: read as a fill of {len(levels)} steps, up to {last}; {WAYS[header.quantity]}.",
+        faults.columns,
+    )

@@ -273,7 +273,7 @@ def test_a_comparison_has_its_interval_and_judges_a_leak(way, result):
     assert low_mm < result.mean_error_mm < high_mm
     assert (result.outcome, np.isfinite(result.bias_mm)) == ("passed", True)
     level = st.measure_level(replace(run, escaped_particles=3), crack, solid)
-    assert st.compare(level, result.readings, crack, solid).verdict.startswith("Do not use: 3 particles")
+    assert st.compare(level, result.readings, crack, solid).verdict.startswith("Do not use this run: 3 particles")
     assert isinstance(result, Comparison), "a record as any"
 
 
@@ -285,7 +285,7 @@ def test_declared_data_can_validate(lab, way):
     level = st.measure_level(way[4], crack, solid)
     table = np.column_stack([s_mm, np.interp(s_mm, level.s_mm, level.level_mm)])
     readings = st.read_readings(table, crack, solid, data="measured", role="held-out")
-    assert st.compare(level, readings, crack, solid, gate_mm=50.0).verdict.startswith("Gate kept: ")
+    assert st.compare(level, readings, crack, solid, gate_mm=50.0).verdict.startswith("Gate passed: ")
 
 
 def test_levels_are_drawn_on_a_figure_or_on_given_axes(way, result):
@@ -433,7 +433,7 @@ def test_the_script_of_fifteen_lines_runs_as_it_stands(tmp_path):
 def test_the_fast_model_is_a_model_of_the_solver_and_its_level_is_measured_like_any_other():
     solid, crack = slot(40.0)
     paste = st.Fluid(viscosity_pa_s=0.3, yield_stress_pa=4.0, freeze_after_s="never")
-    with pytest.warns(RuntimeWarning, match="This fill is by the fast model"):
+    with pytest.warns(RuntimeWarning, match="by the fast model"):
         run = st.inject(crack, solid, short_path(crack, 1.2, trim_mm=6.0), paste, solver=st.Solver(model="slot"))
     level = st.measure_level(run, crack, solid)
     assert not run.has_particles

@@ -131,7 +131,7 @@ def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(e
     (part,) = (each for each in several.budget.parts if each.name.startswith("volume gained or lost"))
     assert part.mean_level_mm == pytest.approx(0.95 * level_mm / 2, rel=1e-3)
     rows = dict(row for table in uncertainty_tables(one) for row in table.rows)
-    assert rows["part of E by volume that the numerics gained (below 0: lost)"] == f"+{level_mm:.3f} mm"
+    assert rows["part of E due to volume gained by the numerics (negative: lost)"] == f"+{level_mm:.3f} mm"
 
 
 def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, varied):
@@ -179,7 +179,7 @@ def test_every_table_has_units(evidence):
     comparison = all_of(evidence, Uncertainty(volume_ml=0.1), runs)
     rows = dict(row for table in uncertainty_tables(comparison.uncertainty) for row in table.rows)
     assert rows["volume given, by 0.1 ml"].startswith("mean level +0.300 mm")
-    assert ", of order 0." in rows["mean level"]
+    assert "order of convergence 0." in rows["mean level"]
     assert rows["radius of the particles"] == "0.385, 0.5, 0.65 mm, in 3, 3, 3 runs that differ in seed"
     assert all("mm" in text or "of 9" in text or text in ("yes", "no") or "p =" in text or "s from" in text
                for text in rows.values())  # fmt: skip

@@ -126,7 +126,7 @@ def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
     file = tmp_path / "caliper.csv"
     file.write_text("\n".join(["s_mm,level_1_mm,level_2_mm,level_3_mm", *lines]), encoding="utf-8")
     of_array, of_file = (
-        [doubt.partition(": ")[2].partition(", or answer")[0] for doubt in one.doubts] for one in (taken, read(file))
+        [doubt.partition(": ")[2].partition(", or confirm")[0] for doubt in one.doubts] for one in (taken, read(file))
     )
     assert of_array == of_file != []
     assert any(doubt.endswith(f'["{answer}"].') for doubt in taken.doubts)

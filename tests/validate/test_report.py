@@ -71,10 +71,10 @@ def test_page_and_pdf_lead_with_the_verdict_and_have_every_table(usual):
     titles += "Numerical health|Settings in effect|Provenance|Assumed and left out"
     facts = "Bond number 2.2|0.987|sealtwin run trial.toml|kinematic viscosity in effect"
     for text in (page.text, pdf):
-        for words in ("Gate kept: mean error 0.50 mm", "The dispensed volume lying flat is", "Held out"):
+        for words in ("Gate passed: mean error 0.50 mm", "the dispensed volume lying flat", "Held out"):
             assert text.index("Slot 7") < text.index(words) < text.index("area between the curves")
         assert [words for words in f"{titles}|{facts}".split("|") if words not in text] == []
-        assert "over the photo. Photo: measured. Scale: " in text.replace("\n", " ")
+        assert "over the photo (measured); scale: " in text.replace("\n", " ")
     numbers = [re.findall(r"Figure\s(\d+)\.\s", text) for text in (page.text, pdf)]
     assert numbers[0] == numbers[1] == [str(number) for number in range(1, 12)]
 
@@ -125,7 +125,7 @@ def test_the_first_page_of_the_pdf_answers(usual_folder, usual):
         "Tested: the simulation is 0.50 mm off|At the readings the line|Figure 1.|Mean error|% full|Held out|along, mm"
     )
     assert [fact for fact in facts.split("|") if fact not in texts[0].replace("\n", " ")] == []
-    assert "Gate kept" in texts[1]
+    assert "Gate passed" in texts[1]
     assert next(number for number, text in enumerate(texts) if text.startswith("Appendix")) <= 6
 
 
@@ -152,6 +152,7 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path, monk
     for text in (page.text, pdf):
         assert "No readings" in text
         assert text.index("Not a validation") < text.index("Mass balance")
+        assert text.count("Not a validation") == 1
         assert "Agreement with the readings" not in text
         assert "mean error" not in text
     assert sum(tag == "svg" for tag, _ in page.tags) == 7
@@ -172,6 +173,6 @@ def test_an_overlay_that_cannot_be_read_is_named(tmp_path, content):
     evidence.overlay_path.unlink()
     if content is not None:
         evidence.overlay_path.write_bytes(content)
-    with pytest.raises(InputError, match=r"overlay\.png: no readable picture"):
+    with pytest.raises(InputError, match=r"overlay\.png: is not a readable picture"):
         write_report(tmp_path, evidence)
     assert not (tmp_path / "report.html").exists()

@@ -109,7 +109,7 @@ class Calibrated:
         if self.draws is None:
             return " ".join(self._impossible)
         sentences = [
-            f"{_capital(one.free.label)}: {one.low:.3g} to {one.high:.3g} (90 %), {_verdict(one)}."
+            f"{_capital(one.free.label)}: 90 % interval {one.low:.3g} to {one.high:.3g}, {_verdict(one)}."
             for one in self.marginals
         ]
         return " ".join([*sentences, *(_judged(one) for one in self.predictions if one.role == "held out")])
@@ -117,24 +117,24 @@ class Calibrated:
     @property
     def _impossible(self) -> list[str]:
         sentences = [
-            f"{name}: residual {reach.residual_mm:.2g} mm, noise {reach.noise_mm:.2g}: the model cannot reproduce this "
-            "trial. No combination of its runs reproduces these readings."
+            f"{name}: the model cannot reproduce these readings: the best combination of its runs leaves a residual of "
+            f"{reach.residual_mm:.2g} mm, too much for a noise of {reach.noise_mm:.2g} mm."
             for name, reach in self.reaches
             if not reach.possible
         ]
         if self.least_implausibility > 1:
             sentences.append(
-                f"No setting within the ranges reproduces these readings: the closest misses by "
-                f"{self.least_implausibility:.2g} times what readings, runs and emulator allow."
+                "No setting within the ranges reproduces these readings: the error of the best one is "
+                f"{self.least_implausibility:.2g} times what the uncertainty of readings, runs and emulator allows."
             )
-        return [*sentences, "There is no posterior. Widen the ranges, free another setting, or check the readings."]
+        return [*sentences, "No setting was calibrated. Widen the ranges, free another setting, or check the readings."]
 
     @property
     def advice(self) -> list[str]:
         """Sentences on settings that are not identified, and on the remedy."""
         sentences = [
-            f"{_capital(one.free.label)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and leave "
-            "--free out, or calibrate on a second trial."
+            f"{_capital(one.free.label)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and remove "
+            "it from --free, or calibrate on a second trial as well."
             for one in self.marginals
             if not one.identified
         ]
@@ -149,13 +149,13 @@ class Calibrated:
         sentences = [*self.warned]
         if self.emulated:
             sentences.append(
-                "EMULATED: some of these readings were computed, not measured. This shows how well the method recovers "
-                "the settings behind such readings; it is no evidence about a paste."
+                "EMULATED: some of these readings were computed, not measured. The result shows how well the method "
+                "recovers the settings of such a computation; it is no evidence about a paste."
             )
         if self.mixing > MIXED:
             sentences.append(
-                f"The draws have not mixed (ratio of variances {self.mixing:.2f}, at most {MIXED:g} is sound): the "
-                "intervals are unreliable."
+                f"The intervals are unreliable, since the draws have not mixed (ratio of variances {self.mixing:.2f}; "
+                f"at most {MIXED:g} is sound)."
             )
         if self.unused:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])
@@ -180,6 +180,6 @@ def _verdict(one: Marginal) -> str:
 
 def _judged(one: Prediction) -> str:
     return (
-        f"{one.trial}, held out: {one.rms_mm:.2f} mm RMS from the readings (their own mean: {one.flat_rms_mm:.2f} mm), "
-        f"{percent(one.held, 0)} of {len(one.s_mm)} stations in the 95 % band."
+        f"{one.trial}, held out: RMS error {one.rms_mm:.2f} mm (the readings' mean: {one.flat_rms_mm:.2f} mm); "
+        f"{percent(one.held, 0)} of {len(one.s_mm)} stations are in the 95 % band."
     )

@@ -44,13 +44,13 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSectio
     columns = ["s_mm", "read_mm", "reading_half_width_mm", "predicted_mm", "band_half_width_mm"]
     rows = np.column_stack([one.s_mm, one.read_mm, one.error_mm, one.mean_mm, one.half_mm]).tolist()
     judged = (
-        f"{one.rms_mm:.2f} mm RMS between mean and readings, {one.flat_rms_mm:.2f} mm for their own mean; "
-        f"{percent(one.held, 0)} of {len(one.s_mm)} stations in the band."
+        f"RMS error of the predicted mean {one.rms_mm:.2f} mm, of the readings' mean {one.flat_rms_mm:.2f} mm; "
+        f"{percent(one.held, 0)} of {len(one.s_mm)} stations are in the band."
     )
     used = (
-        "The settings were fitted to these readings, so this error is a residual and predicts nothing."
+        "The settings were fitted to these readings, so this error is the residual of the fit, not a test."
         if one.role == "calibrated"
-        else "Nothing was fitted to these readings: this is a prediction."
+        else "No setting was fitted to these readings, so this is a prediction."
     )
     mark = "EMULATED " if calibrated.emulated and one.data != "measured" else ""
     plot = Plot(f"levels-{number}", caption, partial(draw_prediction, one, mark), Numbers(columns, rows))
@@ -128,9 +128,8 @@ def _label(axes: "theme.Axes", one: Marginal) -> None:
 
 def _combinations(calibrated: Calibrated) -> SheetSection:
     sentence = (
-        "Directions in which the posterior is narrowest and widest, in units of each setting's prior standard "
-        "deviation: 1 means that nothing was learned. Combinations with a small deviation are well determined, even if "
-        "no setting alone is."
+        "The combinations of settings that the readings determine best and worst. The deviation is relative to that of "
+        "the prior: 1 means that the readings contain no information on the combination."
     )
     rows = [[one.said(calibrated.frees), f"{one.deviation:.2f}"] for one in calibrated.combinations]
     numbers = Numbers(
@@ -155,13 +154,13 @@ def _gates(calibrated: Calibrated) -> SheetSection:
         for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
     ]
     sentences = [
-        "Residual: the part of the readings that no sum of the runs' shapes fits. Noise: standard uncertainty of a "
-        "reading and of what the shapes leave out.",
-        f"The best setting within the ranges misses by {calibrated.least_implausibility:.2f} times what readings, runs "
-        "and emulator allow; above 1 no setting is possible.",
+        "Residual: the part of the readings that no combination of the runs fits. Noise: the standard uncertainty of a "
+        "reading, and of the components that are left out.",
+        f"The error of the best setting within the ranges is {calibrated.least_implausibility:.2f} times what the "
+        "uncertainty of readings, runs and emulator allows; above 1, no setting is possible.",
     ]
     if calibrated.discrepancy_mm is not None:
         sentences.append(
-            f"Error of the model itself, by the posterior of all trials together: {calibrated.discrepancy_mm:.2f} mm."
+            f"Error of the model itself, estimated from all trials together: {calibrated.discrepancy_mm:.2f} mm."
         )
     return SheetSection("Gates", sentences, [FigureTable("Trials", head, rows, "gates")])

@@ -27,9 +27,12 @@ sets of readings. The share is one tail outside a 95 % interval."""
 FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean errors of a run that fits equally well and of the best run
 REPEATED = "seed"  # Setting in which replicates differ; it is never an axis
 NAMED = 8  # Most runs that a sentence names
-UNFIT = "the fast model is unfit for it."
-VOLUME_OFF = "its volume is off by over 5 %."
-OF_SEVERAL = {UNFIT: "the fast model is unfit for them.", VOLUME_OFF: "their volumes are off by over 5 %."}
+UNFIT = "the fast model is unfit for its settings."
+VOLUME_OFF = "its settled volume differs from the dispensed volume by more than 5 %."
+OF_SEVERAL = {
+    UNFIT: "the fast model is unfit for their settings.",
+    VOLUME_OFF: "their settled volumes differ from the dispensed volumes by more than 5 %.",
+}
 """Reasons in words for several runs."""
 LEAST_VALUES, LEAST_RUNS, LEAST_SHARE = 4, 16, 2 / 3
 """Least values of each setting, least runs, and least share of the map between the runs for a surface. On a grid these
@@ -94,11 +97,11 @@ def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
     values = {name: [each[name] for each in settings] for name in settings[0] if name != REPEATED}
     varying = [name for name, each in values.items() if len({str(value) for value in each}) > 1]
     if len(varying) != 2:
-        these = "none does" if not varying else f"{len(varying)} do: {', '.join(varying)}"
-        raise InputError(f"A map needs two settings that vary among the finished runs; here {these}.")
+        these = "none varies" if not varying else f"{len(varying)} vary: {', '.join(varying)}"
+        raise InputError(f"A map needs two settings that vary among the finished runs, but {these}. Vary two.")
     for name in varying:
         if odd := [value for value in values[name] if isinstance(value, bool) or not isinstance(value, int | float)]:
-            raise InputError(f"{name} = {odd[0]!r:.40} is not a number; only numbers can be mapped.")
+            raise InputError(f"{name} = {odd[0]!r:.40} is not a number; draw a map of numbers only.")
     across, up = (Axis(name, tuple(sorted({float(value) for value in values[name]}))) for name in varying)
     points = np.column_stack([axis.spaced(np.array(values[axis.setting], float)) for axis in (across, up)])
     reach = np.ptp(points, axis=0)
@@ -271,7 +274,7 @@ class Chart:
         """Sentence on the pairs that fit as well as the nearest one."""
         scatter_mm = self.scatter_of_replicates_mm
         if scatter_mm is None and self.screening:
-            return "Runs of the fast model do not scatter; how far particles would be from them is unknown here."
+            return "Runs of the fast model do not scatter; their distance from runs with particles is unknown."
         if self.replicates is None or scatter_mm is None:
             return (
                 "No pair was repeated with another seed, so it is unknown how far single runs scatter and which other "

@@ -60,19 +60,19 @@ def compare_sheet(
     best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), settings or differing(sides)
     key_figures = [("settings that differ", str(len(settings.shown)))]
     if best is not None and (nearest_one := sides[best].comparison) is not None:
-        off = f"{nearest_one.mean_error_mm:.2f} mm off"
-        finding = f"Nearest is run {best + 1}, {sides[best].name}, {off} on average. {beside_baselines(nearest_one)}"
-        key_figures.append(("nearest", f"run {best + 1}, {off}"))
+        error = f"mean error {nearest_one.mean_error_mm:.2f} mm"
+        finding = f"Run {best + 1} is nearest to the readings: {sides[best].name}. {beside_baselines(nearest_one)}"
+        key_figures.append(("nearest", f"run {best + 1}, {error}"))
     elif any(side.counts for side in compared):
-        finding = "Their readings differ, so there is no nearest run."
+        finding = "The runs have different readings, so none is nearest."
     else:
-        finding = "No run with readings is ranked, so there is no nearest run."
+        finding = "No run with readings is ranked, so none is nearest."
     if held_out_mm is not None:
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
     no_setting = "" if settings.shown else "No setting that changes a level or its error differs."
     about_settings = [words for words in (no_setting, settings.words) if words]
     values: list[Row] = [(name, each, setting_words) for name, each in settings.shown.items()]
-    caption = "Signed error of every run that has readings, by its number."
+    caption = "Signed error of each run with readings, labelled with its number."
     errors = Plot("errors", caption, lambda: draw_errors_of_runs(sides))
     parts = [
         SheetSection("Runs", [], [_names(sides)]),
@@ -99,8 +99,10 @@ def compare_sheet(
 def _cautions(sides: Sequence[Side]) -> list[str]:
     kinds = sorted({side.readings.data for side in sides if side.readings is not None} - {"measured"})
     sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
-    if unranked := [f"run {number}: {side.unranked}" for number, side in enumerate(sides, start=1) if side.unranked]:
-        leak = " A particle must never pass a wall: please report it with the trial file."
+    if unranked := [
+        f"run {number}, because {side.unranked}" for number, side in enumerate(sides, start=1) if side.unranked
+    ]:
+        leak = " Particles must never pass a wall: please report it with the trial file."
         sentences.append(f"Not ranked: {'; '.join(unranked)}.{leak if any(s.escaped_particles for s in sides) else ''}")
     return sentences + _not_held_out(sides)
 
@@ -167,8 +169,8 @@ def _held_out_words(sides: Sequence[Side]) -> str:
     if held_out_mm is not None:
         return f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
     if any(side.held_out for side in sides):
-        return "No held-out run is ranked; the table of runs that are not ranked has the reasons."
-    return "No run has held-out readings: every error here is the residual of a calibration."
+        return "No held-out run is ranked; see the reasons in the table of runs that are not ranked."
+    return "No run has held-out readings, so every error here is the residual of a calibration."
 
 
 def _held_out(sides: Sequence[Side]) -> FigureTable:
@@ -197,7 +199,7 @@ def _levels(sides: Sequence[Side]) -> Plot:
     rows = [[None if np.isnan(value) else float(value) for value in row] for row in np.column_stack([s_mm, *levels])]
     columns = ["s_mm", *(f"{name}: level_mm" for name in _named(sides))]
     firsts = [first for first in first_with_readings(sides) if first is not None]
-    caption = "The level along the crack of every run, by its number."
+    caption = "Level along the crack of each run, labelled with its number."
     if firsts:
         shared = len(firsts) > len(set(firsts))
         caption += " Circles are readings, in the colour of their run"

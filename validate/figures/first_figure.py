@@ -139,7 +139,7 @@ class FirstFigure:
             axes.plot(given[0], 0.0, "o", color="white", markersize=4.5, markerfacecolor="none")
             axes.annotate("", (given[-1], 0.0), (given[0], 0.0), arrowprops=arrow)
         axes.set_yticks([-round(shown_mm / 2), 0, round(shown_mm / 2)])
-        _title(axes, "Crack from above, straightened, mm", "; the arrow is the nozzle's way", layout)
+        _title(axes, "Crack from above, straightened, mm", "; arrow: nozzle's direction", layout)
 
     def _draw_level(self, axes: Axes, layout: FirstLayout) -> None:
         profile, readings, comparison = self.profile, self.readings, self.comparison

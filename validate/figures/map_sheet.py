@@ -27,13 +27,13 @@ ERRORS = {
 def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequence[str] = ()) -> FigureSheet:
     """Return the page of a study's map. ``cautions`` come before the cautions on its runs."""
     best = chart.best
-    as_near = "unknown: no pair was repeated"
+    as_near = "unknown, since no pair was repeated"
     if chart.scatter_of_replicates_mm is not None:
         as_near = f"{sum(chart.as_near)} of {len(chart.runs)}"
     first, second = chart.axes
     sections = [_levels(chart), _map(chart, fills), _influences(chart)]
     if fills:
-        caption = "Sections along the crack as chosen runs fill it, particles by age, as in the paper's Fig. 6."
+        caption = "Sections along the crack during the fill in chosen runs, coloured by age, as in the paper's Fig. 6."
         sections.append(
             SheetSection("Fills", [_again(fills)], [Plot("fills", caption, lambda: map_figures.draw_fills(fills))])
         )
@@ -45,7 +45,7 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequenc
         lead=f"{len(chart.runs)} runs, each compared with the same readings along the crack.",
         cautions=[*cautions, *_cautions(chart)],
         finding=(
-            f"Nearest to the readings: {chart.said(best)}, {best.mean_error_mm:.2f} mm off on average. "
+            f"Nearest to the readings: {chart.said(best)}, with a mean error of {best.mean_error_mm:.2f} mm. "
             f"{chart.beside_baselines} {chart.flatness} {chart.exclusion}"
         ),
         key_figures=[
@@ -64,19 +64,18 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequenc
 def _cautions(chart: Chart) -> list[str]:
     sentences = [chart.screening] if chart.screening else []
     sentences += [
-        f"The nearest of {len(chart.runs)} pairs was chosen with these readings: that is a calibration. Its error is a "
-        "residual, and predicts nothing until the pair is compared with other readings.",
+        f"The nearest of {len(chart.runs)} pairs was chosen with these readings, which is a calibration: its error is "
+        "the residual of the fit, not a test. Compare the pair with other readings.",
         *chart.fluid_warnings,
         *chart.unused,
     ]
     if chart.readings.data == "undeclared":
         sentences.append(
-            "It is not declared whether the readings are measured: a small error shows only closeness to them."
+            "It is not declared whether the readings are measured, so a small error shows only agreement with them."
         )
     elif chart.readings.data != "measured":
         sentences.append(
-            f"The readings are {chart.readings.data}: a small error shows only that runs are close to the source of "
-            "the readings."
+            f"The readings are {chart.readings.data}, so a small error shows only agreement with their source."
         )
     return sentences
 
@@ -88,8 +87,8 @@ def _levels(chart: Chart) -> SheetSection:
         columns = ["s_mm", *(f"level_of_run_{run.number}_mm" for run in chart.runs)]
         numbers = Numbers(columns, np.column_stack([s_mm, *levels_mm]).tolist())
     caption = (
-        "The level along the crack of every run, the nearest one in bold, and the readings with their 95 % band, as in "
-        "the paper's Fig. 7."
+        "Level along the crack of each run, the nearest in bold, and the readings with their 95 % band, as in the "
+        "paper's Fig. 7."
     )
     return SheetSection(
         "Levels", [], [Plot("levels", caption, lambda: map_figures.draw_levels_of_study(chart), numbers)]
@@ -113,8 +112,8 @@ def _surface(chart: Chart, fills: Sequence[map_figures.Fill]) -> Plot:
         for y, row in zip(up, error_mm[::8], strict=True)
         for x, error in zip(across, row, strict=True)
     ]
-    caption = "Mean error between the runs, which are crosses, by linear interpolation, as in the paper's Fig. 8"
-    caption += "; letters name the runs that are drawn below." if fills else "."
+    caption = "Mean error, interpolated linearly between the runs (crosses), as in the paper's Fig. 8"
+    caption += "; letters mark the runs that are drawn below." if fills else "."
     numbers = Numbers([first.setting, second.setting, "mean_error_mm"], cells)
     return Plot("heat", caption, lambda: map_figures.draw_heat(chart, [fill.run for fill in fills]), numbers)
 
@@ -137,7 +136,7 @@ def _influences(chart: Chart) -> SheetSection:
     plots = [
         Plot(
             f"influence-{axis.name.replace(' ', '-')}",
-            f"Mean error over {axis.name}, as in the paper's Fig. 10{figure}.",
+            f"Mean error against {axis.name}, as in the paper's Fig. 10{figure}.",
             lambda of=of: map_figures.draw_influence(chart, of),
         )
         for of, axis, figure in ((1, second, "a"), (0, first, "b"))
@@ -150,7 +149,7 @@ def _again(fills: Sequence[map_figures.Fill]) -> str:
     if not differing:
         return "These runs were repeated to draw them; their levels are the same to the last digit."
     return (
-        f"These runs were repeated to draw them; the levels of {len(differing)} of {len(fills)} differ, by at most "
+        f"These runs were repeated to draw them; the levels of {len(differing)} of {len(fills)} changed, by at most "
         f"{max(differing):.2g} mm on average."
     )
 
@@ -158,20 +157,19 @@ def _again(fills: Sequence[map_figures.Fill]) -> str:
 def _cost(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
     wall_s = np.array([run.wall_s for run in chart.runs])
     words = [
-        f"The median time of a run is {np.median(wall_s):.1f} s, the shortest {wall_s.min():.1f} s, the longest "
-        f"{wall_s.max():.1f} s; all together took {wall_s.sum():,.0f} s, on the machine that ran the "
-        "study, under its other load."
+        f"A run took {np.median(wall_s):.1f} s (median; {wall_s.min():.1f} to {wall_s.max():.1f} s), and all runs "
+        f"together {wall_s.sum():,.0f} s, on the machine of the study with its other load."
     ]
-    caption, numbers = "Times of whole runs over each setting.", None
+    caption, numbers = "Time of a run against each setting.", None
     if fills:
-        caption = f"Time of a frame over the particles that move in it, as in the paper's Fig. 11. {caption}"
+        caption = f"Time of a frame against the number of moving particles, as in the paper's Fig. 11. {caption}"
         particles, frame_ms = map_figures.frame_times(fills)
         numbers = Numbers(["moving_particles", "frame_ms"], np.column_stack([particles, frame_ms]).tolist())
         if (pace := map_figures.pace_of(particles, frame_ms)) is not None:
             start_ms, particle_us, explained = pace
             words.append(
-                f"A frame takes {start_ms:.2f} ms and {particle_us:.2f} µs more for each moving particle; "
-                f"the line explains {percent(explained, 0)} of the variance of the medians."
+                f"A frame takes {start_ms:.2f} ms plus {particle_us:.2f} µs for each moving particle; "
+                f"this line explains {percent(explained, 0)} of the variance of the medians."
             )
     return SheetSection("Cost", words, [Plot("cost", caption, lambda: map_figures.draw_cost(chart, fills), numbers)])
 

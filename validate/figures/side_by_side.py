@@ -73,9 +73,9 @@ class Side:
         """Reasons why the run is not ranked; empty if it is ranked."""
         low, high = SOUND
         reasons = {
-            f"edited by hand since it was made ({', '.join(self.edited)})": self.edited,
+            f"files were edited by hand after the run ({', '.join(self.edited)})": self.edited,
             "particles went through a wall": self.escaped_particles,
-            f"{self.volume_ratio:.3f} of the dispensed volume settled; {low:g} to {high:g} is sound": not kept_volume(
+            f"{self.volume_ratio:.3f} of the dispensed volume settled ({low:g} to {high:g} is sound)": not kept_volume(
                 self.volume_ratio
             ),
         }
@@ -178,8 +178,8 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
     sentences, replicated = [], False
     for copies in trials.values():
         sentences += [
-            f"{numbered(same).capitalize()} have the same readings, to {SAME_MM:g} mm at every station: copies are not "
-            "replicates, so only the first one counts."
+            f"{numbered(same).capitalize()} have the same readings (to {SAME_MM:g} mm at every station): copies are "
+            "not replicates, so only the first run counts."
             for same in copies.values()
             if len(same) > 1
         ]
@@ -195,8 +195,8 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
             )
     if not replicated:
         sentences.append(
-            f"No area validation metric: it needs {FEWEST} or more replicates of a trial, which have the same settings "
-            "and each its own readings. These runs have none."
+            f"No area validation metric: it needs at least {FEWEST} replicates, which are runs of a trial with "
+            "the same settings and different readings."
         )
     return sentences
 

@@ -42,7 +42,7 @@ def draw_solid(solid: Solid) -> Figure:
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
     figure = theme.plate(3.6)
-    pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity as a cast, {volume}"))
+    pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity alone, {volume}"))
     for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
         axes.imshow(picture)
         axes.set_title(title)
@@ -98,7 +98,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
     draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
     add_bar(figure, heights, [axes], **BELOW)
     draw_walls(axes, outline, face)
-    axes.plot(*trajectory.position_mm[:, :2].T, color=theme.MEASURED, linewidth=1.2, label="nozzle path, from its dot")
+    axes.plot(*trajectory.position_mm[:, :2].T, color=theme.MEASURED, linewidth=1.2, label="nozzle path from the dot")
     axes.plot(*trajectory.position_mm[0, :2], "o", color=theme.MEASURED, markersize=5)
     # The legend shows the line on mortar, since it would be invisible on a dark page.
     on_mortar = [withStroke(linewidth=5.0, foreground=theme.GROUND)]

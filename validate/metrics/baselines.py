@@ -130,25 +130,20 @@ def against_baselines(
     is the number of compared stations, or None if it is unknown.
     """
     simulated = {
-        "held-out": "the simulation, made without the readings,",
-        "calibrated-on": "the simulation, with undeclared fitted settings,",
-        "undeclared": "the simulation",
+        "held-out": "simulation (made without the readings)",
+        "calibrated-on": "simulation (fitted settings not declared)",
+        "undeclared": "simulation",
     }[role]
     if role != "held-out" and fitted is not None:
-        simulated = f"the simulation, with {counted(fitted, 'setting') if fitted else 'no setting'} fitted,"
+        simulated = f"simulation ({counted(fitted, 'setting') if fitted else 'no setting'} fitted)"
     if not baselines:
-        return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; there is no baseline."
-    first, *others = baselines
-    rest = "".join(f", {one.name} {one.mean_error_mm:.2f} mm" for one in others)
-    text = f"{first.name[0].upper()}{first.name[1:]} is {first.mean_error_mm:.2f} mm off{rest}; {simulated} "
-    text += f"{error_mm:.2f} mm."
+        return f"Mean error of the {simulated}: {error_mm:.2f} mm; there is no baseline to compare it with."
+    others = "".join(f", {one.name} {one.mean_error_mm:.2f} mm" for one in baselines)
+    text = f"Mean errors: {simulated} {error_mm:.2f} mm{others}."
     if role != "held-out" and fitted and stations is not None and fitted >= stations:
-        text += (
-            f" So many settings can fit any readings exactly: a curve with {fitted} numbers passes through all "
-            f"{stations} stations."
-        )
+        text += f" {fitted} settings can fit any level at {stations} stations, as can a curve with {fitted} numbers."
     elif beaten(error_mm, baselines, role, fitted) is False:
         unseen = role == "held-out" or fitted == 0
-        peer = "a baseline made without them" if unseen else "a curve with no more numbers"
-        text += f" The simulation is no closer to these readings than {peer}."
+        peer = "a baseline made without them" if unseen else f"a curve with at most {counted(fitted or 1, 'number')}"
+        text += f" The simulation is no closer to the readings than {peer}."
     return text

@@ -116,9 +116,9 @@ def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
     """Return points sorted by x. Raises InputError if they are not a function of x."""
     x, y = np.array(x, dtype=float), np.array(y, dtype=float)
     if x.ndim != 1 or x.shape != y.shape or len(x) < 2:
-        raise InputError(f"A curve needs two or more points, as many x as y; found {x.shape} and {y.shape}.")
+        raise InputError(f"A curve needs at least two points, and as many x as y; found {x.shape} and {y.shape}.")
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
-        raise InputError("A curve contains NaN or infinity. Leave out missing stations.")
+        raise InputError("A curve contains NaN or infinity. Remove missing stations.")
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
     if (np.diff(x) == 0).any():
@@ -185,7 +185,7 @@ def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]
     return s_mm, np.interp(s_mm, profile.s_mm, profile.level_mm)
 
 
-CHOICE = "s from the first end given, on both curves; neither is shifted to fit the other"
+CHOICE = "both curves count s from the first end given; neither is shifted to fit the other"
 SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Possible errors of a station placed by hand, or of the end of a crack
 
 

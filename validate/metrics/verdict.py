@@ -23,7 +23,7 @@ WIDEST_GAP = 0.3
 and stations placed by hand are uneven. A cluster of four stations and one far away leave a wider gap."""
 NEARLY_ALL = 0.95  # Coverage below which the verdict states it
 ROUNDING = 1e-9
-NO_VERDICT = "No verdict: this level is the fast model's, which is for screening."
+NO_VERDICT = "No verdict: the level was computed by the fast model, which is for screening."
 SOUND = (0.95, 1.05)
 """Sound range of the volume ratio, which is settled over dispensed volume. The preset "accurate" stays within it."""
 
@@ -70,16 +70,16 @@ def judged(
         sentences = (f"{edited_by_hand(edited)}: no verdict.",)
     elif screening:
         passed, outcome = None, "open"
-        not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not judged."
+        not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not applied."
         figures = f"Mean error {_with_interval(m, uncertainty)}."
         sentences = NO_VERDICT + not_judged, figures, beside_baselines(m), _use_of_readings(m)
         gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
         why = (
-            f"No verdict: the readings {covers} ({_stations(m)}, up to "
-            f"{100 * m.widest_gap_mm / m.length_mm:.0f} % of it apart); at least {100 * LEAST_COVERAGE:.0f} % and "
-            f"{FEWEST_STATIONS} stations no more than {100 * WIDEST_GAP:.0f} % apart are needed."
+            f"No verdict: the readings {covers} ({_stations(m)}, with gaps of up to "
+            f"{100 * m.widest_gap_mm / m.length_mm:.0f} %). Read at least {100 * LEAST_COVERAGE:.0f} % of it, at "
+            f"{FEWEST_STATIONS} stations or more, with gaps of at most {100 * WIDEST_GAP:.0f} %."
         )
         sentences = why, _use_of_readings(m)
     else:
@@ -102,15 +102,15 @@ def judged(
 def _stations(m: LevelMetrics) -> str:
     """Return the number of compared stations, and of stations beyond the stretch that define the measured line."""
     beyond = m.stations_used - m.stations_compared
-    return counted(m.stations_compared, "station") + (f" and {beyond} next beyond" if beyond else "")
+    return counted(m.stations_compared, "station") + (f" and {beyond} beyond them" if beyond else "")
 
 
 def _with_interval(m: LevelMetrics, uncertainty: ErrorUncertainty | None) -> str:
     if uncertainty is None:
         return f"{m.mean_error_mm:.2f} mm"
     low_mm, high_mm = uncertainty.mean_error_interval_mm
-    unknown = "" if uncertainty.budget.scatter_known else ", their scatter unknown"
-    return f"{m.mean_error_mm:.2f} mm ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"
+    unknown = "" if uncertainty.budget.scatter_known else ", whose scatter is unknown"
+    return f"{m.mean_error_mm:.2f} mm (95 % interval {low_mm:.2f} to {high_mm:.2f} mm, from the readings{unknown})"
 
 
 def _against_gate(
@@ -119,14 +119,14 @@ def _against_gate(
     """Return whether the mean error is within the gate, the outcome, and the sentence on both."""
     figures = f"mean error {_with_interval(m, uncertainty)}"
     if gate is None:
-        return None, "open", f"No gate: {figures}."
+        return None, "open", f"No gate is declared: {figures}."
     passed = m.mean_error_mm <= gate.mean_error_mm
     reason = f"reason: {gate.reason}" if gate.reason else "no reason is given"
-    figures += f", at most {gate.mean_error_mm:g} mm ({reason})"
+    figures += f", limit {gate.mean_error_mm:g} mm ({reason})"
     low_mm, high_mm = (math.inf, 0.0) if uncertainty is None else uncertainty.mean_error_interval_mm
     if low_mm <= gate.mean_error_mm <= high_mm:
-        return passed, "undecided", f"Gate in doubt: {figures}; the readings cannot decide whether it is kept."
-    return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {figures}."
+        return passed, "undecided", f"Gate undecided: {figures}; the limit is inside the interval."
+    return passed, "passed" if passed else "failed", f"Gate {'passed' if passed else 'failed'}: {figures}."
 
 
 def beside_baselines(m: LevelMetrics) -> str:
@@ -147,7 +147,7 @@ def _role_sentence(m: LevelMetrics) -> str:
     readings = "readings" if m.readings_data == "measured" else f"{m.readings_data} readings"
     if m.role == "calibrated-on":
         if m.fitted == ():
-            return f"Calibrated on these {readings} (declared: no setting was fitted): not a test."
+            return f"Calibrated on these {readings}, with no fitted setting as declared: not a test."
         what = "the fitted settings are not declared"
         if m.fitted:
             count = counted(m.stations_compared, "station")
@@ -157,14 +157,14 @@ def _role_sentence(m: LevelMetrics) -> str:
         return f"Held out: no study and no calibration in the lab's catalogue uses these {readings}."
     if m.role == "held-out":
         return f"Held out, as declared; there was no lab catalogue to check for other uses of these {readings}."
-    return f"Neither calibrated nor held out: the use of these {readings} is not declared."
+    return f"The use of these {readings} is not declared: set readings.role."
 
 
 def edited_by_hand(names: Sequence[str]) -> str:
     """Return the beginning of a sentence about results that were edited after their stage wrote them."""
-    return f"Edited by hand since ({', '.join(names)})"
+    return f"Files were edited by hand after the run ({', '.join(names)})"
 
 
 def leak(escaped_particles: int) -> str:
     """Return the beginning of a sentence about particles that passed through a wall."""
-    return f"Do not use: {counted(escaped_particles, 'particle')} went through a wall"
+    return f"Do not use this run: {counted(escaped_particles, 'particle')} went through a wall"

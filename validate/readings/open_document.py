@@ -45,9 +45,8 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             size_bytes = archive.getinfo(CONTENT).file_size
             if size_bytes > LARGEST_CONTENT_BYTES:
-                finding = (
-                    f"unpacks to {size_bytes / 1e6:.0f} MB; at most {LARGEST_CONTENT_BYTES / 1e6:.0f} MB are read."
-                )
+                limit = f"the limit is {LARGEST_CONTENT_BYTES / 1e6:.0f} MB."
+                finding = f"the workbook has {size_bytes / 1e6:.0f} MB when it is unpacked; {limit}"
                 raise refuse(Place(path), finding, "Remove other tables from it, or save it as CSV.")
             root = fromstring(archive.read(CONTENT))
         hidden, struck, flat = set[str](), set[str](), set[str]()

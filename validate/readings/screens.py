@@ -148,16 +148,16 @@ def doubtful_cells(cells: ReadCells) -> Iterator[tuple[Doubt, NDArray[np.bool_]]
 
 def _on_cell(cells: ReadCells, kind: OfCell, i: int, j: int) -> Doubt:
     row, column = int(cells.rows[i, j]), int(cells.columns[j])
-    beside_mm, peers = np.delete(cells.readings_mm[i], j), "others here"
+    beside_mm, peers = np.delete(cells.readings_mm[i], j), "the other readings there"
     if not np.nan_to_num(beside_mm).any():
         beside_mm = cells.stations_mm[[k for k in (i - 1, i + 1) if 0 <= k < len(cells.s_mm)]]
-        peers = "neighbours"
+        peers = "its neighbours"
     shown = " and ".join(f"{one:.4g}" for one in beside_mm if not np.isnan(one))
-    value = f"{cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm"
-    may, remedy = (f"{cells.readings_mm[i, j]:g} may stand for a missing reading", "Clear it")
+    value = f"the reading {cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm differs from {peers} ({shown} mm)"
+    may, remedy = "it may be a code for a missing reading", "Clear it"
     if kind == "sign slip":
         may, remedy = "it may have the wrong sign", "Correct it"
-    return Doubt(kind, row, column, (cell_name(row, column),), f"{value} among {shown} mm ({peers}): {may}.", remedy)
+    return Doubt(kind, row, column, (cell_name(row, column),), f"{value}: {may}.", remedy)
 
 
 def cell_name(row: int, column: int) -> str:
@@ -273,7 +273,7 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
             row = int(cells.rows[i, first])
             finding = (
                 f"the readings at s = {cells.s_mm[i]:g} mm scatter by {spreads_mm[place]:.2g} mm, "
-                f"{spreads_mm[place] / usual_mm:.0f} times the scatter of their neighbours ({usual_mm:.2g} mm)."
+                f"{spreads_mm[place] / usual_mm:.0f} times the usual scatter ({usual_mm:.2g} mm)."
             )
             yield Doubt("scatter", row, cells.station_column, (f"{row}",), finding, "Correct the row")
 
@@ -344,7 +344,7 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
         off_mm = np.abs(values_mm[compared, j] - np.nanmean(values_mm[compared][:, others], axis=1))
         by_chance = min(1.0, 0.8 * half_mm / spread_mm(values_mm[:, others])) ** int(compared.sum())
         if (off_mm <= half_mm).all() and by_chance < LIMITS.mean_column_chance:
-            yield _on_column(cells, "mean column", j, f"the mean of the other {len(others)} at every station")
+            yield _on_column(cells, "mean column", j, f"the mean of the other {len(others)} repeats at every station")
             return
 
 

@@ -75,7 +75,7 @@ class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not
         groups = list(alike.values())[:MOST_SHOWN]
         lines = [_joined(group) for group in groups]
         if more := len(faults) - sum(map(len, groups)):
-            lines.append(f"{as_text(faults[0].place.path)}: {more:,} more faults like these.")
+            lines.append(f"{as_text(faults[0].place.path)}: has {more:,} more faults like these.")
         super().__init__("\n".join(lines))
 
 
@@ -111,7 +111,8 @@ def _joined(alike: list[SheetFault]) -> str:
     places = ", ".join(named[:MOST_ROWS_NAMED]) + (" and others" if len(named) > MOST_ROWS_NAMED else "")
     if len(rows) > 1 and rows[-1] - rows[0] == len(rows) - 1:
         places = f"{rows[0]} to {rows[-1]}"
-    return f"{alike[0]} The same in {len(named):,} more: {'row' if rows else 'column'} {places}."
+    which = f"{'row' if rows else 'column'}{'s' if len(named) > 1 else ''}"
+    return f"{alike[0]} The same fault is in {len(named):,} more {which}: {places}."
 
 
 def refuse(place: Place, finding: str, remedy: str, value: str | None = None) -> SheetFaults:
@@ -200,9 +201,9 @@ class SheetGrid:
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
-            raise refuse(self.place(), f"more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations.")
+            raise refuse(self.place(), f"has more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations.")
         if wide := next((row for row in self.rows if row.width > MOST_COLUMNS), None):
-            finding = f"more than {MOST_COLUMNS} columns, which is the limit."
+            finding = f"has more than {MOST_COLUMNS} columns, which is the limit."
             raise refuse(self.place(wide.number), finding, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:

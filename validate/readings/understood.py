@@ -16,7 +16,7 @@ from validate.settings import Decimal, Declared
 from validate.units import LABELS, counted
 
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
-OR_ANSWER = "or answer readings.as_written"  # End of a doubt about a readable sheet
+OR_ANSWER = "or confirm it: readings.as_written"  # End of a doubt about a readable sheet
 NO_SUCH = "skip: no such row"
 DIAL_UNITS = ("1/10 mm", "1/100 mm")
 FINEST_MM = 0.0075  # Between the last digit of a caliper, 0.01 mm, and that of a dial with thousandths
@@ -158,7 +158,7 @@ def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
         digits_mm = cells.digits_mm[:, cells.columns == column.index]
         if column.unit in DIAL_UNITS and digits_mm.size and float(np.median(digits_mm)) < FINEST_MM:
             finding = (
-                f"readings in {column.unit} with digits of {float(digits_mm.min()):.2g} mm, which no caliper shows."
+                f"readings in {column.unit} have digits of {float(digits_mm.min()):.2g} mm, which no caliper shows."
             )
             remedy = "Correct the header if they are millimetres"
             yield Doubt("unit", header.row.number, column.index, ("unit",), finding, remedy)
@@ -168,27 +168,24 @@ def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
 def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
     """Yield doubts about remarks on zero points and factors, rows of zeros, and hidden or struck-out cells."""
     for row, text in remarks_where(header, names_other_zero):
-        finding = f"{quoted(text)} mentions a zero point, but not in words for the sample's face."
+        finding = f"{quoted(text)} mentions a zero point, which may not be the sample's face."
         remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
         yield Doubt("datum", row.number, header.station.index, ("datum",), finding, remedy)
     columns = [column.index for column in (header.station, *header.readings)]
     for before, row in pairwise(header.body):
         values = [number(row.cell(column).text, None) for column in columns]
         if not any(values) and None not in values[:2] and (number(before.cell(columns[0]).text, None) or 0) > 0:
-            finding = (
-                "position and readings are 0 below another position, as from a formula that refers to empty cells."
-            )
+            finding = "position and readings are 0 below another position; a formula may refer to empty cells."
             yield Doubt("zero", row.number, columns[0], (f"{row.number}",), finding, "Clear the row")
     for row, text in remarks_where(header, names_factor):
-        finding = f"{quoted(text)} mentions a factor, but readings are not multiplied."
-        yield Doubt("unit", row.number, header.station.index, ("unit",), finding, "Write the readings in their unit")
+        finding = f"{quoted(text)} mentions a factor, but the readings are not multiplied by it."
+        yield Doubt("unit", row.number, header.station.index, ("unit",), finding, "Write the multiplied readings")
     read = {column.index for column in (header.station, *header.readings)}
     at, rows = header.station.index, {row.number: row for row in header.body}
     if hidden := sorted(grid.hidden_rows & rows.keys()):
         finding = f"{'this row is' if len(hidden) == 1 else f'{len(hidden)} rows are'} hidden but read."
-        yield Doubt(
-            "hidden", hidden[0], at, tuple(map(str, hidden)), finding, "Delete them if they do not belong to the table"
-        )
+        remedy = "Delete hidden rows that do not belong to the table"
+        yield Doubt("hidden", hidden[0], at, tuple(map(str, hidden)), finding, remedy)
     for index in sorted(grid.hidden_columns & read):
         finding = "this column is hidden but read."
         yield Doubt(

@@ -48,10 +48,10 @@ ASK: dict[Kind, str] = {
     "sign": "Correct the header: level counts upward from the face, depth downward",
     "unit": "Correct the unit in the header",
     "datum": "Measure from the face, or declare [readings] datum and datum_level_mm",
-    "direction": 'Set the end at which s is 0: [readings.columns] s_from = "second", or in pairing.csv',
+    "direction": 'Set the end at which s is 0 with s_from = "second" in [readings.columns] or in pairing.csv',
 }
 TURNED: tuple[tuple[Kind, float, str], ...] = (
-    ("sign", -1.0, "with the other sign"),
+    ("sign", -1.0, "with the opposite sign"),
     ("unit", 10.0, "in centimetres"),
 )
 """Mistakes that multiply all levels by one factor."""
@@ -100,8 +100,8 @@ def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doub
         return
     first, last = f"{s_mm[0] / unit_mm:g}", f"{s_mm[-1] / unit_mm:g}"
     finding = (
-        f"the stations count from {first} to {last} by ones, and only readings.unit makes them {s_mm[-1]:g} mm of a "
-        f"crack of {length_mm:.3g} mm: perhaps they are numbers of places."
+        f"the stations are {first} to {last} in steps of one, and with readings.unit they reach only {s_mm[-1]:g} mm "
+        f"of a crack of {length_mm:.3g} mm: they may be numbers of places."
     )
     remedy = "Write the distance of each place along the crack"
     yield Doubt("unit", cells.header_row, cells.station_column, ("unit",), finding, remedy)
@@ -134,9 +134,9 @@ def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> I
         several = (~np.isnan(cells.levels_mm)).sum(axis=1) > 1
         steady = several.sum() >= 4 and spread_mm(cells.readings_mm) < LIMITS.steady_mm
         if fine or steady:
-            why = "decimals of a micrometre" if fine else "repeats alike to a few hundredths"
+            why = "have digits of 0.001 mm" if fine else "repeat to a few hundredths"
             within_mm = float(np.abs(level_mm).max())
-            yield "unit", f"all readings are within {within_mm:.3g} mm of the face, with {why}: perhaps centimetres."
+            yield "unit", f"all readings are within {within_mm:.3g} mm of the face and {why}: they may be centimetres."
 
 
 def _share(which: NDArray[np.bool_]) -> str:
@@ -147,7 +147,7 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
     """Yield the change of sign, unit or datum with which the volume below the readings is the dispensed volume."""
     length_mm, depth_mm = filling.outline.length_mm, filling.solid.depth_mm
     if s_mm[-1] < LIMITS.stations_share * length_mm and LIMITS.covered < 10 * s_mm[-1] / length_mm < 1.05:
-        yield "unit", f"all stations are in the first {s_mm[-1]:.3g} of {length_mm:.3g} mm: perhaps centimetres."
+        yield "unit", f"all stations are in the first {s_mm[-1]:.3g} of {length_mm:.3g} mm: they may be centimetres."
     if s_mm[-1] - s_mm[0] < LIMITS.covered * length_mm or filling.volume_mm3 <= 0:
         return
     held_mm3 = filling.held_mm3(s_mm, level_mm)
@@ -161,14 +161,14 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
             _is_possible(factor * level_mm, filling)
             and abs(np.log(max(other_mm3, 1.0) / filling.volume_mm3)) < LIMITS.volume_met * off
         ):
-            yield kind, f"{volumes}; {words} it would be {other_mm3 / 1000:.2f} ml."
+            yield kind, f"{volumes}; {words}, the readings would give {other_mm3 / 1000:.2f} ml."
             return
     offset_mm = _offset_mm(s_mm, level_mm, filling)
     if offset_mm is not None and abs(offset_mm) > max(LIMITS.offset_mm, LIMITS.offset_share * depth_mm):
         yield (
             "datum",
-            f"{volumes}; the two agree if all readings are {abs(offset_mm):.2g} mm "
-            f"{'lower' if offset_mm < 0 else 'higher'}. Or was another volume dispensed than path.volume_ml?",
+            f"{volumes}; the two volumes agree if all readings are {abs(offset_mm):.2g} mm "
+            f"{'lower' if offset_mm < 0 else 'higher'}, or if path.volume_ml is wrong.",
         )
 
 
@@ -200,7 +200,7 @@ def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tupl
         _distance_mm(at_mm - level_mm, shape=True) for at_mm in (there_mm, mirrored_there_mm)
     )
     candidates: list[tuple[float, float, Kind, str]] = [
-        (mirrored_shape_mm, shape_mm, "direction", "up to a constant, with s from the crack's other end")
+        (mirrored_shape_mm, shape_mm, "direction", "with s from the crack's other end, apart from a constant")
     ]
     for kind, factor, words in TURNED:
         if _is_possible(factor * level_mm, filling):
@@ -211,7 +211,7 @@ def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tupl
     if any(other_mm < share * own_mm and own_mm - other_mm > gain_mm for share, gain_mm in LIMITS.nearer):
         yield (
             kind,
-            f"the readings are {own_mm:.2g} mm from the simulated level on average, and {words} {other_mm:.2g} mm.",
+            f"the readings are {own_mm:.2g} mm from the simulated level on average, but {other_mm:.2g} mm {words}.",
         )
 
 

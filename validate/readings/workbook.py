@@ -75,16 +75,16 @@ def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
     if len(chosen) == 1:
         return chosen[0].grid(path, program, _remarks(chosen[0], sheets))
     if wanted is not None:
-        finding, named = f"no sheet {quoted(wanted)} among", sheets
+        finding, named = f"has no sheet {quoted(wanted)}, only", sheets
     elif visible:
         finding, named = f"{len(visible)} sheets have content:", visible
     elif filled:
         finding, named = "all sheets with content are hidden:", filled
     else:
-        finding = "no rows of readings: all sheets are empty, or in the strict form of Open XML."
-        raise refuse(Place(path), finding, "Save the workbook with its cells, as an ordinary XLSX.")
+        finding = "has no rows of readings: all its sheets are empty, or saved as Strict Open XML."
+        raise refuse(Place(path), finding, "Save it with its cells as an ordinary XLSX.")
     names = ", ".join(quoted(sheet.name) for sheet in named[:12]) + (", …" if len(named) > 12 else "")
-    remedy = "Select the one with the readings: [readings] sheet, or in pairing.csv."
+    remedy = "Name the sheet with the readings in [readings] sheet, or in pairing.csv."
     raise refuse(Place(path), f"{finding} {names}.", remedy, wanted)
 
 
@@ -104,8 +104,8 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Wo
         archive = zipfile.ZipFile(io.BytesIO(content))
     unpacked_bytes = sum(entry.file_size for entry in archive.infolist())
     if unpacked_bytes > LARGEST_UNPACKED_BYTES:
-        limit = f"at most {LARGEST_UNPACKED_BYTES / 1e6:.0f} MB are read."
-        finding = f"a workbook that unpacks to {unpacked_bytes / 1e6:.0f} MB; {limit}"
+        limit = f"the limit is {LARGEST_UNPACKED_BYTES / 1e6:.0f} MB."
+        finding = f"the workbook has {unpacked_bytes / 1e6:.0f} MB when it is unpacked; {limit}"
         raise refuse(Place(path), finding, "Remove pictures and other tables from it, or save it as CSV.")
     if "[Content_Types].xml" not in archive.namelist():
         raise refuse(Place(path), "a zip file, but not an XLSX.", SAVE_AGAIN)
@@ -209,5 +209,5 @@ def _remarks(chosen: Worksheet, sheets: Sequence[Worksheet]) -> list[str]:
         hidden = counted(len(chosen.hidden_rows), "hidden row"), counted(len(chosen.hidden_columns), "hidden column")
         remarks.append(f"{' and '.join(hidden)} are read too")
     if unread := [sheet for sheet in sheets if sheet.hidden and sheet.rows and sheet is not chosen]:
-        remarks.append(f"{counted(len(unread), 'hidden sheet')} not read")
+        remarks.append(f"{counted(len(unread), 'hidden sheet')} ignored")
     return remarks

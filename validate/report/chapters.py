@@ -129,8 +129,8 @@ def first_caption(evidence: Evidence) -> str:
     stations = uncertainty.stations
     inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
     return (
-        f"Bars: 95 % interval of each reading. Grey: in 95 of 100 repeats of these readings, a perfect model "
-        f"would be in it at all stations; this one is in it at {inside}."
+        "Bars: 95 % interval of each reading. Grey: a perfect model would be inside at all stations in 95 of 100 "
+        f"repeats of these readings; this one is inside at {inside}."
     )
 
 
@@ -195,7 +195,9 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     shown = [solid, sections] if evidence.run.has_particles else [solid]
     yield "Geometry", "geometry", [*shown, *_weighed(evidence), *solid_and_path]
     yield "Health of the run", "health", [sample_and_run.health_table(evidence)]
-    again = Paragraph(("Written from Python: to make this report again, run the script that called write_report.",))
+    again = Paragraph(
+        ("This report was written from Python; to make it again, run the script that called write_report.",)
+    )
     if evidence.commands:
         comment = "makes this report again, from the trial.toml in its folder and the files that the trial names."
         again = CommandLines(evidence.commands, comment)
@@ -208,7 +210,7 @@ def _weighed(evidence: Evidence) -> Iterator[Item]:
     if (weighed := figures.weighed) is not None:
         widths_mm = figures.mouth_width_mm or 0.0, figures.floor_width_mm or 0.0
         yield Plate(
-            "The cavity by weight: a liquid poured into the crack in steps, and the straight walls fitted to them.",
+            "Cavity by weight: levels of a liquid poured into the crack in steps, and straight walls fitted to them.",
             lambda: draw_weighed_fill(weighed, *widths_mm),
         )
 
@@ -218,7 +220,7 @@ def _level_plate(evidence: Evidence) -> Plate:
     prediction = evidence.prediction
     against = "" if readings is None else ", with the caliper's means, their common 95 % band and single readings"
     if prediction is not None:
-        against = ", predicted, nothing fitted to this sample, with the 95 % bands of each place and of the whole level"
+        against = ", predicted with no setting fitted to this sample, and its 95 % bands for a place and for the whole"
     return Plate(
         f"Simulated level along the crack{against}.",
         lambda: draw_profile(profile, evidence.solid.sections, readings, comparison, prediction=prediction),
@@ -233,22 +235,22 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
     if places := where_off(comparison):
         yield Paragraph(places)
     yield Plate(
-        "Error along the crack. For 95 of 100 sheets, a perfect model would be in the band at all stations.",
+        "Error along the crack, with the 95 % band of all stations together.",
         lambda: draw_error(profile, readings, comparison),
     )
     if uncertainty is not None:
-        missing = "; numerics or inputs are missing" if uncertainty.mean_level.resolved is None else ""
+        missing = ", without numerics or inputs" if uncertainty.mean_level.resolved is None else ""
         yield Plate(
-            "Error E, simulated minus measured level, at each station, with twice its standard uncertainty. A filled "
-            f"marker is outside the band of all stations together. Below, the parts of the uncertainty{missing}.",
+            "Error E (simulated minus measured level) at each station, ± 2 standard uncertainties; filled markers are "
+            f"outside the band of all stations. Below: the parts of the uncertainty{missing}.",
             lambda: draw_uncertainty(uncertainty.stations),
         )
     yield Plate(
-        "Mean absolute error in each 10 mm of the crack's length, exact integrals, as in the paper's Fig. 9b.",
+        "Mean absolute error in each 10 mm of the crack, as in the paper's Fig. 9b.",
         lambda: draw_histogram(comparison),
     )
     yield Plate(
-        "Share of the crack's length on which the error is no larger than a limit.",
+        "Share of the crack's length with an error up to a limit.",
         lambda: draw_distribution(profile, readings, comparison),
     )
 
@@ -259,13 +261,13 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     if frames := evidence.frames:
         scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
         yield Plate(
-            "Sections along the crack as it is filled, particles coloured by speed, as in the paper's Fig. 6. The "
-            "particles nearest to the centreline are drawn on top.",
+            "Sections along the crack during the fill, coloured by speed, as in the paper's Fig. 6. Particles near the "
+            "centreline are drawn on top.",
             lambda: draw_fill(frames, scene, by=("speed",)),
         )
-        yield Plate("The same, by the age of the particles.", lambda: draw_fill(frames, scene, by=("age",)))
+        yield Plate("The same sections, coloured by age.", lambda: draw_fill(frames, scene, by=("age",)))
     yield Plate(
-        "Every particle at its place along the crack, by age; the line is the profile read from them.",
+        "All particles from the side, coloured by age; the line is the level read from them.",
         lambda: draw_side_view(run, outline, solid, evidence.profile),
     )
     yield Plate(
@@ -284,8 +286,7 @@ def _photo(evidence: Evidence) -> PhotoBlock:
     pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     origin = "of undeclared origin" if evidence.photo_data == "undeclared" else evidence.photo_data
     return PhotoBlock(
-        f"The traced walls and centreline, over the {seen_in}. {seen_in.capitalize()}: {origin}. "
-        f"Scale: {outline.scale_source}. Mean width {sample_and_run.width_words(outline)}; {_widths(evidence)}.",
+        f"Traced walls and centreline over the {seen_in} ({origin}); scale: {outline.scale_source}.",
         f"The {seen_in} of the sample with the traced walls and centreline of the crack",
         np.asarray(pixels, dtype=np.uint8),
     )
@@ -295,7 +296,7 @@ def _read_picture(path: Path) -> Pixels:
     content = np.frombuffer(files.read_bytes(path) if path.is_file() else b"", np.uint8)
     picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
     if picture is None:
-        raise InputError(f"{path}: no readable picture. Run 'sealtwin digitise' again, which draws it.")
+        raise InputError(f"{path}: is not a readable picture. Draw it again with 'sealtwin digitise'.")
     return np.asarray(picture, dtype=np.uint8)
 
 
@@ -309,21 +310,10 @@ def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
     return overlay[rows, columns]
 
 
-def _widths(evidence: Evidence) -> str:
-    """Return the widths of the simulated solid, which follow from the traced width and the tilt."""
-    figures = evidence.solid.figures
-    if figures.mouth_width_mm is None or figures.floor_width_mm is None:
-        return "the solid's is not recorded"
-    tilt = sample_and_run.tilt_words(evidence)
-    return (
-        f"of the solid's mouth {figures.mouth_width_mm:.2f} mm, of its floor {figures.floor_width_mm:.2f} mm ({tilt})"
-    )
-
-
 def _model(evidence: Evidence) -> Model:
     return Model(
-        "The sealant at rest between the walls of the crack, coloured by its age; the line is the crack's mouth. At "
-        "the surface half of the space is sealant; single particles and the wall nearest to you are not drawn.",
+        "The sealant at rest, coloured by age; the line is the crack's mouth. At the drawn surface, half of the space "
+        "is sealant; single particles and the near wall are not drawn.",
         "The sealant in the crack, seen from one side and from above, coloured by age",
         build_turntable(evidence.run, evidence.solid),
     )

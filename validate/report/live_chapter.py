@@ -49,17 +49,17 @@ def _band(evidence: Evidence) -> dict[str, Any] | None:
 def _sentences(evidence: Evidence) -> list[str]:
     """Return sentences on the model of the page's level, on its band, and on the readings."""
     if evidence.run.has_particles:
-        sentences = ["The level of the particles as run, plus the change that the fast model gives for these settings."]
+        sentences = ["This is the level of the particles as run, plus the change that the fast model computes."]
         band = _band(evidence)
         sentences.append(
             "No band: the uncertainty of this simulation was not computed."
             if band is None
-            else f"The band is 95 % by {' and '.join(band['parts'])}, for the settings as run."
+            else f"The 95 % band includes {' and '.join(band['parts'])}, for the settings as run."
         )
     else:
         sentences = [
-            "This level is by the fast model, as is that of the run. It has no band: only a run by particles shows "
-            "its error."
+            "The fast model computed this level and that of the run. There is no band, since only a run with particles "
+            "shows its error."
         ]
     return sentences if evidence.readings is None else [*sentences, "The readings are for the settings as run."]
 

@@ -21,7 +21,7 @@ from validate.units import PageTable, unit_of, words
 from validate.wording import first_page as first_page_words
 from validate.wording.comparison import uncertainty_sentences, volumes_mm3
 from validate.wording.first_page import FirstPage, first_page
-from validate.wording.headline import cautions, headline, in_short
+from validate.wording.headline import NOT_A_VALIDATION, cautions, headline, in_short
 from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
 
 
@@ -100,6 +100,11 @@ class ReportData(JsonRecord):
     def findings(self) -> tuple[str, ...]:
         """Conclusions according to ASME V&V 20, or a sentence that it was not assessed; empty without readings."""
         return () if self.comparison is None else self.comparison.findings
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Cautions without the one on data that were not measured, which is on the first page."""
+        return tuple(caution for caution in self.cautions if not caution.startswith(NOT_A_VALIDATION))
 
     @property
     def tone(self) -> Outcome:

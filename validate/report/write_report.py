@@ -191,7 +191,7 @@ def _write_pdf(path: Path, data: ReportData, first: First, content: Sequence[Cha
         if first.table:
             paper.stations(first.table)
         paper.add_page()
-        for caution in data.cautions:
+        for caution in data.faults:
             paper.paragraph(caution, size_pt=10, weight="B", colour=CAUTION)
         paper.paragraph(data.note, colour=MUTED)
         for before, chapter in zip([None, *content], content, strict=False):

@@ -211,8 +211,8 @@ class Budget:
         times = f"{with_it / without:.1f}" if without else "many"
         narrower = "hardly narrower" if times == "1.0" else f"{times} times narrower"
         return (
-            f"So few repeats cannot exclude a shift of {PASS_MM:g} mm between passes; the intervals include one. "
-            f"If repeats are not separate passes, set {one.setting} = 0: the interval of the mean level is then "
+            f"The intervals include a shift of {PASS_MM:g} mm between passes, which so few repeats cannot exclude. If "
+            f"the repeats are not separate passes, set {one.setting} = 0; the interval of the mean level is then "
             f"{narrower}."
         )
 

@@ -121,9 +121,9 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
     off_mm = columns_mm[shape, column] * np.sign(shapes[-1, shape])
     off = f"{off_mm:+.2f} ± {1.96 * drawn[:, shape, column].std():.2f} mm"
     raise InputError(
-        f"{source}: the columns of repeats contradict uncertainty.pass_mm = {pass_mm:g}. Repeat {column + 1} is "
-        f"{WAYS[shape].format(off=off)} (95 % by chance). With this pass_mm, fewer than 1 of 100 sheets would differ "
-        "so much. Remove pass_mm, or set it to the standard deviation of the passes."
+        f"{source}: the repeats contradict uncertainty.pass_mm = {pass_mm:g}: repeat {column + 1} is "
+        f"{WAYS[shape].format(off=off)} (95 % range by chance), more than in 99 of 100 sheets with this pass_mm. "
+        "Remove pass_mm, or set it to the standard deviation of the passes."
     )
 
 
@@ -167,9 +167,9 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
     count = int(odd.sum(axis=1).min())
     if count > ODD_SHARE * len(read_mm):
         raise InputError(
-            f"{source}: readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} readings are not "
-            "multiples of it, whatever height they are measured from. Set it to the last digit of the caliper; "
-            "declare other uncertainties by their keys in [uncertainty]."
+            f"{source}: the readings contradict readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} "
+            "are not multiples of it from any datum. Set it to the last digit of the caliper, and declare other errors "
+            "in [uncertainty]."
         )
 
 
@@ -180,9 +180,9 @@ def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, res
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
     if squares_mm2 > variance_mm2 * chi2.ppf(1 - FALSE_ALARM, freedom):
         raise InputError(
-            f"{source}: uncertainty.repeatability_mm = {declared_mm:g}: the repeats contradict it. They "
-            f"scatter by {np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom); with that "
-            "repeatability, fewer than 1 of 100 sheets scatter so much. Omit it: the repeats show the scatter."
+            f"{source}: the repeats contradict uncertainty.repeatability_mm = {declared_mm:g}: they scatter by "
+            f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), more than 99 of 100 sheets "
+            "with this repeatability. Remove it, since the repeats show the scatter."
         )
 
 
@@ -202,9 +202,9 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
     if freedom <= 0 or squares_mm2 >= variance_mm2 * chi2.ppf(FALSE_ALARM, freedom):
         return ()
     return (
-        f"uncertainty.repeatability_mm = {declared_mm:g} is not used: the repeats show the scatter, "
-        f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), and fewer than 1 of 100 sheets "
-        "of normal readings with that repeatability scatter so little.",
+        f"uncertainty.repeatability_mm = {declared_mm:g} is not used: the repeats scatter by only "
+        f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), less than 99 of 100 sheets of "
+        "normal readings with this repeatability.",
     )
 
 
@@ -235,7 +235,7 @@ def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: flo
     least_mm, bends_mm = float(np.quantile(drawn_mm, FALSE_ALARM)), float(bends(level_mm))
     if bends_mm < least_mm:
         raise InputError(
-            f"{source}: uncertainty.{key} = {declared_mm:g}: the readings contradict it. Stations differ from the line "
-            f"between their neighbours by {bends_mm:.2g} mm (rms); with such an error they would differ by "
-            f"{least_mm:.2g} mm or more in 99 of 100 sheets, on any bed. Declare a smaller error, or omit it."
+            f"{source}: the readings contradict uncertainty.{key} = {declared_mm:g}: stations differ from the line "
+            f"between their neighbours by {bends_mm:.2g} mm (rms), and with such an error by at least "
+            f"{least_mm:.2g} mm in 99 of 100 sheets, on any bed. Declare a smaller error, or remove it."
         )

@@ -31,7 +31,7 @@ RANGE: dict[Quantity, tuple[float, float]] = {
 NAMES: dict[Quantity, str] = {
     "mean_level_mm": "mean level",
     "fill_ratio": "share of the room below the face that is filled",
-    "heap_mm2": "heap above the face, on each mm of crack",
+    "heap_mm2": "heap above the face, per mm of crack",
 }
 
 
@@ -83,18 +83,18 @@ def expected_sentences(earlier: EarlierTrials) -> tuple[str, ...]:
     off = f"{abs(level.bias):.1f} mm {side} the computed level on average"
     lay = off if round(abs(level.bias), 1) else "as high as the computed level on average"
     sentence = (
-        f"In {count} of this lab, measured and held out, the sealant was {lay}, with a standard deviation from trial "
-        f"to trial of {level.scatter:.1f} mm: the mean level expected here is {_value(level, level.expected)}, 95 % "
-        f"from {_value(level, level.expected_95[0])} to {_value(level, level.expected_95[1])}"
+        f"In {count} of this lab (measured and held out), the sealant was {lay}, with a standard deviation from trial "
+        f"to trial of {level.scatter:.1f} mm. The mean level expected here is {_value(level, level.expected)} (95 %: "
+        f"{_value(level, level.expected_95[0])} to {_value(level, level.expected_95[1])})"
     )
     if (fill := by_quantity.get("fill_ratio")) is not None:
         ends = " to ".join(percent(end, 0) for end in fill.expected_95)
-        sentence += f", and {percent(fill.expected, 0)} of the room below the face filled ({ends})"
+        sentence += f", with {percent(fill.expected, 0)} of the room below the face filled ({ends})"
     assumed = (
-        f"The ranges, by Student t of {len(earlier.trials)} trials, assume that all these trials are exchangeable "
-        "and their errors normal."
+        f"The ranges follow from the Student t distribution for {len(earlier.trials)} trials, if the trials are "
+        "exchangeable and their errors normal."
     )
-    few = (f"So few trials make these ranges wide; {ENOUGH} would make them much narrower.",)
+    few = (f"With {ENOUGH} trials the ranges would be much narrower.",)
     return (f"{sentence}.", assumed, *(few if len(earlier.trials) < FEW else ()))
 
 
@@ -103,8 +103,8 @@ def earlier_table(earlier: EarlierTrials) -> PageTable:
     rows = [
         (
             NAMES[one.quantity],
-            f"{_off(one)}; here {_value(one, one.computed)} computed, {_value(one, one.expected)} expected, 95 % from "
-            f"{_value(one, one.expected_95[0])} to {_value(one, one.expected_95[1])}",
+            f"{_off(one)}; here {_value(one, one.computed)} computed, {_value(one, one.expected)} expected (95 %: "
+            f"{_value(one, one.expected_95[0])} to {_value(one, one.expected_95[1])})",
         )
         for one in earlier.expectations
     ]
@@ -164,9 +164,9 @@ def _expectation(bias: Bias, computed: float) -> Expectation:
 
 def _off(one: Bias) -> str:
     if one.relative:
-        return f"computed over read {one.bias:.3f}, scatter {percent(one.scatter)}"
+        return f"ratio of computed to read {one.bias:.3f}, scatter {percent(one.scatter)}"
     unit = _unit(one)
-    return f"computed less read {signed(one.bias, 2)} {unit}, scatter {one.scatter:.2f} {unit}"
+    return f"computed minus read {signed(one.bias, 2)} {unit}, scatter {one.scatter:.2f} {unit}"
 
 
 def _value(one: Expectation, value: float) -> str:

@@ -198,16 +198,16 @@ def _outliers(places: list[float], robust_mm: float) -> Iterator[str]:
     if places:
         yield (
             f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
-            f"robust standard deviations ({robust_mm:.2g} mm) away from the others. The mean includes it; if a station "
-            "has three readings or more, the intervals are based on the others."
+            f"robust standard deviations (of {robust_mm:.2g} mm) away from the others. The mean includes it; the "
+            "intervals do not if the station has at least three readings."
         )
 
 
 def _touching(places: list[float], probe_mm: float) -> Iterator[str]:
     if places:
         yield (
-            f"The probe, {probe_mm:g} mm wide, is as wide as the crack or wider at {counted(len(places), 'station')} "
-            f"(s = {_listed(places)} mm): it touches the walls there and reads too high by an unknown amount."
+            f"The probe ({probe_mm:g} mm) is not narrower than the crack at {counted(len(places), 'station')} "
+            f"(s = {_listed(places)} mm), so it touches the walls there and reads too high by an unknown amount."
         )
 
 

@@ -14,8 +14,8 @@ from validate.units import counted, signed
 
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
 
-NOT_ASSESSED = "ASME V&V 20: not assessed: 'sealtwin validate RUN --uncertainty'"
-NO_INPUT = "ASME V&V 20: not assessed: [uncertainty] declares no input of the run, such as volume_ml."
+NOT_ASSESSED = "ASME V&V 20 is not assessed: run 'sealtwin validate RUN --uncertainty'"
+NO_INPUT = "ASME V&V 20 is not assessed: declare an input of the run, such as volume_ml, in [uncertainty]."
 
 
 def mean_level_budget(
@@ -59,7 +59,7 @@ def level_sentences(
     V&V 20 requires; a model for ``screening`` is not assessed either.
     """
     if screening:
-        return "ASME V&V 20: not assessed: the level is the fast model's.", _station_sentence(
+        return "ASME V&V 20 is not assessed, since the fast model computed the level.", _station_sentence(
             stations, parts, _included(mean)
         )
     if mean.resolved is None:
@@ -86,7 +86,7 @@ def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
     """Return the comparison with ``extra_runs``, the time of the runs that V&V 20 needs, added to its findings."""
     if not extra_runs:
         return comparison
-    timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED}, about {extra_runs}."}
+    timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED} (about {extra_runs})."}
     return comparison.model_copy(update={"findings": tuple(timed.get(one, one) for one in comparison.findings)})
 
 
@@ -108,11 +108,10 @@ def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], incl
     where = f" ({high} too high, {int(off.sum()) - high} too low)" if off.any() else ""
     chance = f"about {stations.by_chance:.0f}" if stations.by_chance >= 0.5 else "fewer than 1"
     largest = max(parts, key=lambda one: one.station_mm).name
-    verb, whose = ("is", "its") if above == 1 else ("are", "their")
     return (
-        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level is outside the 95 % band of the whole "
-        f"profile{where}; the bands are by {included}. {above or 'None'} of {count} {verb} outside {whose} own 95 % "
-        f"band; {chance} would be by chance, if the budget of errors (mostly {largest}) is complete."
+        f"The level is outside the 95 % band of the whole profile at {int(off.sum()) or 'none'} of "
+        f"{counted(count, 'station')}{where}, and outside the station's own band at {above or 'none'} ({chance} by "
+        f"chance, if no error is missing). The bands include the errors of {included}, mostly {largest}."
     )
 
 

@@ -79,7 +79,7 @@ def agreement_table(comparison: Comparison) -> PageTable:
     m, uncertainty = comparison, comparison.uncertainty
     mean_interval = bias_interval = ""
     if uncertainty is not None:
-        between = ", 95 % interval by the readings {} to {} mm"
+        between = ", 95 % interval from the readings {} to {} mm"
         mean_interval = between.format(*(f"{end:.3f}" for end in uncertainty.mean_error_interval_mm))
         bias_interval = between.format(*(signed(end, 3) for end in uncertainty.bias_interval_mm))
     difference_mm2 = m.area_difference_mm2
@@ -116,8 +116,8 @@ def readings_role(metrics: Comparison) -> str:
     if metrics.role != "calibrated-on":
         return ROLES[metrics.role]
     if metrics.fitted is None:
-        return f"{ROLES[metrics.role]}: not declared what"
-    return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted)) or 'no setting, as was declared'}"
+        return f"{ROLES[metrics.role]}: the fitted settings are not declared"
+    return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted)) or 'no setting, as declared'}"
 
 
 def _baseline(one: Baseline, error_mm: float) -> str:
@@ -148,7 +148,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
         ("stations compared", stations),
     ]
     if scatter.repeatability_sd_mm is None:
-        rows.append(("repeatability", "no repeats: the scatter of the readings is not known"))
+        rows.append(("repeatability", "unknown, since no station was read twice"))
     else:
         freedom = f"{counted(scatter.degrees_of_freedom, 'degree')} of freedom"
         deviation = f"{scatter.repeatability_sd_mm:.3f} mm standard deviation, {freedom}"
@@ -157,7 +157,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
 
 
 Rows = list[tuple[str, str]]
-FAST_INPUTS = "In cases run with particles too, u_input was the same within a factor of 1.25 (decision 0140)."
+FAST_INPUTS = "In cases that were also run with particles, u_input agreed within a factor of 1.25 (decision 0140)."
 
 
 def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
@@ -171,10 +171,10 @@ def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
     run = (
         f"with particles of {evidence.run.radius_mm:g} mm radius" if evidence.run.has_particles else "of the fast model"
     )
-    sentence = f"Not assessed: this is a single run, {run}, without an interval."
+    sentence = f"The uncertainty is not assessed: this is a single run {run}."
     if evidence.readings is not None or not evidence.extra_runs:
         return (sentence,)
-    return (f"{sentence} 'sealtwin validate RUN --uncertainty' computes its band in about {evidence.extra_runs}.",)
+    return (f"{sentence} Compute its band with 'sealtwin validate RUN --uncertainty' (about {evidence.extra_runs}).",)
 
 
 def _included(uncertainty: ErrorUncertainty) -> list[str]:
@@ -182,20 +182,22 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
     sentences = [*uncertainty.sentences, *uncertainty.budget.notes]
     if not uncertainty.budget.scatter_known:
         sentences.append(
-            "No station was read twice and no repeatability is declared (uncertainty.repeatability_mm): the scatter of "
-            "the readings is not included."
+            "The scatter of the readings is not included: no station was read twice, and uncertainty.repeatability_mm "
+            "is not declared."
         )
     if uncertainty.budget.missing:
         effects = "; ".join(
-            f"{one.name} ({one.setting}): ± {2 * one.mean_level_mm:.2f} mm in the mean level, "
-            f"{2 * one.station_mm:.2f} mm at a station"
+            f"{one.name} ({one.setting}) {2 * one.mean_level_mm:.2f} and {2 * one.station_mm:.2f} mm"
             for one in uncertainty.budget.missing
         )
-        sentences.append(f"Effect of each undeclared error, if it were {UNDECLARED_MM:g} mm (95 %): {effects}.")
+        sentences.append(
+            "No interval includes the following errors, since they are not declared. If one were "
+            f"{UNDECLARED_MM:g} mm, it would change the mean level and a station by up to (95 %): {effects}."
+        )
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(
-            f"The effect of the inputs is by the fast model: {counted(draws.runs, 'run')} with random inputs, each "
-            f"minus the run with the inputs as they are. Only these differences are used, not its level. {FAST_INPUTS}"
+            f"The fast model computed the effect of the inputs: {counted(draws.runs, 'run')} with random inputs, each "
+            f"minus the run with the declared inputs. Only these differences are used. {FAST_INPUTS}"
         )
     # The intervals of the error are by the readings alone; the inputs are part of u_val.
     return sentences + input_sentences(uncertainty.inputs_left_out, () if draws is None else draws.unfit, "u_val")
@@ -215,7 +217,7 @@ def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
         ("space filled by particles with centres at or below the face's plane", f"{balance.in_crack_mm3:.0f} mm³"),
         ("space filled by particles with centres above the face's plane", f"{balance.above_mm3:.0f} mm³"),
         ("dispensed sealant over the sample's edge", f"{balance.spilled_mm3:.0f} mm³"),
-        ("lost by the numerics: dispensed less these three (below 0: gained)", f"{balance.lost_mm3:.1f} mm³"),
+        ("lost by the numerics: dispensed minus these three volumes (negative: gained)", f"{balance.lost_mm3:.1f} mm³"),
         ("face beside the mouth under sealant", f"{balance.footprint_mm2:.0f} mm²"),
         (
             "sealant under the level, over the covered length",
@@ -245,9 +247,9 @@ def sealant_as_read(balance: MassBalance) -> tuple[str, str]:
             f", while the caliper read cured sealant, {undeclared}",
         )
     return (
-        f"cured, {balance.readings_when_dispensed_mm3:.0f} mm³ before {balance.shrinkage_percent:g} % of shrinkage",
-        f", while the caliper read cured sealant: the mass balance adds the {balance.shrinkage_percent:g} % by which "
-        "it shrank, the levels do not",
+        f"cured, {balance.readings_when_dispensed_mm3:.0f} mm³ before its shrinkage of {balance.shrinkage_percent:g} %",
+        f", while the caliper read cured sealant: the mass balance adds its shrinkage of {balance.shrinkage_percent:g} "
+        "%, the levels do not",
     )
 
 
@@ -275,21 +277,21 @@ def _result(uncertainty: ErrorUncertainty) -> Rows:
             ("|E| above 2 u_val; if not, simulation and readings are consistent", "yes" if mean.resolved else "no"),
         ]
     return [
-        ("mean error, 95 % interval by the readings", f"{low_mm:.3f} to {high_mm:.3f} mm"),
-        ("bias, 95 % interval by the readings", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
-        ("u of the bias that more stations would not reduce", f"{uncertainty.bias_systematic_mm:.3f} mm (1 sd)"),
-        ("95 % band of one station's level, by the readings", f"± {span(levels.band_95_mm, 3)} mm"),
+        ("mean error, 95 % interval from the readings", f"{low_mm:.3f} to {high_mm:.3f} mm"),
+        ("bias, 95 % interval from the readings", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
+        ("u of the bias due to errors that all stations share", f"{uncertainty.bias_systematic_mm:.3f} mm (1 sd)"),
+        ("95 % band of one station's level, from the readings", f"± {span(levels.band_95_mm, 3)} mm"),
         ("95 % band of all stations' levels together", f"± {span(levels.profile_band_95_mm, 3)} mm"),
         ("E, error of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),
-        ("part of E by volume that the numerics gained (below 0: lost)", volume),
-        ("u of the mean level by the readings", f"{mean.data_mm:.3f} mm"),
-        ("u of the mean level by the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
-        ("u of the mean level by the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
+        ("part of E due to volume gained by the numerics (negative: lost)", volume),
+        ("u of the mean level due to the readings", f"{mean.data_mm:.3f} mm"),
+        ("u of the mean level due to the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
+        ("u of the mean level due to the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
         *validated,
         ("stations with E outside the band of all stations together", f"{int(stations.off.sum())} of {count}"),
         (
             "stations with E outside their own band",
-            f"{int(stations.above.sum())} of {count}; by chance about {stations.by_chance:.1f} would be, if the level "
+            f"{int(stations.above.sum())} of {count}; about {stations.by_chance:.1f} expected by chance, if the level "
             "is right and the budget complete",
         ),
     ]
@@ -325,7 +327,7 @@ def _numerics(uncertainty: ErrorUncertainty) -> Rows:
     for name, one in (("mean level", study.mean_level_mm), ("mean error", study.mean_error_mm)):
         values = ", ".join(f"{value_mm:.3f}" for value_mm in one.values)
         low, high = one.order_95
-        band = f"± {one.band:.3f} mm at 95 %, of order {low:.1f} to {high:.1f}"
+        band = f"± {one.band:.3f} mm at 95 %, order of convergence {low:.1f} to {high:.1f}"
         rows.append((name, f"{values} mm; {band}; a run scatters by {one.scatter:.3f} mm"))
     return rows
 
@@ -334,7 +336,7 @@ def _inputs(uncertainty: ErrorUncertainty) -> Rows:
     rows = []
     for one in uncertainty.inputs:
         name, unit = INPUTS[one.name]
-        does = f"mean level {signed(one.mean_level_mm, 3)} mm, at most {one.largest_mm:.2f} mm somewhere"
+        does = f"mean level {signed(one.mean_level_mm, 3)} mm, largest change {one.largest_mm:.2f} mm"
         share = f"{percent(one.share)} of the variance of u_input"
         rows.append((f"{name}, by {one.standard:g} {unit}", f"{does}; {share}, {MODELS[one.model]}"))
     if uncertainty.input_draws is not None:
@@ -343,7 +345,7 @@ def _inputs(uncertainty: ErrorUncertainty) -> Rows:
         )
     if uncertainty.inputs and uncertainty.effect_scatter_mm is not None:
         rows.append(
-            ("change by the scatter of single runs alone", f"{uncertainty.effect_scatter_mm:.2f} mm at a place")
+            ("change due to the scatter of single runs alone", f"{uncertainty.effect_scatter_mm:.2f} mm at a place")
         )
     return rows
 
@@ -373,15 +375,15 @@ def stretches_off(stations: StationErrors) -> tuple[str, ...]:
             worst = max(part, key=lambda station: abs(stations.error_mm[station]))
             off_mm = abs(float(stations.error_mm[worst]))
             first, last, at = (f"{stations.s_mm[station]:g}" for station in (part[0], part[-1], worst))
-            place = f"from {first} to {last} mm (by up to {off_mm:.1f} mm, at {at} mm)"
+            place = f"from {first} to {last} mm (up to {off_mm:.1f} mm, at {at} mm)"
             if len(part) == 1:
-                place = f"at {at} mm (by {off_mm:.1f} mm)"
+                place = f"at {at} mm ({off_mm:.1f} mm)"
             stretches.append((off_mm, f"too {'high' if side > 0 else 'low'} {place}"))
     if not stretches:
         return ()
     named = [text for _, text in sorted(stretches, key=lambda stretch: -stretch[0])]
     others = len(named) - NAMED
-    more = f"; in {others} other {'stretch' if others == 1 else 'stretches'} by less" if others > 0 else ""
+    more = f"; {others} more {'stretch is' if others == 1 else 'stretches are'} outside by less" if others > 0 else ""
     return (
         f"Outside the 95 % band of all stations together, the simulated level is {', '.join(named[:NAMED])}{more}.",
     )
@@ -391,7 +393,4 @@ def between_stations(stations_mm: Floats, worst_at_mm: float) -> tuple[str, ...]
     """Return a sentence if the largest error is not at a station, so that no reading shows it; else nothing."""
     if np.abs(stations_mm - worst_at_mm).min() < AT_A_STATION_MM:
         return ()
-    return (
-        f"The largest error, at {worst_at_mm:.1f} mm, is between stations, where the readings are interpolated by a "
-        "straight line.",
-    )
+    return (f"The largest error, at {worst_at_mm:.1f} mm, is between stations, where the readings are interpolated.",)

@@ -9,6 +9,7 @@ from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_vol
 from validate.report_input import Evidence
 from validate.result import Outcome
 from validate.uncertainty.earlier_trials import expected_sentences
+from validate.uncertainty.validation import missing_sentence
 from validate.units import counted
 from validate.wording.comparison import volumes_mm3
 from validate.wording.prediction import predicted_sentence
@@ -24,8 +25,9 @@ AT_REST_MM_S = 2.0
 MUCH_SPILLED = 0.05
 """Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
 ML = 1000.0  # mm³
+NOT_A_VALIDATION = "Not a validation:"
 FAST = (
-    "This fill is by the fast model, not by particles: it computes the flow along the crack, averaged over each "
+    "This fill was computed by the fast model, not by particles: it is the flow along the crack, averaged over each "
     "section. It is for screening; do not rely on its level alone."
 )
 
@@ -37,7 +39,7 @@ def fast_model(run: Run | Simulation) -> tuple[str, ...]:
     if run.unfit:
         return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.unfit)
     above_mm = round(run.fast_fill.above_mm, 1)
-    over = f"; its level is up to {above_mm} mm above the face, and its only overspill is a slump next to the mouth"
+    over = f"; its level is up to {above_mm} mm above the face, with overspill only as a slump next to the mouth"
     return (f"{FAST} The case is within its domain (decision 0151){over if above_mm > 0 else ''}.",)
 
 
@@ -61,35 +63,34 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
     ratio = round(volume_ratio / max(1 - spilled, 1e-3), 3)
     if not low <= ratio <= high:
         rest = " of what stayed on the sample" if spilled else ""
-        change, hollows, off = ("lost", "", "low") if ratio < low else ("gained", ", or covers hollows", "high")
+        change, hollows, off = ("lost", "", "low") if ratio < low else ("gained", ", or bridges empty spaces", "high")
         texts.append(
             f"The fluid {change} {100 * abs(1 - ratio):.0f} % of its volume{hollows} ({ratio:.3f}{rest}; {low:g} to "
             f"{high:g} is sound), so its levels are too {off}.{_why(run, lost=ratio < low)}"
         )
     if (compressed := run.health.density_error_p95 or 0.0) > MOST_COMPRESSED:
         # The two-level pressure is for deep beds, and many substeps help shallow ones as well.
-        cure = 'For a deep bed set solver.pressure = "two-level" (decision 0065), for any bed more solver.substeps.'
+        cure = 'Set solver.pressure = "two-level" for a deep bed (decision 0065), or more solver.substeps for any bed.'
         if _table(run, "solver").get("pressure") == "two-level":
             cure = "Set more solver.substeps."
         texts.append(
-            f"The bed is compressed: 5 % of its particles by more than {100 * compressed:.0f} %, so levels there are "
+            f"The bed is compressed (5 % of its particles by more than {100 * compressed:.0f} %), so levels there are "
             f"too low. {cure}"
         )
     if (speed_mm_s := run.health.end_speed_mm_s or 0.0) > AT_REST_MM_S:
         texts.append(
-            f"The sealant still moves at the end of the run, at {speed_mm_s:.2g} mm/s (RMS): its level is not that of "
-            "a fluid at rest. Set a longer solver.settle_s, unless the fluid is as thin as water: then the particles "
-            "never come to rest."
+            f"The sealant still moves at {speed_mm_s:.2g} mm/s (RMS) at the end of the run, so this is not its level "
+            "at rest. Set a longer solver.settle_s; particles of a fluid as thin as water never come to rest."
         )
     if not kept_volume(volume_ratio) and (low <= ratio <= high or spilled > MUCH_SPILLED):
         texts.append(
-            f"{counted(run.spilled_particles, 'particle')}, {100 * spilled:.1f} % of the sealant, ran over the edge "
-            "of the sample: the levels are those of the rest."
+            f"{counted(run.spilled_particles, 'particle')} ({100 * spilled:.1f} % of the sealant) ran over the edge "
+            "of the sample, so the levels are those of the rest."
         )
     if (bond := run.health.bond) is not None and bond < LEAST_BOND:
         texts.append(
             f"The Bond number across the crack is {bond:.2g}: surface tension, which is not modelled, is stronger than "
-            "gravity there, and holds or draws sealant in ways that this run cannot show."
+            "gravity there, so the real sealant may come to rest elsewhere."
         )
     return tuple(texts)
 
@@ -97,9 +98,9 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
 def _why(run: Run | Simulation, *, lost: bool) -> str:
     across = run.health.particles_across
     if lost and _table(run, "solver").get("preset") == "paper":
-        return ' Preset "paper" does so, since it has the constants of its source. Preset "accurate" keeps the volume.'
+        return ' Preset "paper" has the constants of its source, which lose volume; set solver.preset = "accurate".'
     if lost:
-        return " See the compression under numerical health; more solver.substeps compress less."
+        return " Set more solver.substeps, which reduces the compression (see the numerical health)."
     if across is None:
         return ""
     fluid = _table(run, "fluid")
@@ -107,13 +108,13 @@ def _why(run: Run | Simulation, *, lost: bool) -> str:
     stands_pa = standing_stress_pa(fluid.get("density_kg_m3", 0.0), width_mm)
     if stress_pa > stands_pa > 0:
         return (
-            f" Its yield stress of {stress_pa:g} Pa carries it between walls {width_mm:.3g} mm apart, where its own "
-            f"weight overcomes only {stands_pa:.2g} Pa: the paste covers hollows that finer particles would not fill."
+            f" Between walls {width_mm:.3g} mm apart, the weight of the paste overcomes only {stands_pa:.2g} Pa of its "
+            f"yield stress of {stress_pa:g} Pa, so it bridges empty spaces; finer particles would not fill them."
         )
     if across >= FEW_ACROSS:
         return ""
     return (
-        f" Only {across:.1f} particles fit side by side between the walls; the paper has four. "
+        f" Only {across:.1f} particles fit side by side between the walls; the paper's runs have four. "
         "Make solver.radius_mm smaller."
     )
 
@@ -128,7 +129,7 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
     """Return cautions about edited files, about the run, and about data that were not measured."""
     kinds = not_measured(evidence)
     no_validation = (
-        [f"Not a validation: {' and '.join(kinds)}. No error here is that of a real sample."] if kinds else []
+        [f"{NOT_A_VALIDATION} {' and '.join(kinds)}. No error here is that of a real sample."] if kinds else []
     )
     return (*faults(evidence), *no_validation)
 
@@ -141,7 +142,7 @@ def faults(evidence: Evidence) -> tuple[str, ...]:
     if evidence.edited:
         edited = (
             f"{edited_by_hand(evidence.edited)}: this report shows the files as they are now, and is not a result of "
-            "this trial. Run the trial again: it writes its own files and keeps yours."
+            "this trial. Run the trial again, which writes its own files and keeps yours."
         )
         texts.insert(0, edited)
     return tuple(texts)
@@ -173,19 +174,29 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
         return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
     if evidence.prediction is not None:
         return (predicted_sentence(evidence.prediction),), "open"
-    return ("No readings: this is the simulated fill alone, compared with nothing.",), "open"
+    return ("No readings: the simulated fill is not compared with anything.",), "open"
 
 
 def verdict_in_full(evidence: Evidence) -> tuple[str, ...]:
-    """Return the sentences of the verdict, the result in short, and the conclusions by ASME V&V 20."""
-    findings = () if evidence.comparison is None else evidence.comparison.findings
-    return (*headline(evidence)[0], *in_short(evidence), *findings)
+    """Return the sentences of the verdict, the result in short, and the conclusions by ASME V&V 20.
+
+    The places of the sealant are on the first page, and the chapter on the uncertainty has the undeclared errors.
+    """
+    comparison = evidence.comparison
+    findings = () if comparison is None else comparison.findings
+    if comparison is not None and comparison.uncertainty is not None and comparison.uncertainty.budget.missing:
+        elsewhere = missing_sentence(comparison.uncertainty.budget.missing)
+        findings = (one for one in findings if one != elsewhere)
+    return (*headline(evidence)[0], *_nearness(evidence), *_expected(evidence), *findings)
 
 
 def in_short(evidence: Evidence) -> tuple[str, ...]:
     """Return sentences on the error, if there are readings, on the places of the sealant, and on earlier trials."""
-    expected = () if evidence.earlier is None else expected_sentences(evidence.earlier)
-    return (*_nearness(evidence), _whereabouts(evidence), *expected)
+    return (*_nearness(evidence), _whereabouts(evidence), *_expected(evidence))
+
+
+def _expected(evidence: Evidence) -> tuple[str, ...]:
+    return () if evidence.earlier is None else expected_sentences(evidence.earlier)
 
 
 def _nearness(evidence: Evidence) -> tuple[str, ...]:
@@ -193,23 +204,23 @@ def _nearness(evidence: Evidence) -> tuple[str, ...]:
         return ()
     m = evidence.comparison
     side = "above" if m.bias_mm > 0 else "below"
-    off = f"{m.worst_error_mm:.1f} mm at most, {m.worst_at_mm:.0f} mm from the start"
+    worst = f"{m.worst_error_mm:.1f} mm, {m.worst_at_mm:.0f} mm from the start"
     if (station := m.worst_at_a_station) is not None:
-        off = f"{station.error_mm:.1f} mm at most at a station, {station.s_mm:.0f} mm from the start"
-    lies = f"{abs(m.bias_mm):.1f} mm {side}" if round(m.bias_mm, 1) else "as high as"
+        worst = f"{station.error_mm:.1f} mm at a station, {station.s_mm:.0f} mm from the start"
+    bias = f"{abs(m.bias_mm):.1f} mm {side}" if round(m.bias_mm, 1) else "as high as"
     return (
-        f"Along {m.covered_length_mm:.0f} mm of crack, the computed sealant surface is {m.mean_error_mm:.1f} mm off "
-        f"the readings on average and {off}; its mean level lies {lies} theirs.",
+        f"Along {m.covered_length_mm:.0f} mm of crack, the simulated level is {m.mean_error_mm:.1f} mm from the "
+        f"readings on average and at most {worst}; its mean is {bias} theirs.",
     )
 
 
 def _whereabouts(evidence: Evidence) -> str:
     ml = {place: volume_mm3 / ML for place, (_, volume_mm3) in volumes_mm3(evidence).items()}
-    over = ", by the fast model; what runs over the edge of the sample it does not compute"
+    over = "; the fast model does not compute what runs over the edge of the sample"
     if evidence.run.has_particles:
         amount = f"{ml['spilled']:.2f} ml" if ml["spilled"] >= 0.005 else "less than 0.01 ml"
         over = f"; {amount if ml['spilled'] else 'none'} ran over the edge of the sample"
     return (
-        f"Of {ml['dispensed']:.2f} ml dispensed, {ml['in_crack']:.2f} ml lie in the crack, whose room below the face "
-        f"is {evidence.solid.cavity_volume_mm3 / ML:.2f} ml, and {ml['above_face']:.2f} ml above the face{over}."
+        f"Of {ml['dispensed']:.2f} ml dispensed, {ml['in_crack']:.2f} ml are in the crack, which holds "
+        f"{evidence.solid.cavity_volume_mm3 / ML:.2f} ml, and {ml['above_face']:.2f} ml are above the face{over}."
     )

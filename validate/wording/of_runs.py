@@ -19,6 +19,6 @@ def sentences_of_runs(by_run: Mapping[int, Sequence[str]], total: int) -> list[s
     shared = []
     for by_number in kinds.values():
         number, sentence = next(iter(by_number.items()))
-        with_numbers = f", with the numbers of run {number}" if len({*by_number.values()}) > 1 else ""
+        with_numbers = f" (numbers of run {number})" if len({*by_number.values()}) > 1 else ""
         shared.append(f"{len(by_number)} of {total} runs{with_numbers}: {sentence}")
     return shared

@@ -15,8 +15,8 @@ def predicted_sentence(prediction: PredictedLevel) -> str:
     """Return the prediction in a sentence."""
     level, low, high = (signed(value_mm, 2) for value_mm in (prediction.mean_level_mm, *prediction.mean_level_95_mm))
     return (
-        f"Predicted, nothing fitted to this sample: the mean level is {level} mm from the face, 95 % from {low} to "
-        f"{high} mm. There are no readings yet to check it."
+        f"Predicted, with no setting fitted to this sample: the mean level is {level} mm from the face (95 %: {low} to "
+        f"{high} mm). There are no readings yet to check it."
     )
 
 
@@ -29,11 +29,11 @@ def prediction_sentences(prediction: PredictedLevel) -> tuple[str, ...]:
     ]
     sentences = [
         f"The level at a place is predicted to ± {np.median(prediction.band_95_mm):.2f} mm (95 %, median of all "
-        f"places; at most ± {prediction.band_95_mm.max():.2f} mm), from {' and '.join(parts)}. Readings will also "
-        "differ from it by their own errors, and by what the model leaves out.",
+        f"places; at most ± {prediction.band_95_mm.max():.2f} mm), including the errors of {' and '.join(parts)}. "
+        "Readings will also differ from it by their own errors and by what the model leaves out.",
     ]
     if prediction.numerics_mm is None:
-        sentences.append("The effect of the numerics on the level is unknown and not in the band.")
+        sentences.append("The effect of the numerics on the level is unknown, and not in the band.")
     return (*sentences, *input_sentences(prediction.inputs_left_out, prediction.unfit, "the band"))
 
 
@@ -42,11 +42,11 @@ def input_sentences(left_out: Sequence[str], unfit: Sequence[str], whole: str) -
     sentences = []
     if left_out:
         names = ", ".join(INPUTS[name][0] for name in left_out)
-        sentences.append(f"Not declared in [uncertainty], and so not in {whole}: {names}.")
+        sentences.append(f"Not included in {whole}, since [uncertainty] does not declare them: {names}.")
     if unfit:
         sentences.append(
-            "The trial is OUTSIDE the domain of the fast model that moved its inputs, so that u_input, their part of "
-            f"{whole}, is an estimate. {' '.join(unfit)}"
+            "The trial is OUTSIDE the domain of the fast model that varied its inputs, so u_input, their part of "
+            f"{whole}, is only an estimate. {' '.join(unfit)}"
         )
     return sentences
 

@@ -39,7 +39,7 @@ def path_table(evidence: Evidence) -> PageTable:
     trajectory, path = evidence.trajectory, evidence.solid.figures.path
     giving = trajectory.giving
     begins_mm, ends_mm = trajectory.s_mm[giving][[0, -1]]
-    rows = [("gives sealant from, to", f"s = {begins_mm:.1f} to {ends_mm:.1f} mm")]
+    rows = [("sealant flows from, to", f"s = {begins_mm:.1f} to {ends_mm:.1f} mm")]
     if path is not None:
         radius_mm = path.smallest_radius_mm
         length = (
@@ -57,7 +57,7 @@ def path_table(evidence: Evidence) -> PageTable:
     leads = trajectory.position_mm[: giving.start + 1], trajectory.position_mm[giving.stop - 1 :]
     before_mm, after_mm = (arc_length(points)[-1] for points in leads)
     if before_mm or after_mm:
-        rows.append(("without sealant before, after", f"{before_mm:.1f} mm, {after_mm:.1f} mm"))
+        rows.append(("length without sealant before, after", f"{before_mm:.1f} mm, {after_mm:.1f} mm"))
     return PageTable("Nozzle path", tuple(rows))
 
 
@@ -93,7 +93,7 @@ def geometry_table(evidence: Evidence) -> PageTable:
 
 def width_words(outline: Outline) -> str:
     """Return the mean width with its interval, and with its source unless it is measured from the walls."""
-    sources = {"fit": ", by a fit of the blurred profile of a crack too thin for walls", "gauge": ", as given"}
+    sources = {"fit": ", fitted to the blurred profile, since the crack is too thin for walls", "gauge": ", as given"}
     source = sources.get(outline.width_source, "")
     return f"{outline.mean_width_mm:.2f} mm{_interval(outline.width_95_mm, 2)}{source}"
 
@@ -170,8 +170,8 @@ def assumptions(evidence: Evidence) -> list[str]:
         )
     if fluid.get("D_from") == "no slip":
         sentences.append(
-            f"The fluid sticks to the walls: the weight of their drag, D = {fluid['D_cm']:.3g} cm a frame, follows "
-            "from the viscosity, the particles' radius and the frame."
+            f"The fluid sticks to the walls: the weight of their drag, D = {fluid['D_cm']:.3g} cm per frame, follows "
+            "from the viscosity, the particles' radius and the time of a frame."
         )
     volumes, as_read = None if comparison is None else comparison.volumes, ""
     if volumes is not None:
@@ -182,7 +182,7 @@ def assumptions(evidence: Evidence) -> list[str]:
     sentences += [
         f"The profile is taken {_settled(evidence)} the last release. {absent} not modelled{as_read}.",
         "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
-        "The profile counts sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
+        "The profile includes sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
         "mass balance, not in the profile.",
         f"Scale of the {outline.seen_in}: {outline.scale_source}{misfit}.",
     ]
@@ -205,20 +205,22 @@ def left_out(evidence: Evidence) -> list[str]:
         if beyond := len(m.stations_beyond_mm):
             places = ", ".join(f"{s_mm:g}" for s_mm in m.stations_beyond_mm)
             sentences.append(
-                f"{counted(beyond, 'station')} of {len(readings.s_mm)} (s = {places} mm): beyond the stretch that both "
-                f"curves cover, {m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm. The nearest one beyond each end "
-                "still sets the slope of the readings' line up to that end."
+                f"Not compared: {counted(beyond, 'station')} of {len(readings.s_mm)} (s = {places} mm) beyond the "
+                f"stretch that both curves cover, {m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm. The nearest one "
+                "beyond each end still defines the slope of the readings' line up to that end."
             )
         if readings.repeats_mm is not None and (missing := int(np.isnan(readings.repeats_mm).sum())):
-            sentences.append(f"{counted(missing, 'single reading')}: no number in the sheet.")
+            sentences.append(
+                f"{counted(missing, 'single reading')} {'has' if missing == 1 else 'have'} no number in the sheet."
+            )
     if spilled := run.spilled_particles:
         sentences.append(
-            f"{counted(spilled, 'particle')} ({spilled * run.particle_volume_mm3:.0f} mm³) over the edge of the "
-            "sample: in the mass balance, not in the profile."
+            f"{counted(spilled, 'particle')} ({spilled * run.particle_volume_mm3:.0f} mm³) ran over the edge of the "
+            "sample. The mass balance includes them, the profile does not."
         )
     if outline.branches_mm and not outline.branches_kept:
         cracks = counted(len(outline.branches_mm), "side crack")
-        sentences.append(f"{cracks} seen in the {outline.seen_in}: not part of the solid.")
+        sentences.append(f"The solid does not include {cracks} seen in the {outline.seen_in}.")
     if not run.has_particles:
         sentences.append("The fast model computes no jet, no overspill and no view of the fill over time.")
     return sentences or ["Left out: nothing."]
@@ -227,12 +229,12 @@ def left_out(evidence: Evidence) -> list[str]:
 def _tilt(evidence: Evidence) -> str:
     ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
     if evidence.outline.seen_in == "mesh":
-        return f"The walls are those of the mesh; the cavity holds {ratio:.2f} times the sealant."
+        return f"The walls are those of the mesh; the cavity has {ratio:.2f} times the volume of the sealant."
     if (weighed := evidence.solid.figures.weighed) is not None and evidence.solid.tilt not in ("lean", "vertical"):
         return (
             "The tilt of the walls was measured by a liquid weighed into the crack in "
             f"{counted(len(weighed.levels_mm), 'step')}: {tilt_words(evidence)}, assumed to be straight; the cavity "
-            f"holds {ratio:.2f} times the sealant."
+            f"has {ratio:.2f} times the volume of the sealant."
         )
     figures, traced_mm = evidence.solid.figures, evidence.outline.mean_width_mm
     mouth_mm, floor_mm = figures.mouth_width_mm, figures.floor_width_mm
@@ -248,8 +250,8 @@ def _tilt(evidence: Evidence) -> str:
             "under the face on both sides."
         )
     return (
-        f"A photo from above does not show the tilt of the walls. Assumed: {tilt_words(evidence)}; the cavity holds "
-        f"{ratio:.2f} times the sealant.{hidden} The table of the solid has the volume for each other tilt."
+        f"A photo from above does not show the tilt of the walls. Assumed: {tilt_words(evidence)}; the cavity has "
+        f"{ratio:.2f} times the volume of the sealant.{hidden} The table of the solid has its volume for other tilts."
     )
 
 
@@ -264,8 +266,8 @@ def _curve(fluid: dict[str, Any]) -> list[str]:
         over = "temperature"
         cooled_c = cooling["temperature_c"]
         rest = (
-            f"The temperature changes from {cooled_c[0]:.4g} to {cooled_c[-1]:.4g} °C with the age since the nozzle, "
-            "equally in all of the sealant: heat is not modelled."
+            f"The temperature changes from {cooled_c[0]:.4g} to {cooled_c[-1]:.4g} °C with the time since the nozzle, "
+            "equally in all of the sealant, since heat is not modelled."
         )
     return [
         f"The sealant's viscosity follows a table over its {over}, {min(viscosity_pa_s):.3g} to "
@@ -277,12 +279,12 @@ def _measured(fluid: dict[str, Any]) -> list[str]:
     """Return a sentence on a measured paste: yield stress, interval, method, and uses that it is not for."""
     if not (paste := fluid.get("material")):
         return []
-    (low, high), within = paste["yield_stress_95_pa"], "its uncertainty is not stated"
+    (low, high), within = paste["yield_stress_95_pa"], "uncertainty not stated"
     if paste["yield_stress_error_pa"] > 0:
-        within = f"95 % {low:.3g} to {high:.3g}"
+        within = f"95 %: {low:.3g} to {high:.3g} Pa"
     return [
-        f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa, {within}, by: "
-        f"{paste['method']} ({paste['date']}, {paste['data']}). It must not be used for {'; '.join(paste['not_for'])}."
+        f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa ({within}), with the method "
+        f"{paste['method']} ({paste['date']}, {paste['data']}). Do not use it for {'; '.join(paste['not_for'])}."
     ]
 
 
@@ -306,7 +308,7 @@ def _surface_tension(evidence: Evidence) -> str:
     nozzle_mm = evidence.run.settings.get("nozzle", {}).get("diameter_mm")
     if density_kg_m3 is None or nozzle_mm is None or not viscosity_m2_s:
         u = evidence.run.health.U
-        why = "The run records no viscosity" if not u else f"U = {u:.4g} without a yield stress is no viscosity"
+        why = "The run records no viscosity" if not u else f"U = {u:.4g} without a yield stress defines no viscosity"
         return f"Surface tension is not modelled. {why}, so no Reynolds or Bond number is given."
     # The mean flow over the time in which sealant flows; each waypoint's flow holds until the next.
     trajectory = evidence.trajectory

@@ -127,7 +127,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     assert {*content["fluid_warnings"]} < {*content["cautions"]}
     assert {one.partition(":")[0] for one in content["fluid_warnings"]} == {"tiny", "other"}
     (unused,) = (one for one in content["cautions"] if "is not used" in one)
-    assert unused.startswith("tiny: uncertainty.repeatability_mm = 5 is not used: the repeats show the scatter, 0.0")
+    assert unused.startswith("tiny: uncertainty.repeatability_mm = 5 is not used: the repeats scatter by only 0.0")
     assert callable(st.calibrate), "a package of that name once took its place from the second call on"
 
 

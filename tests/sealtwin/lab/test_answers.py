@@ -84,7 +84,7 @@ def test_a_doubt_holds_its_sample_alone_names_cell_and_answer_and_is_answered_in
     ingested = ingest(doubtful, lab, QUIET)
     assert fates(ingested) == {"P01": "failed", "P02": "new"}
     (fault,) = ingested.faults
-    assert fault.sentence.startswith("P01.csv, line 4, column level_2_mm, cell C4: 0 mm at s = 5 mm")
+    assert fault.sentence.startswith("P01.csv, line 4, column level_2_mm, cell C4: the reading 0 mm at s = 5 mm")
     assert 'readings.as_written = ["C4"]' in fault.sentence
     assert "P01.toml" in fault.sentence
     assert not (lab / "P01").exists()

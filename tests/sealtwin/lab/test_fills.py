@@ -26,7 +26,7 @@ def _read(tmp_path, text, **answers):
     mass, _, unit = answers.pop("mass", "").partition(" ")
     columns = as_columns({**answers, "s": mass} if mass else answers)
     table, sentence, _ = read_fill(tmp_path / "fill.csv", checked(Declared, tmp_path, {"columns": columns}), unit)
-    assert sentence.startswith(f"{tmp_path / 'fill.csv'}: a fill of {len(table['mass_g'])} steps")
+    assert sentence.startswith(f"{tmp_path / 'fill.csv'}: read as a fill of {len(table['mass_g'])} steps")
     return table["mass_g"], table["level_mm"]
 
 
@@ -88,7 +88,7 @@ def test_a_fill_beside_the_readings_is_copied_used_and_reported(small, tmp_path)
     assert (row["file"], row["sample"]) == ("P01 Wasser.xlsx", "P01")
     assert "crack.tilt is missing, and the steps of a fill need it" in asked
     answer(lab, {"P01 Wasser.xlsx": {"settings": 'crack.tilt = "funnel"'}})
-    assert "P01 Wasser.xlsx: a fill of 5 steps, up to" in sealtwin("ingest", small, "--out", lab, "--quiet").stdout
+    assert "P01 Wasser.xlsx: read as a fill of 5 steps" in sealtwin("ingest", small, "--out", lab, "--quiet").stdout
     trial = load_trial(lab / "P01" / "trial.toml")
     fill = present(present(trial.crack, "crack").fill, "fill")
     assert fill.level_mm == (-6.0, -4.5, -3.0, -1.5, 0.0)

@@ -123,7 +123,7 @@ def test_a_catalogue_that_is_none_is_told_of(small, lab, damage):
         with pytest.raises(InputError, match=r"catalogue.json: .* Move it away and ingest the same"):
             use()
     (lab / CATALOGUE).unlink()
-    with pytest.raises(InputError, match=r"not a lab \(it has no catalogue.json\)"):
+    with pytest.raises(InputError, match=r"is not a lab, since it has no catalogue.json"):
         latest_trials(lab)
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # as the remedy says
 

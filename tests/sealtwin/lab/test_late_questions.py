@@ -64,7 +64,7 @@ def test_any_setting_answers_beside_any_file_of_its_sample(late):
     assert present(trial.crack, "crack").depth_mm == 9
     for words, fault in (
         ("crack.dpeth_mm = 9; ", "pairing.csv, P02.png: 'crack.dpeth_mm': no such key"),
-        ("9 mm", "pairing.csv, P02.png: settings = '9 mm': not valid TOML"),
+        ("9 mm", "pairing.csv, P02.png: settings = '9 mm' is not valid TOML"),
     ):
         answer(lab, {"P02.png": {"settings": words}})
         assert any(fault in one.sentence for one in ingest(folder, lab, QUIET).faults)

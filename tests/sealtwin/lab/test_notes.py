@@ -71,23 +71,23 @@ def test_what_is_left_blank_or_not_known_is_not_values(tmp_path):
     ("row", "says"),
     [
         ("Tiefe;16,0", "line 2, column 2: 'Tiefe' = '16,0' has no unit"),
-        ("Tiefe [mm];1,234", "may be 1234 or 1.2340"),
+        ("Tiefe [mm];1,234", "is ambiguous; write 1234 or 1.2340"),
         ("Tiefe [mm];1.234,5", "is not a number"),
-        ("Tiefe [mm];1,6 cm", "has the unit mm at its word and cm at its value"),
+        ("Tiefe [mm];1,6 cm", "has two units, mm after the word and cm after the value"),
         ("Tiefe [kg];16", "is in 'kg', which is not a unit of this setting; write one of mm, cm"),
         ("Datum;03/05/2026", "is not an unambiguous date"),
         ("Zustand;halb trocken", "is not allowed; write one of wet, cured"),
-        ("Rissenden;12,5 340 905 377", "must be two places in pixels, decimals with a point"),
-        ("Tiefe [mm];16;links", "'links' is neither word, value nor unit"),
-        (";16", "'16' has no word before it"),
-        ("Tiefe [mm];16\nRisstiefe [mm];17", "line 3: crack.depth_mm is given twice"),
+        ("Rissenden;12,5 340 905 377", "must be x and y of two places in pixels"),
+        ("Tiefe [mm];16;links", "'links' is not a word, value or unit"),
+        (";16", "'16' has no word"),
+        ("Tiefe [mm];16\nRisstiefe [mm];17", "line 3: crack.depth_mm is also given in "),
         ("Menge;viel\nDatum;gestern\nTiefe;16", "P01_notes.csv, line 4"),
         ("path.trim_mm;[1, 2", "is not valid TOML"),
     ],
 )
 def test_what_would_have_to_be_guessed_is_a_fault_with_its_row(tmp_path, row, says):
     note = _written(tmp_path, f"Angabe;Wert\n{row}\n")
-    assert len(note.faults) == row.count("\n") + 1 - ("twice" in says), "all are told at once"
+    assert len(note.faults) == row.count("\n") + 1 - ("also given" in says), "all are told at once"
     assert says in note.faults[-1]
     assert "P01_notes.csv" in note.faults[-1]
 
@@ -97,7 +97,7 @@ def test_what_a_lab_writes_down_besides_is_remarked(tmp_path, row):
     note = _written(tmp_path, f"Tiefe [mm];16\n{row}\n")
     assert _values(note) == {"crack.depth_mm": 16.0}
     (remark,) = note.remarks
-    assert f"P01_notes.csv, line 2: {row.partition(';')[0]!r} = {row.partition(';')[2]!r}: kept as a remark" in remark
+    assert f"P01_notes.csv, line 2: {row.partition(';')[0]!r} = {row.partition(';')[2]!r} is kept as a remark" in remark
 
 
 @pytest.mark.parametrize(
@@ -123,7 +123,7 @@ def test_toml_knows_the_trials_own_keys(tmp_path):
     assert note.entries["date"].value == "2026-05-03"
     assert note.entries["crack.depth_mm"].value == 16
     assert len(note.remarks) == 2, "also of a table that is none of a trial's"
-    assert "'depht_mm' = 3: kept as a remark, not a setting" in "\n".join(note.remarks)
+    assert "'depht_mm' = 3 is kept as a remark" in "\n".join(note.remarks)
     for key, fault in zip(("photo.mm_per_pixl", "mesh"), note.faults, strict=True):
         assert f"'{key}': no such key" in fault
 

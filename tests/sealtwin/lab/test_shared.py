@@ -1,5 +1,7 @@
 """One file of readings for several samples: each gets its own part, shown in the pairing and corrected there."""
 
+import csv
+
 import openpyxl
 import pytest
 
@@ -201,11 +203,13 @@ def test_further_rows_divide_a_file_and_follow_its_tables(shared, tmp_path):
     (shared / "caliper_all.csv").rename(shared / "P01.csv")
     (shared / "P01.csv").write_text(text)
     assert fates(ingest(shared, lab, QUIET)) == {"P01": "failed", "P02": "new"}
-    read_as = {"s": "A", "levels": "B:C", "unit": "mm", "sign": "up"}
-    pairing = answer(lab, {"P01.csv": {"range": "A1:C4", **read_as}})
-    columns = {"file": "P01.csv", "role": "readings", "sample": "P02", "range": "6:7", **read_as}
-    with pairing.open("a") as rows:
-        rows.write(",".join(columns.get(name, "") for name in pairing_rows(lab)[0]) + "\n")
+    pairing = answer(lab, {"P01.csv": {"range": "A1:C4"}})
+    more = {"range": "6:7", "s": "A", "levels": "B:C", "unit": "mm", "sign": "up"}
+    rows = [*pairing_rows(lab), {"file": "P01.csv", "role": "readings", "sample": "P02"} | more]
+    with pairing.open("w", newline="") as file:
+        writer = csv.DictWriter(file, [*(rows[0].keys() - more.keys()), *more])
+        writer.writeheader()
+        writer.writerows(rows)
     assert fates(ingest(shared, lab, QUIET)) == {"P01": "new", "P02": "revised"}
     assert levels_mm(lab, "P02@2") == pytest.approx([-2.05, -2.55])
     assert fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}

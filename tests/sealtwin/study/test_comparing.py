@@ -172,14 +172,14 @@ def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
     content, sheet = compare_runs([run, other], tmp_path / "page")
     assert content["runs"][1]["edited"] == ["profile.csv"]
     lines = compared_lines(content, sheet)
-    assert any("run 2: edited by hand since it was made (profile.csv)" in line for line in lines)
-    assert not any("Nearest is run 2" in line for line in lines)
+    assert any("run 2, because files were edited by hand after the run (profile.csv)" in line for line in lines)
+    assert not any("Run 2 is nearest" in line for line in lines)
     simulation = files.read_json(other / "simulation.json")
     simulation["health"]["volume_ratio"] = 1.66
     files.write_json(other / "simulation.json", simulation)
     hold(other)
     lines = compared_lines(*compare_runs([run, other], tmp_path / "page"))
-    assert any("1.660 of the dispensed volume" in line for line in lines if "run 2:" in line)
+    assert any("1.660 of the dispensed volume" in line for line in lines if "run 2," in line)
 
 
 def test_the_command_wants_two_runs(run, other, tmp_path):

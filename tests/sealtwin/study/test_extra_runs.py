@@ -56,7 +56,7 @@ def varied(run_folder, tmp_path_factory) -> Path:
         assert _vary(folder, narration)
         (remark,) = [note for note in narration.notes if note.startswith("note: ")]
         assert "fluid.U is " in remark, "as of the trial's own run"
-        assert " runs, with the numbers of run 1: " in remark
+        assert " runs (numbers of run 1): " in remark
     return folder
 
 
@@ -205,7 +205,7 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     (sentence,), outcome = headline(given[0])
     assert outcome == "open"
     assert sentence in result_lines(result, "validate")
-    assert sentence.startswith("Predicted, nothing fitted to this sample: the mean level is ")
+    assert sentence.startswith("Predicted, with no setting fitted to this sample: the mean level is ")
 
 
 def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(path, monkeypatch):

@@ -69,8 +69,8 @@ def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path)
         assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
         (sentence,) = (line for line in swept_lines(report) if "settings fitted" in line)
         assert sentence == report["best"]["against_baselines"]
-        assert f"with {fitted} settings fitted" in sentence
-        assert ("a curve with 4 numbers passes through all 4 stations." in sentence) is (fitted == 4)
+        assert f"({fitted} settings fitted)" in sentence
+        assert ("4 settings can fit any level at 4 stations" in sentence) is (fitted == 4)
 
 
 @pytest.mark.broad

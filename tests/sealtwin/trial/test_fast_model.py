@@ -46,8 +46,8 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
     fluid, compared = present(finished.result.fluid, "fluid"), present(finished.result.comparison, "comparison")
     assert {fluid.particles, fluid.escaped_particles, fluid.spilled_particles} == {None}
     report = read_json(out / "report.json")
-    assert "This fill is by the fast model, not by particles" in report["cautions"][0]
-    assert "gate of 9 mm is not judged" in report["headline"][0]
+    assert "the fast model, not by particles" in report["cautions"][0]
+    assert "gate of 9 mm is not applied" in report["headline"][0]
     assert not [line for line in result_lines(finished.result, "validate") if "--uncertainty" in line]
     assert report["outcome"] == "open"
     assert compared.passed is None

@@ -161,7 +161,7 @@ def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp
     trial, out = lab_with(tmp_path, 'material = "material.toml"\nfreeze_after_s = "never"'), tmp_path / "out"
     trial.write_text(trial.read_text().replace("[solver]", '[solver]\nmodel = "slot"'))
     run_trial(load_trial(trial), trial.parent, out, (*STAGES, "validate"), "cpu", QUIET)
-    assert "It must not be used for shear rates outside" in (out / "report.html").read_text(encoding="utf-8")
+    assert "Do not use it for shear rates outside" in (out / "report.html").read_text(encoding="utf-8")
     recorded = load_trial(out / "trial.toml")
     fluid, uncertainty = present(recorded.fluid, "fluid"), recorded.uncertainty
     assert isinstance(fluid.material, Material)

@@ -108,8 +108,8 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     assert low_mm < compared.mean_error_mm < high_mm
     lines = result_lines(result, "validate")
     assert [line for line in lines if line in compared.headline] == list(compared.headline)
-    assert compared.headline[0].startswith("Gate kept: ")
-    assert compared.findings[0].startswith("ASME V&V 20: not assessed: ")
+    assert compared.headline[0].startswith("Gate passed: ")
+    assert compared.findings[0].startswith("ASME V&V 20 is not assessed")
     assert lines[-1 - len(compared.findings) : -1] == list(compared.findings)
     # The time in the findings differs from machine to machine; all else is what the stage wrote.
     first, second = (one.model_copy(update={"findings": ()}) for one in (compared, read_comparison(run)))
@@ -214,9 +214,9 @@ def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied, no_figur
         compared = answer["comparison"]
         assert 3.0 < compared["mean_error_mm"] < 4.5
         assert (compared["outcome"], compared["passed"], compared["findings"]) == ("undecided", False, [])
-        assert compared["headline"] == ["Edited by hand since (profile.csv): no verdict."]
+        assert compared["headline"] == ["Files were edited by hand after the run (profile.csv): no verdict."]
     page = (copied / "report.html").read_text(encoding="utf-8")
-    assert page.index("Edited by hand since (profile.csv): this report") < page.index("Not a validation")
+    assert page.index("after the run (profile.csv): this report") < page.index("Not a validation")
     assert '<header class="first undecided">' in page
 
 

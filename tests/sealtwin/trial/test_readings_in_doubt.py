@@ -44,7 +44,7 @@ def _warnings(run) -> str:
 
 def test_a_doubt_is_said_until_the_trial_answers_it(run):
     narration = _warnings(run)
-    for words in ("warning:", "cell C3: 0 mm at s = 4 mm", 'readings.as_written = ["C3"]'):
+    for words in ("warning:", "cell C3: the reading 0 mm at s = 4 mm", 'readings.as_written = ["C3"]'):
         assert words in narration
     trial = run / "trial.toml"
     trial.write_text(trial.read_text().replace("[readings]\n", '[readings]\nas_written = ["C3"]\n'))

@@ -220,13 +220,13 @@ def test_axes_have_the_names_and_units_of_the_settings():
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        (rows((1, 1), (1, 1), (1, 1)), "A map needs two settings that vary among the finished runs; here none"),
-        (rows((1, 1), (2, 1), (3, 1)), "here 1 do: fluid.U."),
+        (rows((1, 1), (1, 1), (1, 1)), "none varies"),
+        (rows((1, 1), (2, 1), (3, 1)), "1 vary: fluid.U"),
         (rows((1, True), (2, False), (1, False)), "fluid.D_cm = True"),
         (rows((1, 100), (10, 10), (100, 1), (1000, 0.1)), "fluid.U and fluid.D_cm vary together"),
         (
             [{"a.x": 1, "a.y": 1, "a.z": 1}, {"a.x": 2, "a.y": 2, "a.z": 2}, {"a.x": 1, "a.y": 2, "a.z": 3}],
-            "here 3 do: a.x, a.y, a.z.",
+            "3 vary: a.x, a.y, a.z",
         ),
     ],
 )

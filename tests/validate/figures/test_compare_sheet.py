@@ -35,7 +35,7 @@ def test_what_was_edited_and_never_measured_is_said_first():
     made_up = replace(side("b", 0.5, data="reconstructed"), edited=["profile.csv"])
     kinds, edits = compare_sheet([side("a", 0.5), made_up]).cautions
     assert "reconstructed" in kinds
-    assert "run 2: edited" in edits
+    assert "run 2, because files were edited" in edits
     assert "profile.csv" in edits
     assert compare_sheet([side("a", 0.5), side("b", 0.7)]).cautions == []
 
@@ -59,11 +59,11 @@ def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
     """It is the nearer one of the two; it is neither the nearest nor in the mean over held-out trials."""
     unsound = replace(side("b", 0.2), comparison=compared(mean_error_mm=0.2), **marred)
     sheet = compare_sheet([side("a", 0.5), unsound])
-    assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
+    assert "Run 1 is nearest" in sheet.finding
     assert ("mean error over held-out trials", "0.50 mm") in sheet.key_figures
     assert "Mean error over the held-out trials: 0.50 mm." in held_out_words(sheet)
     alone = compare_sheet([unsound])
-    assert "Nearest" not in alone.finding
+    assert "nearest to" not in alone.finding
     assert [name for name, _ in alone.key_figures] == ["settings that differ"]
     assert "No held-out run is ranked" in held_out_words(alone)[0]
     if "volume_ratio" in marred:
@@ -73,8 +73,8 @@ def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
 
 def test_the_nearest_is_held_against_its_baselines():
     sheet = compare_sheet([side("a", 0.5), side("b", 0.7)])
-    assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
-    assert "The dispensed volume lying flat is 4.00 mm off; the simulation, made without" in sheet.finding
+    assert "Run 1 is nearest" in sheet.finding
+    assert "simulation (made without the readings) 0.50 mm, the dispensed volume lying flat 4.00 mm" in sheet.finding
     names = sheet.parts[0].items[0]
     assert isinstance(names, FigureTable)
     assert names.rows[1] == ["2", "0.50", "measured, held-out, the same as of run 1", "b"]
@@ -91,11 +91,11 @@ def test_runs_that_leaked_or_have_another_volume_are_named():
     sheet = compare_sheet([replace(side(f"{k}", 0.5), volume_ratio=ratio) for k, ratio in enumerate(ratios)])
     (sentence,) = sheet.cautions
     assert table_of(sheet, "Not ranked")
-    assert [f"run {number}:" in sentence for number in range(1, 6)] == [False, True, False, True, True]
-    assert "1.660 of the dispensed volume settled; 0.95 to 1.05" in sentence
+    assert [f"run {number}," in sentence for number in range(1, 6)] == [False, True, False, True, True]
+    assert "1.660 of the dispensed volume settled (0.95 to 1.05" in sentence
     leaking = [replace(side(name, 0.5), escaped_particles=2) for name in "bc"]
     (sentence,) = compare_sheet([side("a", 0.5), *leaking]).cautions
-    assert "run 2: particles went through a wall; run 3: particles" in sentence
+    assert "run 2, because particles went through a wall; run 3, because particles" in sentence
 
 
 def sides_of(count):

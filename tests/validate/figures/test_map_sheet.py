@@ -90,7 +90,7 @@ def test_numbers_of_a_map_are_written_as_in_a_report():
     assert ("its bias", "+0.00 mm") in sheet.key_figures
     assert ("of the length under 1 mm", "100 %") in sheet.key_figures
     (cost,) = [part for part in sheet.parts if part.title == "Cost"]
-    assert "is 1.4 s, the shortest 1.4 s, the longest 1.4 s; all together took 49 s" in cost.words[0]
+    assert "1.4 s (median; 1.4 to 1.4 s), and all runs together 49 s" in cost.words[0]
     (table,) = [part.items[0] for part in sheet.parts if part.title == "Runs"]
     assert isinstance(table, FigureTable)
     assert (table.rows[0][4], table.rows[0][7]) == ("+0.000", "100 %")

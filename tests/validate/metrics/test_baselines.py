@@ -74,17 +74,17 @@ def test_a_lab_s_earlier_samples_are_a_baseline():
     assert mean.name == "a flat level that fills as 2 earlier samples"
     assert (pool.mean_error_mm, mean.mean_error_mm) == pytest.approx((2.0, 1.0), abs=1e-3)
     words = against_baselines(1.5, (pool, mean), "held-out", None)
-    assert "lying flat is 2.00 mm off, a flat level that fills as 2 earlier samples 1.00 mm; the sim" in words
-    assert words.endswith("no closer to these readings than a baseline made without them.")
+    assert "lying flat 2.00 mm, a flat level that fills as 2 earlier samples 1.00 mm." in words
+    assert words.endswith("than a baseline made without them.")
 
 
 def test_nothing_fitted_is_another_declaration_than_none():
     """With nothing fitted the simulation has seen no more than the volume lying flat, and is judged by that alone."""
     pool, line = (Baseline(name=name, numbers=count, mean_error_mm=2.0 - count) for count, name in enumerate("ab"))
     words = [against_baselines(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)]
-    assert words[0].endswith("the simulation, with no setting fitted, 1.50 mm.")
-    assert words[1].endswith("no closer to these readings than a curve with no more numbers.")
-    assert "undeclared fitted settings" in words[1]
+    assert "(no setting fitted) 1.50 mm" in words[0]
+    assert words[1].endswith("than a curve with at most 1 number.")
+    assert "(fitted settings not declared)" in words[1]
     assert [beaten(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)] == [True, False]
     assert not beaten(2.0, [pool], "held-out", None), "of two equal errors the baseline's needs no simulation"
 
@@ -92,10 +92,10 @@ def test_nothing_fitted_is_another_declaration_than_none():
 def test_as_many_settings_as_stations_are_said_to_be_so():
     line = Baseline(name="a flat line", numbers=1, mean_error_mm=2.0)
     words = against_baselines(0.5, [line], "calibrated-on", 17, stations=17)
-    assert words.endswith("fit any readings exactly: a curve with 17 numbers passes through all 17 stations.")
+    assert "17 settings can fit any level at 17 stations" in words
     assert beaten(0.5, [line], "calibrated-on", 17)
     assert beaten(0.5, [], "held-out", None) is None
-    assert against_baselines(0.5, [], "held-out", None).endswith("is 0.50 mm off; there is no baseline.")
+    assert against_baselines(0.5, [], "held-out", None).endswith("there is no baseline to compare it with.")
 
 
 def _earlier(share: float) -> EarlierTrial:

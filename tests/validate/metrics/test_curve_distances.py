@@ -54,7 +54,7 @@ def test_frechet_is_the_same_however_a_curve_is_sampled():
         ([0, 1, np.nan], [0, 1, 2], "NaN"),
         ([0, 1, 2], [0, np.inf, 2], "NaN or infinity"),
         ([0, 1, 1], [0, 1, 2], "two values at 1"),
-        ([0], [0], "two or more points"),
+        ([0], [0], "at least two points"),
         ([0, 1], [0, 1, 2], "as many x as y"),
         ([5, 6], [0, 0], "do not overlap"),
         ([4, 5], [0, 0], "do not overlap"),

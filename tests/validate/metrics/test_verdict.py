@@ -78,7 +78,7 @@ def test_a_basis_is_what_lies_on_the_compared_stretch():
 def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
     judgement = judgement_of(basis_of(np.array(s_mm, dtype=float), s_mm[0], s_mm[-1], 80.0))
     assert judgement.passed is suffices
-    assert judgement.verdict.startswith("Gate kept: " if suffices else "No verdict: the readings cover")
+    assert judgement.verdict.startswith("Gate passed: " if suffices else "No verdict: the readings cover")
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
         ({"readings_data": "reconstructed", "role": "calibrated-on"}, "Calibrated on these reconstructed readings"),
         ({"photo_data": "synthetic"}, "The sample is synthetic."),
         ({"photo_data": "undeclared"}, "The sample is of undeclared origin."),
-        ({"role": "undeclared"}, "Neither calibrated nor held out"),
+        ({"role": "undeclared"}, "is not declared: set readings.role"),
         ({}, "Held out, as declared"),
         ({"lab_searched": True}, "Held out"),
         (
@@ -96,7 +96,7 @@ def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
             "(fitted at 16 stations: U, age at freezing, wall angle)",
         ),
         ({"role": "calibrated-on"}, "(the fitted settings are not declared)"),
-        ({"role": "calibrated-on", "fitted": ()}, "(declared: no setting was fitted): not a test."),
+        ({"role": "calibrated-on", "fitted": ()}, "with no fitted setting as declared: not a test."),
     ],
 )
 def test_a_kept_gate_validates_nothing_and_says_what_it_rests_on(case, words):
@@ -109,7 +109,7 @@ def test_a_kept_gate_validates_nothing_and_says_what_it_rests_on(case, words):
 
 def test_a_gate_is_printed_with_its_reason_or_as_one_without():
     reasoned = judgement_of(mean_error_mm=0.99, reason="rain").headline[0]
-    assert reasoned == "Gate kept: mean error 0.99 mm, at most 1.6 mm (reason: rain)."
+    assert reasoned == "Gate passed: mean error 0.99 mm, limit 1.6 mm (reason: rain)."
     assert "(no reason is given)" in judgement_of().headline[0]
 
 
@@ -119,26 +119,41 @@ CASES = [
         {"mean_error_mm": 1.5, "interval_mm": (1.41, 1.59)},
         "passed",
         True,
-        "Gate kept: mean error 1.50 mm (1.41",
+        "Gate passed: mean error 1.50 mm (95 % interval 1.41",
     ),
-    ({"mean_error_mm": 1.5, "interval_mm": (1.39, 1.61)}, "undecided", True, "Gate in doubt: mean error 1.50 mm (1.39"),
-    ({"mean_error_mm": 1.7, "interval_mm": (1.59, 1.81)}, "undecided", False, "Gate in doubt: mean error 1.70 mm"),
-    ({"mean_error_mm": 1.7, "interval_mm": (1.61, 1.79)}, "failed", False, "Gate missed: mean error 1.70 mm (1.61 to"),
+    (
+        {"mean_error_mm": 1.5, "interval_mm": (1.39, 1.61)},
+        "undecided",
+        True,
+        "Gate undecided: mean error 1.50 mm (95 % interval 1.39",
+    ),
+    ({"mean_error_mm": 1.7, "interval_mm": (1.59, 1.81)}, "undecided", False, "Gate undecided: mean error 1.70 mm"),
+    (
+        {"mean_error_mm": 1.7, "interval_mm": (1.61, 1.79)},
+        "failed",
+        False,
+        "Gate failed: mean error 1.70 mm (95 % interval 1.61 to",
+    ),
     (
         {"mean_error_mm": 1.0, "interval_mm": (0.98, 1.02), "scatter_known": False},
         *(
             "passed",
             True,
-            "Gate kept: mean error 1.00 mm (0.98 to 1.02 mm, 95 % by the readings, their scatter unk",
+            "Gate passed: mean error 1.00 mm (95 % interval 0.98 to 1.02 mm, from the readings, whose scatter is unk",
         ),
     ),
-    ({"gate": None}, "open", None, "No gate: "),
+    ({"gate": None}, "open", None, "No gate is declared: "),
     # A share is never rounded up to what is needed.
     ({"basis": Basis(5, 0.7999, 16.0, False)}, "undecided", False, "No verdict: the readings cover 79 % of"),
-    (EDITED | WIDTH, "undecided", False, "Edited by hand since (profile.csv): no verdict."),
-    ({"gate": None} | EDITED | WIDTH, "undecided", None, "Edited by hand since (profile.csv): no verdict."),
-    ({"basis": FEW} | LEAK, "failed", False, "Do not use: 1 particle went through a wall"),
-    (LEAK | EDITED, "failed", False, "Do not use: 1 particle"),
+    (EDITED | WIDTH, "undecided", False, "Files were edited by hand after the run (profile.csv): no verdict."),
+    (
+        {"gate": None} | EDITED | WIDTH,
+        "undecided",
+        None,
+        "Files were edited by hand after the run (profile.csv): no verdict.",
+    ),
+    ({"basis": FEW} | LEAK, "failed", False, "Do not use this run: 1 particle went through a wall"),
+    (LEAK | EDITED, "failed", False, "Do not use this run: 1 particle"),
 ]
 
 

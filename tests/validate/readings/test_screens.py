@@ -67,7 +67,7 @@ def test_the_papers_sheet_is_not_questioned(written):
 
 def test_zero_among_deep_readings_is_named_and_stays(written):
     path = written(changed({(2, 2): 0.0}))
-    assert "P01.csv, line 4, column level_2_mm, cell C4: 0 mm at s = 10 mm" in doubts(path)[1][0]
+    assert "P01.csv, line 4, column level_2_mm, cell C4: the reading 0 mm at s = 10 mm" in doubts(path)[1][0]
     profile = read_readings(path, Declared(), None, 16.0)
     assert profile.repeats_mm is not None
     assert profile.repeats_mm[2].tolist() == [-10.0, 0.0, -10.06]

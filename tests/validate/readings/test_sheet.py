@@ -174,9 +174,9 @@ def test_one_mistake_in_many_rows_is_told_once(refused):
     words = enumerate(["x", "yy", "-"] * 4)
     (line,) = str(refused("s_mm;level_mm\n" + "".join(f"{i};{word}\n" for i, word in words))).splitlines()
     assert "line 2, column level_mm: 'x' is not a number in mm" in line
-    assert line.endswith("The same in 7 more: row 3, 5, 6, 8, 9, 11, 12.")
+    assert line.endswith("7 more rows: 3, 5, 6, 8, 9, 11, 12.")
     (line,) = str(refused("s_mm,level_mm\n" + "".join(f"{i},deep\n" for i in range(3_000)))).splitlines()
-    assert line.endswith("The same in 999 more: row 3 to 1001.")
+    assert line.endswith("999 more rows: 3 to 1001.")
 
 
 @pytest.mark.parametrize(

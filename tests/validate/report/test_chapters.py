@@ -55,7 +55,7 @@ def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
     level = next(chapter for chapter in content if chapter.title == "Agreement and readings")
     agreement = next(dict(item.rows) for item in level.items if isinstance(item, PageTable))
     assert agreement["mean error = area / covered length"].endswith(
-        f"0.500 mm, 95 % interval by the readings {low_mm:.3f} to {high_mm:.3f} mm"
+        f"0.500 mm, 95 % interval from the readings {low_mm:.3f} to {high_mm:.3f} mm"
     )
     assert f"{low_mm:.2f} to {high_mm:.2f} mm" in first_page(assessed).tiles[0].text
     assert report_data(assessed).comparison == assessed.comparison
@@ -75,7 +75,7 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(plain)
     photo, plate = next(chapter for chapter in content if chapter.title == "Photo and level").items
     assert isinstance(photo, PhotoBlock)
     assert isinstance(plate, Plate)
-    assert "predicted, nothing fitted" in plate.caption
+    assert "predicted with no setting fitted" in plate.caption
     figure = plate.draw()
     assert isinstance(figure, Figure)
     drawn = figure.axes[0].get_legend_handles_labels()[1]

@@ -48,7 +48,7 @@ def content(evidence: Evidence, **changes: Any) -> Any:
 def test_a_slot_run_is_the_fast_model_s_own_and_has_no_band(evidence):
     data = content(evidence, run=replace(evidence.run, fast_fill=FAST_FILL))
     assert not data["by_particles"]
-    assert "has no band" in data["sentences"][0]
+    assert "no band" in data["sentences"][0]
     assert data["band"] is None
     assert data["above_mm3"] - evidence.run.particle_volume_mm3 == pytest.approx(FAST_FILL.above_face_mm3)
 
@@ -59,8 +59,12 @@ def test_the_band_holds_what_the_budget_knows_of_the_simulation(evidence):
     assert assessed.uncertainty is not None
     some = np.full(len(assessed.uncertainty.stations.s_mm), 0.3)
     for parts, half_mm, words in (
-        ({"numerics_mm": some}, 0.6, "by numerics, for the settings as run"),
-        ({"numerics_mm": some, "inputs_mm": some * 4 / 3}, 1.0, "by numerics and inputs, for the settings as run"),
+        ({"numerics_mm": some}, 0.6, "includes numerics, for the settings as run"),
+        (
+            {"numerics_mm": some, "inputs_mm": some * 4 / 3},
+            1.0,
+            "includes numerics and inputs, for the settings as run",
+        ),
     ):
         stations = assessed.uncertainty.stations.model_copy(update=parts)
         uncertainty = assessed.uncertainty.model_copy(update={"stations": stations})

@@ -67,7 +67,7 @@ def test_a_column_by_an_operator_who_reads_0_3_mm_higher_contradicts_no_passes()
     assert sum(refused(sheet, NO_PASSES) for sheet in sheets) >= 57
     with pytest.raises(InputError) as fault:
         check(sheets[0], NO_PASSES)
-    assert str(fault.value).startswith("caliper.csv: the columns of repeats contradict uncertainty.pass_mm = 0.")
+    assert str(fault.value).startswith("caliper.csv: the repeats contradict uncertainty.pass_mm = 0:")
     assert "Repeat 3 is +0.2" in str(fault.value)
     assert "Remove pass_mm, or set it" in str(fault.value)
     # What is declared to differ by that much, may.
@@ -84,7 +84,7 @@ def test_passes_of_the_declared_size_are_hardly_ever_refused():
 
 def test_a_column_that_tilts_contradicts_no_passes_too():
     tilt_mm = np.linspace(-0.4, 0.4, 17)[:, None] * [0.0, 1.0, 0.0]
-    with pytest.raises(InputError, match=r"Repeat 2 is tilted by \+0\.\d+ ± 0\.\d+ mm \(rms"):
+    with pytest.raises(InputError, match=r"repeat 2 is tilted by \+0\.\d+ ± 0\.\d+ mm \(rms"):
         check(noise_mm(np.random.default_rng(8), "normal") + tilt_mm, NO_PASSES)
 
 
@@ -110,7 +110,7 @@ def test_a_repeatability_that_the_repeats_stay_below_is_said_to_be_unused():
     assert true <= hardly_ever(300)
     assert large == 300
     (sentence,) = unused_repeatability(sheets[0], declared[1], 0.01)
-    assert sentence.startswith("uncertainty.repeatability_mm = 1 is not used: the repeats show the scatter, 0.1")
+    assert sentence.startswith("uncertainty.repeatability_mm = 1 is not used: the repeats scatter by only 0.1")
     # A last digit of 2 mm hides a scatter of 1 mm; a single reading shows none.
     assert not unused_repeatability(sheets[0], declared[1], 2.0)
     assert not unused_repeatability(replace(sheets[0], repeats_mm=None), declared[1], 0.01)
@@ -136,7 +136,7 @@ def test_readings_finer_than_the_declared_last_digit_contradict_it():
     """Readings between two marks by eye may be some; the caliper's own digit, which is the default, is not asked."""
     random = np.random.default_rng(11)
     fine_mm = np.round(BED_MM[:, None] + noise_mm(random, "normal"), 2) - BED_MM[:, None]
-    with pytest.raises(InputError, match=r"readings\.resolution_mm = 0\.5: \d+ of 51 readings are not multiples"):
+    with pytest.raises(InputError, match=r"readings\.resolution_mm = 0\.5: \d+ of 51 are not multiples"):
         check(fine_mm, Uncertainty(), resolution_mm=0.5)
     coarse_mm = 0.37 + np.round((BED_MM[:, None] + noise_mm(random, "normal")) * 2) / 2 - BED_MM[:, None]
     check(coarse_mm, Uncertainty(), resolution_mm=0.5)

@@ -132,7 +132,7 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
 def test_a_probe_wider_than_the_mouth_is_said_and_not_guessed():
     mouth_mm = np.where(S_MM < 10, 1.9, 3.1)
     whole = budget_of(scattered(0.1), readings(probe_mm=2.0), Uncertainty(), mouth_mm)
-    assert any("as wide as the crack or wider at 2 stations (s = 0, 5 mm)" in text for text in whole.notes)
+    assert any("not narrower than the crack at 2 stations (s = 0, 5 mm)" in text for text in whole.notes)
     assert not any("narrower" in text for text in budget(scattered(0.1), probe_mm=2.0).notes)
 
 

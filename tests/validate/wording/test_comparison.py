@@ -22,16 +22,16 @@ def stations(*errors_mm):
 
 
 LARGEST_FIRST = (
-    "too low from 15 to 20 mm (by up to 3.0 mm, at 15 mm), too high at 40 mm (by 2.0 mm), "
-    "too high from 5 to 10 mm (by up to 1.4 mm, at 10 mm)."
+    "too low from 15 to 20 mm (up to 3.0 mm, at 15 mm), too high at 40 mm (2.0 mm), "
+    "too high from 5 to 10 mm (up to 1.4 mm, at 10 mm)."
 )
 
 
 @pytest.mark.parametrize(
     ("errors_mm", "named", "absent"),
     [
-        ((0, 1.2, 1.4, -3, -1.1, 0.9, 0, 0, 2.0), LARGEST_FIRST, "other"),
-        ((2, 0, -2.1, 0, 2.2, 0, -2.3, 0, 2.4), "2 other stretches", "at 0 mm"),
+        ((0, 1.2, 1.4, -3, -1.1, 0.9, 0, 0, 2.0), LARGEST_FIRST, "more"),
+        ((2, 0, -2.1, 0, 2.2, 0, -2.3, 0, 2.4), "2 more stretches", "at 0 mm"),
         ((0.99,) * 9, "", "too"),
     ],
 )

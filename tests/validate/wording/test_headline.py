@@ -52,9 +52,9 @@ PASTE = {"fluid": {"yield_stress_pa": 15.6, "density_kg_m3": 1000.0}}
 """Stands between walls 3.1 mm apart: 15.2 Pa do."""
 THIN = {"fluid": {"yield_stress_pa": 14.9, "density_kg_m3": 1000.0}}
 TWO, WIDE = {"particles_across": 2.07}, {"particles_across": 3.1 / (2 * RADIUS_MM)}
-BED = "The bed is compressed: 5 % of its particles by more than "
+BED = "The bed is compressed (5 % of its particles by more than "
 LOST = "The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is sound)"
-GAINED = "The fluid gained 11 % of its volume, or covers hollows (1.107"
+GAINED = "The fluid gained 11 % of its volume, or bridges empty spaces (1.107"
 
 WARNED = {
     **{f"{ratio} is kept": ({}, {}, ratio, [], []) for ratio in (0.9495, 1.0504)},
@@ -62,8 +62,8 @@ WARNED = {
     "preset accurate does not": ({"solver": {"preset": "accurate"}}, {}, 0.775, [LOST], ["known"]),
     "two particles across": ({}, TWO, 1.107, [GAINED, "Only 2.1 particles", "solver.radius_mm"], []),
     "four particles across": ({}, {"particles_across": 3.87}, 1.107, ["so its levels are too high."], ["Only"]),
-    "hollows under paste that stands": (PASTE, WIDE, 1.5, ["between walls 3.1 mm apart"], ["solver.radius_mm"]),
-    "hollows under paste that sinks": (THIN, WIDE, 1.5, ["levels are too high"], ["between walls", "solver.radius_mm"]),
+    "hollows under paste that stands": (PASTE, WIDE, 1.5, ["Between walls 3.1 mm apart"], ["solver.radius_mm"]),
+    "hollows under paste that sinks": (THIN, WIDE, 1.5, ["levels are too high"], ["Between walls", "solver.radius_mm"]),
     "a bed of 9.99 %": ({}, {"density_error_p95": 0.0999}, 1.0, [], []),
     "a bed of 10.1 %": ({}, {"density_error_p95": 0.101}, 1.0, [BED + "10 %", 'solver.pressure = "two-level"'], []),
     "what is on already is not advised": (
@@ -89,7 +89,7 @@ def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
     spilled[: len(spilled) // 10] = True
     share = spilled.mean()
     (text,) = run_warnings(replace(run, spilled=spilled), 1 - share)
-    assert text.startswith(f"{spilled.sum()} particles, {100 * share:.1f} % of the sealant, ran over")
+    assert text.startswith(f"{spilled.sum()} particles ({100 * share:.1f} % of the sealant) ran over")
     lost, ran = run_warnings(replace(run, spilled=spilled), 0.9 * (1 - share))
     assert lost.startswith("The fluid lost 10 %")
     assert ran == text
@@ -101,17 +101,20 @@ def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
 
 def test_a_leak_comes_first(run, evidence, unread):
     first, second = run_warnings(replace(run, escaped_particles=1), 0.775)
-    assert first.startswith("Do not use: 1 particle went through a wall")
+    assert first.startswith("Do not use this run: 1 particle went through a wall")
     assert second.startswith("The fluid lost")
     leaking = replace(evidence, run=replace(run, escaped_particles=11), photo_data="synthetic")
-    assert [text.split(":")[0] for text in cautions(leaking)] == ["Do not use", "Not a validation"]
+    assert [text.split(":")[0] for text in cautions(leaking)] == ["Do not use this run", "Not a validation"]
     leaking = replace(unread, run=replace(run, escaped_particles=2))
-    assert headline(leaking) == (("Do not use: 2 particles went through a wall. There are no readings.",), "failed")
+    assert headline(leaking) == (
+        ("Do not use this run: 2 particles went through a wall. There are no readings.",),
+        "failed",
+    )
 
 
 def test_files_that_somebody_edited_come_before_everything(run, evidence):
     edited = replace(evidence, run=replace(run, escaped_particles=1), edited=("profile.csv", "simulation.json"))
-    assert cautions(edited)[0].startswith("Edited by hand since (profile.csv, simulation.json): ")
+    assert cautions(edited)[0].startswith("Files were edited by hand after the run (profile.csv, simulation.json): ")
     assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
 
 
@@ -120,7 +123,7 @@ def test_the_headline_is_the_verdict_and_then_by_how_much_and_to_which_side(tmp_
     assert evidence.comparison is not None
     assert headline(evidence) == (evidence.comparison.headline, "passed")
     nearness, whereabouts = in_short(evidence)
-    assert "0.5 mm off the readings on average" in nearness
+    assert "0.5 mm from the readings on average" in nearness
     assert "0.5 mm above" in nearness
     assert "ml dispensed" in whereabouts
 

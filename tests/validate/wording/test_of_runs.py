@@ -16,7 +16,7 @@ ONE, OTHER = LOST.format(19, 0.81), LOST.format(6, 9.4e-1)
         ({1: [GAINED, GAINED]}, [f"1 of 1 runs: {GAINED}"]),
         (
             {4: [ONE, GAINED], 7: [OTHER], 9: [GAINED]},
-            [f"2 of 3 runs, with the numbers of run 4: {ONE}", f"2 of 3 runs: {GAINED}"],
+            [f"2 of 3 runs (numbers of run 4): {ONE}", f"2 of 3 runs: {GAINED}"],
         ),
     ],
 )
