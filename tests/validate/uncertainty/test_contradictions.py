@@ -68,7 +68,7 @@ def test_a_column_by_an_operator_who_reads_0_3_mm_higher_contradicts_no_passes()
     with pytest.raises(InputError) as fault:
         check(sheets[0], NO_PASSES)
     assert str(fault.value).startswith("caliper.csv: the repeats contradict uncertainty.pass_mm = 0:")
-    assert "Repeat 3 is +0.2" in str(fault.value)
+    assert "repeat 3 is +0.2" in str(fault.value)
     assert "Remove pass_mm, or set it" in str(fault.value)
     # What is declared to differ by that much, may.
     assert not refused(sheets[0], Uncertainty(pass_mm=0.2))
