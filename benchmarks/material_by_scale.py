@@ -24,8 +24,9 @@ from digitise.robots.pump import Pump, PumpTable, read_pump
 from digitise.settings import PhotoInput
 from digitise.spread import measure_spread
 from sealtwin.core.records import Floats
-from sealtwin.material.by_rheometer import TORQUE, material_of_table
+from sealtwin.material.by_rheometer import material_of_table
 from sealtwin.material.by_spread import CONE_ERROR_MM, MASS_ERROR_G, Heap, PasteEstimate, estimate
+from sealtwin.material.flow_law import TORQUE
 from sealtwin.material.paste import DENSITY_ERROR, EDGE_ERROR_N_M, EDGE_N_M, PasteOnPlate
 from simulate.material_file import Material
 from simulate.slump import SlumpCurve
@@ -202,7 +203,7 @@ def flow_curve(stress_pa: float, viscosity_pa_s: float, random: np.random.Genera
     lines = [f"{x:.6g},{y:.6g}" for x, y in zip(rate, stresses_pa, strict=True)]
     path = folder / "curve.csv"
     path.write_text("\n".join(["shear_rate_per_s,stress_pa", *lines]) + "\n", encoding="utf-8")
-    return material_of_table(path, PasteOnPlate(density_kg_m3=DENSITY_KG_M3), "synthetic", date(2026, 11, 21))
+    return material_of_table(path, PasteOnPlate(density_kg_m3=DENSITY_KG_M3), "synthetic", date(2026, 11, 21)).material
 
 
 def judged(name: str, cases: list[Case]) -> Iterator[Row]:
