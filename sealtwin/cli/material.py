@@ -142,11 +142,11 @@ def _in_words(paste: "Material") -> str:
     """Return a sentence on viscosity, or on consistency and flow index."""
     if paste.viscosity_pa_s is not None:
         return f"Viscosity {paste.viscosity_pa_s:.3g} Pa s, standard uncertainty {paste.viscosity_error_percent:.0f} %."
-    k_95, n_95 = (f"{low:.3g} to {high:.3g}" for low, high in (paste.consistency_95_pa_s_n, paste.flow_index_95))
-    return (
-        f"Consistency K {paste.consistency_pa_s_n:.3g} Pa s^n, 95 % {k_95}; flow index n {paste.flow_index:.3g}, 95 % "
-        f"{n_95}."
+    k_95, n_95 = (
+        "not stated" if ends is None else f"95 % {ends[0]:.3g} to {ends[1]:.3g}"
+        for ends in (paste.consistency_95_pa_s_n, paste.flow_index_95)
     )
+    return f"Consistency K {paste.consistency_pa_s_n:.3g} Pa s^n, {k_95}; flow index n {paste.flow_index:.3g}, {n_95}."
 
 
 def _of_curve(source: Path, given: dict[str, Any], data: "DataKind", when: day) -> "MeasuredPaste":

@@ -32,9 +32,9 @@ def regime_of(
     bond = density_kg_m3 * GRAVITY_M_S2 * (1e-3 * width_mm) ** 2 / SURFACE_TENSION_N_M
     if not viscosity_m2_s or speed_mm_s == 0:
         return Regime(None, bond, None)
-    viscosity_m2_s *= (speed_mm_s / nozzle_mm) ** (flow_index - 1)
-    reynolds = 1e-6 * speed_mm_s * nozzle_mm / viscosity_m2_s
-    viscous_pa = density_kg_m3 * viscosity_m2_s * speed_mm_s / nozzle_mm
+    flowing_m2_s = viscosity_m2_s * (speed_mm_s / nozzle_mm) ** (flow_index - 1)
+    reynolds = 1e-6 * speed_mm_s * nozzle_mm / flowing_m2_s
+    viscous_pa = density_kg_m3 * flowing_m2_s * speed_mm_s / nozzle_mm
     return Regime(reynolds, bond, yield_stress_pa / viscous_pa)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Floats
@@ -135,7 +136,7 @@ def _figures(law: FlowLaw) -> dict[str, float]:
     }
 
 
-def _refuse_no_curve(path: Path, curve: FlowCurve, used: Floats, rates: tuple[float, float]) -> None:
+def _refuse_no_curve(path: Path, curve: FlowCurve, used: NDArray[np.bool_], rates: tuple[float, float]) -> None:
     """Raise InputError if too few rows are within the shear rates, or if a stress cannot be that of a paste."""
     every, rate, stress = curve.rate_per_s, curve.rate_per_s[used], curve.stress_pa[used]
     if len(rate) < LEAST_ROWS or rate.max() < LEAST_RANGE * rate.min():
@@ -186,7 +187,7 @@ def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
         )
 
 
-def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats, file_rows: Floats) -> None:
+def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats, file_rows: NDArray[np.int64]) -> None:
     """Raise InputError if stresses at repeated rates are nearly all higher, or nearly all lower, than before.
 
     Shear has then changed the paste between two sweeps, or the table has the stresses of two pastes.

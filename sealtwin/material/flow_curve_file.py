@@ -41,7 +41,7 @@ IN_WORDS = {"rate": "shear rate", "stress": "shear stress", "viscosity": "viscos
 
 
 class _Column(NamedTuple):
-    index: int
+    at: int  # From 0
     name: str  # As in the file, with its unit
     unit: str | None
 
@@ -56,7 +56,7 @@ class _Block:
     skipped: int  # Rows without a value, or rejected by the instrument
 
     def numbers(self, key: str, mark: Decimal | None) -> list[float | None]:
-        index = self.columns[key].index
+        index = self.columns[key].at
         return [float(c.text) if (c := row.cell(index)).kind == "number" else number(c.text, mark) for row in self.rows]
 
     @property
@@ -104,7 +104,7 @@ def read_flow_curve(path: Path, rows: tuple[int, int] | None = None) -> FlowCurv
     return FlowCurve(
         values["rate"],
         values["stress"],
-        tuple(grid.place(row.number, stress.index, stress.name) for row in block.rows),
+        tuple(grid.place(row.number, stress.at, stress.name) for row in block.rows),
         f"columns {names} in {units}, rows {str(block).replace(':', ' to ')} ({', '.join(grid.written)}){skipped}",
     )
 
@@ -140,7 +140,7 @@ def _blocks(grid: SheetGrid, limits: tuple[int, int] | None) -> Iterator[_Block]
             if limits is not None and not limits[0] <= row.number <= limits[1]:
                 continue
             blank = any(
-                is_missing((c := row.cell(columns[key].index)).text) and c.kind == "text" for key in ("rate", "stress")
+                is_missing((c := row.cell(columns[key].at)).text) and c.kind == "text" for key in ("rate", "stress")
             )
             rejected = bool(plain_letters(first.text)) and plain_letters(first.text) in REJECTED
             if blank or rejected:
@@ -162,7 +162,7 @@ def _refuse_rows_below(grid: SheetGrid, columns: dict[str, _Column], below: Sequ
     for row in below[: UNIT_ROWS + 2]:
         if _begins_section(row):
             return
-        if all(is_a_number(row.cell(columns[key].index)) for key in ("rate", "stress")):
+        if all(is_a_number(row.cell(columns[key].at)) for key in ("rate", "stress")):
             text = next(cell.text for cell in below[0].cells if cell != BLANK)
             finding = f"{quoted(text)} is between rows of numbers: two curves, or a remark."
             raise refuse(grid.place(below[0].number), finding, "Delete it, or name the columns of the second.", text)
@@ -199,7 +199,7 @@ def _split(text: str) -> tuple[str, str | None]:
 
 def _with_unit(column: _Column, below: Sequence[SheetRow]) -> _Column:
     """Return a column with the unit from a row below the header, if its name has none."""
-    texts = [cell.text for row in below if (cell := row.cell(column.index)).text and not is_a_number(cell)]
+    texts = [cell.text for row in below if (cell := row.cell(column.at)).text and not is_a_number(cell)]
     if column.unit is not None or not texts:
         return column
     return column._replace(unit=unicodedata.normalize("NFKC", texts[0]).replace("\u2212", "-").strip("[](){} "))
@@ -207,7 +207,7 @@ def _with_unit(column: _Column, below: Sequence[SheetRow]) -> _Column:
 
 def _factor(grid: SheetGrid, block: _Block, key: str) -> float:
     column, units = block.columns[key], UNITS[key]
-    place = grid.place(block.header, column.index, column.name)
+    place = grid.place(block.header, column.at, column.name)
     if column.unit is None:
         example = f"{column.name} [{'1/s' if key == 'rate' else 'Pa'}]"
         raise refuse(place, f"no unit of the {IN_WORDS[key]}.", f"Write it into the name: {example}.", column.name)
@@ -230,13 +230,13 @@ def _mark(grid: SheetGrid, block: _Block) -> Decimal | None:
     doubtful = [
         (row, column)
         for row, column in used
-        if row.cell(column.index).kind == "text" and is_ambiguous(row.cell(column.index).text)
+        if row.cell(column.at).kind == "text" and is_ambiguous(row.cell(column.at).text)
     ]
     if mark is None and doubtful:
         row, column = doubtful[0]
-        text = row.cell(column.index).text
+        text = row.cell(column.at).text
         raise refuse(
-            grid.place(row.number, column.index, column.name),
+            grid.place(row.number, column.at, column.name),
             f"{text!r} is {text.replace(',', '.')}, or {text.replace(',', '').replace('.', '')} with a thousands "
             f"separator; {len(doubtful)} numbers are like this, and no other number decides it.",
             "Export with decimal points and without thousands separators, or as XLSX.",
@@ -249,11 +249,11 @@ def _values(grid: SheetGrid, block: _Block, key: str, mark: Decimal | None) -> l
     values, column = block.numbers(key, mark), block.columns[key]
     for row, value in zip(block.rows, values, strict=True):
         if value is None:
-            text = row.cell(column.index).text
+            text = row.cell(column.at).text
             marked = f" with a decimal {mark}, as the other numbers have" if mark else ""
             remedy = "Correct it, or clear the cell if the value is missing."
             raise refuse(
-                grid.place(row.number, column.index, column.name), f"{quoted(text)} is no number{marked}.", remedy, text
+                grid.place(row.number, column.at, column.name), f"{quoted(text)} is no number{marked}.", remedy, text
             )
     return [value for value in values if value is not None]
 
@@ -272,4 +272,4 @@ def _compare_viscosity(grid: SheetGrid, block: _Block, values: dict[str, Floats]
     if not 1 / MOST_OFF <= ratio <= MOST_OFF:
         stress = block.columns["stress"]
         finding = f"the stresses are {ratio:.3g} times shear rate times {quoted(column.name)}."
-        raise refuse(grid.place(block.header, stress.index, stress.name), finding, "Correct the unit that is wrong.")
+        raise refuse(grid.place(block.header, stress.at, stress.name), finding, "Correct the unit that is wrong.")

@@ -9,7 +9,7 @@ n: the choice is made from the same rows, and intervals at n = 1 would be too sh
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ NORMAL_95 = 1.96
 LEAST_N, MOST_N = 0.1, 2.5
 """Range in which n is sought. It is wider than that of fluid.flow_index, so that a paste outside of it is noticed."""
 GRID = np.linspace(LEAST_N, MOST_N, 97)
+PRECISE = 1e-6  # Relative precision of an interval's ends
 DIGITS = 1e-4  # Least relative scatter of the stresses: their digits
 
 
@@ -148,9 +149,9 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
     k_ends = _ends(k_free, (0.0, most_k), lambda one: beyond(curve.best(thick=thick_of(one))))
     thickness = float(np.hypot(TORQUE, GAP * chosen.n))
     return FlowLaw(
-        yield_stress_pa=_value(chosen.stress, stress_ends, TORQUE),
-        consistency_pa_s_n=_value(k, k_ends, thickness),
-        flow_index=_value(chosen.n, n_ends, 0.0),
+        yield_stress_pa=_value(chosen.stress, free.stress, stress_ends, TORQUE),
+        consistency_pa_s_n=_value(k, k_free, k_ends, thickness),
+        flow_index=_value(chosen.n, free.n, n_ends, 0.0),
         free_index=free.n,
         viscosity_percent=100 * float(np.hypot(_relative_error(curve, chosen, bingham), thickness)),
         middle_per_s=curve.middle,
@@ -165,24 +166,30 @@ def _ends(best: float, bounds: tuple[float, float], beyond: Callable[[float], fl
 
     if beyond(best) >= 0:
         return best, best
-    low, high = (
-        bound
-        if best == bound or beyond(bound) <= 0
-        else float(brentq(beyond, *sorted((best, bound)), xtol=1e-12, rtol=1e-6))
-        for bound in bounds
-    )
-    return low, high
+
+    def crossing(bound: float) -> float:
+        if best == bound or beyond(bound) <= 0:
+            return bound
+        root: Any = brentq(beyond, *sorted((best, bound)), xtol=PRECISE * (best or abs(bound)))
+        return float(root)
+
+    return crossing(bounds[0]), crossing(bounds[1])
 
 
-def _value(value: float, ends: tuple[float, float], common: float) -> PasteValue:
-    """Return a value whose interval includes the relative standard uncertainty ``common`` to all rows."""
-    low, high = (float(np.hypot(end - value, NORMAL_95 * common * value)) for end in ends)
-    interval = max(0.0, value - low), value + high
+def _value(value: float, free: float, ends: tuple[float, float], common: float) -> PasteValue:
+    """Return a value whose interval includes the relative standard uncertainty ``common`` to all rows.
+
+    ``ends`` are those around the value of the ``free`` fit; the chosen one is within them.
+    """
+    low, high = (float(np.hypot(end - free, NORMAL_95 * common * free)) for end in ends)
+    interval = max(0.0, min(free - low, value)), max(free + high, value)
     return PasteValue(value, (interval[1] - interval[0]) / 4, interval)
 
 
 def _relative_error(curve: _Curve, fit: _Best, bingham: bool) -> float:
     """Return the relative standard uncertainty of K at the middle rate, to first order; infinite if K is 0."""
+    from scipy.stats import t
+
     if fit.thick == 0:
         return np.inf
     viscous = fit.thick * curve.rate**fit.n * curve.inverse
@@ -192,4 +199,7 @@ def _relative_error(curve: _Curve, fit: _Best, bingham: bool) -> float:
         covariance = np.linalg.inv(slopes.T @ slopes)
     except np.linalg.LinAlgError:
         return np.inf
-    return float(np.sqrt(curve.variance(fit, slopes.shape[1]) * covariance[1, 1]))
+    parameters = slopes.shape[1]
+    # Twice the standard uncertainty is half the 95 % interval, as for the yield stress.
+    wider = float(t.ppf(0.975, curve.count - parameters)) / NORMAL_95
+    return wider * float(np.sqrt(curve.variance(fit, parameters) * covariance[1, 1]))

@@ -2,8 +2,6 @@
 
 import io
 
-import numpy as np
-
 RATES = (0.1, 0.3, 1.0, 2.51, 6.31, 15.8, 39.8, 100.0, 300.0)
 STRESSES = tuple(float(f"{12 + 4 * rate**0.5:.5g}") for rate in RATES)
 
@@ -57,7 +55,7 @@ def workbook() -> bytes:
         ("paste 7",),
         ("Shear Rate", "Shear Stress"),
         ("1/s", "kPa"),
-        *np.transpose([RATES, np.array(STRESSES) / 1000]).tolist(),
+        *[(rate, stress / 1000) for rate, stress in zip(RATES, STRESSES, strict=True)],
     ]:
         sheet.append(row)
     file = io.BytesIO()
