@@ -151,7 +151,7 @@ def _refuse_no_curve(path: Path, curve: FlowCurve, used: NDArray[np.bool_], rate
         if not 0 < one_pa <= STIFFEST_PA:
             raise InputError(
                 f"{place}: {one_pa:g} Pa; the stress of a paste that flows is above 0 and at most {STIFFEST_PA:g} Pa. "
-                "Check the unit, and leave out rows of another step."
+                "Check the unit, and select the rows of one sweep (--rows)."
             )
     fastest = int(rate.argmax())
     if (thin := stress[fastest] / rate[fastest]) < THINNEST_PA_S:
@@ -169,13 +169,13 @@ def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
             f"and Bingham's line by {law.bingham_misfit:.0%}: two pastes, a paste that changed while it was sheared, "
             "slip, or a wrong column. Measure again, keep the rows of one sweep (--rows), or restrict --shear-rates."
         )
-    n, stress_pa, thick = law.flow_index.value, law.yield_stress_pa.value, law.consistency_pa_s_n.value
+    n, thick = law.flow_index.value, law.consistency_pa_s_n.value
     at_ends = law.stress_pa(np.array([rate.min(), rate.max()]))
-    rise = float((at_ends[1] - at_ends[0]) / max(stress_pa, at_ends[0]))
+    rise = float(at_ends[1] / at_ends[0]) - 1
     if law.viscosity_percent > 100 * MOST_ERROR or rise < LEAST_RISE or thick <= 0:
         raise InputError(
             f"{path}: rates from {rate.min():g} to {rate.max():g} /s do not determine viscosity_pa_s: over them the "
-            f"law rises by {100 * rise:.2g} % of its {stress_pa:.3g} Pa (at least {100 * LEAST_RISE:g} %), and its "
+            f"law rises by {100 * rise:.2g} % of its {at_ends[0]:.3g} Pa (at least {100 * LEAST_RISE:g} %), and its "
             f"viscous stress is uncertain by {law.viscosity_percent:.2g} % (at most {100 * MOST_ERROR:g} %). Measure "
             f"at higher rates, or give yield_stress_pa and viscosity_pa_s {BY_HAND}."
         )

@@ -26,7 +26,7 @@ LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a sm
 MOST_OFF = 2.0  # Largest ratio of stress over rate times viscosity; corrections of a geometry change it by less
 UNIT_ROWS = 2  # Rows below a header among which that of the units is
 IN_NAME = re.compile(
-    r"^(?P<name>.*?)\s*(?:[\[(](?P<bracket>[^\])]*)[\])]|\s(?:in|/)\s(?P<word>\S+)|,\s*(?P<comma>\S+))$"
+    r"^(?P<name>.*?)\s*(?:[\[(](?P<bracket>[^\])\s]*)[\])]|\s(?:in|/)\s(?P<word>\S+)|,\s*(?P<comma>\S+))$"
 )
 AT_END = re.compile(r"^(?P<name>.*)_(?P<unit>per_s|[kKmM]?[pP][aA](?:_s)?)$")
 GAMMA_DOT = re.compile("[\u03b3\u0263\u0194\u0393]\u0307")  # Without its dot the letter is that of the strain

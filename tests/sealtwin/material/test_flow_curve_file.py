@@ -26,7 +26,8 @@ READ = {
     "German": lines("Scherrate [1/s];Schubspannung [Pa]", *pairs(comma=True, separator=";")).encode("cp1252"),
     "symbols": lines("\u03b3\u0307 [1/s];\u03c4 [Pa]", *pairs(separator=";")).encode(),
     "French, a value missing": lines(
-        "Gradient de cisaillement [1/s]\tContrainte de cisaillement [Pa]", "0.05\t-", *pairs()
+        "Gradient de cisaillement\tContrainte de Cisaillement\tContrainte de cisaillement (pour oscillation réelle)",
+        "[1/s]\t[Pa]\t[Pa]", "0.05\t-", *pairs()
     ).encode(),
     "units in a row below": lines("Shear rate\tShear stress", "s⁻¹\tN/m²", *pairs()).encode(),
     "workbook in kPa": workbook(),
