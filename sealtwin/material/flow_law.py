@@ -5,6 +5,8 @@ neither may be below 0. An interval of a parameter has the values at which the b
 best by more than Student's t allows (profile likelihood), since an ellipse would be too short for curves that hardly
 determine n. Bingham's law, n = 1, is chosen if the interval of n includes 1, and the intervals remain those of a free
 n: the choice is made from the same rows, and intervals at n = 1 would be too short for a paste of n = 0.95.
+
+The package rheofit fits more laws, but needs pandas, openpyxl and matplotlib; two parameters of this law are linear.
 """
 
 from collections.abc import Callable
