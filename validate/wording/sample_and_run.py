@@ -283,7 +283,11 @@ def _measured(fluid: dict[str, Any]) -> list[str]:
     law, n = "", paste.get("flow_index")
     if n is not None:
         k = paste["consistency_pa_s_n"]
-        law = f", its viscous stress {k:.3g} Pa times the power {n:.3g} of the shear rate in 1/s"
+        low_n, high_n = paste.get("flow_index_95") or (n, n)
+        law = (
+            f", its viscous stress {k:.3g} Pa times the power {n:.3g} ({low_n:.3g} to {high_n:.3g}, which no budget "
+            "includes) of the shear rate in 1/s"
+        )
     return [
         f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa, {within}{law}, by: "
         f"{paste['method']} ({paste['date']}, {paste['data']}). It must not be used for {'; '.join(paste['not_for'])}."
