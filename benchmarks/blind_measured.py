@@ -194,9 +194,16 @@ def viscosity_of(
     else:
         if percent <= DOUBTFUL_PERCENT:
             return value_pa_s, percent, "film of the spread"
-    assert sheared.viscosity_pa_s is not None
     assert sheared.viscosity_error_percent is not None
-    return sheared.viscosity_pa_s, sheared.viscosity_error_percent, "rheometer"
+    if sheared.viscosity_pa_s is not None:
+        return sheared.viscosity_pa_s, sheared.viscosity_error_percent, "rheometer"
+    # By chance the interval of n excludes 1, so the law has another viscosity at each rate: that of the middle.
+    assert sheared.consistency_pa_s_n is not None
+    assert sheared.flow_index is not None
+    assert sheared.shear_rates_per_s is not None
+    middle_per_s = float(np.sqrt(np.prod(sheared.shear_rates_per_s)))
+    thick_pa_s = sheared.consistency_pa_s_n * middle_per_s ** (sheared.flow_index - 1)
+    return thick_pa_s, sheared.viscosity_error_percent, "rheometer"
 
 
 def course(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> Slump:

@@ -105,7 +105,7 @@ def _sound_paste_and_pump(folder: Path) -> None:
     rows = [f"{asked},{asked * 0.0017 * 20:.4f},20,0.3" for asked in (1, 1, 1, 10, 10, 10, 3000, 3000, 3000)]
     (folder / "pump.csv").write_text("\n".join(["asked_mm3_s,weighed_g,time_s,delay_s", *rows]) + "\n")
     day = date(2026, 11, 21)
-    paste = material_of_table(folder / "curve.csv", PasteOnPlate(density_kg_m3=1690.0), "synthetic", day)
+    paste = material_of_table(folder / "curve.csv", PasteOnPlate(density_kg_m3=1690.0), "synthetic", day).material
     (folder / "material.toml").write_text(material_text(paste))
     head, rest = TRIAL.split("[fluid]\n")
     fluid = 'material = "material.toml"\nfreeze_after_s = 0.5\n\n'

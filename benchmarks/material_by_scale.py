@@ -11,6 +11,7 @@ are off by what the command takes for their standard uncertainties. Seven minute
 import csv
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from datetime import date
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -23,9 +24,11 @@ from benchmarks.table import Row, run_benchmark
 from digitise.robots.pump import Pump, PumpTable, read_pump
 from digitise.settings import PhotoInput
 from digitise.spread import measure_spread
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.material.by_rheometer import TORQUE, material_of_table
+from sealtwin.material.by_rheometer import material_of_table
 from sealtwin.material.by_spread import CONE_ERROR_MM, MASS_ERROR_G, Heap, PasteEstimate, estimate
+from sealtwin.material.flow_law import TORQUE
 from sealtwin.material.paste import DENSITY_ERROR, EDGE_ERROR_N_M, EDGE_N_M, PasteOnPlate
 from simulate.material_file import Material
 from simulate.slump import SlumpCurve
@@ -195,14 +198,18 @@ def curves(seed: int) -> Iterator[Case]:
 
 
 def flow_curve(stress_pa: float, viscosity_pa_s: float, random: np.random.Generator, folder: Path) -> Material:
-    """Emulate a flow curve, and the paste as the command finds it."""
-    rate = np.geomspace(0.5, random.uniform(50, 150), int(random.integers(8, 25)))
+    """Emulate a flow curve, and the paste as the command finds it. A curve that is refused is measured again."""
+    rate = np.geomspace(1, random.uniform(50, 100), int(random.integers(8, 25)))
     stresses_pa = (stress_pa + viscosity_pa_s * rate) * (1 + random.normal(0, TORQUE))
     stresses_pa = stresses_pa * (1 + random.normal(0, random.uniform(0.005, 0.04), len(rate)))
     lines = [f"{x:.6g},{y:.6g}" for x, y in zip(rate, stresses_pa, strict=True)]
     path = folder / "curve.csv"
     path.write_text("\n".join(["shear_rate_per_s,stress_pa", *lines]) + "\n", encoding="utf-8")
-    return material_of_table(path, PasteOnPlate(density_kg_m3=DENSITY_KG_M3), "synthetic", date(2026, 11, 21))
+    with suppress(InputError):
+        return material_of_table(
+            path, PasteOnPlate(density_kg_m3=DENSITY_KG_M3), "synthetic", date(2026, 11, 21)
+        ).material
+    return flow_curve(stress_pa, viscosity_pa_s, random, folder)
 
 
 def judged(name: str, cases: list[Case]) -> Iterator[Row]:

@@ -35,7 +35,7 @@ from sealtwin.trial.trial_file import load_trial
 REPORTS = 3
 LONGEST_S = 10.0
 LARGEST_MB = 3.0
-MOST_WORDS, MOST_PAGES = 1199, 6
+MOST_FIRST_WORDS, MOST_WORDS, MOST_PAGES = 130, 1000, 6
 """All are the issue's."""
 DESK_PX, PHONE_PX = 1280, 390  # Widths of a window
 LOOK = """() => {
@@ -53,6 +53,7 @@ LOOK = """() => {
     before_px: box(before).top + scrollY,
     cut: parts.filter((part) => outside(box(part), { left: 0, right: all.clientWidth })).length
       + words.filter((word) => cutOff(box(word), box(word.closest("svg")))).length,
+    first_words: document.querySelector("header.first").textContent.trim().split(/\\s+/).length,
     words: text.textContent.trim().split(/\\s+/).length,
   };
 }"""
@@ -108,9 +109,10 @@ def main(out: Annotated[Path, Option(help="where the run folder goes")] = Path("
         ]
     appendix = next(number for number, text in enumerate(pages) if text.startswith("Appendix"))
     rows += [
+        Row("words of the page before its first figure", seen[DESK_PX]["first_words"], "", 0, MOST_FIRST_WORDS),
         Row("words of the page before its appendix", seen[DESK_PX]["words"], "", 0, MOST_WORDS),
         Row("pages of the PDF before its appendix", appendix, "", 0, MOST_PAGES),
-        Row("the figures of the answer on the PDF's first page", pages[0].count("Figure "), "", 2, 2),
+        Row("the PDF's first page has the first figure alone", pages[0].count("Figure "), "", 1, 1),
     ]
     finish(rows, f"wall time of the fastest, on a machine as busy as this one: {min(times_s['wall_s']):.1f} s")
 

@@ -51,6 +51,7 @@ COMMANDS = {
     "planning": "-m benchmarks.planning",
     "slumps": "-m benchmarks.slumps",
     "material_by_scale": "-m benchmarks.material_by_scale",
+    "material_by_rheometer": "-m benchmarks.material_by_rheometer",
     "beads": "-m benchmarks.beads",
     "material_by_bead": "-m benchmarks.material_by_bead",
     "pbf_step": "benchmarks/pbf_step.py",

@@ -204,6 +204,7 @@ class Injection:
             speed_mm_s=float(np.linalg.norm(self.schedule.velocity_mm_s, axis=1).mean()),
             nozzle_mm=self.nozzle.diameter_mm,
             width_mm=self.outline.mean_width_mm,
+            flow_index=paste.flow_index,
         )
         return {
             "viscosity_m2_s": viscosity_m2_s,

@@ -30,9 +30,20 @@ class Material(Settings):
     yield_stress_95_pa: Annotated[tuple[float, float], Field(strict=False)]
     """95 % interval of the yield stress."""
     viscosity_pa_s: float | None = Field(default=None, gt=0, le=1e4)
-    """Plastic viscosity, if it was measured."""
+    """Plastic viscosity (Bingham), if it was measured."""
+    consistency_pa_s_n: float | None = Field(default=None, gt=0, le=1e4)
+    """K of Herschel and Bulkley's law, in place of a viscosity."""
+    consistency_95_pa_s_n: Annotated[tuple[float, float] | None, Field(strict=False)] = None
+    """95 % interval of K. K and n depend on each other: the ends of both intervals make no curve together."""
+    flow_index: float | None = Field(default=None, ge=0.2, le=2)
+    """n of Herschel and Bulkley's law."""
+    flow_index_95: Annotated[tuple[float, float] | None, Field(strict=False)] = None
+    """95 % interval of n. With a viscosity it includes 1."""
     viscosity_error_percent: float | None = Field(default=None, ge=0, le=1000)
-    """Standard uncertainty of the viscosity."""
+    """Standard uncertainty of the viscosity, or of the viscous stress K rate^n in the middle of the measured rates. It
+    is what a budget changes K by, at the same n."""
+    shear_rates_per_s: Annotated[tuple[float, float] | None, Field(strict=False)] = None
+    """Smallest and largest shear rate of the rows that were fitted."""
     density_kg_m3: float = Field(ge=1, le=2e4)
     """Density of the paste."""
     density_error_kg_m3: float = Field(ge=0, le=2e4)
@@ -46,6 +57,12 @@ class Material(Settings):
     substeps: int | None = Field(default=None, ge=1, le=1000)
     """Substeps per frame in the runs of the calibration."""
 
+    @property
+    def thickness(self) -> tuple[str, float] | None:
+        """The measured setting of [fluid] that makes the paste viscous, and its value; None if none was measured."""
+        values = {"viscosity_pa_s": self.viscosity_pa_s, "consistency_pa_s_n": self.consistency_pa_s_n}
+        return next(((key, value) for key, value in values.items() if value is not None), None)
+
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         low, high = self.yield_stress_95_pa
@@ -53,8 +70,14 @@ class Material(Settings):
             raise ValueError(
                 f"yield_stress_pa is {self.yield_stress_pa:g}, outside yield_stress_95_pa, {low:g} to {high:g}"
             )
-        if (self.viscosity_pa_s is None) != (self.viscosity_error_percent is None):
-            raise ValueError("viscosity_pa_s and viscosity_error_percent go together: give both or neither")
+        if (self.consistency_pa_s_n is None) != (self.flow_index is None):
+            raise ValueError("consistency_pa_s_n and flow_index go together: give both or neither")
+        if self.viscosity_pa_s is not None and self.consistency_pa_s_n is not None:
+            raise ValueError("viscosity_pa_s and consistency_pa_s_n are two laws: give one of them")
+        if (self.thickness is None) != (self.viscosity_error_percent is None):
+            raise ValueError(
+                "viscosity_error_percent goes together with viscosity_pa_s or consistency_pa_s_n: give both or neither"
+            )
         return self
 
 

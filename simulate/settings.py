@@ -46,6 +46,8 @@ BESIDE_NO_MATERIAL = (
 )
 """Settings that must be absent if a material is given: the material gives them, or they belong to another law of flow.
 """
+OF_MATERIAL = ("yield_stress_pa", "density_kg_m3", "consistency_pa_s_n", "flow_index")
+"""Settings that a material gives, None included. The viscosity may be given beside a material without one."""
 MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
 
 
@@ -97,8 +99,8 @@ class Fluid(Settings):
     temperature_c. It must stay within the curve's temperatures.
     """
     material: MaterialOrFile | None = None
-    """A material.toml of 'sealtwin material', which gives yield stress, density and, if measured, the viscosity. Its
-    uncertainties are used unless [uncertainty] declares others.
+    """A material.toml of 'sealtwin material', which gives yield stress, density and, if measured, the viscosity or
+    consistency_pa_s_n and flow_index. Its uncertainties are used unless [uncertainty] declares others.
     """
     freeze_after_s: float | Literal["never"] = "never"
     """Age at which a particle is fixed in place, or "never". In Python the default is "never"; a trial file must give
@@ -129,17 +131,17 @@ class Fluid(Settings):
 
     def _with(self, material: Material, file: Path) -> Self:
         """Return a copy with the numbers of a material, and with the material itself."""
-        if (self.viscosity_pa_s is None) == (material.viscosity_pa_s is None):
+        if (self.viscosity_pa_s is None) == (material.thickness is None):
             problem = "no viscosity: give fluid.viscosity_pa_s too"
-            if material.viscosity_pa_s is not None:
+            if material.thickness is not None:
+                measured = "a viscosity" if material.viscosity_pa_s is not None else "a consistency_pa_s_n"
                 problem = (
-                    f"a viscosity, but fluid.viscosity_pa_s is {self.viscosity_pa_s:g}: leave fluid.viscosity_pa_s out"
+                    f"{measured}, but fluid.viscosity_pa_s is {self.viscosity_pa_s:g}: leave fluid.viscosity_pa_s out"
                 )
             raise InputError(f"{file}: has {problem}.")
         numbers = {
             "viscosity_pa_s": self.viscosity_pa_s or material.viscosity_pa_s,
-            "yield_stress_pa": material.yield_stress_pa,
-            "density_kg_m3": material.density_kg_m3,
+            **{key: getattr(material, key) for key in OF_MATERIAL},
         }
         return self.model_copy(update={"material": material, **numbers})
 
@@ -179,13 +181,10 @@ class Fluid(Settings):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if isinstance(self.material, Material) and (self.yield_stress_pa, self.density_kg_m3) != (
-            self.material.yield_stress_pa,
-            self.material.density_kg_m3,
-        ):
-            raise ValueError(
-                "yield_stress_pa or density_kg_m3 differs from that of material: give either material or these two"
-            )
+        if isinstance(self.material, Material):
+            other = [key for key in OF_MATERIAL if getattr(self, key) != getattr(self.material, key)]
+            if other:
+                raise ValueError(f"{other[0]} differs from that of material: give either material or {other[0]}")
         if isinstance(self.material, Path):
             beside = [key for key in BESIDE_NO_MATERIAL if getattr(self, key) != Fluid.model_fields[key].default]
             if beside:

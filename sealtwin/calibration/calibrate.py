@@ -33,7 +33,8 @@ MOST_FREE = 6  # Forty runs cannot resolve more free settings
 OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of one pour; other trials have their own
 LEAST_BUDGET = 40
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
-STRESS, THICKNESS = "fluid.yield_stress_pa", ("fluid.viscosity_pa_s", "fluid.U")
+STRESS, INDEX = "fluid.yield_stress_pa", "fluid.flow_index"
+THICKNESS = ("fluid.viscosity_pa_s", "fluid.consistency_pa_s_n", "fluid.U")
 NOT_FOR = (
     "another particle radius or number of substeps: at the same viscosity, levels at radii of 0.6 and 0.8 mm differ "
     "by 0.5 to 0.8 mm",
@@ -313,9 +314,9 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
 
 
 def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
-    """Return the calibrated material; None for a curve or a shear-thinning paste, which its file cannot describe."""
+    """Return the calibrated material; None for a curve, which its file cannot describe."""
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
-    if fluid is None or fluid.curve is not None or fluid.consistency_pa_s_n is not None:
+    if fluid is None or fluid.curve is not None:
         return None
     health = twin.health(len(result.points))
     draws = {free.name: free.values(column) for free, column in zip(result.frees, drawn.T, strict=True)}
@@ -331,7 +332,13 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
     basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw")
     if not error_pa:
         basis.append("the yield stress was not free and has no stated uncertainty, so it has no interval")
-    if others := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, *THICKNESS)]:
+    law: dict[str, Any] = {"viscosity_pa_s": float(f"{thick_pa_s:.6g}") if thick_pa_s else None}
+    if fluid.consistency_pa_s_n is not None or "fluid.consistency_pa_s_n" in best:
+        # The run records the viscosity at a shear rate of 1/s, which is K.
+        law = {"consistency_pa_s_n": law["viscosity_pa_s"], "flow_index": best.get(INDEX, fluid.flow_index)}
+        if INDEX in draws:
+            law["flow_index_95"] = _spread(draws[INDEX], law["flow_index"])[:2]
+    if others := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, INDEX, *THICKNESS)]:
         basis.append(f"fitted together with {', '.join(others)}: set them too")
     if unidentified := [one.free.name for one in calibrated.marginals if not one.identified]:
         basis.append(f"not identified by the readings: {', '.join(unidentified)}")
@@ -342,7 +349,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
         yield_stress_pa=stress_pa,
         yield_stress_error_pa=error_pa,
         yield_stress_95_pa=(low_pa, high_pa),
-        viscosity_pa_s=float(f"{thick_pa_s:.6g}") if thick_pa_s else None,
+        **law,
         viscosity_error_percent=round(min(percent, 1000.0), 4) if thick_pa_s else None,
         density_kg_m3=fluid.density_kg_m3,
         density_error_kg_m3=getattr(fluid.material, "density_error_kg_m3", 0.0),

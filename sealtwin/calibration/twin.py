@@ -90,7 +90,7 @@ class Twin:
             value = value[self.trial.path.reverse]
         if not isinstance(value, int | float) or isinstance(value, bool):
             return None
-        if name == "fluid.viscosity_pa_s" and declared.viscosity_percent is not None:
+        if name in ("fluid.viscosity_pa_s", "fluid.consistency_pa_s_n") and declared.viscosity_percent is not None:
             return value, value * declared.viscosity_percent / 100
         standard = getattr(declared, MEASURED[name]) if name in MEASURED else None
         return None if standard is None else (float(value), standard)

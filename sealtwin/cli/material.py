@@ -12,7 +12,9 @@ from sealtwin.cli.options import Given, Number, Text, argument, number_option, o
 from sealtwin.core.errors import InputError, present
 
 if TYPE_CHECKING:
+    from sealtwin.core.records import DataKind
     from sealtwin.material.paste import MeasuredPaste
+    from simulate.material_file import Material
 
 CONE = "38x19x57 for Kantro's mini-cone"
 ALL, OF_PHOTO = ("spread", "bead", "rheometer"), ("spread", "bead")
@@ -21,8 +23,10 @@ METHODS = {
     **dict.fromkeys(("mass_g", "mass_error_g", "edge_n_m", "edge_error_n_m"), OF_PHOTO),
     **dict.fromkeys(("cone_mm", "early"), ("spread",)),
     **dict.fromkeys(("asked_mm3_s", "speed_mm_s", "start_mm"), ("bead",)),
+    **dict.fromkeys(("nozzle_mm", "flow_mm3_s", "width_mm", "shear_rates", "rows"), ("rheometer",)),
 }
-"""Methods that take each option. Each option except early is a field of the method's table."""
+"""Methods that take each option. Each option of a photo except early is a field of the method's table."""
+OF_POUR = ("nozzle_mm", "flow_mm3_s", "width_mm")
 
 
 @answers("markers", "face_mm")
@@ -30,7 +34,8 @@ def material(
     command: Command,
     method: Annotated[Literal["spread", "bead", "rheometer"], argument("spread|bead|rheometer")],
     source: Annotated[
-        Path, argument("PHOTO|CSV", "Photo of the paste on the plate, or a CSV with shear_rate_per_s,stress_pa.")
+        Path,
+        argument("PHOTO|SHEET", "Photo of the paste on the plate, or a rheometer's export of rate and stress."),
     ],
     density_kg_m3: Annotated[
         float, number_option("Density of the paste, for example from a weighed syringe.", 100, 20_000)
@@ -74,6 +79,23 @@ def material(
             "X,Y",
         ),
     ] = None,
+    nozzle_mm: Annotated[
+        Number,
+        number_option("Inner diameter of the nozzle, for the shear rates; default: 2.4.", 0.01, 100),
+    ] = None,
+    flow_mm3_s: Annotated[Number, number_option("Flow of the fill; default: 160.", 1e-3, 1e6)] = None,
+    width_mm: Annotated[Number, number_option("Width of the crack; default: 3.1.", 0.01, 1000)] = None,
+    shear_rates: Annotated[
+        Text,
+        option(
+            "Smallest and largest shear rate in 1/s that the fit uses; default: those of nozzle, flow and crack, 1:100 "
+            "for their defaults.",
+            "LOW:HIGH",
+        ),
+    ] = None,
+    rows: Annotated[
+        Text, option("First and last row of one curve, in a file with several; row 1 is the first line.", "FIRST:LAST")
+    ] = None,
     date: Annotated[Text, option("Day of the measurement; default: today.", "YYYY-MM-DD")] = None,
 ) -> None:
     """Measure a paste, and write material.toml for trials.
@@ -95,11 +117,7 @@ def material(
     if others:
         raise typer.BadParameter(f"{others[0]} is not an option of {method}")
     if method == "rheometer":
-        from sealtwin.core.settings import checked
-        from sealtwin.material.by_rheometer import material_of_table
-        from sealtwin.material.paste import MeasuredPaste, PasteOnPlate
-
-        measured = MeasuredPaste(material_of_table(source, checked(PasteOnPlate, source, paste), data, when))
+        measured = _of_curve(source, paste, data, when)
     else:
         if "photo.data" in settings:
             raise typer.BadParameter("--set photo.data and --data are both given; give one of them")
@@ -113,13 +131,46 @@ def material(
     lines = [
         f"Yield stress {identified.yield_stress_pa:.3g} Pa, 95 % {low:.3g} to {high:.3g} Pa ({identified.method})."
     ]
-    if identified.viscosity_pa_s is not None:
-        doubt = f"standard uncertainty {identified.viscosity_error_percent:.0f} %"
-        lines.append(f"Viscosity {identified.viscosity_pa_s:.3g} Pa s, {doubt}.")
+    if identified.thickness is not None:
+        lines.append(_in_words(identified))
     lines += [f"{text[0].upper()}{text[1:]}." for text in identified.basis] + [*measured.sentences]
     lines.append(f'{out}: to use it, write [fluid] material = "{out.name}" in a trial.')
     content = {"version": 1, "file": out.as_posix(), **identified.model_dump(mode="json"), **measured.figures}
     command.reply(Answer(content, lines))
+
+
+def _in_words(paste: "Material") -> str:
+    """Return a sentence on viscosity, or on consistency and flow index."""
+    if paste.viscosity_pa_s is not None:
+        return f"Viscosity {paste.viscosity_pa_s:.3g} Pa s, standard uncertainty {paste.viscosity_error_percent:.0f} %."
+    k_95, n_95 = (
+        "not stated" if ends is None else f"95 % {ends[0]:.3g} to {ends[1]:.3g}"
+        for ends in (paste.consistency_95_pa_s_n, paste.flow_index_95)
+    )
+    return f"Consistency K {paste.consistency_pa_s_n:.3g} Pa s^n, {k_95}; flow index n {paste.flow_index:.3g}, {n_95}."
+
+
+def _of_curve(source: Path, given: dict[str, Any], data: "DataKind", when: day) -> "MeasuredPaste":
+    from sealtwin.core.settings import checked
+    from sealtwin.material.by_rheometer import Pour, material_of_table
+    from sealtwin.material.paste import PasteOnPlate
+
+    of_pour = {key: given.pop(key) for key in OF_POUR if key in given}
+    rows = _range(given.pop("rows"), "--rows", "12:32") if "rows" in given else None
+    rates = Pour(**of_pour).shear_rates_per_s
+    if "shear_rates" in given:
+        if of_pour:
+            raise typer.BadParameter(f"--shear-rates and {spelt(next(iter(of_pour)))} are both given; give one of them")
+        rates = _range(given.pop("shear_rates"), "--shear-rates", "1:100")
+    whole = None if rows is None else (int(rows[0]), int(rows[1]))
+    return material_of_table(source, checked(PasteOnPlate, source, given), data, when, rates, whole)
+
+
+def _range(text: str, name: str, example: str) -> tuple[float, float]:
+    low, high = two_numbers(text, ":", name)
+    if not 0 < low < high:
+        raise typer.BadParameter(f"{name} {text}: expected a smaller and a larger number above 0, such as {example}")
+    return low, high
 
 
 def _of_photo(

@@ -22,16 +22,19 @@ def regime_of(
     speed_mm_s: float,
     nozzle_mm: float,
     width_mm: float,
+    flow_index: float = 1.0,
 ) -> Regime:
     """Return the numbers for the speed of the sealant in the nozzle and the width of the crack.
 
+    With a ``flow_index``, the viscosity is that at a shear rate of 1/s, and the numbers have that at speed over nozzle.
     Without a viscosity or a speed, only the Bond number is computed.
     """
     bond = density_kg_m3 * GRAVITY_M_S2 * (1e-3 * width_mm) ** 2 / SURFACE_TENSION_N_M
     if not viscosity_m2_s or speed_mm_s == 0:
         return Regime(None, bond, None)
-    reynolds = 1e-6 * speed_mm_s * nozzle_mm / viscosity_m2_s
-    viscous_pa = density_kg_m3 * viscosity_m2_s * speed_mm_s / nozzle_mm
+    flowing_m2_s = viscosity_m2_s * (speed_mm_s / nozzle_mm) ** (flow_index - 1)
+    reynolds = 1e-6 * speed_mm_s * nozzle_mm / flowing_m2_s
+    viscous_pa = density_kg_m3 * flowing_m2_s * speed_mm_s / nozzle_mm
     return Regime(reynolds, bond, yield_stress_pa / viscous_pa)
 
 

@@ -1,92 +1,195 @@
-"""Fit Bingham's line to a rheometer's flow curve, which gives the yield stress and the plastic viscosity."""
+"""A paste by a rheometer's flow curve: Herschel and Bulkley's law, or Bingham's line, at the shear rates of a fill."""
 
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import DataKind, Floats
-from sealtwin.material.paste import PasteOnPlate, PasteValue, measured_material
+from sealtwin.material.flow_curve_file import LEAST_RANGE, LEAST_ROWS, FlowCurve, read_flow_curve
+from sealtwin.material.flow_law import FlowLaw, fit_flow_law
+from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, four_digits, measured_material
 from simulate.material_file import Material
 
-BOUNDS = {"shear_rate_per_s": (1e-6, 1e6), "stress_pa": (1e-6, 1e6)}
-ROWS = (5, 5000)
-LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a smaller range does not determine a line
-TORQUE = 0.03  # Relative standard uncertainty of the stress that is common to all rows: gap and calibration
+SLOWEST = 1 / 30
+"""Share of the crack's shear rate below which a paste is about to rest: with n of 0.5 its viscous stress is then less
+than a fifth of that in the flow, and the yield stress decides."""
+EDGE = 0.02  # Share by which a row may be outside of the shear rates: rheometers regulate to about a percent
+THINNEST_PA_S = 0.005  # Least apparent viscosity at the largest rate; water has 0.001, resins to inject have 0.1
+STIFFEST_PA = 1e4  # Largest stress: the largest yield stress that a run takes
 MOST_ERROR = 0.5  # Largest relative standard uncertainty of a viscosity: above it the 95 % interval includes 0
-LEAST_RISE = 0.01  # Least rise of the line over the rates, over its stress: less may be drift of the instrument
+LEAST_RISE = 0.01  # Least rise of the law over the rates, over its stress: less may be drift of the instrument
 LEAST_AGAIN = 3  # Least number of repeated rates by which a change of the paste is detected
 MOST_CHANGE = 0.05  # Largest mean change of stress at repeated rates if the paste has not changed
 MOST_ALIKE = 0.8  # Share of these changes with one sign from which they are systematic
 WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated, in logarithms
-MOST_MISS = 0.2  # Largest RMS of the misfit over the stress: above it the curve is not a line
+MOST_MISS = 0.1  # Largest RMS of the misfit over the stress: rheometers repeat to a few percent
+INDEX = (0.2, 2.0)  # Range of fluid.flow_index
 BY_HAND = "by hand in [fluid], and note how they were found"
 NOT_FOR = (
     "shear rates outside the measured range, in particular lower ones, at which the paste's curve deviates from the "
-    "line",
+    "law",
     "a paste of another age, batch or temperature",
     "comparison with a number from another geometry, unless both geometries are named: rheometers differ by more "
     "than repeats on one of them",
 )
 
 
-def material_of_table(path: Path, paste: PasteOnPlate, data: DataKind, day: date) -> Material:
-    """Fit Bingham's line to a table of shear rate and stress. Raises InputError if it is not a flow curve."""
+class Pour(NamedTuple):
+    """A pour, which shears the sealant in the nozzle and in the crack. Default: the paper's nozzle, flow and crack."""
+
+    nozzle_mm: float = 2.4
+    flow_mm3_s: float = 160.0
+    width_mm: float = 3.1
+
+    @property
+    def shear_rates_per_s(self) -> tuple[float, float]:
+        """Smallest and largest shear rate that matter, to one digit; 1 and 100 /s for the default.
+
+        The largest is at the wall of the nozzle, 32 Q / (pi D^3), or at that of the crack if it is narrow. A stream as
+        wide as the crack moves at Q / w^2, and its wall shears at 6 Q / w^3. The smallest is ``SLOWEST`` of that.
+        """
+        crack = 6 * self.flow_mm3_s / self.width_mm**3
+        nozzle = 32 * self.flow_mm3_s / (np.pi * self.nozzle_mm**3)
+        return float(f"{SLOWEST * crack:.1g}"), float(f"{max(crack, nozzle):.1g}")
+
+
+def material_of_table(
+    path: Path,
+    paste: PasteOnPlate,
+    data: DataKind,
+    day: date,
+    shear_rates_per_s: tuple[float, float] | None = None,
+    rows: tuple[int, int] | None = None,
+) -> MeasuredPaste:
+    """Fit a law to a rheometer's export at ``shear_rates_per_s``; default: those of ``Pour``.
+
+    ``rows`` are those of one curve among several. Raises InputError if neither law fits.
+    """
     if paste.spread_of_density > paste.density_kg_m3 / 2:
         raise InputError(
             f"density_error_kg_m3 is {paste.spread_of_density:g}, more than half of density_kg_m3, "
             f"{paste.density_kg_m3:g}: give the standard uncertainty of the density, or omit it."
         )
-    columns = read_columns(path, BOUNDS, list(BOUNDS), ROWS)
-    rate, stress = (np.array(columns[name]) for name in BOUNDS)
-    if rate.max() < LEAST_RANGE * rate.min():
-        raise InputError(
-            f"{path}: shear rates from {rate.min():g} to {rate.max():g} /s; for a line they must differ by a "
-            f"factor of at least {LEAST_RANGE:g}."
-        )
-    _refuse_two_pastes(path, rate, stress)
-    (yields, thick), covariance, misfit = _bingham(rate, stress)
-    if misfit > MOST_MISS:
-        raise InputError(
-            f"{path}: Bingham's line misfits the stresses by {misfit:.0%} (RMS, limit {MOST_MISS:.0%}): the "
-            f"curve is not a line. Give yield_stress_pa, and viscosity_pa_s or a curve with flow_index, {BY_HAND}; or "
-            "measure only at the shear rates of the fill."
-        )
-    if yields <= 0 or thick <= 0:
-        raise InputError(
-            f"{path}: Bingham's line has a yield stress of {yields:.3g} Pa and a viscosity of {thick:.3g} Pa s; both "
-            "must be above 0. The paste has no yield stress at these rates, or it thins with shear. Give "
-            "viscosity_pa_s, or flow_index, by hand."
-        )
-    error = float(np.hypot(np.sqrt(covariance[0, 0]), TORQUE * yields))
-    percent = 100 * float(np.hypot(np.sqrt(covariance[1, 1]) / thick, TORQUE))
-    rise = thick * float(rate.max() - rate.min()) / yields
-    if percent > 100 * MOST_ERROR or rise < LEAST_RISE:
-        raise InputError(
-            f"{path}: rates from {rate.min():g} to {rate.max():g} /s do not determine viscosity_pa_s: over them "
-            f"Bingham's line rises by {100 * rise:.2g} % of its {yields:.3g} Pa (at least {100 * LEAST_RISE:g} %), and "
-            f"its viscosity is uncertain by {percent:.2g} % (at most {100 * MOST_ERROR:g} %). Measure at higher "
-            f"rates, or give it {BY_HAND}."
-        )
-    return measured_material(
-        path,
-        data,
-        day,
-        paste,
-        PasteValue(yields, error, (max(0.0, yields - 2 * error), yields + 2 * error)),
-        (thick, percent),
-        method="rheometer's flow curve, Bingham's line by least squares of relative differences",
-        basis=(
-            f"{len(rate)} rows from {rate.min():g} to {rate.max():g} /s",
-            f"RMS misfit of the line {misfit:.1%} of the stress, which the uncertainty includes",
-        ),
-        not_for=NOT_FOR,
+    low, high = shear_rates_per_s or Pour().shear_rates_per_s
+    curve = read_flow_curve(path, rows)
+    used = (curve.rate_per_s >= low * (1 - EDGE)) & (curve.rate_per_s <= high * (1 + EDGE))
+    rate, stress = curve.rate_per_s[used], curve.stress_pa[used]
+    file_rows = np.array([place.row or 0 for place in curve.places])[used]
+    _refuse_no_curve(path, curve, used, (low, high))
+    _refuse_two_pastes(path, rate, stress, file_rows)
+    law = fit_flow_law(rate, stress)
+    _refuse_misfit(path, law, rate)
+    stated = [
+        f"{len(rate)} of {len(used)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the fill, "
+        f"{low:g} to {high:g} /s",
+        _choice(law),
+        curve.basis[:300],
+    ]
+    return MeasuredPaste(_material(path, paste, data, day, law, rate, stated), _figures(law))
+
+
+def _choice(law: FlowLaw) -> str:
+    """Return a sentence on the criterion by which the law was chosen."""
+    low, high = law.flow_index.interval
+    within = f"the 95 % interval of n, {low:.3g} to {high:.3g},"
+    if law.is_bingham:
+        return f"Bingham's line, since {within} includes 1; it misses the stresses by {100 * law.misfit:.2g} % (RMS)"
+    return (
+        f"Herschel and Bulkley's law, since {within} excludes 1; it misses the stresses by {100 * law.misfit:.2g} % "
+        f"(RMS), Bingham's line by {100 * law.bingham_misfit:.2g} %"
     )
 
 
-def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
+def _material(
+    path: Path, paste: PasteOnPlate, data: DataKind, day: date, law: FlowLaw, rate: Floats, stated: Sequence[str]
+) -> Material:
+    k, n = law.consistency_pa_s_n, law.flow_index
+    rest = {
+        "flow_index_95": [*map(four_digits, n.interval)],
+        "shear_rates_per_s": [*map(four_digits, (rate.min(), rate.max()))],
+        "basis": (*stated, "intervals include the misfit, 3 % of the stress and 2 % of the rate common to all rows"),
+        "not_for": NOT_FOR,
+    }
+    if law.is_bingham:
+        method = "rheometer's flow curve, Bingham's line by least squares of relative differences"
+        viscosity = k.value, law.viscosity_percent
+        return measured_material(path, data, day, paste, law.yield_stress_pa, viscosity, method=method, **rest)
+    method = "rheometer's flow curve, Herschel and Bulkley's law by least squares of relative differences"
+    rest |= {
+        "consistency_pa_s_n": four_digits(k.value),
+        "consistency_95_pa_s_n": [*map(four_digits, k.interval)],
+        "flow_index": four_digits(n.value),
+        "viscosity_error_percent": four_digits(law.viscosity_percent),
+    }
+    return measured_material(path, data, day, paste, law.yield_stress_pa, method=method, **rest)
+
+
+def _figures(law: FlowLaw) -> dict[str, float]:
+    """Return figures of the fit for the JSON answer."""
+    return {
+        "free_flow_index": four_digits(law.free_index),
+        "misfit_percent": four_digits(100 * law.misfit),
+        "bingham_misfit_percent": four_digits(100 * law.bingham_misfit),
+    }
+
+
+def _refuse_no_curve(path: Path, curve: FlowCurve, used: NDArray[np.bool_], rates: tuple[float, float]) -> None:
+    """Raise InputError if too few rows are within the shear rates, or if a stress cannot be that of a paste."""
+    every, rate, stress = curve.rate_per_s, curve.rate_per_s[used], curve.stress_pa[used]
+    if len(rate) < LEAST_ROWS or rate.max() < LEAST_RANGE * rate.min():
+        raise InputError(
+            f"{path}: {len(rate)} of {len(every)} rows have shear rates from {rates[0]:g} to {rates[1]:g} /s; a fit "
+            f"needs {LEAST_ROWS} rows that differ by a factor of at least {LEAST_RANGE:g}. The file has rates from "
+            f"{every.min():g} to {every.max():g} /s. Measure more rows there, or give the shear rates of your fill "
+            "(--nozzle-mm, --flow-mm3-s and --width-mm, or --shear-rates)."
+        )
+    places = [place for place, one in zip(curve.places, used, strict=True) if one]
+    for place, one_pa in zip(places, stress, strict=True):
+        if not 0 < one_pa <= STIFFEST_PA:
+            raise InputError(
+                f"{place}: {one_pa:g} Pa; the stress of a paste that flows is above 0 and at most {STIFFEST_PA:g} Pa. "
+                "Check the unit, and select the rows of one sweep (--rows)."
+            )
+    fastest = int(rate.argmax())
+    if (thin := stress[fastest] / rate[fastest]) < THINNEST_PA_S:
+        raise InputError(
+            f"{places[fastest]}: {stress[fastest]:.3g} Pa at {rate[fastest]:.3g} /s is a viscosity of {thin:.2g} Pa s, "
+            f"below {THINNEST_PA_S:g}, nearly as thin as water. Check the unit of the stress: is it kPa?"
+        )
+
+
+def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
+    """Raise InputError if neither law fits, or if the rows do not determine it."""
+    if law.misfit > MOST_MISS:
+        raise InputError(
+            f"{path}: Herschel and Bulkley's law misses the stresses by {law.misfit:.0%} (RMS, limit {MOST_MISS:.0%}), "
+            f"and Bingham's line by {law.bingham_misfit:.0%}: two pastes, a paste that changed while it was sheared, "
+            "slip, or a wrong column. Measure again, keep the rows of one sweep (--rows), or restrict --shear-rates."
+        )
+    n, thick = law.flow_index.value, law.consistency_pa_s_n.value
+    at_ends = law.stress_pa(np.array([rate.min(), rate.max()]))
+    rise = float(at_ends[1] / at_ends[0]) - 1
+    if law.viscosity_percent > 100 * MOST_ERROR or rise < LEAST_RISE or thick <= 0:
+        raise InputError(
+            f"{path}: rates from {rate.min():g} to {rate.max():g} /s do not determine viscosity_pa_s: over them the "
+            f"law rises by {100 * rise:.2g} % of its {at_ends[0]:.3g} Pa (at least {100 * LEAST_RISE:g} %), and its "
+            f"viscous stress is uncertain by {law.viscosity_percent:.2g} % (at most {100 * MOST_ERROR:g} %). Measure "
+            f"at higher rates, or give yield_stress_pa and viscosity_pa_s {BY_HAND}."
+        )
+    if not INDEX[0] <= n <= INDEX[1]:
+        raise InputError(
+            f"{path}: flow_index is {n:.3g}; {INDEX[0]:g} to {INDEX[1]:g} can be run. The curve "
+            f"{'is nearly flat: slip' if n < 1 else 'bends upward: the gap or the sample may be unstable'}. Measure "
+            "again, or restrict --shear-rates."
+        )
+
+
+def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats, file_rows: NDArray[np.int64]) -> None:
     """Raise InputError if stresses at repeated rates are nearly all higher, or nearly all lower, than before.
 
     Shear has then changed the paste between two sweeps, or the table has the stresses of two pastes.
@@ -99,11 +202,11 @@ def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
     same_sign = float((np.sign(change) == np.sign(mean)).mean())
     if abs(mean) < MOST_CHANGE or same_sign < MOST_ALIKE:
         return
-    # Row 1 is the header.
+    rows = file_rows[rows]
     raise InputError(
-        f"{path}: {len(rows)} rows, {rows.min() + 2} to {rows.max() + 2}, repeat earlier rates with stresses "
+        f"{path}: {len(rows)} rows, {rows.min()} to {rows.max()}, repeat earlier rates with stresses "
         f"{abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average: shear changed the paste between two sweeps, "
-        "or the table has two pastes. Keep the rows of one sweep; use the last one for a paste that flows."
+        "or the table has two pastes. Keep the rows of one sweep (--rows); use the last one for a paste that flows."
     )
 
 
@@ -119,20 +222,3 @@ def _change(rate: Floats, stress: Floats, row: int) -> float | None:
     # Several earlier rows at the same rate: their mean.
     expected = levels[after : before + 1].mean() if after <= before else np.interp(at, earlier, levels)
     return float(stress[row] / np.exp(expected) - 1)
-
-
-def _bingham(rate: Floats, stress: Floats) -> tuple[Floats, Floats, float]:
-    """Return yield stress and viscosity, their covariance from the scatter, and the relative RMS misfit.
-
-    If the paste does not follow the line, neighbouring rows have similar misfits. The number of independent rows is
-    therefore taken as the number of sign changes of the misfit.
-    """
-    slopes = np.column_stack([1 / stress, rate / stress])
-    line = np.linalg.lstsq(slopes, np.ones(len(rate)), rcond=None)[0]
-    miss = slopes @ line - 1
-    in_order = miss[np.argsort(rate, kind="stable")]
-    changes = int((np.sign(in_order[1:]) != np.sign(in_order[:-1])).sum())
-    free = max(1, min(len(rate) - 2, changes + 1))
-    variance = float(miss @ miss) / free
-    covariance = variance * np.linalg.inv(slopes.T @ slopes) * max(1.0, (len(rate) - 2) / free / 2)
-    return np.asarray(line, dtype=float), np.asarray(covariance, dtype=float), float(np.sqrt(np.mean(miss**2)))

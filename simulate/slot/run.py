@@ -69,6 +69,7 @@ def pour(
         speed_mm_s=filled.dispensed_mm3 / flowing_s / (np.pi / 4 * nozzle.diameter_mm**2),
         nozzle_mm=nozzle.diameter_mm,
         width_mm=outline.mean_width_mm,
+        flow_index=paste.flow_index,
     )
     health = RunHealth(
         frames_s=time.perf_counter() - began,

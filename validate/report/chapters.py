@@ -117,7 +117,7 @@ def scale_words(shown: FirstFigure, layout: FirstLayout) -> str:
     stretch = shown.stretch(layout)
     if stretch == 1.0:
         return "Heights, widths and lengths are drawn to one scale."
-    return f"Heights and widths are drawn {stretch:.2g} times larger than lengths."
+    return f"Heights and widths are drawn {stretch:.2g} times as large as lengths."
 
 
 def first_caption(evidence: Evidence) -> str:

@@ -92,7 +92,7 @@ def _state(evidence: Evidence) -> str:
     if evidence.run.escaped_particles:
         return "✕ Fault: particles went through a wall"
     if comparison is None:
-        return "○ Prediction, not read yet" if evidence.prediction is not None else "○ Simulation alone"
+        return "○ Prediction, not measured yet" if evidence.prediction is not None else "○ Simulation alone"
     if evidence.run.fast_fill is not None:
         return "○ Fast model: no verdict"
     limit = "" if comparison.gate is None else f"{comparison.gate.mean_error_mm:g} mm"
@@ -199,7 +199,7 @@ def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
 def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:
     parts = []
     if (interval_mm := comparison.interval_95_mm) is not None:
-        parts.append("95 % interval by the readings {:.2f} to {:.2f} mm.".format(*interval_mm))
+        parts.append("95 % interval due to the readings {:.2f} to {:.2f} mm.".format(*interval_mm))
     if (gate := comparison.gate) is not None:
         parts.append(f"Limit {gate.mean_error_mm:g} mm: {gate.reason or 'no reason given'}.")
     else:

@@ -282,8 +282,16 @@ def _measured(fluid: dict[str, Any]) -> list[str]:
     (low, high), within = paste["yield_stress_95_pa"], "uncertainty not stated"
     if paste["yield_stress_error_pa"] > 0:
         within = f"95 %: {low:.3g} to {high:.3g} Pa"
+    law, n = "", paste.get("flow_index")
+    if n is not None:
+        k = paste["consistency_pa_s_n"]
+        low_n, high_n = paste.get("flow_index_95") or (n, n)
+        law = (
+            f" and its viscous stress {k:.3g} Pa times the power {n:.3g} ({low_n:.3g} to {high_n:.3g}, which no budget "
+            "includes) of the shear rate in 1/s"
+        )
     return [
-        f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa ({within}), with the method "
+        f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa ({within}){law}, with the method "
         f"{paste['method']} ({paste['date']}, {paste['data']}). Do not use it for {'; '.join(paste['not_for'])}."
     ]
 
@@ -315,14 +323,17 @@ def _surface_tension(evidence: Evidence) -> str:
     flowing_s = np.diff(trajectory.t_s)[trajectory.flow_mm3_s[:-1] > 0].sum()
     speed_mm_s = float(trajectory.given_mm3.sum() / flowing_s) / (np.pi / 4 * nozzle_mm**2)
     width_mm = evidence.outline.mean_width_mm
+    fluid = evidence.run.settings["fluid"]
     regime = regime_of(
         viscosity_m2_s=viscosity_m2_s,
         density_kg_m3=density_kg_m3,
-        yield_stress_pa=evidence.run.settings["fluid"].get("yield_stress_pa", 0.0),
+        yield_stress_pa=fluid.get("yield_stress_pa", 0.0),
         speed_mm_s=speed_mm_s,
         nozzle_mm=nozzle_mm,
         width_mm=width_mm,
+        flow_index=fluid.get("flow_index") or 1.0,
     )
+    flowing_mm2_s = speed_mm_s * nozzle_mm / regime.reynolds if regime.reynolds else viscosity_m2_s * 1e6
     # Capillarity is as strong as gravity over the width at which the Bond number is 1.
     capillary_mm = width_mm / np.sqrt(regime.bond)
     yields = f" Bingham number {regime.bingham:.2g} there: yield stress over viscous stress." if regime.bingham else ""
@@ -331,5 +342,5 @@ def _surface_tension(evidence: Evidence) -> str:
         f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity, so "
         f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. "
         f"Reynolds number {regime.reynolds:.2g} in the nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, "
-        f"{viscosity_m2_s * 1e6:.3g} mm²/s).{yields}"
+        f"{flowing_mm2_s:.3g} mm²/s).{yields}"
     )

@@ -6,7 +6,10 @@ import signal
 import subprocess
 import sys
 import time
+from datetime import date
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,6 +32,7 @@ from tests.pages import leave_out_figures
 from tests.places import ROOT
 from tests.studies import tiny_lab
 from validate.calibration.free import Free
+from validate.settings import Uncertainty
 
 YIELD = {"fluid.yield_stress_pa": (2.0, 20.0)}
 
@@ -129,6 +133,23 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     (unused,) = (one for one in content["cautions"] if "is not used" in one)
     assert unused.startswith("tiny: uncertainty.repeatability_mm = 5 is not used: the repeats scatter by only 0.0")
     assert callable(st.calibrate), "a package of that name once took its place from the second call on"
+
+
+def test_a_paste_that_thins_is_written_with_k_and_n():
+    """A run records K as its viscosity at a shear rate of 1/s; a free n has the interval of its draws."""
+    fluid = Fluid(consistency_pa_s_n=4.0, flow_index=0.5, yield_stress_pa=7.0)
+    trial = SimpleNamespace(fluid=fluid, uncertainty=Uncertainty())
+    run = SimpleNamespace(viscosity_pa_s=5.0, substeps=3)
+    twin: Any = SimpleNamespace(trial=trial, health=lambda _: run, radius_mm=0.4)
+    frees = [Free("fluid.consistency_pa_s_n", 3.0, 7.0), Free("fluid.flow_index", 0.4, 0.8)]
+    result: Any = SimpleNamespace(frees=frees, best=np.array([0.5, 0.25]), points=[0], levels_mm=[0])
+    draws = np.random.default_rng(0).uniform(0.0, 0.5, (500, 2))
+    calibrated: Any = SimpleNamespace(emulated=False, marginals=())
+    material = calibrating._material(result, draws, calibrated, twin, date(2026, 11, 26))
+    assert material is not None
+    assert (material.viscosity_pa_s, material.consistency_pa_s_n, material.flow_index) == (None, 5.0, 0.5)
+    assert material.flow_index_95 == pytest.approx((0.405, 0.595), abs=0.01)
+    assert material.viscosity_error_percent is not None
 
 
 def _command(lab, out):

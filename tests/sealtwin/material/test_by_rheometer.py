@@ -1,48 +1,136 @@
-"""A rheometer's table: Bingham's line through it, and what is no flow curve."""
+"""A rheometer's flow curve: the law that is fitted and chosen, its intervals, what a run takes, and refusals."""
 
 from datetime import date
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.material.by_rheometer import TORQUE, material_of_table
-from sealtwin.material.paste import PasteOnPlate
+from sealtwin.core.settings import checked
+from sealtwin.material.by_rheometer import Pour, material_of_table
+from sealtwin.material.flow_law import GAP, TORQUE, fit_flow_law
+from sealtwin.material.paste import PasteOnPlate, material_text
+from simulate.settings import Fluid
 
 DAY = date(2026, 11, 21)
+RATES = np.geomspace(1, 100, 9)
 
 
-def table(folder, rows: str):
+def measured(folder: Path, rate, stress, **rest):
     path = folder / "curve.csv"
-    path.write_text(rows, encoding="utf-8")
-    return material_of_table(path, PasteOnPlate(density_kg_m3=1690.0), "synthetic", DAY)
+    rows = (f"{one:.9g},{pa:.9g}" for one, pa in zip(rate, stress, strict=True))
+    path.write_text("\n".join(["shear_rate_per_s,stress_pa", *rows]) + "\n", encoding="utf-8")
+    return material_of_table(path, PasteOnPlate(density_kg_m3=1690.0), "synthetic", DAY, **rest).material
 
 
-def test_a_line_is_found_exactly_and_its_scale_is_never_better_than_the_torques(tmp_path):
-    rows = "\n".join(f"{rate:g},{12 + 0.5 * rate:.9g}" for rate in np.geomspace(1, 100, 9))
-    paste = table(tmp_path, f"shear_rate_per_s,stress_pa\n{rows}\n")
+def test_bingham_is_chosen_for_a_line_whose_scale_is_never_better_than_the_torques(tmp_path):
+    paste = measured(tmp_path, RATES, 12 + 0.5 * RATES)
     assert paste.yield_stress_pa == pytest.approx(12.0, rel=1e-3)
     assert paste.viscosity_pa_s == pytest.approx(0.5, rel=1e-3)
-    assert paste.yield_stress_error_pa == pytest.approx(12 * TORQUE, rel=0.01)
+    assert paste.consistency_pa_s_n is None
+    assert paste.yield_stress_error_pa == pytest.approx(12 * TORQUE, rel=0.05)
+    assert paste.viscosity_error_percent == pytest.approx(100 * np.hypot(TORQUE, GAP), rel=0.05)
 
 
-def test_a_curve_that_is_no_line_is_known_the_worse(tmp_path):
-    """Herschel and Bulkley's 12 + 3 gamma^0.5: the line is up to 3 Pa off the yield stress, and says so."""
-    rows = "\n".join(f"{rate:g},{12 + 3 * rate**0.5:.9g}" for rate in np.geomspace(1, 100, 20))
-    paste = table(tmp_path, f"shear_rate_per_s,stress_pa\n{rows}\n")
-    assert paste.yield_stress_95_pa[0] < 12.0 + 3.0
-    assert paste.yield_stress_error_pa > 2 * TORQUE * paste.yield_stress_pa
+@pytest.mark.parametrize("n", [0.4, 0.7, 1.3])
+def test_herschel_and_bulkley_s_law_becomes_that_of_a_run(tmp_path, n):
+    """The material file is read by [fluid] material, and its K and n are the run's."""
+    paste = measured(tmp_path, RATES, 12 + 3 * RATES**n)
+    (tmp_path / "material.toml").write_text(material_text(paste), encoding="utf-8")
+    fluid = Fluid(material=Path("material.toml")).loaded(tmp_path)
+    assert fluid.yield_stress_pa == pytest.approx(12.0, rel=2e-3)
+    assert fluid.consistency_pa_s_n == pytest.approx(3.0, rel=5e-3)
+    assert fluid.flow_index == pytest.approx(n, rel=2e-3)
+    assert fluid.viscosity_pa_s is None
+    assert paste.shear_rates_per_s == (1.0, 100.0)
+    # As a run records it and reads it again, and not with another K.
+    recorded = fluid.model_dump(mode="json", exclude_none=True)
+    assert checked(Fluid, tmp_path / "again", recorded) == fluid
+    with pytest.raises(InputError, match="consistency_pa_s_n"):
+        checked(Fluid, tmp_path / "again", {**recorded, "consistency_pa_s_n": 4.0})
+    with pytest.raises(InputError, match=r"consistency_pa_s_n, but fluid\.viscosity_pa_s is 1"):
+        Fluid(material=Path("material.toml"), viscosity_pa_s=1.0).loaded(tmp_path)
+
+
+def test_only_rows_at_the_shear_rates_of_the_fill_are_fitted(tmp_path):
+    """Below 1/s this paste thickens and above 100/s it is turbulent; the default window has neither."""
+    rate = np.geomspace(0.01, 10_000, 25)
+    stress = 12 + 3 * rate**0.5
+    bent = np.where(rate < 0.9, stress / 2, np.where(rate > 110, 2 * stress, stress))
+    paste = measured(tmp_path, rate, bent)
+    assert (paste.flow_index, paste.consistency_pa_s_n) == pytest.approx((0.5, 3.0), rel=2e-3)
+    assert any("9 of 25 rows" in sentence for sentence in paste.basis)
+    with pytest.raises(InputError, match="--shear-rates"):
+        measured(tmp_path, rate, bent, shear_rates_per_s=(0.01, 10_000))
+
+
+def test_the_window_follows_from_nozzle_flow_and_crack():
+    """32 Q / (pi D^3) at the nozzle's wall; 6 Q / w^3 at the crack's, and a thirtieth of it, to one digit."""
+    assert Pour().shear_rates_per_s == (1.0, 100.0)
+    assert Pour(nozzle_mm=1.0, flow_mm3_s=100.0, width_mm=10.0).shear_rates_per_s == (0.02, 1000.0)
+    assert Pour(nozzle_mm=5.0, flow_mm3_s=100.0, width_mm=1.0).shear_rates_per_s == (20.0, 600.0)
+
+
+@pytest.mark.parametrize("n", [0.5, 1.0])
+def test_95_percent_intervals_contain_the_truth_as_often_as_they_state(n):
+    """Of 100 curves 88 to 100: 95 leaves that by chance once in 250. See benchmarks/material_by_rheometer.py."""
+    random = np.random.default_rng(7)
+    true, inside = np.array([12.0, 3.0, n]), []
+    for _ in range(100):
+        torque, gap = random.normal(0, [TORQUE, GAP])
+        stress = (12 + 3 * (RATES * (1 + gap)) ** n) * (1 + torque) * (1 + random.normal(0, 0.02, len(RATES)))
+        law = fit_flow_law(RATES, stress)
+        ends = np.array([one.interval for one in (law.yield_stress_pa, law.consistency_pa_s_n, law.flow_index)])
+        inside.append((ends[:, 0] <= true) & (true <= ends[:, 1]))
+    assert (np.sum(inside, axis=0) >= 88).all()
+
+
+def test_a_chosen_line_is_within_the_intervals_of_a_free_index():
+    """Noise gives this Bingham paste another n: the line's numbers are within the intervals, those of a free n."""
+    random = np.random.default_rng(3)
+    law = fit_flow_law(RATES, (12 + 0.5 * RATES) * (1 + random.normal(0, 0.02, len(RATES))))
+    assert law.is_bingham
+    assert law.free_index != 1
+    for one in (law.yield_stress_pa, law.consistency_pa_s_n, law.flow_index):
+        assert one.interval[0] <= one.value <= one.interval[1]
+
+
+# Stresses of sauces that thin, of another laboratory's rheometer (review3/measured): rates of a decade in five steps.
+REAL = {
+    "Okonomiyaki": ([13.278, 14.965, 17.002, 19.526, 22.675, 26.672, 31.713, 38.055, 46.034, 56.066, 68.718], 7.13),
+    "Lotion": ([11.801, 13.549, 15.665, 18.177, 21.32, 25.346, 30.386, 36.637, 44.766, 55.165, 68.503], 6.19),
+    "Tianmianjiang": ([44.753, 51.244, 59.245, 69.547, 82.337, 98.973, 120.5, 148.1, 184.33, 233.03, 298.8], 27.4),
+}
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_measured_sauces_get_herschel_and_bulkley_s_law(tmp_path, name):
+    """With Bingham's line their fronts of dam breaks went 22 to 44 % too far; another fit's yield stress is inside."""
+    stress, other_pa = REAL[name]
+    paste = measured(tmp_path, [1, 1.58, 2.51, 3.98, 6.31, 10, 15.8, 25.1, 39.8, 63.1, 100], stress)
+    assert paste.flow_index is not None
+    assert 0.45 < paste.flow_index < 0.6
+    assert paste.yield_stress_95_pa[0] < other_pa < paste.yield_stress_95_pa[1]
+
+
+FALLING = (9.0, 8.0, 7.0, 6.0, 5.0)
 
 
 @pytest.mark.parametrize(
-    ("rows", "says"),
+    ("rate", "stress", "says"),
     [
-        ("1,2\n3,4\n", "2 rows below the header; 5 to 5000"),
-        ("1,9\n1,9\n1,9\n1,9\n1.1,9\n", "factor of at least 3"),
-        ("1,9\n2,8\n4,7\n8,6\n16,5\n", "both must be above 0"),
-        ("1,9\n2,-8\n4,7\n8,6\n16,5\n", "row 3, column stress_pa: -8"),
+        ((1, 3), (2, 4), "2 of 2 rows"),
+        ((1, 1.1, 1.2, 1.3, 1.4), (9, 10, 11, 12, 13), "factor of at least 3"),
+        ((1, 2, 4, 8, 16), FALLING, "misses the stresses"),
+        (RATES, [12.0] * 9, "do not determine viscosity_pa_s"),
+        (RATES, 5 * RATES**0.1, "flow_index is 0.1"),
+        ((1, 2, 4, 8, 16), (9, -8, 9, 9, 9), "line 3, column stress_pa: -8"),
+        ((1, 3, 10, 30, 100), (0.02, 0.03, 0.05, 0.08, 0.2), "line 6, column stress_pa: 0.2 Pa .* kPa"),
+        ((1, 3, 10, 30, 100), (12e3, 13e3, 17e3, 27e3, 62e3), "line 2, column stress_pa: 12000"),
+        (np.geomspace(1, 100, 10), np.r_[5 + RATES[:5], 50 + RATES[4:]], "misses the stresses"),
     ],
 )
-def test_what_is_no_flow_curve_is_refused(tmp_path, rows, says):
+def test_what_is_no_flow_curve_of_a_paste_is_refused(tmp_path, rate, stress, says):
     with pytest.raises(InputError, match=says):
-        table(tmp_path, f"shear_rate_per_s,stress_pa\n{rows}")
+        measured(tmp_path, rate, stress)

@@ -89,6 +89,19 @@ def test_a_paste_without_a_stated_uncertainty_has_no_interval(evidence):
     assert "10 to 10" not in words
 
 
+def test_a_paste_that_thins_is_described_by_its_law_and_by_its_viscosity_in_the_nozzle(evidence):
+    """32.6 mm2/s at a shear rate of 1/s, and by hand (v / d)^-0.5 of it in the nozzle."""
+    paste = {"method": "curve", "date": "2026-11-25", "data": "measured", "not_for": ("a warm day",)}
+    paste |= {"yield_stress_pa": 10.0, "yield_stress_error_pa": 1.0, "yield_stress_95_pa": (8.0, 12.0)}
+    paste |= {"consistency_pa_s_n": 3.0, "flow_index": 0.5, "flow_index_95": (0.45, 0.56)}
+    words = assumed(evidence, fluid={"material": paste, "flow_index": 0.5})
+    assert "3 Pa times the power 0.5 (0.45 to 0.56, which no budget includes)" in words
+    speed_mm_s = nozzle_speed_mm_s(evidence)
+    thinned = 32.6 * (speed_mm_s / 2.4) ** -0.5
+    assert f"Reynolds number {speed_mm_s * 2.4 / thinned:.2g} in the nozzle" in words
+    assert f"{thinned:.3g} mm²/s" in words
+
+
 def test_a_sample_that_slopes_is_told_with_both_angles_and_a_level_one_is_not(evidence):
     assert "slopes" not in assumed(evidence)
     sloping = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
