@@ -26,6 +26,7 @@ PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
         (r"Skip these rows with \[readings\.columns\] skip", "Leave out these rows"),
         (r"\[readings\.columns\] s_from = \"second\"", "reverse the rows' s"),
         (r"set \[readings\] sheet or \[readings\.columns\] range", "give other rows"),
+        (r"Correct \[readings\.columns\] header_rows; rows are counted.*?spreadsheet", "Correct header_rows"),
     ),
     "array": (
         ("Correct the header: level counts", 'Set quantity: "level" counts'),
@@ -35,7 +36,7 @@ PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
 }
 """Pattern of each phrase about a sheet, with the words for what was given."""
 OF_ALL = (
-    (r", or (sign )?in pairing\.csv(: up or down)?", ""),
+    (r", or (sign )?in pairing\.csv(: up or down| \(one row for each sample\))?", ""),
     (r"\[readings\] ", ""),
     (r"\breadings\.(as_written|unit|sample|sheet|decimal)\b", r"\1"),
 )

@@ -29,7 +29,7 @@ def compare(
 ) -> None:
     """Compare runs: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
-    Settings that change neither a level nor its error, such as those of [uncertainty], are counted only.
+    Settings that change neither a level nor its error, such as those of the table uncertainty, are counted only.
 
     For replicates, which have equal settings and their own readings, also computes the area validation metric.
 

@@ -150,7 +150,7 @@ class FirstFigure:
         axes.axhline(0.0, color=theme.INK, linewidth=1.0)
         if (prediction := self.prediction) is not None:
             whole_mm = prediction.profile_band_95_mm
-            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.SIMULATED, 0.25, "95 % band")
+            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.MUTED, 0.28, "95 % band")
         if readings is not None:
             if comparison is not None and comparison.uncertainty is not None:
                 bands = comparison.uncertainty.levels
@@ -161,7 +161,7 @@ class FirstFigure:
                     bands.profile_band_95_mm,
                     theme.MUTED,
                     0.28,
-                    "95 %, all at once",
+                    "95 % band",
                 )
                 axes.errorbar(
                     bands.s_mm, readings.level_mm, bands.band_95_mm, fmt="none", ecolor=theme.MEASURED, elinewidth=1.1,
@@ -183,11 +183,11 @@ class FirstFigure:
         if readings is None or comparison is None:
             return
         error = level_difference(self.profile, readings)
-        axes.fill_between(error.x, 0.0, error.value, color=theme.THIRD, alpha=0.3, linewidth=0)
+        axes.fill_between(error.x, 0.0, error.value, color=theme.MUTED, alpha=0.3, linewidth=0)
         inside = are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)
         s_mm = readings.s_mm[inside]
         error_mm = np.interp(s_mm, error.x, error.value)
-        axes.bar(s_mm, error_mm, 0.011 * self.outline.length_mm, color=theme.THIRD)
+        axes.bar(s_mm, error_mm, 0.011 * self.outline.length_mm, color=theme.INK)
         axes.axhline(0.0, color=theme.INK, linewidth=1.0)
         most_mm = max(1.0, 2.0 * float(np.abs(error_mm).max()))
         axes.set_ylim(-most_mm, most_mm)

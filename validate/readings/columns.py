@@ -321,9 +321,7 @@ class _HeaderReader:
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
         spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        remedy = (
-            f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv, with one row for each sample.'
-        )
+        remedy = f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv (one row for each sample).'
         self._add_fault(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
         return tables[0]
 

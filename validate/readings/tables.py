@@ -30,7 +30,7 @@ class Table:
 
     @property
     def cells(self) -> str:
-        """Range of the title, the header and the rows, as in [readings.columns] range."""
+        """Range of the title, the header and the rows, such as A1:C20."""
         top = (*self.title, *self.header)[0].number
         return f"{letters(self.columns[0])}{top}:{letters(self.columns[-1])}{self.body[-1].number}"
 

@@ -48,7 +48,7 @@ ASK: dict[Kind, str] = {
     "sign": "Correct the header: level counts upward from the face, depth downward",
     "unit": "Correct the unit in the header",
     "datum": "Measure from the face, or declare [readings] datum and datum_level_mm",
-    "direction": 'Set the end at which s is 0 with s_from = "second" in [readings.columns] or in pairing.csv',
+    "direction": 'Set the end at which s is 0: [readings.columns] s_from = "second", or in pairing.csv',
 }
 TURNED: tuple[tuple[Kind, float, str], ...] = (
     ("sign", -1.0, "with the opposite sign"),

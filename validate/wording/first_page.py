@@ -131,16 +131,15 @@ def _verdict(evidence: Evidence) -> str:
         return f"Tested: the simulation is {error} off readings that it has not seen{beyond}."
     if comparison.role == "calibrated-on":
         if beyond:
-            return f"Even fitted to its readings, the simulation is {error} off{beyond}."
-        return f"The simulation fits its readings to {error} on average. Not yet tested."
+            return f"Although fitted to the readings, the simulation is {error} off{beyond}."
+        return f"The simulation is {error} off the readings to which it was fitted. Not yet tested."
     return f"The simulation is {error} off the readings on average{beyond}."
 
 
 def _lead(evidence: Evidence) -> tuple[str, ...]:
     volume = f"{evidence.run.dispensed_volume_mm3 / ML:.1f} ml of sealant"
     how = "fast model" if evidence.run.fast_fill is not None else "program"
-    where = f"the line shows where the {how} computes that it came to rest"
-    poured = f"A nozzle put {volume} into this crack; {where}"
+    where = f"The line shows where the {how} computes that {volume} come to rest in this crack"
     if evidence.comparison is None:
         level = evidence.profile.level_mm
         low, high = _from_face(float(level.min())), _from_face(float(level.max()))
@@ -148,7 +147,7 @@ def _lead(evidence: Evidence) -> tuple[str, ...]:
             f"The program pours {volume} into this crack; the line shows where the sealant comes to rest.",
             f"Along the crack its level is from {low} to {high}.",
         )
-    return f"{poured}, the dots are the readings.", _places(evidence, evidence.comparison)
+    return f"{where}; the dots are the readings.", _places(evidence, evidence.comparison)
 
 
 def _places(evidence: Evidence, comparison: Comparison) -> str:
@@ -163,9 +162,9 @@ def _places(evidence: Evidence, comparison: Comparison) -> str:
         side = "high" if bias_mm > 0 else "low"
         check = "the caliper's zero and the dispensed volume"
         if shape_mm >= abs(bias_mm):
-            check = "the paste, the walls and the nozzle's path"
+            check = "the sealant, the walls and the nozzle's path"
         return (
-            f"The line is {abs(bias_mm):.1f} mm too {side} on average; without that shift it is {shape_mm:.1f} mm off. "
+            f"The line is {abs(bias_mm):.1f} mm too {side} on average; with this shift removed, its mean error is {shape_mm:.1f} mm. "
             f"Check {check} first."
         )
     inside = are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)
@@ -199,7 +198,7 @@ def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
 def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:
     parts = []
     if (interval_mm := comparison.interval_95_mm) is not None:
-        parts.append("95 % interval due to the readings {:.2f} to {:.2f} mm.".format(*interval_mm))
+        parts.append("95 % interval from reading errors alone: {:.2f} to {:.2f} mm.".format(*interval_mm))
     if (gate := comparison.gate) is not None:
         parts.append(f"Limit {gate.mean_error_mm:g} mm: {gate.reason or 'no reason given'}.")
     else:
@@ -212,17 +211,17 @@ def _instead(comparison: Comparison) -> Tile:
     fitted = len(set(comparison.fitted or ())) if comparison.role == "calibrated-on" else 0
     simulation = ErrorBar(name="simulation", error_mm=comparison.mean_error_mm, own=True)
     if not comparison.baselines:
-        return Tile(title="Without a simulation", figure="none", text="There is no simpler level to compare with.")
+        return Tile(title="Something simpler instead", figure="none", text="There is no simpler level to compare with.")
     equal = max(comparison.baselines, key=lambda one: (one.numbers <= max(fitted, 1), one.numbers))
     bars = [
         ErrorBar(name=one.name.removeprefix("a ").removeprefix("the "), error_mm=one.mean_error_mm, own=False)
         for one in comparison.baselines
     ]
-    text = f"Mean error of {equal.name} in place of the simulation."
+    text = f"Mean error of {equal.name}."
     if fitted:
-        text += f" Of the simulation {counted(fitted, 'setting')} {'was' if fitted == 1 else 'were'} fitted."
+        text += f" The simulation has {counted(fitted, 'fitted setting')}."
     return Tile(
-        title="Without a simulation",
+        title="Something simpler instead",
         figure=f"{equal.mean_error_mm:.2f} mm",
         text=text,
         bars=tuple(sorted([*bars, simulation], key=lambda bar: -bar.error_mm)),
@@ -271,8 +270,8 @@ def _predicted(prediction: PredictedLevel) -> tuple[Tile, Tile]:
         Tile(
             title="How sure at one place",
             figure=f"± {half_mm:.1f} mm",
-            text=f"95 %, at half of the places; at most ± {prediction.band_95_mm.max():.1f} mm. The mean of all "
-            "places is surer than one place. Readings add their own errors.",
+            text=f"95 % at a typical place (median); ± {prediction.band_95_mm.max():.1f} mm at the least sure one. "
+            "Errors of the readings come on top.",
         ),
     )
 

@@ -46,7 +46,10 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
         ((VOLUME_OFF,), "Run 36 is not ranked: its volume is 13.5 % too large."),
         (("it diverged.",), "Run 36 is not ranked: it diverged."),
         (("it diverged.",) * 2, "2 of 37 runs are not ranked. Runs 36, 37: it diverged."),
-        ((VOLUME_OFF,) * 2, "2 of 37 runs are not ranked. Runs 36, 37: their volumes are off by over 5 %."),
+        (
+            (VOLUME_OFF,) * 2,
+            "2 of 37 runs are not ranked. Runs 36, 37: their settled volumes differ from the dispensed volumes by more than 5 %.",
+        ),
         (
             ("it diverged.", VOLUME_OFF, "it diverged."),
             "3 of 38 runs are not ranked. Runs 36, 38: it diverged. Run 37: its volume is 13.5 % too large.",

@@ -40,10 +40,10 @@ def judged(evidence, role="held-out", gate_mm=None, fitted=None):
             2.0,
             FITTED,
             "○ Fitted, not tested",
-            "fits its readings to 0.50 mm on average. Not yet tested",
+            "0.50 mm off the readings to which it was fitted. Not yet tested",
             "No",
         ),
-        ("calibrated-on", 0.1, FITTED, "✕ Beyond", "Even fitted to its readings", "No"),
+        ("calibrated-on", 0.1, FITTED, "✕ Beyond", "Although fitted to the readings", "No"),
         ("undeclared", None, None, "○ No limit declared", "The simulation is 0.50 mm off the readings", "Not declared"),
     ],
 )
@@ -52,7 +52,7 @@ def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gat
     assert page.state.startswith(state)
     assert verdict in page.verdict
     assert [tile.title for tile in page.tiles] == [
-        *("Mean error", "Without a simulation", "Where the sealant went", "Tested?")
+        *("Mean error", "Something simpler instead", "Where the sealant went", "Tested?")
     ]
     assert page.tiles[0].figure == "0.50 mm"
     assert ("of the joint" in page.tiles[0].text) is (gate_mm is not None)
@@ -63,11 +63,13 @@ def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gat
 
 def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(plain, tmp_path):
     shifted = judged(plain, gate_mm=0.1)
-    assert "0.5 mm too high on average; without that shift it is 0.0 mm off" in first_page(shifted).lead[1]
+    assert (
+        "0.5 mm too high on average; with this shift removed, its mean error is 0.0 mm" in first_page(shifted).lead[1]
+    )
     assert "caliper's zero" in first_page(shifted).lead[1]
     level_mm = plain.profile.level_mm - 0.5 + 0.8 * np.sign(plain.profile.s_mm - 20.0)
     bent = judged(replace(plain, profile=replace(plain.profile, level_mm=level_mm)), gate_mm=0.1)
-    assert "check the paste" in first_page(bent).lead[1].lower()
+    assert "check the sealant" in first_page(bent).lead[1].lower()
 
 
 def test_errors_are_named_at_readings_where_they_are_largest(plain):
@@ -80,7 +82,7 @@ def test_the_baseline_has_as_many_numbers_as_were_fitted(plain):
     """The level is a slope, which a straight line meets exactly; the simulation is 0.5 mm off."""
     tile = first_page(judged(plain, "calibrated-on", fitted=FITTED)).tiles[1]
     assert "a straight line" in tile.text
-    assert "2 settings were fitted" in tile.text
+    assert "2 fitted settings" in tile.text
     assert tile.figure == "0.00 mm"
     assert [bar.name for bar in tile.bars if bar.own] == ["simulation"]
     assert [bar.error_mm for bar in tile.bars] == sorted((bar.error_mm for bar in tile.bars), reverse=True)
@@ -132,7 +134,7 @@ def test_a_prediction_and_a_simulation_alone_have_figures_of_their_own(plain):
     spread = Spread(s_mm, None, (Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1)),), 0.0, 0.5)
     predicted = replace(alone, prediction=predict(plain.profile, spread, Uncertainty(volume_ml=0.1)))
     page = first_page(predicted)
-    assert page.state == "○ Prediction, not read yet"
+    assert page.state == "○ Prediction, not measured yet"
     assert page.verdict.startswith("Predicted: a mean level 3.5 mm below the face, give or take 0.2 mm")
     assert page.tiles[0].figure == "-3.50 mm"
     assert page.tiles[3].figure == "Not yet"
