@@ -164,8 +164,8 @@ def _places(evidence: Evidence, comparison: Comparison) -> str:
         if shape_mm >= abs(bias_mm):
             check = "the sealant, the walls and the nozzle's path"
         return (
-            f"The line is {abs(bias_mm):.1f} mm too {side} on average; with this shift removed, its mean error is {shape_mm:.1f} mm. "
-            f"Check {check} first."
+            f"The line is {abs(bias_mm):.1f} mm too {side} on average; with this shift removed, its mean error is "
+            f"{shape_mm:.1f} mm. Check {check} first."
         )
     inside = are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)
     if not inside.any():

@@ -48,7 +48,8 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
         (("it diverged.",) * 2, "2 of 37 runs are not ranked. Runs 36, 37: it diverged."),
         (
             (VOLUME_OFF,) * 2,
-            "2 of 37 runs are not ranked. Runs 36, 37: their settled volumes differ from the dispensed volumes by more than 5 %.",
+            "2 of 37 runs are not ranked. Runs 36, 37: their settled volumes differ from the dispensed volumes by more "
+            "than 5 %.",
         ),
         (
             ("it diverged.", VOLUME_OFF, "it diverged."),
