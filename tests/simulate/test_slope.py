@@ -108,3 +108,8 @@ def test_what_would_freeze_in_the_air_is_refused_by_the_fall_on_the_slope():
     check_fit(outline, solid, fluid, Solver(), Nozzle())
     with pytest.raises(InputError, match=r"in 0\.068 s"):
         check_fit(outline, solid, fluid, Solver(), Nozzle(), SampleSlope(gradient_deg=45.0))
+
+
+def test_a_sample_is_level_unless_slopes_are_given():
+    assert SampleSlope() == LEVEL == SampleSlope(gradient_deg=0.0, crossfall_deg=0.0)
+    assert LEVEL.down == (0.0, 0.0, -1.0)

@@ -23,6 +23,8 @@ def test_runs_go_by_numbers_whose_names_the_first_table_has(tmp_path):
     first, *others = [item for part in sheet.parts for item in part.items if isinstance(item, FigureTable)]
     assert [row[0] for row in first.rows] == [str(number) for number in range(1, 29)]
     assert [row[-1] for row in first.rows] == [each.name for each in sides]
+    assert [list(grid.head[1:3]) for grid in others if len(grid.head) > len(sides)] != []
+    assert all(list(grid.head[1:3]) == ["1", "2"] for grid in others if len(grid.head) > len(sides))
     assert not any("🛣" in name for grid in others for name in grid.head)
     write_sheet_of_figures(tmp_path, "compare.html", sheet)
     assert (tmp_path / "compare.html").read_text(encoding="utf-8").count("🛣" * 80 + "27") == 1
