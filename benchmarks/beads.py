@@ -27,7 +27,7 @@ from sealtwin.core.records import Floats
 from sealtwin.material.by_bead import footprint_of
 from simulate.bead_law import STRETCH, Bead, laid_section, slumped_stress
 from simulate.device import start_warp
-from simulate.plate import PastePlate
+from simulate.plate import paste_on_plate
 from simulate.settings import particle_volume
 from simulate.slump import FLAT_GALILEI, THICK_UNTIL, THIN_FROM, THINNED
 from simulate.spread_law import GRAVITY_M_S2
@@ -117,10 +117,10 @@ def at_rest(kind: str, stress: float, length: float, wide: float) -> Shape:
         "viscosity_pa_s": [thick_pa_s, thick_pa_s, thick_pa_s / THINNED],
         "yield_stress_pa": [per_mm * 1e-3 * weight_n_m3] * 3,
     }
-    plate = PastePlate.with_paste(bar, radius_mm, bar.length_mm / 2 + 1.3 * half_mm, DENSITY_KG_M3, curve)
+    plate = paste_on_plate(bar, radius_mm, bar.length_mm / 2 + 1.3 * half_mm, DENSITY_KG_M3, curve)
     for _ in plate.run(ENDS * unit_s, every_s=ENDS * unit_s):
         pass
-    place_mm, around_mm = plate.particles_mm
+    place_mm, around_mm = plate.place_mm[:, :2], plate.half_mm
     # The volume that whole particles have is a little off the bar's.
     root_mm = math.sqrt(len(place_mm) * particle_volume(radius_mm) / bar.length_mm)
     return _shape((kind, stress, length, wide), _outline(place_mm, around_mm), root_mm)

@@ -16,10 +16,11 @@ import numpy as np
 
 from benchmarks.collapse import fronts
 from benchmarks.physics_endless import Endless, stirred_mm
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, raised, step_of
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised
 from benchmarks.sinking import plugs
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.records import Floats
+from simulate.loose_fluid import filled_box_mm, substep_s
 from simulate.settings import Fluid
 from simulate.setup.rheology import added_viscosity
 from simulate.setup.signed_distance import CM
@@ -92,7 +93,7 @@ class Channel:
         It is the speed at which places change, which velocities need not have: until decision 0155 particles moved
         faster than their velocity, by g dt. ``seed`` chooses how particles lie at first.
         """
-        radius_mm, step_s = self.radius_mm, step_of(self.radius_mm)
+        radius_mm, step_s = self.radius_mm, substep_s(self.radius_mm)
         place_mm, side_mm = _filled(self.width_mm, radius_mm, seed)
         box = Endless(place_mm, side_mm, radius_mm=radius_mm, step_s=step_s, walled=True, fluid=self.fluid, **solver)
         box.push_mm_s2 = np.array([self.push_mm_s2, 0.0, 0.0])
@@ -118,7 +119,7 @@ class Channel:
 def _filled(width_mm: float, radius_mm: float, seed: int) -> tuple[Floats, Floats]:
     """Particles at rest in no order in a channel, (n, 3), and its sides."""
     side_mm = np.array([LONG * radius_mm, width_mm, LONG * radius_mm])
-    return stirred_mm(side_mm, 1.0, radius_mm, step_of(radius_mm), walled=True, seed=seed), side_mm
+    return stirred_mm(side_mm, 1.0, radius_mm, substep_s(radius_mm), walled=True, seed=seed), side_mm
 
 
 CLOUD_STEPS = 6
@@ -156,7 +157,7 @@ CLOUDS = {"32 mm2/s": (32.2, 0.0), "322 mm2/s": (322.0, 0.0), "12 Pa": (32.2, 71
 def drift(viscosity_mm2_s: float, yield_mm2_s2: float, *, alone: bool = False, seed: int = 3) -> tuple[float, float]:
     """Change of the mean speed over the root of the mean square, and of the angular momentum over itself."""
     radius_mm, step_s = 0.4, FRAME_S / 4
-    cube = block_mm((0.0, -3.0, 0.0), (6.0, 3.0, 6.0), radius_mm)
+    cube = filled_box_mm((0.0, -3.0, 0.0), (6.0, 3.0, 6.0), radius_mm)
     random = np.random.default_rng(seed)
     # Particles overlap, so that densities differ.
     place = raised(cube + random.uniform(-0.15, 0.15, cube.shape), 30.0)
@@ -203,7 +204,7 @@ def thin() -> Iterator[Row]:
     """Fluid to whose viscosity the particles add as much as the solver states."""
     for radius_mm in (0.25, 0.4):
         asked = Channel(8.0, 3.0, radius_mm=radius_mm)
-        acts = 3.0 + 100 * added_viscosity(radius_mm * CM, step_of(radius_mm))
+        acts = 3.0 + 100 * added_viscosity(radius_mm * CM, substep_s(radius_mm))
         mean, exact = asked.flow(2.5)
         name = f"3 mm2/s, R {radius_mm:g}, acts as {acts:.2f}: speed over closed form"
         yield Row(name, mean / exact * acts / 3.0, "", 1 - OFF, 1 + OFF, "1")

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks.interfoam.cases import CREEP, HEAP_MM, SIZE_MM, TABLES, WIDTH_MM
-from benchmarks.physics_tanks import Pit, Tank, settled_mm, step_of
+from benchmarks.physics_tanks import Pit, Tank, settled_mm
 from benchmarks.table import Row
 from sealtwin.core.records import Floats
+from simulate.loose_fluid import substep_s
 from simulate.settings import Fluid, Solver
 from tests.fluids import sealant
 
@@ -46,7 +47,7 @@ def fronts() -> Iterator[Row]:
 
 def _collapse(fluid: Fluid, times_s: Sequence[float], *, radius_mm: float, **solver: Any) -> Floats:
     """Front, and depth of the centre of all liquid below the start's top, at times after the gate opens; (n, 2), mm."""
-    step_s = step_of(radius_mm)
+    step_s = substep_s(radius_mm)
     how: dict[str, Any] = {"radius_mm": radius_mm, "step_s": step_s, "keeps_volume": True, **solver}
     packed = settled_mm(Pit(HEAP_MM[0], WIDTH_MM, DEEP_MM), height_mm=HEAP_MM[1], **how)
     tank = Tank.of(Pit(70.0, WIDTH_MM, DEEP_MM), packed, fluid=fluid, **how)

@@ -21,9 +21,10 @@ from typer import Option
 from benchmarks.heap_limit import holding_pa
 from benchmarks.interfoam.__main__ import LIMIT_M2_S, VISCOSITY_PA_S, slope
 from benchmarks.interfoam.cases import DENSITY_KG_M3, HEAP_MM, SIZE_MM, TABLES, WIDTH_MM
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, spacing_mm, step_of
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, spacing_mm
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
+from simulate.loose_fluid import filled_box_mm, substep_s
 from simulate.settings import PAPERS_D_CM
 from tests.fluids import FRAME_S, sealant
 
@@ -100,7 +101,7 @@ def collapse(yield_pa: float, radius_mm: float, *, sleep: bool = True, dragged: 
     Walls may drag it by the paper's D beside its yield stress, in place of its viscosity.
     """
     paste = {"density_kg_m3": DENSITY_KG_M3, "yield_stress_pa": yield_pa, "viscosity_pa_s": VISCOSITY_PA_S}
-    step_s = step_of(radius_mm)
+    step_s = substep_s(radius_mm)
     given: dict[str, Any] = {"fluid": sealant(**paste)}
     if dragged:
         given = {
@@ -108,7 +109,7 @@ def collapse(yield_pa: float, radius_mm: float, *, sleep: bool = True, dragged: 
             "drag_mm": 10 * PAPERS_D_CM * step_s / FRAME_S,
             "yield_mm2_s2": yield_pa / DENSITY_KG_M3 * 1e6,
         }
-    heap = block_mm((0.0, -WIDTH_MM / 2, 0.0), (HEAP_MM[0], WIDTH_MM / 2, HEAP_MM[1]), radius_mm)
+    heap = filled_box_mm((0.0, -WIDTH_MM / 2, 0.0), (HEAP_MM[0], WIDTH_MM / 2, HEAP_MM[1]), radius_mm)
     tank = Tank.of(PIT, heap, radius_mm=radius_mm, step_s=step_s, sleep=sleep, **given)
     rows = [(0.0, *_figures(tank))]
     for t_s in tank.run(REST_S):

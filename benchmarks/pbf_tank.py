@@ -12,9 +12,10 @@ from benchmarks.pbf_cpp import CppStep
 from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.trial.trial_file import load_trial
 from simulate.fluid.solver import FluidSolver, substeps_for
+from simulate.hollow import solid_of
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import rheology_of
-from tests.fluids import engine_with, hewn, lattice
+from tests.fluids import engine_with, lattice
 from tests.shapes import straight_slot
 
 RADIUS_MM = 0.4
@@ -47,7 +48,7 @@ def tank(particles: int) -> tuple[Solid, Outline]:
     half, rim = side / 2, side / 2 + 5
     body = manifold3d.Manifold.cube((2 * rim, 2 * rim, depth + 5)).translate((-rim, -rim, -depth - 5))
     body -= manifold3d.Manifold.cube((side, side, depth + 1)).translate((-half, -half, -depth))
-    return hewn(body, (-rim, -rim, rim, rim), depth), straight_slot(side, side)
+    return solid_of(body, (-rim, -rim, rim, rim), depth), straight_slot(side, side)
 
 
 def block_mm(particles: int) -> Floats:

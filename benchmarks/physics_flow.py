@@ -8,8 +8,10 @@ from scipy.optimize import curve_fit
 
 from benchmarks.physics_findings import Finding, reported, within
 from benchmarks.physics_potential import column_front
-from benchmarks.physics_tanks import CLEARANCE, GRAVITY_MM_S2, SPRAY, Pit, Tank, block_mm, settled_mm, spacing_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, SPRAY, Pit, Tank, settled_mm, spacing_mm
 from sealtwin.core.records import Floats
+from simulate.loose_fluid import filled_box_mm
+from simulate.setup.signed_distance import CLEARANCE
 
 # Martin & Moyce 1952: a column of height 2 a; T = t sqrt(2 g / a), Z = x / a.
 PYSPH = np.column_stack(
@@ -109,7 +111,7 @@ def drop() -> Iterator[Finding]:
     radius_mm, step_s, height_mm = 0.4, 7.23e-3 / 4, 16.0
     pit = Pit(6.0, 3.1, height_mm)
     low = height_mm + CLEARANCE * radius_mm
-    fluid = block_mm((2.0, -1.2, low), (4.0, 1.2, low + 2.4), radius_mm)
+    fluid = filled_box_mm((2.0, -1.2, low), (4.0, 1.2, low + 2.4), radius_mm)
     fluid[:, 2] += low - fluid[:, 2].min()
     tank = Tank.of(pit, fluid, radius_mm=radius_mm, step_s=step_s)
     landed_s = speed_mm_s = 0.0

@@ -10,9 +10,10 @@ import numpy as np
 import warp as wp
 
 from benchmarks.physics_findings import Finding, reported, within
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, settled_mm, spacing_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm, spacing_mm
 from sealtwin.core.records import Floats
 from simulate.fluid.viscosity import STABLE
+from simulate.loose_fluid import filled_box_mm
 from simulate.profile import volume_ratio
 from simulate.settings import PACKING, PRESETS, Fluid, particle_volume
 from tests.fluids import FRAME_S, path, pour, slot
@@ -120,7 +121,7 @@ def momentum() -> Iterator[Finding]:
 
 def _chaos(viscosity_mm2_s: float) -> tuple[float, float, float]:
     """A particle's path relative to the fall, the whole's drift, and how far particles are from their mirror images."""
-    fluid = block_mm((0.0, -3.0, 14.0), (6.0, 3.0, 20.0), RADIUS_MM)
+    fluid = filled_box_mm((0.0, -3.0, 14.0), (6.0, 3.0, 20.0), RADIUS_MM)
     speed = np.random.default_rng(0).normal(0, 100, fluid.shape)
     places = []
     for sign in (1.0, -1.0):

@@ -3,13 +3,11 @@
 Millimetres and seconds. A pit stands on z = 0 here: its floor is at z = 0, its mouth at its depth.
 """
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-import manifold3d
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
@@ -17,25 +15,17 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats, Outline, Solid
 from simulate.fluid.cell_grid import MOST_ROOM
 from simulate.fluid.solver import FluidSolver
+from simulate.hollow import Box, Hollow
 from simulate.kernels.neighbours import Neighbours
+from simulate.loose_fluid import filled_box_mm
 from simulate.settings import Fluid, Solver, particle_volume
-from simulate.setup.rheology import FALL, Rheology, viscous_weight
+from simulate.setup.rheology import Rheology, viscous_weight
 from simulate.setup_checks import rheology_of
 from simulate.volume_control import VolumeControl
-from tests.fluids import engine_with, hewn, positions_mm, put_down
+from tests.fluids import engine_with, positions_mm, put_down
 from tests.shapes import straight_slot
 
 GRAVITY_MM_S2 = 9810.0
-RIM_MM = 5.0
-"""Of the block around a pit."""
-CLEARANCE = 0.86
-"""Of particles from walls, over their radius, where fluid comes to rest."""
-SCATTER = 0.05
-"""Of a block's lattice, over its spacing: exactly even rows stack up on top of each other."""
-
-SHORT_OF = 0.9
-"""Of the longest substep that the solver would take."""
-
 SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
 """Thick enough to end all motion in that time, thin enough to find its level."""
 
@@ -58,24 +48,17 @@ class Pit:
 
     @property
     def crack(self) -> tuple[Solid, Outline]:
-        return _hew(self)
+        return self.hollow.solid, straight_slot(self.length_mm, self.width_mm)
 
     @property
-    def box_mm(self) -> tuple[Floats, Floats]:
-        """All of it and what splashes out, in the solver's own z, face at 0."""
-        half = self.width_mm / 2
-        low, high = np.array([0, -half, -self.depth_mm]), np.array([self.length_mm, half, 0])
-        return low - RIM_MM, high + RIM_MM
+    def hollow(self) -> Hollow:
+        return _hollow(self)
 
 
 @cache
-def _hew(pit: Pit) -> tuple[Solid, Outline]:
-    length, half, depth = pit.length_mm, pit.width_mm / 2, pit.depth_mm
-    low, high = (-RIM_MM, -half - RIM_MM), (length + RIM_MM, half + RIM_MM)
-    size = (high[0] - low[0], high[1] - low[1], depth + RIM_MM)
-    body = manifold3d.Manifold.cube(size).translate((*low, -depth - RIM_MM))
-    body -= manifold3d.Manifold.cube((length, 2 * half, depth + 1)).translate((0, -half, -depth))
-    return hewn(body, (*low, *high), depth), straight_slot(length, pit.width_mm)
+def _hollow(pit: Pit) -> Hollow:
+    half = pit.width_mm / 2
+    return Hollow(Box((0.0, -half, 0.0), (pit.length_mm, half, pit.depth_mm)))
 
 
 def raised(place_mm: Floats, by_mm: float) -> Floats:
@@ -83,30 +66,9 @@ def raised(place_mm: Floats, by_mm: float) -> Floats:
     return place_mm + np.array([0.0, 0.0, by_mm])
 
 
-def step_of(radius_mm: float) -> float:
-    """Substep in s that the solver would take with particles of a radius, or nearly."""
-    return SHORT_OF * math.sqrt(FALL * 4 * radius_mm / GRAVITY_MM_S2)
-
-
 def spacing_mm(radius_mm: float) -> float:
     """Side of the cube that a particle stands for."""
     return float(np.cbrt(particle_volume(radius_mm)))
-
-
-def block_mm(
-    low: tuple[float, float, float], high: tuple[float, float, float], radius_mm: float, factor: float = BEGINS_WITH
-) -> Floats:
-    """Particles that fill a box, (n, 3): even layers at the clearance from its sides, of its volume in all.
-
-    Each fills ``factor`` of its volume by Eq. 6.
-    """
-    side, kept = float(np.cbrt(factor)) * spacing_mm(radius_mm), CLEARANCE * radius_mm
-    size = np.subtract(high, low)
-    along, across = (max(1, round(length / side)) for length in size[:2])
-    counts = along, across, max(1, round(float(size.prod()) / side**3 / along / across))
-    axes = [np.linspace(a + kept, b - kept, count) for a, b, count in zip(low, high, counts, strict=True)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return points + np.random.default_rng(0).uniform(-SCATTER, SCATTER, points.shape) * side
 
 
 def settled_mm(
@@ -126,7 +88,7 @@ def settled_mm(
     half = pit.width_mm / 2
     factor = Solver.model_validate(solver).scheme.volume_factor
     top_mm = (pit.depth_mm if height_mm is None else height_mm) * (factor if keeps_volume else 1.0)
-    fluid = block_mm((0.0, -half, 0.0), (pit.length_mm, half, top_mm), radius_mm, factor)
+    fluid = filled_box_mm((0.0, -half, 0.0), (pit.length_mm, half, top_mm), radius_mm, factor)
     tank = Tank.of(
         pit,
         fluid,
@@ -202,7 +164,7 @@ class Tank:
             radius_mm=radius_mm,
             # A tenth of a speed in half a second would count as viscosity.
             damping_per_s=0.0,
-            reach_mm=None if falls else pit.box_mm,
+            reach_mm=None if falls else pit.hollow.reach_mm,
             substeps=1,
             **solver,
         )

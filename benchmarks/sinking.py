@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised, settled_mm, step_of
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised, settled_mm
 from benchmarks.table import Row
+from simulate.loose_fluid import substep_s
 from tests.fluids import sealant
 
 VISCOSITY_PA_S, DENSITY_KG_M3 = 5.0, 1000.0
@@ -39,7 +40,7 @@ def sunk(across: float, tall_mm: float) -> tuple[float, float]:
     The plug begins as it rests by two-level pressure, which compresses nothing: one that local pressure leaves swells
     as it sinks.
     """
-    width_mm, step_s = 2 * across * RADIUS_MM, step_of(RADIUS_MM)
+    width_mm, step_s = 2 * across * RADIUS_MM, substep_s(RADIUS_MM)
     how: dict[str, Any] = {"radius_mm": RADIUS_MM, "step_s": step_s}
     fluid = sealant(viscosity_pa_s=VISCOSITY_PA_S, density_kg_m3=DENSITY_KG_M3)
     closed_mm_s = GRAVITY_MM_S2 * width_mm**2 / (12 * 1e6 * VISCOSITY_PA_S / DENSITY_KG_M3)

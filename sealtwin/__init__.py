@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         read_loop,
     )
     from sealtwin.api.runs import (
+        BlockRelease,
         Fluid,
         Nozzle,
         PlannedPath,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
         inject,
         measure_level,
         plan_path,
+        release_block,
     )
     from sealtwin.api.samples import (
         CrackOutline,
@@ -54,6 +56,7 @@ if TYPE_CHECKING:
 require_at_import()
 
 __all__ = [
+    "BlockRelease",
     "CalibrationResult",
     "CrackOutline",
     "FlowPlan",
@@ -93,6 +96,7 @@ __all__ = [
     "read_loop",
     "read_photo",
     "read_readings",
+    "release_block",
     "run_trial",
     "sweep",
     "trace_crack",

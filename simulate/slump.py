@@ -9,7 +9,7 @@ import numpy as np
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.records import Floats
 from simulate.device import start_warp
-from simulate.plate import PastePlate
+from simulate.plate import paste_on_plate
 from simulate.settings import particle_volume
 from simulate.spread_law import (
     FLATTEST,
@@ -86,7 +86,7 @@ def slump(cone: Cone, stress_pa: float, density_kg_m3: float, *, steady: bool = 
         "yield_stress_pa": [stress_pa] * 3,
     }
     reach_mm = WALL_ROOM * 1e3 * float(flat_stress_pa(cone.volume_mm3, 1e3, density_kg_m3) / stress_pa) ** 0.2
-    plate = PastePlate.with_paste(cone, radius_mm, max(reach_mm, cone.bottom_mm), density_kg_m3, curve)
+    plate = paste_on_plate(cone, radius_mm, max(reach_mm, cone.bottom_mm), density_kg_m3, curve)
     t_s, radii_mm = [0.0], [plate.edge_mm(OUTERMOST)]
     for time_s in plate.run(ENDS * unit_s, every_s=5 * unit_s):
         t_s.append(time_s)

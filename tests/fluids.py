@@ -3,7 +3,6 @@
 from functools import cache
 from typing import Any
 
-import manifold3d
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
@@ -11,8 +10,7 @@ from numpy.typing import NDArray
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.records import FaceLabel, Floats, Outline, Run, Sample, Solid, Trajectory
-from sealtwin.core.solid_figures import SolidFigures
+from sealtwin.core.records import Floats, Outline, Run, Sample, Solid, Trajectory
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
@@ -24,7 +22,7 @@ from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
-from tests.shapes import level_floor, straight_slot
+from tests.shapes import straight_slot
 
 FRAME_S = 7.23e-3
 """The paper's."""
@@ -43,21 +41,6 @@ def slot(
     outline = straight_slot(length_mm, width_mm)
     shape = CrackShape.model_validate({"depth_mm": depth_mm, "tilt": tilt, "wall_angle_deg": angle_deg})
     return build_solid(outline, shape), outline
-
-
-def hewn(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float], depth_mm: float) -> Solid:
-    """A solid of any shape from a block whose face is z = 0: its sides and underside are the outside, the rest wall."""
-    mesh = body.to_mesh()
-    vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, dtype=np.int64)
-    label = np.full(len(faces), int(FaceLabel.WALL))
-    corner = vertices[faces]
-    label[(np.abs(corner[:, :, 2]) < 1e-6).all(axis=1)] = FaceLabel.TOP
-    sides = [(0, block_mm[0]), (1, block_mm[1]), (0, block_mm[2]), (1, block_mm[3]), (2, vertices[:, 2].min())]
-    for axis, at_mm in sides:
-        label[(np.abs(corner[:, :, axis] - at_mm) < 1e-6).all(axis=1)] = FaceLabel.OUTSIDE
-    whole_mm3 = (block_mm[2] - block_mm[0]) * (block_mm[3] - block_mm[1]) * -float(vertices[:, 2].min())
-    cavity, floor = whole_mm3 - body.volume(), level_floor(depth_mm)
-    return Solid(vertices, faces, label, block_mm, depth_mm, "vertical", (0.0, 0.0), cavity, floor, SolidFigures())
 
 
 def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0, **more: Any) -> Trajectory:

@@ -9,10 +9,11 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Solid
+from simulate.hollow import solid_of
 from simulate.kernels.distance import BLOCK
 from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
 from simulate.vessel import Mask
-from tests.fluids import engine_with, hewn, lattice, slot
+from tests.fluids import engine_with, lattice, slot
 from tests.shapes import straight_slot, wandering_crack
 
 RADIUS_MM = 0.4
@@ -24,7 +25,7 @@ def two_slots(septum_mm: float) -> Solid:
     for side in (-1, 1):
         y = septum_mm / 2 if side > 0 else -septum_mm / 2 - 3
         block -= manifold3d.Manifold.cube((20.0, 3.0, 9.0)).translate((0, y, -8))
-    return hewn(block, (-12.0, -15.0, 32.0, 15.0), 8.0)
+    return solid_of(block, (-12.0, -15.0, 32.0, 15.0), 8.0)
 
 
 def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():

@@ -8,7 +8,8 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid
-from tests.fluids import hewn, path, pour
+from simulate.hollow import solid_of
+from tests.fluids import path, pour
 from tests.shapes import OPEN, straight_slot
 
 RADIUS_MM = 0.7
@@ -26,7 +27,7 @@ def bridged() -> tuple[Solid, Outline]:
     bridge = manifold3d.Manifold.cube((2.0, 10.0, 5.0)).translate((11, -5, 0))
     under = manifold3d.Manifold.cube((2.0, 6.0, 1.0)).translate((11, -3, 0))
     cavity = manifold3d.Manifold.cube((24.0, 3.1, 7.0)).translate((0, -1.55, -6))
-    return hewn(block - cavity + (bridge - under), (-12.0, -15.0, 36.0, 15.0), 6.0), straight_slot(24.0)
+    return solid_of(block - cavity + (bridge - under), (-12.0, -15.0, 36.0, 15.0), 6.0), straight_slot(24.0)
 
 
 def poured(crack: tuple[Solid, Outline], diameter_mm: float = 2.4, **more: Any) -> Run:

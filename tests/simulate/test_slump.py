@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from simulate.plate import PastePlate
+from simulate.plate import paste_on_plate
 from simulate.slump import STEP, SlumpCurve, radius_of_particles_mm, slump
 from simulate.spread_law import GRAVITY_M_S2, Cone, spread_radius_mm, stretched_stress_pa
+from simulate.vessel import Vessel
 
 CONE = Cone(38.0, 19.0, 57.0)
 STIFF = {"age_s": [0.0, 1.0, 2.0], "viscosity_pa_s": [50.0] * 3, "yield_stress_pa": [60.0] * 3}
@@ -41,16 +42,16 @@ def test_a_heap_too_flat_for_particles_is_refused_with_what_to_do():
 
 def test_the_plates_hollow_is_as_large_as_it_states():
     """Its volume makes the columns as large as they are; with another one, paste swells or shrinks to its bounds."""
-    plate = PastePlate.with_paste(CONE, 3.0, 60.0, 1690.0, STIFF)
+    plate = paste_on_plate(CONE, 3.0, 60.0, 1690.0, STIFF)
     edge_mm = np.linspace(-60, 60, 401)
     x_mm, y_mm = np.meshgrid(edge_mm, edge_mm)
-    layer_mm = np.column_stack([x_mm.ravel(), y_mm.ravel(), np.full(x_mm.size, 2.0 - plate.depth_mm)])
-    assert plate.vessel.volume_mm3(layer_mm, 0.3) == pytest.approx(120**2 * 2.3, rel=1e-3)
+    layer_mm = np.column_stack([x_mm.ravel(), y_mm.ravel(), np.full(x_mm.size, 2.0 - plate.hollow.depth_mm)])
+    assert Vessel(plate.hollow.solid).volume_mm3(layer_mm, 0.3) == pytest.approx(120**2 * 2.3, rel=1e-3)
 
 
 def test_paste_that_stands_on_a_plate_is_given_nothing():
     """As it lies before it moves, lowered by a third."""
-    plate = PastePlate.with_paste(CONE, 3.0, 60.0, 1690.0, STIFF)
+    plate = paste_on_plate(CONE, 3.0, 60.0, 1690.0, STIFF)
     plate.engine.begin_frame(0)
     state = plate.engine.state
     place = state.position.numpy().copy()

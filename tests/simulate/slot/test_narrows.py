@@ -9,11 +9,12 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats, Outline, Solid
+from simulate.hollow import solid_of
 from simulate.slot.fitness import Fitness, fitness_of
 from simulate.slot.flux import HerschelBulkley
 from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import sections_of
-from tests.fluids import hewn, path
+from tests.fluids import path
 from tests.meshes import box
 from tests.shapes import CLOSED, CUT, closed_crack, oblique_slot, pinched_crack, straight_slot, wandering_crack
 
@@ -43,7 +44,7 @@ def imported(*rooms: manifold3d.Manifold, filled: manifold3d.Manifold | None = N
     low, high = (*BLOCK_MM[:2], -18.0), (*BLOCK_MM[2:], 0.0)
     slot = box((0.0, -3.0, -DEPTH_MM), (LENGTH_MM, 3.0, 1.0))
     body = box(low, high) - manifold3d.Manifold.batch_boolean([slot, *rooms], manifold3d.OpType.Add)
-    solid = hewn(body if filled is None else body + filled, BLOCK_MM, DEPTH_MM)
+    solid = solid_of(body if filled is None else body + filled, BLOCK_MM, DEPTH_MM)
     own, outline = slot_with()
     levels_mm = np.linspace(-DEPTH_MM, 0.0, 49)
     below_mm2 = np.tile(WIDTH_MM * (levels_mm + DEPTH_MM), (len(own.sections.s_mm), 1))

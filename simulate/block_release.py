@@ -1,0 +1,138 @@
+"""Compute a block of fluid that is let go: a dam break onto a plate or along a channel, or a block on a plate."""
+
+import math
+from dataclasses import astuple
+
+import numpy as np
+
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats
+from simulate.block import Block, BlockRelease
+from simulate.device import start_warp
+from simulate.hollow import Box, Hollow
+from simulate.loose_fluid import LooseFluid, filled_box_mm, substep_s
+from simulate.settings import LEVEL, Fluid, SampleSlope, Solver, particle_volume
+from simulate.setup.rheology import Rheology, viscous_weight
+from simulate.setup.signed_distance import CM
+from simulate.setup_checks import solved_as
+
+SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
+"""Kinematic viscosity and time of the packing behind the gate: enough to end all motion, and to find its level."""
+SPRAY = 0.002  # Share of the particles that may be beyond the front
+WALL_RADII = 4.0  # Thickness of the walls beside a block, in particle radii
+HEADROOM = 1.25  # Height of the hollow over the block's
+LEAST_ACROSS = 6  # Least number of particle diameters across the shortest side of the block
+MOST_PARTICLES = 200_000
+
+
+def _box(block: Block) -> Box:
+    half = block.width_mm / 2
+    return Box((-block.length_mm, -half, 0.0), (0.0, half, block.height_mm))
+
+
+def _top_mm(block: Block, radius_mm: float) -> float:
+    return HEADROOM * block.height_mm + 4 * radius_mm
+
+
+def closed(block: Block, radius_mm: float) -> Hollow:
+    """Return the box behind the closed gate."""
+    low, (x, y, _) = astuple(_box(block))
+    return Hollow(Box(low, (x, y, _top_mm(block, radius_mm))))
+
+
+def opened(block: Block, radius_mm: float) -> Hollow:
+    """Return the hollow without the gate."""
+    (back, right, _), (_, left, _) = astuple(_box(block))
+    top, end, wall = _top_mm(block, radius_mm), block.end_mm, WALL_RADII * radius_mm
+    if block.onto == "channel":
+        return Hollow(Box((back, right, 0.0), (end, left, top)))
+    if block.onto == "open":
+        return Hollow(Box((back - end, right - end, 0.0), (end, left + end, top)))
+    # Beside the walls the plate goes on, for fluid that flows round their ends.
+    walls = (
+        Box((back - wall, right - wall, 0.0), (back, left + wall, top)),
+        Box((back, right - wall, 0.0), (0.0, right, top)),
+        Box((back, left, 0.0), (0.0, left + wall, top)),
+    )
+    return Hollow(Box((back - wall, right - end, 0.0), (end, left + end, top)), walls)
+
+
+def release(
+    block: Block,
+    fluid: Fluid,
+    solver: Solver,
+    *,
+    slope: SampleSlope = LEVEL,
+    device: str = "cpu",
+    progress: Progress | None = None,
+) -> BlockRelease:
+    """Compute a block of fluid from the moment at which its gate is gone. It sticks to floor and walls.
+
+    Raises InputError if the block has too few or too many particles or the fluid is too stiff, and NumericalError if
+    the front reaches the edge of the plate, or the computation fails.
+    """
+    radius_mm, progress = solver.size_mm, progress or Progress()
+    sides = block.length_mm, block.width_mm, block.height_mm
+    across, count = min(sides) / (2 * radius_mm), math.prod(sides) / particle_volume(radius_mm)
+    if across < LEAST_ACROSS or count > MOST_PARTICLES:
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}: the block would have {count:,.0f} particles, {across:.3g} across its "
+            f"shortest side. Allowed are at most {MOST_PARTICLES:,}, and at least {LEAST_ACROSS} across."
+        )
+    start_warp()
+    solver = solver.model_copy(update={"substeps": 1})
+    frame_s = substep_s(radius_mm)
+    paste, _ = solved_as(fluid, solver, frame_s, round(block.duration_s / frame_s) + 1)
+    place_mm = _packed(block, solver, device)
+    loose = LooseFluid.put(opened(block, radius_mm), place_mm, paste, solver, slope=slope, device=device)
+    whole_mm3 = len(place_mm) * particle_volume(radius_mm)
+    rows = [_figures(loose, 0.0, whole_mm3)]
+    progress.start("Releasing the block", loose.frames_in(block.duration_s))
+    for t_s in loose.run(block.duration_s, block.every_s):
+        rows.append(_figures(loose, t_s, whole_mm3))
+        if block.onto != "channel" and _outermost_mm(loose, block) > block.end_mm - 2 * radius_mm:
+            raise NumericalError(
+                f"ahead_mm is {block.end_mm:g}: fluid reaches the plate's edge after {t_s:.3g} s. Give a larger one."
+            )
+        progress.advance(loose.frames, f"front at {rows[-1][1]:.1f} mm")
+    progress.close()
+    if loose.escaped:
+        raise NumericalError(f"{loose.escaped} particles went through a wall: a fault of the software.")
+    t_s, front_mm, height_mm, ratio = np.array(rows).T
+    return BlockRelease(
+        t_s=t_s,
+        front_mm=front_mm,
+        height_mm=height_mm,
+        volume_ratio=ratio,
+        position_mm=loose.place_mm,
+        radius_mm=radius_mm,
+        at_rest=loose.engine.rows == 0,
+    )
+
+
+def _outermost_mm(loose: LooseFluid, block: Block) -> float:
+    """Return how far the fluid is from the block towards the plate's edges."""
+    x, y, _ = loose.place_mm.T
+    beside = float(np.abs(y).max()) - block.width_mm / 2
+    behind = -block.length_mm - float(x.min()) if block.onto == "open" else 0.0
+    return max(float(x.max()), beside, behind)
+
+
+def _figures(loose: LooseFluid, t_s: float, whole_mm3: float) -> tuple[float, float, float, float]:
+    front = float(np.quantile(loose.place_mm[:, 0], 1 - SPRAY)) + loose.half_mm
+    return t_s, front, loose.height_mm, loose.volume_mm3 / whole_mm3
+
+
+def _packed(block: Block, solver: Solver, device: str) -> Floats:
+    """Return the block's particles at rest behind the closed gate: a lattice bursts when its gate opens."""
+    radius_mm, factor = solver.size_mm, solver.scheme.volume_factor
+    support, frame_s = 4 * radius_mm * CM, substep_s(radius_mm)
+    thick = Rheology(viscous_weight(SETTLING_MM2_S * CM**2, support, frame_s), 0.0, physical=True)
+    low, (x, y, height) = astuple(_box(block))
+    # As many particles as have the block's volume.
+    lattice = filled_box_mm(low, (x, y, height * factor), radius_mm, factor)
+    loose = LooseFluid.put(closed(block, radius_mm), lattice, thick, solver, device=device)
+    for _ in loose.run(SETTLING_S, SETTLING_S):
+        pass
+    return loose.place_mm

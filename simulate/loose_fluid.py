@@ -1,0 +1,178 @@
+"""Fluid that is let go at once in a hollow, in particles. A frame is a substep."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from sealtwin.core.errors import NumericalError
+from sealtwin.core.records import Floats
+from simulate.fluid.fault_checks import SENTENCES
+from simulate.fluid.solver import GRAVITY_CM_S2, Domain, FluidSolver
+from simulate.fluid.state import State
+from simulate.hollow import Hollow
+from simulate.settings import LEVEL, SampleSlope, Solver, particle_volume
+from simulate.setup.release_schedule import Schedule
+from simulate.setup.rheology import FALL, Rheology
+from simulate.setup.signed_distance import CLEARANCE, CM
+from simulate.setup.wall_particles import enclose
+from simulate.vessel import Vessel
+from simulate.volume_control import VolumeControl
+
+SHORTER = 0.9  # Substep over the longest that the solver would take
+SCATTER = 0.05  # Scatter of a lattice over its spacing: exactly even rows stay on top of each other
+
+
+def substep_s(radius_mm: float) -> float:
+    """Return the substep for particles of a radius."""
+    return SHORTER * math.sqrt(FALL * 4 * radius_mm * CM / GRAVITY_CM_S2)
+
+
+def scattered(points_mm: Floats, spacing_mm: float) -> Floats:
+    """Return the points of a lattice, (n, 3), out of line by a small share of its spacing."""
+    return points_mm + np.random.default_rng(0).uniform(-SCATTER, SCATTER, points_mm.shape) * spacing_mm
+
+
+def filled_box_mm(
+    low_mm: tuple[float, float, float],
+    high_mm: tuple[float, float, float],
+    radius_mm: float,
+    factor: float = Solver().scheme.volume_factor,
+) -> Floats:
+    """Return particles that fill a box, (n, 3): even layers clear of its sides, together as large as the box.
+
+    Each fills ``factor`` of its volume by Eq. 6. Default: that of a run when it begins.
+    """
+    side, kept = float(np.cbrt(factor * particle_volume(radius_mm))), CLEARANCE * radius_mm
+    size = np.subtract(high_mm, low_mm)
+    along, across = (max(1, round(length / side)) for length in size[:2])
+    counts = along, across, max(1, round(float(size.prod()) / side**3 / along / across))
+    axes = [np.linspace(a + kept, b - kept, count) for a, b, count in zip(low_mm, high_mm, counts, strict=True)]
+    return scattered(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3), side)
+
+
+@dataclass
+class LooseFluid:
+    """Particles in a hollow, with the floor at z = 0."""
+
+    hollow: Hollow
+    engine: FluidSolver
+    control: VolumeControl
+    radius_mm: float
+    frames: int = 0
+
+    @classmethod
+    def put(
+        cls,
+        hollow: Hollow,
+        place_mm: Floats,
+        paste: Rheology,
+        solver: Solver,
+        *,
+        slope: SampleSlope = LEVEL,
+        device: str = "cpu",
+    ) -> "LooseFluid":
+        """Put particles at rest into a hollow, (n, 3). ``solver`` has the radius; it gets one substep a frame."""
+        radius_mm = solver.size_mm
+        solver = solver.model_copy(update={"substeps": 1, "damping_per_s": 0.0})
+        schedule = _all_at_once(place_mm - [0, 0, hollow.depth_mm], substep_s(radius_mm), radius_mm)
+        state, enclosure = State(schedule, device), enclose(hollow.solid, hollow.outline, radius_mm, device)
+        low_mm, high_mm = hollow.reach_mm
+        engine = FluidSolver(
+            state,
+            enclosure.walls,
+            enclosure.barrier,
+            Domain(low_mm * CM, high_mm * CM),
+            solver,
+            [paste],
+            frame_s=schedule.frame_s,
+            substeps=1,
+            rows=state.count,
+            centreline=hollow.outline.centreline_mm * CM,
+            down=slope.down,
+        )
+        control = VolumeControl(
+            hollow.solid,
+            schedule,
+            state,
+            radius_mm=radius_mm,
+            factor=engine.scheme.volume_factor,
+            yields=[paste.yields],
+            down=slope.down,
+        )
+        return cls(hollow, engine, control, radius_mm)
+
+    def run(self, seconds: float, every_s: float) -> Iterator[float]:
+        """Compute ``seconds``, or until all is at rest. Yield the time every ``every_s``, and at the end.
+
+        Raises NumericalError if the fluid explodes or goes through a wall.
+        """
+        frame_s, first, moments = self.engine.step_s, self.frames, 0
+        last = first + self.frames_in(seconds)
+        while self.frames < last:
+            self.engine.begin_frame(self.frames)
+            if self.engine.rows == 0:
+                break
+            self.engine.step()
+            self.engine.rest()
+            self.frames += 1
+            self.control.after_frame(self.frames)
+            t_s = (self.frames - first) * frame_s
+            if t_s >= (moments + 1) * every_s - frame_s / 2 and self.frames < last:
+                moments += 1
+                self._check()
+                yield t_s
+        self._check()
+        yield (self.frames - first) * frame_s
+
+    def frames_in(self, seconds: float) -> int:
+        return round(seconds / self.engine.step_s)
+
+    def _check(self) -> None:
+        self.engine.faults.look(self.engine.rows)
+        for fault in self.engine.faults.found().values():
+            t_s = self.frames * self.engine.step_s
+            raise NumericalError(f"{SENTENCES[fault.kind]} t = {t_s:.3f} s. Try a smaller solver.radius_mm.")
+
+    @property
+    def place_mm(self) -> Floats:
+        """Places of the particles, (n, 3), with the floor at z = 0."""
+        return self.engine.state.position_mm() + np.array([0.0, 0.0, self.hollow.depth_mm])
+
+    @property
+    def escaped(self) -> int:
+        """Number of particles inside the solid."""
+        return int((self.engine.barrier.exact_mm(self.engine.state.position_mm()) < 0).sum())
+
+    @property
+    def half_mm(self) -> float:
+        """Half the side of the cube that has a particle's volume."""
+        return float(np.cbrt(particle_volume(self.radius_mm))) / 2
+
+    @property
+    def height_mm(self) -> float:
+        """Height of the highest fluid above the floor."""
+        return float(self.place_mm[:, 2].max()) + self.half_mm
+
+    def edge_mm(self, beyond: float) -> float:
+        """Radius around the z axis that contains all but a share ``beyond`` of the particles, plus half a spacing."""
+        return float(np.quantile(np.hypot(*self.place_mm[:, :2].T), 1 - beyond)) + self.half_mm
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume below the surface that the particles form."""
+        return Vessel(self.hollow.solid).volume_mm3(self.engine.state.position_mm(), self.half_mm)
+
+
+def _all_at_once(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
+    count = len(position_mm)
+    return Schedule(
+        position_mm=position_mm,
+        velocity_mm_s=np.zeros_like(position_mm),
+        frame_of=np.zeros(count, dtype=np.int64),
+        released=np.array([count]),
+        frame_s=frame_s,
+        release=count,
+        dispensed_mm3=count * particle_volume(radius_mm),
+    )

@@ -1,0 +1,72 @@
+"""A block of fluid let go: its volume, its walls, and where it ends."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sealtwin.core.errors import InputError, NumericalError
+from simulate.block import Block, BlockRelease
+from simulate.block_release import release
+from simulate.settings import SampleSlope, Solver
+from tests.fluids import sealant
+
+PASTE = {"consistency_pa_s_n": 6.2, "flow_index": 0.5, "density_kg_m3": 1175.0}
+
+
+def released(fluid: dict[str, Any], radius_mm: float = 1.5, **block: Any) -> BlockRelease:
+    table = {"length_mm": 20.0, "width_mm": 20.0, "height_mm": 20.0, "ahead_mm": 30.0, "duration_s": 0.3, **block}
+    return release(Block.model_validate(table), sealant(**fluid), Solver(radius_mm=radius_mm))
+
+
+@pytest.mark.parametrize("onto", ["plate", "channel", "open"])
+def test_fluid_keeps_its_volume_and_stays_between_its_walls(onto):
+    """Softer fluid flows farther; figures begin at the gate's opening and end in time."""
+    stiff, soft = (released(PASTE | {"yield_stress_pa": stress_pa}, onto=onto) for stress_pa in (40.0, 4.0))
+    assert soft.front_mm[-1] > stiff.front_mm[-1] + 3 > 3
+    for one in (stiff, soft):
+        assert one.t_s[[0, -1]] == pytest.approx([0.0, 0.3], abs=0.01)
+        assert (np.diff(one.front_mm) > -0.3).all()
+        assert one.volume_ratio == pytest.approx(1.0, abs=0.08)
+        x, y, z = one.position_mm.T
+        assert (z > 0).all()
+        if onto != "open":
+            assert x.min() > -20
+            assert (np.abs(y[x < 0]) < 10).all()
+    assert (np.abs(y).max() < 10) == (onto == "channel")
+
+
+def test_a_channel_is_closed_at_its_end():
+    thin = released({"viscosity_pa_s": 0.1}, onto="channel", ahead_mm=20.0, duration_s=1.0)
+    assert thin.front_mm[-1] == pytest.approx(20.0, abs=1.0)
+    assert thin.height_mm[-1] == pytest.approx(10.0, abs=2.0)
+
+
+def test_an_open_block_spreads_to_all_sides_alike():
+    spread = released(PASTE | {"yield_stress_pa": 4.0}, onto="open")
+    x, y, _ = spread.position_mm.T
+    sides = [np.quantile(side, 0.998) for side in (x + 10, -x - 10, y, -y)]
+    assert np.ptp(sides) < 0.06 * np.mean(sides)
+
+
+def test_a_slope_lets_it_run_downhill():
+    fluid = sealant(**PASTE, yield_stress_pa=4.0)
+    block = Block(length_mm=20, width_mm=20, height_mm=20, ahead_mm=40, duration_s=0.3)
+    down, up = (
+        release(block, fluid, Solver(radius_mm=1.5), slope=SampleSlope(gradient_deg=angle)).front_mm[-1]
+        for angle in (-15.0, 15.0)
+    )
+    assert down > up + 5
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"radius_mm": 2.0}, "solver.radius_mm is 2"),
+        ({"radius_mm": 0.05}, "solver.radius_mm is 0.05"),
+        ({"ahead_mm": 8.0}, "ahead_mm is 8"),
+    ],
+)
+def test_what_cannot_be_computed_is_refused(change, named):
+    with pytest.raises((InputError, NumericalError), match=named):
+        released(PASTE | {"yield_stress_pa": 1.0}, **change)
