@@ -16,13 +16,24 @@ Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
 row's sample. "skipped": notes, other quantities, or figures calculated from readings."""
 
 ColumnUnit = Unit | Literal["g", "kg", "1/10 mm", "1/100 mm"]
-MM: dict[ColumnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "1/10 mm": 0.1, "1/100 mm": 0.01}
+MM: dict[ColumnUnit, float] = {
+    "mm": 1.0,
+    "cm": 10.0,
+    "m": 1000.0,
+    "µm": 0.001,
+    "inch": 25.4,
+    "1/10 mm": 0.1,
+    "1/100 mm": 0.01,
+}
 GRAMS: dict[ColumnUnit, float] = {"g": 1.0, "kg": 1000.0}
 UNITS: dict[str, ColumnUnit] = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
 INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
 """The unit "in", in brackets or at the end; elsewhere "in" is a preposition."""
 UNIT_AT_END = re.compile(r"(?:[\[(/_,]|\s)\s*([^\W\d_]+|\")\s*[\])]?\s*$")
 IN_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]")
+BRACKETED = re.compile(r"\[\s*([^\W\d_]{1,12})\s*\]|(?:\(|/\s*)\s*([^\W\d_]{1,12})\s*\)?\s*$")
+"""Word in square brackets, or in round ones or behind a slash at the end of a name."""
+LONGEST_ABBREVIATION = 3  # Letters of a word in round brackets that is more likely a unit than a remark
 UNIT = r"(?:(?:{})(?![^\W\d_])|\")".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
 LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
 DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
@@ -61,6 +72,7 @@ CRACK, SEALANT = (frozenset(WORDS["crack_depth"][key].split()) for key in ("crac
 NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
 CODE = re.compile(r"[^\W\d_]\S*\d\S*|\d{1,4}[./-]\d{1,2}[./-](\d{2,4})?")  # S14, or a date
+PREPOSITIONS = ("in", "um")  # Also units
 COMMENT = re.compile(r"(#(?!(?:[A-Z\u00c0-\u00dd/0\u00a1]+[!?]|N/?[AVD])$)|//|%%)")
 """Beginning of a comment; #DIV/0! is an error of a spreadsheet."""
 
@@ -193,6 +205,16 @@ def names_unit(name: str) -> bool:
     return bool(OF_UNITS & set(WORD.findall(plain_letters(name[:LONGEST_NAME]))))
 
 
+def unknown_unit(name: str) -> str | None:
+    """Return the word in brackets, or behind a slash, that must be a unit but is none that is read; else None."""
+    texts = [(one or other, bool(one)) for one, other in BRACKETED.findall(name[-LONGEST_NAME:])]
+    for text, is_square in texts:
+        word = plain_letters(text).strip()
+        if word in OTHER_UNITS or ((is_square or len(word) <= LONGEST_ABBREVIATION) and word not in ALL_WORDS):
+            return None if unit_of(text) is not None else text.strip()
+    return None
+
+
 def units_named(text: str) -> set[ColumnUnit | None]:
     """Return the units that a remark names, such as "Einheit: Zoll" or "all values in cm".
 
@@ -207,9 +229,9 @@ def units_named(text: str) -> set[ColumnUnit | None]:
     if words & OF_UNITS and factor_in(text) is not None:
         return {None}
     parts = [part for part in re.split(r"[\s:;=,()\[\]]+", plain) if part]
-    # Without a word for "unit" before them, M and G are initials, and "in" is a preposition.
+    # Without a word for "unit" before them, M and G are initials, and "in" and "um" are prepositions.
     last = parts[-1:] if words & OF_UNITS else []
-    candidates = [part for part in parts if len(part.strip(".")) > 1 and part != "in"] + last
+    candidates = [part for part in parts if len(part.strip(".")) > 1 and part not in PREPOSITIONS] + last
     if not words & OF_UNITS:
         # A unit after a number belongs to the number.
         candidates = [

@@ -13,8 +13,9 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.readings.columns import Column, Header, read_header
+from validate.readings.columns import read_header
 from validate.readings.crack_limits import CrackLimits
+from validate.readings.header import Column, Header
 from validate.readings.header_words import GRAMS, MM
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells, cell_name
