@@ -19,6 +19,7 @@ from validate.readings.header_words import (
     quantity_in,
     unit_in,
 )
+from validate.readings.repeats import may_be_readings, numbers_repeats
 from validate.readings.sheet import (
     BLANK,
     FaultList,
@@ -100,10 +101,17 @@ class _HeaderReader:
         columns = self._one_table(self._columns())
         by_role = {role: [column for column in columns if column.role == role] for role in get_args(Role)}
         stations, readings, counters = by_role["station"], by_role["reading"], by_role["repeat"]
+        if self.given.levels is not None and self.given.repeat is None:
+            # Beside declared readings, a name alone makes no repeats.
+            counters, unused = self._numbering(stations, readings, by_role["sample"], counters)
+            by_role["skipped"] += [replace(column, role="skipped") for column in unused]
         # A bare "Messung" numbers the repeats if another column contains the readings; else it contains them itself.
         repeat = counters[0] if readings and len(counters) == 1 else None
         if repeat is None:
             readings += [replace(column, role="reading") for column in counters]
+        elif may_be_readings(self.body, repeat.index):
+            finding = f"column {quoted(repeat.name)} numbers repeats by its name, but contains other numbers."
+            self._add_fault(finding, f"List the columns of readings. {ASSIGN}", repeat.name)
         if not stations or not readings:
             stations, readings = self._stand_ins(stations, readings)
         else:
@@ -145,6 +153,15 @@ class _HeaderReader:
             unmet=tuple(self.unmet),
             of_units=tuple(of_units),
         )
+
+    def _numbering(
+        self, stations: list[Column], readings: list[Column], samples: list[Column], counters: list[Column]
+    ) -> tuple[list[Column], list[Column]]:
+        """Return the columns that number the repeats of the only column of readings, and the other ``counters``."""
+        place = [column.index for column in (*stations[:1], *samples)]
+        is_long = len(readings) == 1 and stations
+        good = [one for one in counters if is_long and numbers_repeats(self.body, place, one.index)]
+        return good, [one for one in counters if one not in good]
 
     def _stand_ins(self, stations: list[Column], readings: list[Column]) -> tuple[list[Column], list[Column]]:
         """Return the likeliest stations and readings of a table that names no such columns, and add a fault.
@@ -222,14 +239,13 @@ class _HeaderReader:
         columns, unknown = list[Column](), list[Column]()
         cells = [(at, cell) for row in self.body for at, cell in enumerate(row.cells)]
         numeric = {at for at, cell in cells if is_a_number(cell) or cell.kind == "formula"}
-        others = declared | ({"repeat"} if "reading" in declared and self.given.repeat is None else set())
         taken_as: dict[Role, Role] = {"mass": "station", "station": "skipped"} if fill else {"mass": "skipped"}
         for at in sorted({*self.names, *roles, *numeric}):
             name = self.names.get(at, "")
             what = roles.get(at) or meaning(name)
             if what is not None and at not in roles:
                 what = replace(what, role=taken_as.get(what.role, what.role))
-                what = ColumnMeaning("skipped", what.unit) if what.role in others else what
+                what = ColumnMeaning("skipped", what.unit) if what.role in declared else what
             if what is None and ("reading" in declared or at not in numeric):
                 # A column of words has no readings, and if readings are declared, no other column has.
                 what = ColumnMeaning("skipped")

@@ -150,7 +150,9 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
     candidates = list(_candidates(rows, merged, given.header_rows))
     begin = _first_numbers(rows, given)
     if begin is not None:
-        candidates = [one for one in candidates if _ends_at(one, rows, begin)]
+        higher = [one for one in candidates if one[0] + len(one[1]) <= begin]
+        candidates = [one for one in higher if _ends_at(one, rows, begin)]
+        candidates = candidates or [one for one in higher if any(key(one)[1:4])]
     best = max(candidates, key=key, default=(begin or 0, ()))
     hits, *likeness = key(best) if best[1] else (0, *_likeness({}), False)
     above = likeness[5]
