@@ -17,6 +17,7 @@ from validate.readings.header_words import (
     MM,
     ColumnUnit,
     meaning,
+    names_other_unit,
     ten_at_unit,
     unit_of,
     units_named,
@@ -106,7 +107,11 @@ class ColumnUnits:
         else:
             used = [*self._in_unit(used[:1], self.mass or None), *self._in_unit(used[1:], declared)]
         factors = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
-        nameless = [column for column, units in zip(used, factors, strict=True) if column.unit not in units]
+        nameless = [
+            column
+            for column, units in zip(used, factors, strict=True)
+            if column.unit not in units or (column.unit_declared and names_other_unit(column.name))
+        ]
         if nameless:
             self.faults.open.add("unit")
         nameless = [column for column in nameless if column.index not in self.others]

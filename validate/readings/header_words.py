@@ -235,6 +235,11 @@ def unknown_unit(name: str) -> str | None:
     return None
 
 
+def names_other_unit(name: str) -> bool:
+    """Return whether a name has a unit of length that is not read, such as [mil], which no answer turns into mm."""
+    return plain_letters(unknown_unit(name) or "") in OTHER_UNITS
+
+
 def units_named(text: str) -> set[ColumnUnit | None]:
     """Return the units that a remark names, such as "Einheit: Zoll" or "all values in cm".
 
