@@ -327,6 +327,8 @@ def _by_parts(name: str) -> ColumnMeaning:
 
 def _line_by_blanks(rows: Sequence[SheetRow], separator: str | None) -> str | None:
     """Return a sample line of a text if most lines are numbers separated only by blanks; else None."""
-    lines = [(separator or "").join(cell.text for cell in row.cells[: row.width]) for row in rows]
+    # A tab separates columns, though it is a blank.
+    mark = ";" if separator == "\t" else separator or ""
+    lines = [mark.join(cell.text for cell in row.cells[: row.width]) for row in rows]
     divided = [line for line in lines if len(line.split()) > 1 and all(map(is_number, line.split()))]
     return divided[0] if separator is not None and 1 < len(divided) > len(lines) / 2 else None
