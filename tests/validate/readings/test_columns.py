@@ -25,7 +25,7 @@ THREE_ROWS = TITLED.format("Abstand;Tiefe ab OK;;Mittel\n{};;[mm]\n;1;2;\n")
 UNKNOWN_ROWS = TITLED.format("x;Füllung;;\nmm;mm;;\n;1;2;3\n")
 LOGGED = "Operator\tLab\nTime\t14:02:11.5\nT_Value\tDepth_0 [mm]\tDepth_1 [mm]\n0\t1.5\t1.6\n5\t2\t2.1\n"
 SCANNED = (
-    '"VR","4.3"\n"XY scale","7.393","µm"\n"Unit","X","mm"\n"No.","X [mm]","Z 1 [{0}]","Z 2 [{0}]"\n'
+    '"VR","4.3"\n"XY scale","7.393","µm"\n"Unit","X","mm"\n"No.","P [mm]","Z 1 [{0}]","Z 2 [{0}]"\n'
     "1,0,-1500,-1600\n2,5,-2000,-2100\n"
 )
 COUNTED = "Along,Level rel. to face,,avg\nmm,mm,,mm\n,#1,#2,\n0,-1.5,-1.6,-1.55\n5,-2,-2.1,-2.05\n"
