@@ -70,10 +70,9 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
         lines += _understood(outcome)
     remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
     lines += _together(remarks, "note: ")
-    if unused := [each.file for each in ingested.left_out if not each.lost]:
-        lines.append(
-            f"Not used: {few(unused)} (neither photo, sheet nor note, or a text whose name matches no sample)."
-        )
+    unused = [each for each in ingested.left_out if not each.lost]
+    for reason in dict.fromkeys(each.reason for each in unused):
+        lines.append(f"Not used: {few([each.file for each in unused if each.reason == reason])}: {reason}")
     failed = _together([*ingested.faults, *unready])
     lines += failed[:MOST_FAULTS]
     if len(failed) > MOST_FAULTS:

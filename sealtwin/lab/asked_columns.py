@@ -19,7 +19,10 @@ def columns_asked(question: str, names: Sequence[str], pairing: str) -> list[str
     A question that names neither a column nor a role can be answered in the column of settings.
     """
     either = "|".join(map(re.escape, names))
-    columns = {*re.findall(rf"\b(?:columns? |into )({either})\b", question), *re.findall(rf"\b({either}) = ", question)}
+    columns = {
+        *re.findall(rf"\b(?:columns? |into )'?({either})\b", question),
+        *re.findall(rf"\b({either}) = ", question),
+    }
     for place in re.finditer(re.escape(pairing), question):
         columns.update(re.findall(rf"\b(?<!')({either})\b", question[max(0, place.start() - CLAUSE) : place.start()]))
     for table, key in SETTING.findall(question):

@@ -11,8 +11,8 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Result, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
+from sealtwin.lab.file_owners import Decisions
 from sealtwin.lab.found_files import TRIAL, FilePlace, Role
-from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_outcome import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
 from validate.readings.samples import sample_key

@@ -30,7 +30,8 @@ NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Reported as a fault: they contain a lab's numbers
 TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
-FREE_TEXT = {".txt", ".md"}
+FREE_TEXT = {".txt", ".md", ".lvm", ".dat", ".asc", ".prn", ".tab"}
+"""Endings of texts, which may be tables: their content decides."""
 TABLES = ("readings", "fill")  # Roles of tables of numbers
 WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
 """Words, by role, that give a file this role if they are at the beginning or the end of a name."""
@@ -57,6 +58,10 @@ DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
 MOST_ENTRIES = 50_000  # Files and folders; more means that a disk was given by mistake
 MOST_NAMES = 3  # Names in one sentence
 HIDDEN = (".", "~$")
+SHEETS, PHOTOS = (
+    " ".join(sorted(endings)) for endings in ((TABLE_SUFFIXES - UNREAD_TABLES) | FREE_TEXT, PHOTO_SUFFIXES)
+)
+NOT_READ = f"its ending is not read. Read are sheets and texts ({SHEETS}), photos ({PHOTOS}) and notes ({NOTE_SUFFIX})."
 NOT_DOWNLOADED = re.compile(r"\.(.+)\.icloud")  # iCloud's placeholder of a file
 CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
 
@@ -69,6 +74,13 @@ class FilePlace:
     role: Role
     stated: bool = field(default=False, compare=False)  # True if a word of the file's own name gives the role
     answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
+    likely: tuple[str, ...] = field(default=(), compare=False)  # Samples that it may belong to; the user decides
+    read_as: str = field(default="", compare=False)  # One of them, as whose the file is read meanwhile
+
+    @property
+    def owner(self) -> str:
+        """Sample as whose the file is read."""
+        return self.read_as or self.sample
 
 
 def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, FilePlace]:
@@ -218,14 +230,18 @@ def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[s
     is_divided = len(samples) > 1 and any(part.headed for part in naming)
     is_divided = is_divided or (bool(of_columns) and all(columns.values()))
     # Without any name, the tables of a sheet are those of its file: reading it asks which one is meant.
-    unnamed = not naming and own not in photographed and sum(part.cells is not None for part in samples) > 1
+    owners = {own, *map(sample_key, place.likely if len(place.likely) == 1 else ())}
+    unnamed = not naming and owners.isdisjoint(photographed) and sum(part.cells is not None for part in samples) > 1
     if not unnamed and (not naming or (keys == {own} and not is_divided)):
         return {Piece(file): place}
     if own in photographed and own not in keys:
         # The file's name and its rows contradict each other: reading the file as that sample's reports it.
         by_column = next((part for part in naming if part.rows_of is not None), None)
         return {Piece(file, by_column and replace(by_column, rows_of=place.sample)): place}
-    return {Piece(file, part): FilePlace(sample, "readings") for part, sample in _joined(samples).items()}
+    return {
+        Piece(file, part): FilePlace(sample, "readings", likely=() if sample else place.likely)
+        for part, sample in _joined(samples).items()
+    }
 
 
 def _joined(samples: Mapping[SamplePart, str]) -> dict[SamplePart, str]:
@@ -303,7 +319,7 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
     files, left_out = list[PurePath](), list[LeftOut]()
     for path in sorted(_paths(folder, left_out)):
         file = path.relative_to(folder)
-        reason, lost = "its name is not that of a photo, a sheet or a note.", read_name(file) is not None
+        reason, lost = NOT_READ, read_name(file) is not None
         if as_text(file) != str(file):
             reason = "a name that is not UTF-8; rename it."
         elif plain(str(file)) != str(file):
@@ -322,10 +338,10 @@ def plain(text: str) -> str:
     return "".join("?" if unicodedata.category(letter) in CONTROLS else letter for letter in text)
 
 
-def few(names: Sequence[object]) -> str:
-    """Return a text with the first ``MOST_NAMES`` names and the number of the others."""
-    more = len(names) - MOST_NAMES
-    return ", ".join(map(str, names[:MOST_NAMES])) + (f" and {more} more" if more > 0 else "")
+def few(names: Sequence[object], most: int = MOST_NAMES) -> str:
+    """Return a text with the first ``most`` names and the number of the others."""
+    more = len(names) - most
+    return ", ".join(map(str, names[:most])) + (f" and {more} more" if more > 0 else "")
 
 
 def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:

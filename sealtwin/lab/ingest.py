@@ -5,9 +5,9 @@ import json
 import os
 import shutil
 import traceback
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path, PurePath
@@ -18,8 +18,10 @@ from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
+from sealtwin.lab.file_owners import Decisions, place_files, with_owners
 from sealtwin.lab.found_files import (
     DEFAULTS,
+    NOT_READ,
     TRIAL,
     FilePlace,
     LeftOut,
@@ -27,19 +29,18 @@ from sealtwin.lab.found_files import (
     divide,
     few,
     find_files,
+    read_name,
     read_names,
     with_parts,
 )
-from sealtwin.lab.notes import SEEMS, Note, read_defaults, text_and_samples
+from sealtwin.lab.notes import SEEMS, Note, lines_of_readings, read_defaults, text_and_samples
 from sealtwin.lab.pairing import (
     PAIRING,
-    Decisions,
-    PairingRow,
     SampleFiles,
+    awaiting,
     decided,
     pair,
     pairing_text,
-    place_files,
     read_pairing,
     renewed,
 )
@@ -82,24 +83,37 @@ def ingest(
     defaults = read_defaults(folder / DEFAULTS)
     source = _name_of_source(folder, lab)
     by_name = read_names(names, folder.name)
+    by_name |= _unread_sheets(folder, left_out, by_name)
+    left_out = [each for each in left_out if PurePath(each.file) not in by_name]
+
+    def pieces(by_user: Mapping[str, tuple[str, str]]) -> dict[Piece, FilePlace]:
+        """Return the pieces by their names, with the user's role and sample of each photo."""
+        places = {file.as_posix(): (place.role, place.sample) for file, place in by_name.items()}
+        photos = [sample for role, sample in {**places, **by_user}.values() if role == "photo"]
+        return divide(folder, with_owners(by_name, photos), {sample_key(photo) for photo in photos})
 
     def decisions_in(path: Path) -> Decisions:
         rows = read_pairing(path)
-        return decided(rows, divide(folder, by_name, _photographed([*by_name.values(), *rows])))
+        reasons = {each.file: each.reason for each in left_out}
+        return decided(rows, pieces({row.file: (row.role, row.sample) for row in rows}), reasons)
 
     given = None if pairing is None else decisions_in(pairing)
     with _catalogue(lab, progress, dry_run) as catalogue:
         if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.content.pairing:
             given = decisions_in(lab / PAIRING)
         decisions = catalogue.decisions(source) if given is None else given
-        by_user = {file: place for (file, _), place in decisions.items()}
-        named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
+        named = pieces({file.as_posix(): (place.role, place.sample) for (file, _), place in decisions.items()})
         decisions = renewed(decisions, named)
         placed = place_files(with_parts(folder, named, decisions), decisions)
         samples = pair(placed)
         texts = {text for sample in samples for text in sample.texts}
-        alone = [piece.file for piece, place in placed.items() if place.role == "text" and piece.file not in texts]
-        left_out += [_text_alone(folder, file, [sample.name for sample in samples]) for file in alone]
+        for piece, place in placed.items():
+            if place.role == "text" and piece.file not in texts:
+                left_out.append(_text_alone(folder, piece.file, [sample.name for sample in samples]))
+                if left_out[-1].lost:
+                    lacking = {sample.key for sample in samples if "readings" not in sample.files}
+                    likely = [name for name in place.likely if sample_key(name) in lacking]
+                    samples = awaiting(samples, likely, left_out[-1].sentence)
         lost = [each for each in left_out if each.lost]
         if not samples and not lost:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
@@ -118,13 +132,34 @@ def ingest(
     return ingested
 
 
+def _unread_sheets(
+    folder: Path, left_out: Sequence[LeftOut], by_name: Mapping[PurePath, FilePlace]
+) -> dict[PurePath, FilePlace]:
+    """Return files under other endings, as texts, that have lines of readings and the name of a photo's sample."""
+    photos = [place.sample for place in by_name.values() if place.role == "photo"]
+    named = dict[PurePath, FilePlace]()
+    for file in (PurePath(each.file) for each in left_out if each.reason == NOT_READ):
+        place = read_name(file.with_suffix(".txt"))
+        if place is not None and not (folder / file).is_symlink():
+            named[file] = replace(place, role="text")
+    keys = set(map(sample_key, photos))
+    return {
+        file: place
+        for file, place in with_owners(named, photos).items()
+        if (place.likely or sample_key(place.sample) in keys) and lines_of_readings(folder / file)
+    }
+
+
 def _text_alone(folder: Path, file: PurePath, samples: Sequence[str]) -> LeftOut:
     """Return a text whose name matches no sample as a file that is not used.
 
-    It counts as lost if it seems to give settings, or if it names samples and has numbers.
+    It counts as lost if it seems to give settings or readings, or if it names samples and has numbers.
     """
-    reason = "its name matches no sample"
-    hint, named = ("", []) if (folder / file).is_symlink() else text_and_samples(folder / file, samples)
+    reason, is_link = "its name matches no sample", (folder / file).is_symlink()
+    if lines := 0 if is_link else lines_of_readings(folder / file):
+        remedy = "If they are, write its sample and the role readings into its row; if not, the role ignore"
+        return LeftOut(file.as_posix(), f"{reason}, but {lines} of its lines may be readings. {remedy}.", lost=True)
+    hint, named = ("", []) if is_link else text_and_samples(folder / file, samples)
     if not hint or not (named or hint.startswith(SEEMS)):
         return LeftOut(file.as_posix(), f"{reason}.", lost=False)
     of = f", though its text names {few(named)}" if named else ""
@@ -177,11 +212,6 @@ def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalog
         # A killed process leaves an incomplete trial.
         shutil.rmtree(lab / INCOMING, ignore_errors=True)
         yield Catalogue(lab)
-
-
-def _photographed(rows: Iterable[FilePlace | PairingRow]) -> set[str]:
-    """Return the keys of the samples that have a photo."""
-    return {sample_key(row.sample) for row in rows if row.role == "photo"}
 
 
 def _refuse_nested(folder: Path, lab: Path) -> None:

@@ -33,6 +33,9 @@ from validate.readings.text_table import is_missing
 from validate.settings import Declared
 
 SEEMS = "it seems to give "
+LEAST_LINES = 3  # Lines of numbers from which a text may be readings
+LINE_OF_NUMBERS = re.compile(r"(?!.*[^\W\d_]{3})(?:.*?(?<![\w.,])[-+\u2212]?\d+(?:[.,]\d+)?(?![.,]?\d)){2}")
+"""Line with two numbers or more, and no word of three letters."""
 MOST_QUOTED = 30  # Numbers in one question
 NOT_READ = "Or give the file the role text, and its content is not read."
 STARTER = 'Write a note with what no photo shows: data = "measured", and depth_mm = 16.0 in [crack]'
@@ -159,6 +162,15 @@ def seems_to_say(path: Path, sample: str = "") -> str:
             f"{'' if settings else 'it gives no setting; '}its numbers {_quoted(sentences.unread)} are not read"
         )
     return "; ".join(parts)
+
+
+def lines_of_readings(path: Path) -> int:
+    """Return the number of lines of a text that may be readings; 0 if it has too few of them."""
+    try:
+        lines = sum(LINE_OF_NUMBERS.match(line) is not None for line in text_of(path).splitlines())
+    except (InputError, OSError):
+        return 0
+    return lines if lines >= LEAST_LINES else 0
 
 
 def text_and_samples(path: Path, samples: Sequence[str]) -> tuple[str, list[str]]:

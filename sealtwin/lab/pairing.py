@@ -12,12 +12,9 @@ from typing import Any, get_args
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.asked_columns import columns_asked
+from sealtwin.lab.file_owners import Decisions
 from sealtwin.lab.found_files import (
-    DIGIT,
-    LAB_WORDS,
     UNREAD_TABLES,
-    WORD,
-    WORDS,
     FilePlace,
     Piece,
     Role,
@@ -27,21 +24,15 @@ from sealtwin.lab.found_files import (
 )
 from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table, sample_key
 from validate.readings.sheet import SheetGrid
-from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
 SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; several lower-case letters are more likely a name
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
+MOST_PHOTOS = 12  # Photos in one question
 LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
+UNKNOWN: tuple[Role, ...] = ("text", "readings")  # Roles of a text with another ending
 ROLES: tuple[Role, ...] = get_args(Role)
-REVISION = re.compile(LAB_WORDS["revision"]["word"])
-"""Pattern of a word such as v2. Its number is not part of a sample's name."""
-ROLE_WORDS = frozenset[str]().union(*WORDS.values())
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
-
-
-Decisions = Mapping[tuple[PurePath, str], FilePlace]
-"""The user's decisions by file and by the name of its part; "" means the whole file."""
 
 
 @dataclass(frozen=True)
@@ -55,53 +46,11 @@ class SampleFiles:
     texts: tuple[PurePath, ...] = ()  # Free texts, which give no settings
     answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # From the pairing file, by role
     others: tuple[str, ...] = ()  # Names of the other samples
+    awaits: tuple[str, ...] = ()  # Questions about files that may be its own; the sample is not sound before an answer
 
     @property
     def key(self) -> str:
         return sample_key(self.name)
-
-
-def place_files(named: Mapping[Piece, FilePlace], decisions: Decisions) -> dict[Piece, FilePlace]:
-    """Return the sample and role of each piece. The user's decision on it or its file comes first, then its name.
-
-    If its sample has no photo, a file joins the sample of the photo whose name differs only by words without a number:
-    l08_misure.csv joins the sample of L08.jpg. The file stays separate if several photos fit, or if that sample already
-    has a file with the same role.
-    """
-    placed: dict[Piece, FilePlace] = {}
-    for piece, place in named.items():
-        if (piece.file, "") in decisions:
-            piece = Piece(piece.file)
-        placed[piece] = decisions.get((piece.file, piece.part_name), place)
-    photos = sorted({place.sample for place in placed.values() if place.role == "photo"})
-    keys = {sample_key(photo) for photo in photos}
-    taken = {(sample_key(place.sample), place.role) for place in placed.values()}
-    for piece, place in list(placed.items()):
-        if place.role in ("photo", "ignore") or (piece.file, piece.part_name) in decisions:
-            continue
-        hosts = [photo for photo in photos if _is_within(photo, place.sample) or _is_within(place.sample, photo)]
-        if sample_key(place.sample) in keys or len({sample_key(host) for host in hosts}) != 1:
-            continue
-        host, free = hosts[0], place.role == "text" or (sample_key(hosts[0]), place.role) not in taken
-        if free and not any(_is_within(host, other) for other in photos if other not in hosts):
-            placed[piece] = replace(place, sample=host)
-    return placed
-
-
-def _is_within(inner: str, outer: str) -> bool:
-    """Return True if consecutive words of ``outer`` are the name ``inner``, and its other words have no digits."""
-    words, key = _own_words(outer), sample_key(" ".join(_own_words(inner)))
-    spans = ((start, end) for end in range(1, len(words) + 1) for start in range(end))
-    return any(
-        key == sample_key(" ".join(words[start:end])) and not DIGIT.search(" ".join(words[:start] + words[end:]))
-        for start, end in spans
-    )
-
-
-def _own_words(name: str) -> list[str]:
-    """Return the words of a name without words for a role or a version."""
-    words = ((word, plain_letters(word)) for word in WORD.findall(name))
-    return [word for word, plain in words if plain not in ROLE_WORDS and not REVISION.fullmatch(plain)]
 
 
 def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
@@ -112,15 +61,26 @@ def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
         if place.role == "text":
             texts[sample_key(place.sample)].append(piece.file)
         elif place.role != "ignore":
-            groups[sample_key(place.sample)][piece] = place
+            groups[sample_key(place.owner)][piece] = place
     samples = [_sample(key, group, groups) for key, group in sorted(groups.items())]
     names = [sample.name for sample in samples]
-    return [
+    samples = [
         replace(
             sample, texts=tuple(texts.get(sample.key, ())), others=tuple(each for each in names if each != sample.name)
         )
         for sample in samples
     ]
+    for group in groups.values():
+        for piece, place in group.items():
+            if place.likely:
+                samples = awaiting(samples, place.likely, _unpaired([piece], place, groups))
+    return samples
+
+
+def awaiting(samples: Sequence[SampleFiles], names: Sequence[str], question: str) -> list[SampleFiles]:
+    """Return the samples, with a question about a file that may belong to those called ``names``."""
+    keys = set(map(sample_key, names))
+    return [replace(one, awaits=(*one.awaits, question)) if one.key in keys else one for one in samples]
 
 
 def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Mapping[Piece, FilePlace]]) -> SampleFiles:
@@ -131,7 +91,7 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     for role, pieces in by_role.items():
         # A copy in a format that is read replaces it: P01.csv for P01.xls.
         by_role[role] = [piece for piece in pieces if piece.file.suffix.lower() not in UNREAD_TABLES] or pieces
-    name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].sample
+    name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].owner
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
         f"{len(pieces)} {_kind(pieces)} are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
@@ -140,32 +100,40 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
         if len(pieces) > 1
     ]
     if not key:
-        questions = [_nameless(piece, groups) for piece in group]
+        questions = [_unpaired([piece], place, groups) for piece, place in group.items()]
     elif "photo" not in by_role:
-        # These files may belong to a sample that has none with their roles.
-        roles = {one: {place.role for place in other.values()} for one, other in groups.items()}
-        lacking = [one for one, its in roles.items() if "photo" in its and not by_role.keys() & its]
-        close = get_close_matches(key, lacking, cutoff=LIKENESS)
-        photos = [piece for one in close for piece, place in groups[one].items() if place.role == "photo"]
-        likely = (
-            f"Is it of {few(photos)}? If so, write one sample for both" if photos else "Add it with the sample's name"
-        )
-        questions.append(f"{few(list(group))}: no photo of sample {name}. {likely}; if not, set role to ignore.")
+        questions.append(_unpaired(list(group), next(iter(group.values())), groups))
     part = by_role["readings"][0].part if "readings" in files else None
     answers: dict[Role, Mapping[str, str]] = {role: group[by_role[role][0]].answers for role in files}
     return SampleFiles(name, files, tuple(questions), part, answers=answers)
 
 
-def _nameless(piece: Piece, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> str:
-    """Return the question about a piece without a sample."""
-    if piece.part is None or piece.part.cells is None:
-        return f"{piece}: its name gives no sample; rename it, or give it a sample."
-    of_roles = ({place.role: place.sample for place in group.values()} for group in groups.values())
-    lacking = [roles["photo"] for roles in of_roles if "photo" in roles and "readings" not in roles]
-    likely = f" Samples without readings: {few(lacking)}." if lacking else ""
-    return (
-        f"{piece}: the sheet gives no sample for this table. Write the sample into its row, or the role ignore.{likely}"
-    )
+def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> str:
+    """Return the question of which sample the files are that have no photo. ``place`` is that of the first one.
+
+    It names the photos that the name of the file fits, otherwise all photos that have no file of this role.
+    """
+    of_roles = {one: {other.role for other in group.values()} for one, group in groups.items()}
+    lacking = [one for one, roles in of_roles.items() if "photo" in roles and place.role not in roles]
+    key = sample_key(place.sample)
+    likely = [sample_key(name) for name in place.likely] or get_close_matches(key, lacking, cutoff=LIKENESS)
+    photos = [
+        (piece, its.sample) for one in likely or lacking for piece, its in groups[one].items() if its.role == "photo"
+    ]
+    names = few([piece for piece, _ in photos], MOST_PHOTOS)
+    samples = dict.fromkeys(sample for _, sample in photos)
+    which = next(iter(samples)) if len(samples) == 1 else "its sample"
+    if likely:
+        likely_owner = f"Is it of {names}? If so, write {which} into the column sample"
+    elif lacking:
+        likely_owner = f"Photos without {place.role}: {names}. If it is of one, write its sample into the column sample"
+    else:
+        likely_owner = "Add it with the sample's name"
+    if key:
+        return f"{few(pieces)}: no photo of sample {place.sample}. {likely_owner}; if not, set role to ignore."
+    of_table = any(piece.part is not None and piece.part.cells is not None for piece in pieces)
+    fault = "the sheet gives no sample for this table" if of_table else "its name gives no sample"
+    return f"{few(pieces)}: {fault}. {likely_owner}; if not, set role to ignore."
 
 
 def _kind(pieces: Sequence[Piece]) -> str:
@@ -200,16 +168,17 @@ def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFile
     ``about`` has questions about the content of single pieces. Of the columns for replies the file has those that a
     question asks for and those that have content.
     """
-    questions = {sample.key: sample.questions for sample in samples}
+    by_key = {sample.key: sample for sample in samples}
     used = {"part"} if any(piece.part_name for piece in placed) else set[str]()
     rows = list[tuple[tuple[str, int, PurePath, str], dict[str, str]]]()
     for piece, place in placed.items():
-        key, file, asked = sample_key(place.sample), piece.file, about.get(piece, "")
+        key, file, asked = sample_key(place.owner), piece.file, about.get(piece, "")
         row = {"file": file.as_posix(), "role": place.role, "sample": place.sample, "part": piece.part_name}
         row |= {name: text for name, text in place.answers.items() if text}
         if place.role != "ignore":
-            of_sample = questions.get(key, ())
-            of_piece = [one for one in of_sample if one.startswith(f"{piece}:")] or of_sample
+            sample = by_key.get(key, SampleFiles("", {}, ()))
+            of_piece = [one for one in (*sample.questions, *sample.awaits) if one.startswith(f"{piece}:")]
+            of_piece = of_piece or sample.questions
             row["question"] = asked or " ".join(of_piece)
             used.update(columns_asked(asked, possible_answers(place.role), PAIRING))
         used.update(row.keys() & ANSWERS)
@@ -241,6 +210,7 @@ OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
     "sheet": str,
     "s": _column,
     "levels": _levels,
+    "repeat": _column,
     "unit": str.lower,
     "sign": str.lower,
     "s_from": str.lower,
@@ -270,9 +240,12 @@ def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
     return {key: read(answers[key]) for key, read in OF_COLUMNS.items() if key in answers}
 
 
-def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Decisions:
+def decided(
+    rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace], left_out: Mapping[str, str] | None = None
+) -> Decisions:
     """Return the user's decisions: the rows that differ from what the names of the files give.
 
+    ``left_out`` has the reasons why other files of the folder are not used.
     Raises InputError with every fault: a file or a part that does not exist or has two rows, or an invalid role or
     sample.
     """
@@ -290,7 +263,10 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
     for row in rows:
         file = by_cell.get(row.file)
         if file is None:
-            faults.append(f"{row.where}: no file {row.file!r:.80} in the lab's folder; delete the row, or correct it.")
+            unused = (left_out or {}).get(row.file)
+            fault = f"{row.file!r:.80} is not used: {unused} Save it in one of these forms" if unused else ""
+            fault = fault or f"no file {row.file!r:.80} in the lab's folder; delete the row, or correct it"
+            faults.append(f"{row.where}: {fault}.")
             continue
         part = next((part for part in pieces[file] if row.part in (part, as_text_cell(part))), row.part)
         fault = _fault(file, part, row, pieces[file])
@@ -367,7 +343,7 @@ def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FileP
     if part and part not in parts and not RANGE_PART.fullmatch(part):
         names = ", ".join(repr(name) for name in parts if name) or "none: it is not shared by several samples"
         return f"{file} has no part {part!r:.80}; its parts are {names}."
-    possible = (*(("readings",) if part else possible_roles(file.suffix.lower())), "ignore")
+    possible = (*(("readings",) if part else possible_roles(file.suffix.lower()) or UNKNOWN), "ignore")
     if row.role not in possible:
         return f"{file}{part and ', '}{part} cannot be {row.role!r:.40}; write one of {', '.join(possible)}."
     if row.role == "ignore":

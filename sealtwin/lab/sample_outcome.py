@@ -11,7 +11,7 @@ from typing import Any, Literal
 from sealtwin.core.records import ReadColumn
 from sealtwin.lab.found_files import Role
 from sealtwin.lab.notes import Note
-from sealtwin.lab.pairing import SampleFiles
+from sealtwin.lab.pairing import PAIRING, SampleFiles
 from sealtwin.trial.trial_file import Trial
 
 INPUTS = Path("inputs")
@@ -48,11 +48,18 @@ class SampleOutcome:
     revision: int | None = None
 
     def ask(self, sentences: Iterable[str]) -> None:
-        """Add each sentence to the questions about the file that it begins with, otherwise to those about the photo."""
+        """Add each sentence to the questions about the file that it begins with, otherwise to those about the photo.
+
+        A question about an answer begins with the pairing file, and a question about a file of another sample has its
+        own row.
+        """
         sample = self.sample
         for sentence in sentences:
-            named = (file for file in sample.files.values() if sentence.startswith(str(file)))
-            questions = self.asked.setdefault(next(named, sample.files["photo"]), [])
+            begin = sentence.removeprefix(f"{PAIRING}, ")
+            file = next((one for one in (*sample.files.values(), *sample.texts) if begin.startswith(str(one))), None)
+            if file is None and sentence in sample.awaits:
+                continue
+            questions = self.asked.setdefault(file or sample.files["photo"], [])
             if (cell := shorten(sentence, LONGEST_QUESTION, placeholder="...")) not in questions:
                 questions.append(cell)
 

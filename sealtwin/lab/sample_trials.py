@@ -14,7 +14,7 @@ from sealtwin.core.settings import checked
 from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.note_sentences import quantities, read_sentences
 from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
-from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note, seems_to_say
+from sealtwin.lab.notes import Note, NoteEntry, lines_of_readings, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
 from sealtwin.lab.sheet_depths import LEVELS, RANGE, take_depths
@@ -73,7 +73,7 @@ NEEDED = {
 
 def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     """Read a sample's notes and hash its files; does not read photos and sheets."""
-    outcome = SampleOutcome(sample, faults=[*sample.questions])
+    outcome = SampleOutcome(sample, faults=[*sample.questions, *sample.awaits])
     _read_texts(folder, outcome)
     if sample.questions:
         return outcome
@@ -120,20 +120,22 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     ]
     for cell in cells.values():
         outcome.note = cell.over(outcome.note)
-    given = {
-        key: text
-        for role, answers in sample.answers.items()
-        for key, text in answers.items()
-        if role != "fill" and (role, key) != ("note", "skip")
-    }
-    settings = of_columns(as_columns(given))
-    if "crack" in given:
-        settings["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
-    outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in settings.items()}
+    for role, given in sample.answers.items():
+        outcome.note.entries |= _answered(role, given, f"{PAIRING}, {sample.files[role]}")
     take_depths(folder, outcome)
     outcome.faults += outcome.note.faults
     outcome.remarks += outcome.note.remarks
     return outcome
+
+
+def _answered(role: Role, given: Mapping[str, str], origin: str) -> dict[str, NoteEntry]:
+    """Return the settings in the answers about a file. Those about a fill's sheet apply to that sheet only."""
+    if role == "fill":
+        return {}
+    settings = of_columns(as_columns({key: text for key, text in given.items() if (role, key) != ("note", "skip")}))
+    if "crack" in given:
+        settings["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
+    return {key: NoteEntry(value, origin) for key, value in settings.items()}
 
 
 def _numbers_in(file: PurePath) -> list[str]:
@@ -143,12 +145,19 @@ def _numbers_in(file: PurePath) -> list[str]:
 
 
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
+    """Ask about texts that seem to give settings or readings. One of readings stops a sample without any."""
     for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
-        remark = f"{text} is kept as text and not read"
-        if seems := seems_to_say(folder / text, outcome.sample.name):
-            remark += f"; {seems}: if it is about the sample, set its role to note in {PAIRING}; if not, leave it"
-            outcome.asked[text] = [shorten(f"{remark}.", LONGEST_QUESTION, placeholder="...")]
-        outcome.remarks.append(f"{remark}.")
+        sentence = f"{text} is kept as text and not read"
+        if lines := lines_of_readings(folder / text):
+            sentence += f"; {lines} of its lines may be readings: if they are, set its role to readings in {PAIRING}"
+        elif seems := seems_to_say(folder / text, outcome.sample.name):
+            sentence += f"; {seems}: if it is about the sample, set its role to note in {PAIRING}; if not, leave it"
+        if lines and "readings" not in outcome.sample.files:
+            outcome.faults.append(f"{sentence}; if not, set it to ignore, or to note if they are settings.")
+            continue
+        if ":" in sentence.removeprefix(str(text)):
+            outcome.asked[text] = [shorten(f"{sentence}.", LONGEST_QUESTION, placeholder="...")]
+        outcome.remarks.append(f"{sentence}.")
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
@@ -282,7 +291,11 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
         levels = as_columns({"levels": part.levels})["levels"] if part.levels else None
         parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of, RANGE: part.cells, LEVELS: levels}
         # An answer about the part itself is narrower than the part.
-        parts = {key: value for key, value in parts.items() if key not in entries or entries[key].origin != PAIRING}
+        parts = {
+            key: value
+            for key, value in parts.items()
+            if not (key in entries and entries[key].origin.startswith(PAIRING))
+        }
         given |= {key: (value, place, value) for key, value in parts.items() if value is not None}
     for key, (name, place, value) in given.items():
         if key in entries:

@@ -69,6 +69,16 @@ def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, 
     assert levels_mm(lab, "P02") == pytest.approx([-1.55, -1.45, -1.65])
 
 
+def test_the_column_of_repeats_is_answered_by_its_letter(small, tmp_path):
+    lab = tmp_path / "lab"
+    rows = (f"{lauf};{s_mm};{1 + lauf / 10}" for lauf in (1, 2) for s_mm in (1, 5, 11))
+    (small / "P01.csv").write_text("\n".join(["Lauf;s [mm];Tiefe [mm]", *rows]))
+    assert fates(ingest(small, lab, QUIET))["P01"] == "failed"
+    answer(lab, {"P01.csv": {"s": "B", "levels": "C", "repeat": "A"}})
+    assert fates(ingest(small, lab, QUIET))["P01"] == "new"
+    assert levels_mm(lab, "P01") == pytest.approx([-1.15] * 3)
+
+
 @pytest.fixture
 def doubtful(small):
     """The small folder, with a 0 for a missing reading of P01 in cell C4, and its answer not given."""

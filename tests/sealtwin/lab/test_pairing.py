@@ -8,10 +8,12 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.lab.asked_columns import columns_asked
+from sealtwin.lab.catalogue import Catalogue
+from sealtwin.lab.file_owners import place_files, with_owners
 from sealtwin.lab.found_files import FilePlace, Piece, read_name, read_names
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.pairing import pair, place_files, possible_answers
-from tests.labs import QUIET, answer, edit, fates
+from sealtwin.lab.pairing import pair, possible_answers
+from tests.labs import QUIET, answer, edit, fates, question
 from validate.readings.column_units import SET_UNIT
 from validate.readings.columns import ASSIGN
 from validate.readings.samples import sample_key
@@ -62,6 +64,7 @@ def test_a_name_with_markup_or_mathtext_becomes_a_plain_label():
 
 def _paired(*names, decided=None):
     named = {Piece(file): name for file, name in read_names(map(PurePath, names), "?").items()}
+    named = with_owners(named, [place.sample for place in named.values() if place.role == "photo"])
     samples = pair(place_files(named, decided or {}))
     return {sample.key: sample for sample in samples}
 
@@ -85,7 +88,7 @@ def test_a_sheet_one_letter_off_is_asked_about_with_the_photos_that_lack_one():
     assert not _questions("P01.jpg", "P01.csv", "P02.jpg", "P02.csv", "P03.jpg"), "whole samples may have near names"
     asked = _questions("P01.jpg", "P02.jpg", "P02.csv", "P0l.csv")
     assert list(asked) == ["p0l"], "a photo without a sheet is taken in; its answer makes a revision of it"
-    assert "Is it of P01.jpg? If so, write one sample for both" in asked["p0l"][0]
+    assert "Is it of P01.jpg? If so, write P01 into the column sample" in asked["p0l"][0]
 
 
 @pytest.mark.parametrize("name", ["p L06 depths.txt", "L06 readings FINAL v2.xlsx", "Serie/L06.csv"])
@@ -105,9 +108,8 @@ def test_a_photo_may_have_more_words_too():
     ("names", "sample", "question"),
     [
         pytest.param(("May/P01.jpg", "Readings 2026/P01.csv"), "2026p01", "Is it of May/P01.jpg?", id="another folder"),
-        pytest.param(("P02.jpg", "P02 xyz 7.csv", "K07.jpg"), "p02xyz7", "Is it of P02.jpg", id="a number of another"),
-        pytest.param(("P02.jpg", "P02 links.jpg", "P02 rechts.csv"), "p02rechts", "Is it of P02.jpg", id="longer"),
-        pytest.param(("P02.jpg", "P02.csv", "P02 alt.csv"), "p02alt", "", id="a sheet in place of another"),
+        pytest.param(("P02.jpg", "P02.csv", "P02 alt.csv"), "p02", "2 files are its readings", id="another sheet"),
+        pytest.param(("P1.jpg", "P1.csv", "P1_2.csv", "P3.jpg"), "p1-2", "Photos without readings: P3.jpg", id="taken"),
         pytest.param(("P02.jpg", "P02 vor.csv", "P02 kurz.csv"), "p02", "2 files are its readings", id="two sheets"),
         pytest.param(("P01.jpg", "P02.jpg", "P03.csv"), "p03", "Is it of P02.jpg, P01.jpg?", id="all photos are named"),
         pytest.param(("photo.jpg",), "", "its name gives no sample", id="no sample"),
@@ -126,6 +128,126 @@ def test_of_words_about_a_name_none_is_guessed(names, sample, question):
     asked = _paired(*names)[sample]
     assert any(question in one for one in asked.questions)
     assert "its photo" not in question or "photo" not in asked.files
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "UWAVE_L06_20260512.csv", "Sealing tests 2026 - L06.csv", "L06 2026-05-12 09-30-00.csv", "12.05.2026 L06.csv",
+        "L06_20260512_093000.csv", "260512 L06 v2.csv", "L06_093000.csv", "L06 2026-05-12 14.30.xlsx",
+        "L06_12052026.csv", "3.5.2026/L06.csv",
+    ],
+)  # fmt: skip
+def test_dates_and_times_are_no_numbers_of_a_sample(name):
+    sample = _paired("L06.jpg", name, "L060.jpg", "K12.jpg")["l06"]
+    assert name in map(str, sample.files.values())
+    assert (sample.questions, sample.awaits) == ((), ())
+
+
+@pytest.mark.parametrize(
+    ("names", "host"),
+    [
+        (("P1.jpg", "P1_2.csv"), "P1"),
+        (("L06.jpg", "L06_0007_profile.csv", "L07.jpg"), "L06"),
+        (("P1.jpg", "P1_2_2026.csv"), "P1"),
+        (("P1.jpg", "P1-12-05-2026.csv"), "P1"),
+        (("P1.jpg", "P1 2026-05.csv"), "P1"),
+        (("P1.jpg", "P1_20260512_0007.csv"), "P1"),
+        (("P1.jpg", "P1_000123.csv"), "P1"),
+        (("P1.jpg", "P1_20261399.csv"), "P1"),
+        (("12.jpg", "12_20260512.csv"), "12"),
+        (("12.jpg", "Messung 12.05.2026.csv"), "12"),
+        (("P02.jpg", "P02 xyz 7.csv", "K07.jpg"), "P02"),
+        (("P02.jpg", "P02 links.jpg", "P02 rechts.csv"), "P02"),
+        (("P1_001.jpg", "P1.csv"), "P1_001"),
+        (("A1.jpg", "A1 2.jpg", "A1 2 7.csv"), "A1 2"),
+    ],
+)
+def test_a_sheet_with_another_number_is_read_as_its_photos_but_asked_about(names, host):
+    sheet = next(name for name in names if name.endswith(".csv"))
+    sample = _paired(*names)[sample_key(host)]
+    assert str(sample.files["readings"]) == sheet
+    assert not sample.questions
+    (question,) = sample.awaits
+    assert question.startswith(f"{sheet}:")
+    assert f"Is it of {host}.jpg? If so, write {host} into the column sample" in question
+    # An answer in its row alone does not pair it; the sample, once written, does.
+    own = read_names([PurePath(sheet)], "?")[PurePath(sheet)]
+    for place, asked in (
+        (FilePlace(own.sample, "readings", answers={"unit": "mm"}), 1),
+        (FilePlace(host, "readings"), 0),
+    ):
+        again = _paired(*names, decided={(PurePath(sheet), ""): place})[sample_key(host)]
+        assert (str(again.files["readings"]), len(again.awaits)) == (sheet, asked)
+
+
+@pytest.mark.parametrize(
+    ("names", "hosts"),
+    [(("P1.jpg", "P1_1.csv", "P1_2.csv"), ("p1",)), (("A07.jpg", "A08.jpg", "A07 A08.csv"), ("a07", "a08"))],
+)
+def test_a_sample_with_several_likely_sheets_or_a_sheet_of_several_samples_waits(names, hosts):
+    samples = _paired(*names)
+    for host in hosts:
+        assert list(samples[host].files) == ["photo"]
+        assert {one.partition(":")[0] for one in samples[host].awaits} == {one for one in names if one.endswith(".csv")}
+
+
+def test_pairing_and_content_of_a_likely_sheet_are_asked_together_and_hold_its_sample(small, tmp_path):
+    lab = tmp_path / "lab"
+    (small / "P02_Messung.csv").rename(small / "P02_0007.csv")
+    edit(small / "P02_0007.csv", "[mm]", "")
+    for dry_run in (True, False):
+        ingested = ingest(small, lab, QUIET, dry_run=dry_run)
+        assert fates(ingested) == {"P01": "new", "P02": "failed"}
+    assert {fault.name for fault in Catalogue.of(lab).faults()} == {"P02"}, "by which 'lab run' leaves it out"
+    assert "column sample" in question(lab, "P02_0007.csv")
+    assert "no unit" in question(lab, "P02_0007.csv")
+    assert question(lab, "P02.png") == ""
+    answer(lab, {"P02_0007.csv": {"unit": "mm"}})
+    assert [fault.sentence.partition(":")[0] for fault in ingest(small, lab, QUIET).faults] == ["P02_0007.csv"]
+    answer(lab, {"P02_0007.csv": {"unit": "mm", "sample": "P02"}})
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "new"}
+
+
+@pytest.mark.parametrize("ending", [".lvm", ".dat", ".asc", ".prn", ".tab", ".tsv"])
+def test_a_text_table_is_a_sheet_by_its_content(small, tmp_path, ending):
+    (small / "P01.csv").rename((small / "P01.csv").with_suffix(ending))
+    (small / "binary.dat").write_bytes(bytes(range(256)))
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert fates(ingested) == {"P01": "new", "P02": "new"}
+    assert str(ingested.outcomes[0].sample.files["readings"]) == f"P01{ending}"
+
+
+NUMBERS = "P01\n5: 1.2 / 1.3\n10: 1.4 / 1.5\n15: 1.6 / 1.7\n"
+
+
+@pytest.mark.parametrize("name", ["P01.md", "P01.xyz", "P01_3.xyz", "P01_3.md"])
+def test_a_sample_without_readings_waits_for_a_text_whose_lines_may_be_some(small, tmp_path, name):
+    (small / name).write_text(NUMBERS)
+    (small / "P01.pdf").write_text("Nothing")
+    ingested = ingest(small, tmp_path / "with", QUIET)
+    assert fates(ingested)["P01"] == "new", "it has readings"
+    assert [each.file for each in ingested.left_out if "ending" in each.reason] == ["P01.pdf"]
+    (small / "P01.csv").unlink()
+    lab = tmp_path / "lab"
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "new"}
+    assert "readings" in question(lab, name)
+    assert "3 of its lines" in question(lab, name)
+    for role, fate in (("ignore", "new"), ("readings", "failed")):
+        answer(lab, {name: {"role": role, "sample": "P01"}})
+        ingested = ingest(small, lab, QUIET)
+        assert fates(ingested)["P01"] == fate
+    assert str(ingested.outcomes[0].sample.files["readings"]) == name
+
+
+def test_an_answer_that_is_wrong_is_asked_about_in_its_row(small, tmp_path):
+    lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    answer(lab, {"P01.csv": {"unit": "parsec"}, "P02_Messung.csv": {"settings": "crack.dpeth_mm = 9"}})
+    ingest(small, lab, QUIET)
+    assert "readings.unit = 'parsec'" in question(lab, "P01.csv")
+    assert "crack.dpeth_mm" in question(lab, "P02_Messung.csv")
+    assert question(lab, "P01.png") == question(lab, "P02.png") == ""
 
 
 def test_a_folder_of_one_sample_names_it():
@@ -152,6 +274,7 @@ FAULTS = (
     "line 3: no file 'gone.png'",
     "line 4: P01.csv has no sample",
     "line 6: P02.png has two rows",
+    "line 7: 'P02.stl' is not used: its ending is not read",
 )
 
 
@@ -217,6 +340,7 @@ def test_the_pairing_has_only_columns_that_are_asked_for_or_answered(small, tmp_
     [
         ("readings", f"P01.csv, line 1: 's_mm': no unit. {SET_UNIT}", ["unit"]),
         ("readings", f"P01.csv, line 1: no column of places. {ASSIGN}", ["s", "levels"]),
+        ("readings", "P01.csv: 0 mm occurs twice. Number them in a column 'repeat'.", ["repeat"]),
         ("fill", f"P01.csv, line 1: no column of masses. {ASSIGN}", ["s", "levels", "mass"]),
         ("readings", "P01.csv: 'x' [readings] quantity = \"level\" (upward), or sign in pairing.csv: up.", ["sign"]),
         ("readings", "P01.csv: two. If it is the wrong sheet, set [readings] sheet or [readings.columns] range.",
@@ -238,7 +362,9 @@ def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
     pairing = tmp_path / "pairing.csv"
     pairing.write_text(
         "file,role,sample\nP01.png,readings,P01\ngone.png,photo,P01\nP01.csv,note,\nP02.png,photo,P02\nP02.png,photo,P3\n"
+        "P02.stl,readings,P02\n"
     )
+    (small / "P02.stl").write_bytes(b"solid")
     with pytest.raises(InputError) as refusal:
         ingest(small, tmp_path / "lab", QUIET, pairing=pairing)
     for sentence, words in zip(str(refusal.value).splitlines(), FAULTS, strict=True):
