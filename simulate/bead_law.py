@@ -30,7 +30,7 @@ which they were laid. That height is not measured."""
 
 @dataclass(frozen=True)
 class Bead:
-    """Straight bead before it slumps: a bar that is ``wide`` times as wide as the thickest filament from the nozzle."""
+    """Straight bead before it slumps: a bar whose height is that of a round filament of its section over ``wide``."""
 
     length_mm: float
     section_mm2: float

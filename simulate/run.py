@@ -113,7 +113,10 @@ def ready(
 def check(
     sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle, *, seed: int, slope: SampleSlope = LEVEL
 ) -> None:
-    """Raise InputError if ``fill`` would. Makes no walls, which would take seconds."""
+    """Raise InputError for the inputs for which ``fill`` raises it.
+
+    Wall particles are not built, because that takes seconds.
+    """
     if not solver.has_particles:
         pour(sample, fluid, solver, nozzle, seed=seed, slope=slope)
         return

@@ -95,9 +95,8 @@ class Fluid(Settings):
     rows the yield stress and the logarithm of the viscosity are linear; outside the ages they are constant.
     """
     cooling: CoolingOrFile | None = None
-    """Temperature of the sealant over its age, for a curve over temperature: a CSV file, or its columns age_s and
-    temperature_c. It must stay within the curve's temperatures.
-    """
+    """Temperature of the sealant by age, as a CSV file or as its columns age_s and temperature_c. It is needed if
+    ``curve`` depends on temperature, and all its values must be within the curve's range."""
     material: MaterialOrFile | None = None
     """A material.toml of 'sealtwin material', which gives yield stress, density and, if measured, the viscosity or
     consistency_pa_s_n and flow_index. Its uncertainties are used unless [uncertainty] declares others.

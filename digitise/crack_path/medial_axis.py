@@ -65,13 +65,20 @@ def longest_line(region: NDArray[np.bool_]) -> Integers:
 
 
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:
-    """Return the path without half a width at each end. At a blunt end, a skeleton turns into a corner."""
+    """Return the path shortened by half the crack's width at each end.
+
+    At a blunt end a skeleton bends into a corner.
+    """
     back = round(float(np.median(to_rim[tuple(way.T)])))
     return way[back:-back] if 0 < 2 * back < len(way) - 1 else way
 
 
 def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
-    """Return the graph of cells and their neighbours. A link weighs its length, times the mean ``worth`` if given."""
+    """Return the graph of neighbouring cells.
+
+    The weight of a link is its length. If ``worth`` is given, the length is multiplied by the mean worth of its two
+    cells.
+    """
     row, column = cells.T + 1
     number = np.full((row.max() + 2, column.max() + 2), -1)
     number[row, column] = np.arange(len(cells))

@@ -121,7 +121,10 @@ class PathSearch:
 
     @cached_property
     def _rough(self) -> list[Integers]:
-        """Search the legs at the cost of wide cracks. They are good enough to measure the width of any crack."""
+        """Search the parts of the path between its stops with the cost function for wide cracks.
+
+        The result is good enough to measure the width of any crack.
+        """
         return self._legs(step_costs.cost_of_wide(self.field), self._stops)
 
     def _legs(self, cost: Floats, stops: Integers) -> list[Integers]:

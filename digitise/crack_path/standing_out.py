@@ -98,5 +98,5 @@ def band_px(photo: Photo, line_px: Floats, width_px: float, level: float = 0.5) 
 
 
 def is_wider(dark_px: float, width_px: float) -> bool:
-    """Return True if a dark band is too much wider than a width for both to be the same."""
+    """Return True if a dark band is so much wider than the crack's width that it cannot be the crack itself."""
     return dark_px > TWICE * width_px and dark_px - width_px > BAND_PX

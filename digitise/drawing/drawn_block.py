@@ -98,7 +98,8 @@ def drawn_crack(
         x_min, y_min, x_max, y_max = crack.bounds()
         sides = box_region((x_min - MARGIN_MM, y_min - MARGIN_MM, x_max + MARGIN_MM, y_max + MARGIN_MM))
     if np.ptp(bounds_mm := np.reshape(sides.bounds(), (2, 2)), axis=0).max() > MOST_MM:
-        raise _of_another_unit(drawing, f"the sample is {drawing.size(bounds_mm)}; at most {MOST_MM:g} mm", extent_mm)
+        what = f"the sample is {drawing.size(bounds_mm)}, but at most {MOST_MM:g} mm"
+        raise _of_another_unit(drawing, what, extent_mm)
     block = prism(sides, -depth_mm - FLOOR_MM, 0.0) - prism(crack, -depth_mm, ABOVE_MM)
     mesh = block.to_mesh64()
     vertices_mm = np.asarray(mesh.vert_properties, dtype=float)[:, :3]
@@ -114,7 +115,7 @@ def _region(drawing: Drawing, ring_mm: Floats, islands_mm: Sequence[Floats] = ()
 def _require_long(drawing: Drawing, crack_mm: Floats) -> None:
     """Raise InputError for a crack that is too short. A wrong unit may be the cause."""
     if np.ptp(crack_mm, axis=0).max() < LEAST_CRACK_MM:
-        what = f"the crack is {drawing.size(crack_mm)}; at least {LEAST_CRACK_MM:g} mm"
+        what = f"the crack is {drawing.size(crack_mm)}, but at least {LEAST_CRACK_MM:g} mm"
         raise _of_another_unit(drawing, what, crack_mm)
 
 
@@ -123,4 +124,6 @@ def _of_another_unit(drawing: Drawing, what: str, crack_mm: Floats) -> InputErro
     fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest * MM[unit] <= MOST_MM - 2 * MARGIN_MM]
     units = " or ".join(f"--units {unit}" for unit in fitting)
     remedy = f"Give {units} if it is drawn in that unit." if fitting else "Draw it to scale."
-    return InputError(f"{drawing.file}: in {drawing.unit}, {drawing.unit_source}, {what} are expected. {remedy}")
+    return InputError(
+        f"{drawing.file}: {what} are expected. The unit is {drawing.unit}, {drawing.unit_source}. {remedy}"
+    )

@@ -133,8 +133,8 @@ def _facing_alike(surface: RepairedSurface) -> RepairedSurface:
     if (torn := here == there).any():
         first = mesh_topology.near(surface.vertices_mm[surface.faces[np.argmax(torn)]].mean(axis=0))
         raise InputError(
-            f"Mesh has no inside: {int(torn.sum())} of its faces cannot all point to one side, the first {first}. "
-            "Repair it in the program that made it."
+            f"Mesh has no inside: {int(torn.sum())} of its faces cannot be turned to agree with their neighbours; the "
+            f"first is {first}. Repair it in the program that made it."
         )
     faces_on = np.bincount(here, minlength=side.max() + 1)
     turn = (faces_on[here] < faces_on[there]) | ((faces_on[here] == faces_on[there]) & (here > there))

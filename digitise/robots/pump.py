@@ -73,8 +73,9 @@ class PumpTable:
         if len(flows) and (flows.min() < low * (1 - ALIKE) or flows.max() > high * (1 + ALIKE)):
             wrong = flows.min() if flows.min() < low * (1 - ALIKE) else flows.max()
             raise InputError(
-                f"{self.name}: the path needs {wrong:.4g} mm³/s, but the pump was weighed only from {low:.4g} to "
-                f"{high:.4g}: weigh it at that flow too, or digitise with another path.speed_mm_s or path.volume_ml."
+                f"{self.name}: the path needs {wrong:.4g} mm³/s, but the pump is calibrated only from {low:.4g} "
+                f"to {high:.4g}. Calibrate it at that flow too, or digitise with another path.speed_mm_s or "
+                "path.volume_ml."
             )
         return np.where(wanted_mm3_s > 0, np.interp(wanted_mm3_s, self.given_mm3_s, self.asked_mm3_s), 0.0)
 

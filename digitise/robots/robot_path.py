@@ -149,8 +149,8 @@ def _check_rows(trajectory: Trajectory) -> None:
         raise InputError("trajectory.csv: needs two or more rows, finite numbers, and increasing t_s. Digitise again.")
     if not (trajectory.flow_mm3_s >= 0).all() or not trajectory.given_mm3.sum() > 0:
         raise InputError(
-            "trajectory.csv: flow_mm3_s must not be negative, and not 0 everywhere. Digitise again; a path without a "
-            "solid needs volume_ml."
+            "trajectory.csv: flow_mm3_s must be 0 or more in each row, and above 0 in at least one. Digitise again. A "
+            "trial with a path but without a solid needs path.volume_ml."
         )
     way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
     if not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(trajectory.t_s), rtol=1e-3, atol=1e-3):

@@ -182,7 +182,10 @@ def _face_near(brightness: Map, rough_px: Floats) -> Floats | None:
 
 
 def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -> Floats | None:
-    """Fit a line, a point and a direction, to the first places outward whose light differs from the face's."""
+    """Fit a line to the edge of the face: to the nearest points outward whose brightness differs from the face's.
+
+    Return a point and a direction.
+    """
     offset = np.arange(-reach_px, reach_px + LIMITS.step_px, LIMITS.step_px)
     share = np.linspace(0.06, 0.94, LIMITS.rows)
     foot, outward, light = light_across(brightness, rough_px, side, share, offset, cv2.BORDER_CONSTANT)

@@ -29,10 +29,11 @@ from sealtwin.core.solid_figures import WeighedCavity
 
 @dataclass(frozen=True)
 class FitLimits:
-    """Uncertainties that are not declared, steps of the fit, and limits from which a difference is reported.
+    """Uncertainties that are used if none is declared, steps of the fit, and limits of reported differences.
 
-    Each line states what its value rests on. Larger standard deviations widen the intervals; limits only add or drop a
-    finding. benchmarks/weighing.py compares the intervals with emulated fills, on which nothing was tuned.
+    The comment on each line gives the reason for its value. Larger standard deviations widen the intervals;
+    the limits only decide whether a difference is reported. benchmarks/weighing.py tests the intervals on emulated
+    fills by which no value was chosen.
     """
 
     density_sd: float = 0.002  # Relative standard deviation of the density: 10 K of water

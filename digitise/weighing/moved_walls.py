@@ -43,7 +43,7 @@ def moved_depth(depth_mm: DepthSetting, by_mm: float) -> DepthSetting:
 
 
 def shape_by_weight(shape: CrackShape, weighed: WeighedCavity) -> CrackShape:
-    """Return the shape with the depth and the angle of a weighed fill, and without the fill."""
+    """Return the shape with the depth and the wall angle that follow from the weighed fill. Its ``fill`` is None."""
     depth_mm = moved_depth(shape.depth_mm, weighed.depth_mm - shape.deepest_mm)
     angle = {"wall_angle_deg": weighed.wall_angle_deg} if shape.tilt in AGAINST_EACH_OTHER else {}
     return shape.model_copy(update={"depth_mm": depth_mm, "fill": None, **angle})

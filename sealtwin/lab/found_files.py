@@ -46,7 +46,8 @@ TITLE = re.compile(
     rf"(?:(?:{'|'.join(SAMPLE_WORDS)})\W+(?P<after>[\w.-]*\d[\w.-]*)|(?P<alone>(?=[\w-]*[^\W\d])[\w-]*\d[\w-]*))(?:\W.*)?",
     re.IGNORECASE,
 )
-"""Title of a table that may be the name of a sample without a photo: "Probe S13, links"."""
+"""Title of a table that may contain the name of a sample, such as S13 in "Probe S13, links". That sample may have no
+photo."""
 MOST_WORDS = 5  # Words of a sample's name in a title
 DIGIT = re.compile(r"\d")
 REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]")  # Remark in brackets: P-03 (von oben)

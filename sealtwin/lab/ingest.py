@@ -327,6 +327,6 @@ def write_trial(outcome: SampleOutcome, trial: Trial, source: Path, folder: Path
         path = source / raw.original
         content = read_bytes(path)
         if hashlib.sha256(content).hexdigest() != raw.sha256:
-            raise InputError(f"{path}: changed while it was taken in. Give the same command again.")
+            raise InputError(f"{path}: the file changed during the ingest. Repeat the command.")
         files.write_bytes(folder / raw.kept_as, content)
     files.write_text(folder / TRIAL, trial_text(trial))

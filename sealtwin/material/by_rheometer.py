@@ -16,8 +16,8 @@ from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, four_digits, me
 from simulate.material_file import Material
 
 SLOWEST = 1 / 30
-"""Share of the crack's shear rate below which a paste is about to rest: with n of 0.5 its viscous stress is then less
-than a fifth of that in the flow, and the yield stress decides."""
+"""Smallest shear rate that matters, divided by the crack's shear rate. At this rate, and with n = 0.5, the viscous
+stress is less than a fifth of that in the flow, so that the yield stress dominates."""
 EDGE = 0.02  # Share by which a row may be outside of the shear rates: rheometers regulate to about a percent
 THINNEST_PA_S = 0.005  # Least apparent viscosity at the largest rate; water has 0.001, resins to inject have 0.1
 STIFFEST_PA = 1e4  # Largest stress: the largest yield stress that a run takes

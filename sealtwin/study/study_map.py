@@ -137,8 +137,8 @@ def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Pr
         jobs = min(cores() if device == "cpu" else 1, len(waiting))
         time_s = sum(run.wall_s or 0.0 for run in waiting) / max(1, jobs)
         progress.note(
-            f"Computing {len(waiting)} runs again to draw how they fill, since a sweep writes no frames. This takes "
-            f"about {in_words(time_s)}."
+            f"Computing {len(waiting)} runs again to draw how the crack fills, because a sweep writes no frames. This "
+            f"takes about {in_words(time_s)}."
         )
         progress.start("Computing again", len(waiting))
         tasks = ((run, (folder.resolve(), run, device)) for run in waiting)

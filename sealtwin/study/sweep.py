@@ -377,7 +377,10 @@ def _chosen(folders: Sequence[Path], plans: Sequence[study_folder.Plan]) -> list
         for run in plan.runs:
             other_run = chosen.setdefault(run.number, (folder, run))[1]
             if other_run.key != run.key:
-                raise InputError(f"{folder}: run {run.number} has other settings or inputs than in {folders[0]}.")
+                raise InputError(
+                    f"{folder}: settings or inputs of run {run.number} differ from those in {folders[0]}. Merge "
+                    "shards of one study only."
+                )
             if other_run.state != "done" and study_folder.is_intact(folder, run):
                 chosen[run.number] = folder, run
     return [chosen[number] for number in sorted(chosen)]

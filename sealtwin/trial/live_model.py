@@ -81,9 +81,10 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
 def _widths(
     trial: Trial, outline: Outline, solid: Solid, trajectory: Trajectory
 ) -> Iterator[tuple[int, Outline, Solid, Trajectory]]:
-    """Yield each step of the mean width with its crack, solid and path. The solid's mesh does not change.
+    """Yield each step of the mean width with its crack, solid and path.
 
-    The width is fixed for a mesh, a weighed cavity and a crack with side cracks. Steps end at a width for which no
+    Only sections and block of the solid follow the width; its mesh remains that of the trial. A mesh, a weighed cavity
+    and a crack with side cracks have step 0 alone. In each direction the steps end at the first width for which no
     solid can be laid out.
     """
     from digitise.solid.build_solid import shape_as_long_as

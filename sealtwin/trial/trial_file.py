@@ -77,7 +77,7 @@ class Trial(Settings):
         if self.mesh is None and self.photo is None:
             raise ValueError("[photo] or [mesh] is missing: give one, which shows the crack")
         if self.photo is not None and self.crack is None and not self.photo.path_only:
-            raise ValueError("[crack] is missing: a photo does not show the depth of a crack")
+            raise ValueError("[crack] is missing: give its depth_mm, which a photo does not show")
         return self
 
     @model_validator(mode="after")

@@ -35,11 +35,10 @@ class Launcher:
         On a CPU one thread takes all rows of a slice, in a loop within the kernel: reading the arguments for each row
         would take up to a third of a kernel's time.
 
-        On a GPU a row has a block of ``lanes`` threads or, if the kernel's rows are ``shared``, as many threads as the
-        launcher has lanes.
+        On a GPU each row has a block of ``lanes`` threads; if the kernel's rows are ``shared``, of ``self.lanes``.
 
         The arrays among ``inputs`` may be written to later, but not replaced. Arrays of a struct may be replaced until
-        a frame is recorded, because a launch reads the struct.
+        a frame is recorded: each launch reads the struct again, but a recorded one does not.
         """
         lanes = self.lanes if shared else self._block(lanes)
         width = lanes if lanes > 1 else None

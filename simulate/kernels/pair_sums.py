@@ -1,8 +1,8 @@
-"""Device code of the inner loops: sums over a particle's neighbours. Centimetres and seconds.
+"""Device code of the inner loops: sums over a particle's neighbours, on any device. Units are cm and s.
 
-These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, many neighbours at a time; tests
-compare the two. The window of a list in the store of all lists is its ``row``. Entries after the first ``count`` are
-padding. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
+``pair_sums_cpu`` computes the same sums faster on CPUs, many neighbours at a time; tests compare the two. All lists of
+neighbours are in one array, and ``row`` is the part of it that belongs to one list. Entries after the first ``count``
+are padding. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
 """
 
 import warp as wp

@@ -15,8 +15,8 @@ from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, bu
 from simulate.vessel import whole_numbers
 
 TURN = np.arctan((np.sqrt(5) - 1) / 2)
-"""Angle by which the lattice of points is turned, from the golden ratio. It is far from simple slopes, so that no row
-of points is along an edge."""
+"""Angle by which the lattice of points is turned. Its tangent follows from the golden ratio, which is far from any
+ratio of small integers, so that no row of points is along an edge."""
 SHIFT = np.array([np.sqrt(2) - 1, np.sqrt(3) - 1])
 """Offset of the lattice from the origin, in steps. With it, a corner of the sample at the origin is not a node."""
 OFF_NODE = 1e-3

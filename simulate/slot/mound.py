@@ -34,9 +34,9 @@ def mound_mm2(
 
 
 def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
-    """Return the level in the middle of the crack minus the mean across it, (n,): a third of a parabola's height.
+    """Return the level in the middle of the crack minus the mean across it, (n,).
 
-    It is at most the height of the bed. It is 0 from the face on, because above the face paste slumps next to the
-    mouth.
+    It is a third of the height of a parabola, and at most the height of the bed. It is 0 if the bed reaches the face,
+    because paste above the face slumps next to the mouth.
     """
     return np.clip(np.minimum(height_mm, depth_mm - height_mm), 0.0, CROWN * held_mm / 3)

@@ -131,7 +131,7 @@ DRAWINGS = [
     drawn("drawn in mm, said to be in inches", lambda _, space: ring(space, at=(0, 0)),
         "unit of the drawing: mm (by --units; the drawing states inch)", "40 x 3 mm", more=" --units mm",
         unit=units.IN, code=0),
-    drawn("too large in the drawing's unit", lambda _, space: ring(space), "a.dxf: in inch, by the drawing",
+    drawn("too large in the drawing's unit", lambda _, space: ring(space), "The unit is inch, by the drawing",
         "$MEASUREMENT is metric", "1000 mm", "--units mm", unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
     drawn("metres for mm", lambda _, space: lines(space, ((0, 0), (0.06, 0))), "--units m", more=ALONG),
     drawn("in a block", in_a_block, "the layer OUTLINE has no lines to read",

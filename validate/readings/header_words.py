@@ -37,7 +37,8 @@ FACTOR = re.compile(
     rf"|(?:[/:]|(?<!\w){TIMES})\s?10+(?![0-9])|(?<![0-9.,])0[.,][0-9]+"  # /10, x 100, 0.1
     rf"|%\s?(?:of|von|de|di)?\s?{UNIT}"
 )
-"""A number next to a unit that multiplies it, or may do so. A bare 10 before mm is left to ``NUMBER_AT_UNIT``."""
+"""A number next to a unit that is, or may be, a factor of the unit: [10 mm], mm x 10. A bare 10 before mm is matched by
+``NUMBER_AT_UNIT``."""
 NUMBER_AT_UNIT = re.compile(rf"(?<![0-9.,])([0-9]+)[\s_]?{UNIT}")
 SCALED = re.compile(rf"[0-9][0-9.,]*\s?{TIMES}?\s?{UNIT}|{UNIT}\s?[/{TIMES[1:]}\s?[0-9]+")
 LONGEST_NAME = 200  # Limit on the letters of a name; in longer texts a search for a unit takes long

@@ -45,7 +45,7 @@ OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
     (b"rar!", "an archive (RAR)"),
     (b"7z\xbc\xaf", "an archive (7z)"),
 )
-"""First bytes, in lower case, of other formats that programs export under the name of a sheet."""
+"""First bytes, in lower case, of other formats that programs export with the file extension of a sheet."""
 RANGE_PART = re.compile(
     rf"(?:sheet (?P<sheet>.+?), )?(?:(?P<cells>{RANGE[1:-1]})|columns (?P<levels>.+))", re.IGNORECASE
 )

@@ -76,7 +76,7 @@ def is_missing(text: str) -> bool:
 
 
 def is_ambiguous(text: str) -> bool:
-    """Return whether the mark in a number may be decimal or a thousands separator."""
+    """Return True if the comma or point in a number may be either a decimal mark or a thousands separator."""
     return AMBIGUOUS.fullmatch(text.translate(MINUS)) is not None
 
 

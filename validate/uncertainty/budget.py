@@ -194,7 +194,10 @@ class Budget:
         return min(mean_mm, least * likely_mm), upper_mm
 
     def summary(self, curve: Curve) -> BudgetSummary:
-        """Return each component's standard uncertainty of mean level, mean error and station, as in report.json."""
+        """Return each component's standard uncertainties, as in report.json.
+
+        They are those of the mean level, of the mean error and of the level at one station.
+        """
         middle = np.sign(curve.error_mm[:-1] + curve.error_mm[1:])
         parts, missing = (
             tuple(self._part(one, curve, middle) for one in group) for group in (self.components, self.missing)

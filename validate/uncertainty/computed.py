@@ -219,10 +219,10 @@ def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) ->
 
 
 def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> list[Component]:
-    """Return the errors of the levels at k stations that are due to the numerics.
+    """Return the numerical errors of the level at each of k stations.
 
-    Volume gained or lost may shift the level everywhere, up or down, by up to ``volume_level_mm``; the fit over
-    particle sizes includes an unknown part of it.
+    They include a shift of all levels together, up or down by up to ``volume_level_mm``, for volume gained or lost. The
+    fit over particle sizes already contains an unknown part of that shift.
     """
     stations = replicates.means.shape[1]
     draws = draws_for(stations)

@@ -79,12 +79,12 @@ def passes_error(
 
 
 def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: str) -> None:
-    """Refuse a declared ``pass_mm`` that the columns of repeats, (n, r) about their station's mean, contradict.
+    """Raise InputError if the columns of repeats differ more than the declared ``pass_mm`` allows.
 
-    Under the declaration, repeats within a station could be in any order (a permutation test), plus offset, tilt and
-    bend of each pass. Columns that differ as much in at most ``FALSE_ALARM`` of all such sheets contradict it; the rate
-    is divided among the shapes. Smaller differences contradict nothing: passes need not have all three shapes. Raises
-    InputError.
+    ``residual_mm`` are the repeats minus the mean of their station, (n, r). Sheets are drawn as the declaration states
+    them: repeats are shuffled within each station (a permutation test), and each pass gets a random offset, tilt and
+    bend. The declaration is refused if at most ``FALSE_ALARM`` of these sheets have differences as large; the rate is
+    divided among offset, tilt and bend. Small differences are accepted, since a pass need not have all three.
     """
     shapes, read = shapes_of_passes(s_mm), ~np.isnan(residual_mm)
     (stations, passes), count = residual_mm.shape, shapes.shape[1]

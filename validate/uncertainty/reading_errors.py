@@ -229,9 +229,10 @@ def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS
     """Draw standard deviations of a single reading at each station, (draws, n); all rows are equally likely.
 
     Input is each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0; the seed
-    is fixed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3), so each
-    station borrows from all others, more strongly the more alike they are. Smyth fits that distribution; with a dozen
-    stations the fit is uncertain and its bands are too narrow, so here it is averaged over its posterior.
+    is fixed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3): the
+    variance of a station is moved towards those of the others, and more so if all are similar. Smyth fits that
+    distribution. With a dozen stations the fit is uncertain and gives bands that are too narrow, so here the
+    distribution is averaged over its posterior.
     """
     behind = _freedoms_behind()[:, None]
     log_level, width = _likeliest(squares_mm2, freedom)

@@ -37,7 +37,7 @@ def test_it_is_asked_for_more_where_it_gives_less(tmp_path):
 
 @pytest.mark.parametrize("wanted", [7.9, 801.0])
 def test_a_flow_that_was_not_weighed_is_refused(tmp_path, wanted):
-    with pytest.raises(InputError, match=r"pump\.csv: the path needs .* weighed only from 8 to 800"):
+    with pytest.raises(InputError, match=r"pump\.csv: the path needs .* calibrated only from 8 to 800"):
         pump(tmp_path).asked_for(np.array([0.0, wanted]))
 
 

@@ -84,8 +84,8 @@ def test_a_path_of_one_flow_is_told_from_one_of_several():
         (lambda it: replace(it, t_s=it.t_s[::-1]), "increasing t_s"),
         (lambda it: replace(it, position_mm=it.position_mm * np.nan), "finite numbers"),
         (lambda it: replace(it, **{name: getattr(it, name)[:1] for name in vars(it)}), "two or more rows"),
-        (lambda it: replace(it, flow_mm3_s=-it.flow_mm3_s), "must not be negative"),
-        (lambda it: replace(it, flow_mm3_s=0 * it.flow_mm3_s), "not 0 everywhere"),
+        (lambda it: replace(it, flow_mm3_s=-it.flow_mm3_s), "must be 0 or more"),
+        (lambda it: replace(it, flow_mm3_s=0 * it.flow_mm3_s), "above 0 in at least one"),
         (lambda it: replace(it, speed_mm_s=2 * it.speed_mm_s), "speed_mm_s "),
     ],
 )

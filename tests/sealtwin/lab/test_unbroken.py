@@ -150,5 +150,5 @@ def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, m
 
     monkeypatch.setattr(steps.SampleIntake, "keep", changing)
     ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert "P01.csv: changed while it was taken in" in ingested.outcomes[0].faults[0]
+    assert "P01.csv: the file changed" in ingested.outcomes[0].faults[0]
     assert not (tmp_path / "lab" / "P01").exists()

@@ -53,7 +53,7 @@ def test_shards_hold_each_run_once_and_a_merge_is_continued_by_a_sweep_or_anothe
 def test_what_is_no_shard_of_the_same_study_is_not_merged(shards, tmp_path):
     other = tiny_lab(tmp_path / "lab", '[grid]\n"fluid.U" = [1.0, 2.0, 3.0, 4.0]\n')
     sweep(other, tmp_path / "other", replace(HERE, shard=(2, 4), dry_run=True), Progress())
-    with pytest.raises(InputError, match="run 2 has other settings or inputs"):
+    with pytest.raises(InputError, match="inputs of run 2 differ"):
         merge([shards[1], tmp_path / "other"], tmp_path / "out")
     with pytest.raises(InputError, match=r"--out .*1: "):
         merge(shards, shards[0])
