@@ -104,7 +104,7 @@ def fluid_of(material: str) -> Fluid:
     return Fluid.model_validate({"freeze_after_s": "never", **fluid})
 
 
-def course_of(box: Box, fluid: Fluid, solver: Solver | None = None) -> tuple[Floats, Floats]:
+def course_of(box: Box, fluid: Fluid, solver: Solver | None = None, seed: int = 0) -> tuple[Floats, Floats]:
     """Return times in s and fronts in mm of a dam break, computed until one outline after the last."""
     outline_s = content()["clock"]["outline_s"]
     block = Block(
@@ -115,7 +115,7 @@ def course_of(box: Box, fluid: Fluid, solver: Solver | None = None) -> tuple[Flo
         duration_s=9.2 * outline_s,
         every_s=outline_s / 4,
     )
-    run = release(block, fluid, solver or Solver(radius_mm=box.radius_mm))
+    run = release(block, fluid, solver or Solver(radius_mm=box.radius_mm), seed=seed)
     return run.t_s, run.front_mm
 
 
