@@ -1,10 +1,10 @@
-"""Flows that others measured, computed with nothing fitted to a flow: fronts of dam breaks, and outlines from a source.
+"""Dam breaks that others measured, computed with nothing fitted to a flow.
 
-    python -m benchmarks.measured [--only fronts] [--only curves] [--only source]
+    python -m benchmarks.measured [--picture docs/images/measured.png]
 
 ``measured/measured.toml`` has the cases, their sources and licences, and the targets, written before the first run.
 The materials of the dam breaks have flow curves from a rheometer, fitted by 'sealtwin material rheometer'. One shift of
-the clock is the same in all of them. Fronts under 10 mm, outlines 4 and 6 and the flows from a source are reported.
+the clock is the same in all of them. Fronts under 10 mm and outlines 4 and 6 are reported.
 """
 
 import csv
@@ -19,8 +19,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+from typer import Option
 
-from benchmarks.table import Row, one_of, run_benchmark
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from sealtwin.material.by_rheometer import material_of_table
 from sealtwin.material.paste import PasteOnPlate
@@ -141,44 +142,80 @@ def best_shift(courses: Mapping[Box, tuple[Floats, Floats]]) -> float:
     return min(np.linspace(0.0, clock["most_outlines"], 51).tolist(), key=difference)
 
 
-def fronts() -> Iterator[Row]:
+@dataclass(frozen=True)
+class Pairs:
+    """Computed and measured fronts of the materials with a flow curve."""
+
+    boxes: Sequence[Box]
+    shift: float  # Of the clock, in outlines
+    computed_mm: Floats  # (boxes, 9) at outlines 0 to 8
+
+    @property
+    def measured_mm(self) -> Floats:
+        return np.array([box.measured_mm for box in self.boxes])
+
+    @property
+    def ratio(self) -> Floats:
+        """Computed over measured fronts at outlines 1 to 8."""
+        return self.computed_mm[:, 1:] / self.measured_mm[:, 1:]
+
+
+def pairs() -> Pairs:
     cases = boxes(with_curve())
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         courses = dict(zip(cases, pool.map(_course, cases), strict=True))
-    clock, targets = content()["clock"], content()["targets"]
     shift = best_shift(courses)
-    yield Row("shift of the clock, all cases", 1000 * shift * clock["outline_s"], "ms")
-    ratio = {box: computed_mm(course, shift)[1:] / box.measured_mm[1:] for box, course in courses.items()}
-    for box in cases:
-        for outline in clock["judged"]:
-            seen_mm = box.measured_mm[outline]
+    return Pairs(cases, shift, np.array([computed_mm(course, shift) for course in courses.values()]))
+
+
+def rows_of(fronts: Pairs) -> Iterator[Row]:
+    clock, targets = content()["clock"], content()["targets"]
+    judged = clock["judged"]
+    yield Row("shift of the clock, all cases", 1000 * fronts.shift * clock["outline_s"], "ms")
+    for box, seen_mm, front_mm in zip(fronts.boxes, fronts.measured_mm, fronts.computed_mm, strict=True):
+        for outline in judged:
             yield Row(
-                f"{box.name}, outline {outline}: {seen_mm:g} mm, computed", ratio[box][outline - 1] * seen_mm, "mm"
+                f"{box.name}, outline {outline}: {seen_mm[outline]:g} mm, computed", float(front_mm[outline]), "mm"
             )
-    least_mm = content()["boxes"]["least_front_mm"]
-    for outlines in ((8,), tuple(clock["judged"])):
-        logs = np.array([
-            np.log(ratio[box][outline - 1])
-            for box in cases
-            for outline in outlines
-            if outlines != (8,) or box.measured_mm[outline] > least_mm
-        ])  # fmt: skip
-        of = "outline 8, fronts over 10 mm" if outlines == (8,) else "outlines 4, 6 and 8, all fronts"
-        judged = outlines == (8,)
-        low, high = targets["bias"] if judged else (0.0, np.inf)
-        yield Row(f"computed over measured, {of}: bias", float(np.exp(logs.mean())), "", low, high)
-        most = targets["scatter_percent"] if judged else np.inf
-        yield Row(f"computed over measured, {of}: scatter", 100 * float(logs.std(ddof=1)), "%", 0.0, most)
-        if judged:
-            worst = 100 * float(np.abs(np.expm1(logs)).max())
-            yield Row(f"computed over measured, {of}: worst", worst, "%", 0.0, targets["worst_percent"])
+    long = fronts.measured_mm[:, -1] > content()["boxes"]["least_front_mm"]
+    at_end = np.log(fronts.ratio[long, -1])
+    of = "computed over measured, outline 8, fronts over 10 mm"
+    yield Row(f"{of}: bias", float(np.exp(at_end.mean())), "", *targets["bias"])
+    yield Row(f"{of}: scatter", 100 * float(at_end.std(ddof=1)), "%", 0.0, targets["scatter_percent"])
+    worst = 100 * float(np.abs(np.expm1(at_end)).max())
+    yield Row(f"{of}: worst", worst, "%", 0.0, targets["worst_percent"])
+    everywhere = np.log(fronts.ratio[:, [outline - 1 for outline in judged]])
+    of = "computed over measured, outlines 4, 6 and 8, all fronts"
+    yield Row(f"{of}: bias", float(np.exp(everywhere.mean())), "")
+    yield Row(f"{of}: scatter", 100 * float(everywhere.std(ddof=1)), "%")
 
 
-PARTS = {"fronts": fronts}
+def draw(fronts: Pairs, path: Path) -> None:
+    """Draw all pairs at the judged outlines, with lines at 0.9 and 1.1 times the measured front."""
+    from matplotlib import pyplot
+
+    judged = content()["clock"]["judged"]
+    figure, axes = pyplot.subplots(figsize=(6.0, 5.6), layout="constrained")
+    ends = np.array([1.5, 130.0])
+    axes.fill_between(ends, 0.9 * ends, 1.1 * ends, color="0.9", linewidth=0, label="within 10 %")
+    axes.plot(ends, ends, color="0.4", linewidth=1.0)
+    for box, seen_mm, front_mm in zip(fronts.boxes, fronts.measured_mm, fronts.computed_mm, strict=True):
+        (line,) = axes.plot(seen_mm[judged], front_mm[judged], "-o", markersize=4, label=box.name)
+        axes.plot(seen_mm[-1], front_mm[-1], "o", markersize=9, color=line.get_color(), markerfacecolor="none")
+    axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends, aspect="equal")
+    axes.set(xlabel="measured front (mm)", ylabel="computed front (mm)")
+    axes.legend(fontsize=8, loc="upper left")
+    axes.grid(color="0.9", linewidth=0.6)
+    figure.savefig(path, dpi=130)
 
 
-def main(only: Annotated[list[str] | None, one_of(PARTS)] = None) -> list[Row]:
-    return [row for name in only or PARTS for row in PARTS[name]()]
+def main(
+    picture: Annotated[Path | None, Option(help="a PNG for the plot of all pairs")] = None,
+) -> list[Row]:
+    fronts = pairs()
+    if picture is not None:
+        draw(fronts, picture)
+    return list(rows_of(fronts))
 
 
 if __name__ == "__main__":
