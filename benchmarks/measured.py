@@ -25,7 +25,7 @@ from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from sealtwin.material.by_rheometer import material_of_table
 from sealtwin.material.paste import PasteOnPlate
-from simulate.block import Block
+from simulate.block import FluidBlock
 from simulate.block_release import release
 from simulate.settings import Fluid, Solver
 
@@ -108,7 +108,7 @@ def fluid_of(material: str) -> Fluid:
 def course_of(box: Box, fluid: Fluid, solver: Solver | None = None, seed: int = 0) -> tuple[Floats, Floats]:
     """Return times in s and fronts in mm of a dam break, computed until one outline after the last."""
     outline_s = content()["clock"]["outline_s"]
-    block = Block(
+    block = FluidBlock(
         length_mm=box.length_mm,
         width_mm=content()["boxes"]["width_mm"],
         height_mm=box.height_mm,

@@ -10,7 +10,7 @@ from sealtwin.core.settings import Settings
 from sealtwin.core.shown import Shown
 
 
-class Block(Settings):
+class FluidBlock(Settings):
     """A block of fluid at rest behind a gate, and where it flows. The gate is at x = 0, the block behind it."""
 
     length_mm: float = Field(gt=0, le=2000)

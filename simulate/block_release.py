@@ -8,7 +8,7 @@ import numpy as np
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
-from simulate.block import Block, BlockRelease
+from simulate.block import BlockRelease, FluidBlock
 from simulate.device import start_warp
 from simulate.hollow import Box, Hollow
 from simulate.loose_fluid import LooseFluid, filled_box_mm, substep_s
@@ -26,22 +26,22 @@ LEAST_ACROSS = 6  # Least number of particle diameters across the shortest side 
 MOST_PARTICLES = 200_000
 
 
-def _box(block: Block) -> Box:
+def _box(block: FluidBlock) -> Box:
     half = block.width_mm / 2
     return Box((-block.length_mm, -half, 0.0), (0.0, half, block.height_mm))
 
 
-def _top_mm(block: Block, radius_mm: float) -> float:
+def _top_mm(block: FluidBlock, radius_mm: float) -> float:
     return HEADROOM * block.height_mm + 4 * radius_mm
 
 
-def closed(block: Block, radius_mm: float) -> Hollow:
+def closed(block: FluidBlock, radius_mm: float) -> Hollow:
     """Return the box behind the closed gate."""
     low, (x, y, _) = astuple(_box(block))
     return Hollow(Box(low, (x, y, _top_mm(block, radius_mm))))
 
 
-def opened(block: Block, radius_mm: float) -> Hollow:
+def opened(block: FluidBlock, radius_mm: float) -> Hollow:
     """Return the hollow without the gate."""
     (back, right, _), (_, left, _) = astuple(_box(block))
     top, end, wall = _top_mm(block, radius_mm), block.end_mm, WALL_RADII * radius_mm
@@ -59,7 +59,7 @@ def opened(block: Block, radius_mm: float) -> Hollow:
 
 
 def release(
-    block: Block,
+    block: FluidBlock,
     fluid: Fluid,
     solver: Solver,
     *,
@@ -114,7 +114,7 @@ def release(
     )
 
 
-def _outermost_mm(loose: LooseFluid, block: Block) -> float:
+def _outermost_mm(loose: LooseFluid, block: FluidBlock) -> float:
     """Return how far the fluid is from the block towards the plate's edges."""
     x, y, _ = loose.place_mm.T
     beside = float(np.abs(y).max()) - block.width_mm / 2
@@ -127,7 +127,7 @@ def _figures(loose: LooseFluid, t_s: float, whole_mm3: float) -> tuple[float, fl
     return t_s, front, loose.height_mm, loose.volume_mm3 / whole_mm3
 
 
-def _packed(block: Block, solver: Solver, seed: int, device: str) -> Floats:
+def _packed(block: FluidBlock, solver: Solver, seed: int, device: str) -> Floats:
     """Return the block's particles at rest behind the closed gate: a lattice bursts when its gate opens."""
     radius_mm, factor = solver.size_mm, solver.scheme.volume_factor
     support, frame_s = 4 * radius_mm * CM, substep_s(radius_mm)

@@ -12,7 +12,7 @@ from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Outline, Profile, Run, Sample, Solid, Trajectory
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
-from simulate.block import Block, BlockRelease
+from simulate.block import BlockRelease, FluidBlock
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 
 SEEDS = 2**31
@@ -211,7 +211,7 @@ def fill_fast(
     return SimulatedLevel(**content_of(level), escaped_particles=0, dispensed_mm3=run.dispensed_volume_mm3)
 
 
-@keywords_of(Block, SampleSlope)
+@keywords_of(FluidBlock, SampleSlope)
 def release_block(
     length_mm: float,
     width_mm: float,
@@ -257,7 +257,7 @@ def release_block(
     NumericalError
         The fluid reaches the plate's edge, or the computation fails.
     """
-    block = settings_from(Block, "release_block", locals())
+    block = settings_from(FluidBlock, "release_block", locals())
     slope = settings_from(SampleSlope, "release_block", locals())
     from simulate.block_release import release
     from simulate.device import choose_device

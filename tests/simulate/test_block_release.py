@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError, NumericalError
-from simulate.block import Block, BlockRelease
+from simulate.block import BlockRelease, FluidBlock
 from simulate.block_release import release
 from simulate.settings import SampleSlope, Solver
 from tests.fluids import sealant
@@ -16,7 +16,7 @@ PASTE = {"consistency_pa_s_n": 6.2, "flow_index": 0.5, "density_kg_m3": 1175.0}
 
 def released(fluid: dict[str, Any], radius_mm: float = 1.5, **block: Any) -> BlockRelease:
     table = {"length_mm": 20.0, "width_mm": 20.0, "height_mm": 20.0, "ahead_mm": 30.0, "duration_s": 0.3, **block}
-    return release(Block.model_validate(table), sealant(**fluid), Solver(radius_mm=radius_mm))
+    return release(FluidBlock.model_validate(table), sealant(**fluid), Solver(radius_mm=radius_mm))
 
 
 @pytest.mark.parametrize("onto", ["plate", "channel", "open"])
@@ -51,7 +51,7 @@ def test_an_open_block_spreads_to_all_sides_alike():
 
 def test_a_slope_lets_it_run_downhill():
     fluid = sealant(**PASTE, yield_stress_pa=4.0)
-    block = Block(length_mm=20, width_mm=20, height_mm=20, ahead_mm=40, duration_s=0.3)
+    block = FluidBlock(length_mm=20, width_mm=20, height_mm=20, ahead_mm=40, duration_s=0.3)
     down, up = (
         release(block, fluid, Solver(radius_mm=1.5), slope=SampleSlope(gradient_deg=angle)).front_mm[-1]
         for angle in (-15.0, 15.0)
