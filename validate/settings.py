@@ -16,7 +16,8 @@ Separator = Literal["comma", "semicolon", "tab"]
 Decimal = Literal["point", "comma"]
 Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
-Unit = Literal["mm", "cm", "m", "inch"]
+Unit = Literal["mm", "cm", "m", "µm", "inch"]
+MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
 AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction")
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
@@ -33,6 +34,11 @@ Role = Literal["calibrated-on", "held-out", "undeclared"]
 """Use of the readings. calibrated-on: the fluid was tuned on the readings, so the error is a residual and no test.
 held-out: the fluid was not tuned on them; only such readings can validate."""
 SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
+
+
+def _spelt_once(unit: Any) -> Any:
+    """Return a unit in the spelling of ``Unit``."""
+    return "µm" if unit in MICROMETRES else unit
 
 
 class Columns(Settings):
@@ -70,6 +76,8 @@ class Columns(Settings):
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
     """Height of the datum above the sample's surface, like datum_level_mm of [readings]."""
 
+    _one_spelling = field_validator("unit", mode="before")(_spelt_once)
+
 
 class Declared(Settings):
     """Facts that a sheet of readings leaves open. Nothing is guessed: a missing fact is an error that names it."""
@@ -97,6 +105,8 @@ class Declared(Settings):
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
     """Height of the datum above the sample's surface. Required if the datum is not the sample's surface: no sheet shows
     it."""
+
+    _one_spelling = field_validator("unit", mode="before")(_spelt_once)
 
     @field_validator("as_written")
     @classmethod

@@ -16,7 +16,8 @@ from sealtwin.lab.notes import NoteEntry
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.trial.quick_trial import toml_value
-from validate.readings.columns import Header, read_header, remarks_where
+from validate.readings.columns import read_header
+from validate.readings.header import Header, remarks_where
 from validate.readings.header_words import crack_depth, meaning, names_factor
 from validate.readings.read_readings import TableReader
 from validate.readings.samples import rows_of_sample, sheets_of, tables_of_readings

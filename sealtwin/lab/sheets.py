@@ -12,7 +12,7 @@ from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from sealtwin.lab.note_words import meaning_of
 from validate.readings.columns import Mass, read_header
-from validate.readings.header_words import meaning
+from validate.readings.header_words import meaning, unit_of
 from validate.readings.read_readings import TableReader
 from validate.readings.samples import read_cells
 from validate.readings.sheet import FaultList, SheetGrid, SheetRow
@@ -34,6 +34,10 @@ def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
     if _is_fill(grid):
         return "fill"
     numbers = sum(sum(map(is_a_number, row.cells)) > 1 for row in grid.rows)
+    if grid.is_note:
+        # "- 0 mm: 11.1 / 11.0" has its unit behind the place; "3 beads: 12" has no place.
+        places = [row.cell(0).text.split(" ") for row in grid.rows if row.width > 1]
+        numbers = sum(unit_of(unit) is not None for _, *units in places for unit in units) + numbers
     if numbers > 1:
         return "text" if path.suffix.lower() == ".md" else "readings"
     return "note" if grid.rows and any(map(_is_setting, grid.rows)) and all(map(_is_pair, grid.rows)) else "text"

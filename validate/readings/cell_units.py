@@ -26,7 +26,7 @@ class UnitCell(NamedTuple):
     column: int  # Column of the reading
     at: int  # Column of the unit
     written: str
-    unit: ColumnUnit | None  # None for an unsupported one, as µm or %
+    unit: ColumnUnit | None  # None for an unsupported one, as mil or %
 
 
 def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:

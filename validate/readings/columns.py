@@ -1,24 +1,15 @@
 """The header of a sheet: its rows, and its columns with direction and unit, which are read or declared."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
-from typing import Literal, get_args
+from typing import get_args
 
-from validate.readings.cell_units import (
-    UnitCell,
-    columns_of_units,
-    shown_cells,
-    unit_cells,
-    units_between,
-    units_in_cells,
-    units_row,
-)
+from validate.readings.cell_units import columns_of_units
+from validate.readings.column_units import CORRECT, ColumnUnits
+from validate.readings.header import MOST_SHOWN, Column, Header, Mass, quoted_names
 from validate.readings.header_words import (
-    GRAMS,
-    MM,
     ColumnMeaning,
-    ColumnUnit,
     Role,
     factor_in,
     is_number,
@@ -26,11 +17,9 @@ from validate.readings.header_words import (
     name_in_titles,
     names_sample,
     quantity_in,
-    ten_at_unit,
     unit_in,
-    unit_of,
-    units_named,
 )
+from validate.readings.repeats import may_be_readings, numbers_repeats
 from validate.readings.sheet import (
     BLANK,
     FaultList,
@@ -60,43 +49,6 @@ ASSIGN = (
     "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv; or [readings.columns] "
     's = "A", levels = ["B", "C"] in lab.toml or the trial.'
 )
-SET_UNIT = 'Set it: [readings] unit = "mm", or in pairing.csv.'
-SET_FILL_UNIT = 'Set it in pairing.csv: unit = mm for levels, mass = "A g" for masses.'
-CORRECT = "Correct the wrong one."
-Mass = Literal["", "g", "kg"]
-MOST_SHOWN = 12
-
-
-@dataclass(frozen=True, kw_only=True)
-class Column(ColumnMeaning):
-    index: int  # Number of the column, from 0
-    name: str
-    unit_declared: bool = False  # True if only readings.unit gives the unit
-
-
-@dataclass(frozen=True)
-class Header:
-    row: SheetRow
-    above: int  # Number of lines with content above the header
-    body: tuple[SheetRow, ...]
-    station: Column
-    readings: tuple[Column, ...]
-    repeat: Column | None
-    """Column that numbers the repeats of a long sheet, which has one reading in a row; None in a wide sheet."""
-    sample: Column | None  # Column that names the sample of each row; None in a sheet of one sample
-    skipped: tuple[Column, ...]
-    quantity: Quantity | None
-    """Direction of the readings. None if it is missing, which is a fault, as is a missing unit of a column."""
-    remarks: tuple[SheetRow, ...] = ()
-    """Rows of text about the sheet: above the header, comments, rows between readings."""
-    passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and declared ones
-    unmet: tuple[str, ...] = ()  # Declared rows to skip that do not exist
-    of_units: tuple[int, ...] = ()  # Columns, from 0, that contain the units of rows
-
-    @property
-    def read(self) -> list[Column]:
-        """Columns whose cells are read."""
-        return [one for one in (self.station, self.repeat, self.sample, *self.readings) if one is not None]
 
 
 def read_header(
@@ -136,18 +88,11 @@ class _HeaderReader:
             titles = (row.cell(0).text for row in (*self.rows[: self.first], *self.skipped))
             self.names |= {1: name} if (name := name_in_titles(titles)) else {}
         body = self.rows[self.first + header.count :]
-        below, self.other_units = units_row(body[0]) if body else ({}, {})
-        self.body, in_cells = units_in_cells(body[1:] if below else body)
-        between = units_between(header.units, self.names)
-        self.other_units |= {at: text for at, text in between.items() if unit_of(text) is None}
-        self.units = (
-            in_cells | below | {at: unit for at, text in between.items() if (unit := unit_of(text)) is not None}
-        )
+        units = ColumnUnits(grid, declared, faults, mass, self.number, self.names, header.units, body)
+        self.units, self.body = units, units.body
 
-    def _add_fault(self, finding: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
-        """Add a fault of the header, or of one of its columns."""
-        at, name = (None, None) if column is None else (column.index, column.name)
-        self.faults.add(self.grid.place(self.number, at, name), finding, remedy, value)
+    def _add_fault(self, finding: str, remedy: str, value: str | None = None) -> None:
+        self.faults.add(self.grid.place(self.number), finding, remedy, value)
 
     def _refused(self, finding: str, remedy: str, value: str | None = None) -> SheetFaults:
         return refuse(self.grid.place(self.number), finding, remedy, value)
@@ -156,39 +101,42 @@ class _HeaderReader:
         columns = self._one_table(self._columns())
         by_role = {role: [column for column in columns if column.role == role] for role in get_args(Role)}
         stations, readings, counters = by_role["station"], by_role["reading"], by_role["repeat"]
+        if self.given.levels is not None and self.given.repeat is None:
+            # Beside declared readings, a name alone makes no repeats.
+            counters, unused = self._numbering(stations, readings, by_role["sample"], counters)
+            by_role["skipped"] += [replace(column, role="skipped") for column in unused]
         # A bare "Messung" numbers the repeats if another column contains the readings; else it contains them itself.
         repeat = counters[0] if readings and len(counters) == 1 else None
         if repeat is None:
             readings += [replace(column, role="reading") for column in counters]
+        elif may_be_readings(self.body, repeat.index):
+            finding = f"column {quoted(repeat.name)} numbers repeats by its name, but contains other numbers."
+            self._add_fault(finding, f"List the columns of readings. {ASSIGN}", repeat.name)
         if not stations or not readings:
             stations, readings = self._stand_ins(stations, readings)
         else:
             self._check_unknown(columns)
         for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
             if len(twice) > 1:
-                self._add_fault(f"{_names(twice)} both name the {what}.", ASSIGN)
+                self._add_fault(f"{quoted_names(twice)} both name the {what}.", ASSIGN)
         if repeat is not None and len(readings) > 1:
-            finding = f"column {_names([repeat])} numbers repeats, but there are several columns: {_names(readings)}."
+            several = quoted_names(readings)
+            finding = f"column {quoted_names([repeat])} numbers repeats, but there are several columns: {several}."
             self._add_fault(finding, "List the columns of readings: [readings.columns] levels, or correct repeat.")
         used = [stations[0], *readings]
         if "readings" not in self.faults.open:
             self._check_numbers(readings)
-        self._check_factors(used)
-        for column in used:
-            if (word := self.other_units.get(column.index)) is not None:
-                finding = f"{quoted(word)}, below {quoted(column.name)}, is not a supported unit of length."
-                self._add_fault(finding, "List the columns of readings: [readings.columns] levels.", word)
+        self.units.check_factors(used)
+        self.units.check_supported(used)
         read = {column.index for column in used}
         skipped = [column for column in by_role["skipped"] if column.index not in read]
         taken = {column.index for column in columns} - {column.index for column in skipped}
         of_units = columns_of_units(self.names, taken, self.body)
-        beside = self._units_beside(of_units, used)
-        used = self._with_units(used, beside)
-        self._check_units_beside(used, beside)
+        used = self.units.with_units(used, of_units)
         place, at = self.grid.place(self.number), [column.index for column in used]
         body, between, passed = sorted_rows(place, self.body, at[0], at[1:], self.faults)
         remarks = [*self.rows[: self.first], *self.skipped, *between, *common_lines(self.grid, self.given.range)]
-        self._check_units_of_remarks(remarks, used)
+        self.units.check_remarks(remarks, used)
         cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
         return Header(
             row=SheetRow(self.number, cells),
@@ -206,13 +154,22 @@ class _HeaderReader:
             of_units=tuple(of_units),
         )
 
+    def _numbering(
+        self, stations: list[Column], readings: list[Column], samples: list[Column], counters: list[Column]
+    ) -> tuple[list[Column], list[Column]]:
+        """Return the columns that number the repeats of the only column of readings, and the other ``counters``."""
+        place = [column.index for column in (*stations[:1], *samples)]
+        is_long = len(readings) == 1 and stations
+        good = [one for one in counters if is_long and numbers_repeats(self.body, place, one.index)]
+        return good, [one for one in counters if one not in good]
+
     def _stand_ins(self, stations: list[Column], readings: list[Column]) -> tuple[list[Column], list[Column]]:
         """Return the likeliest stations and readings of a table that names no such columns, and add a fault.
 
         Raises the fault if no columns come into question, or if no stand-in is wanted.
         """
         fault = self._without(stations)
-        at = [column.index for column in self.unknown if column.index not in self.other_units]
+        at = [column.index for column in self.unknown if column.index not in self.units.others]
         likely = likely_columns(self.body, at, with_station=not stations)
         by_index = {column.index: replace(column, **vars(_by_parts(column.name))) for column in self.unknown}
         if likely.station is not None:
@@ -234,7 +191,7 @@ class _HeaderReader:
         """Return the error on a header without a column of stations or of readings."""
         along = "places along the crack (s)" if self.mass is None else "masses"
         which = f"no column of {along}" if not stations else "no column of readings"
-        beside = f" besides {_names(stations)}" if stations else ""
+        beside = f" besides {quoted_names(stations)}" if stations else ""
         if (line := _line_by_blanks(self.rows, self.grid.separator)) is not None:
             finding = f"{which}{beside}: its columns are separated by blanks only, as in {quoted(line)}."
             return self._refused(finding, "Save it with semicolons or tabs between the columns, or as XLSX.")
@@ -282,14 +239,13 @@ class _HeaderReader:
         columns, unknown = list[Column](), list[Column]()
         cells = [(at, cell) for row in self.body for at, cell in enumerate(row.cells)]
         numeric = {at for at, cell in cells if is_a_number(cell) or cell.kind == "formula"}
-        others = declared | ({"repeat"} if "reading" in declared and self.given.repeat is None else set())
         taken_as: dict[Role, Role] = {"mass": "station", "station": "skipped"} if fill else {"mass": "skipped"}
         for at in sorted({*self.names, *roles, *numeric}):
             name = self.names.get(at, "")
             what = roles.get(at) or meaning(name)
             if what is not None and at not in roles:
                 what = replace(what, role=taken_as.get(what.role, what.role))
-                what = ColumnMeaning("skipped", what.unit) if what.role in others else what
+                what = ColumnMeaning("skipped", what.unit) if what.role in declared else what
             if what is None and ("reading" in declared or at not in numeric):
                 # A column of words has no readings, and if readings are declared, no other column has.
                 what = ColumnMeaning("skipped")
@@ -328,39 +284,18 @@ class _HeaderReader:
     def _check_numbers(self, readings: Sequence[Column]) -> None:
         """Add a fault for columns of readings without a number (one may be the mean), or with the same number."""
         if len(readings) > 1 and self.given.levels is None and all(names_sample(column.name) for column in readings):
-            finding = f"{_names(readings)}: columns of several samples, or repeats of one?"
+            finding = f"{quoted_names(readings)}: columns of several samples, or repeats of one?"
             self._add_fault(finding, f"List the columns of this sample. {ASSIGN}", readings[0].name)
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
-                finding = f"{_names(columns)}: no repeat number, but there are {len(readings)} columns of readings."
+                finding = (
+                    f"{quoted_names(columns)}: no repeat number, but there are {len(readings)} columns of readings."
+                )
                 remedy = f"One of them may be a mean: list only the repeats as levels. {ASSIGN}"
                 self._add_fault(finding, remedy, columns[0].name)
             elif len(columns) > 1:
-                self._add_fault(f"repeat {label} occurs twice: {_names(columns)}.", ASSIGN, columns[1].name)
-
-    def _check_factors(self, columns: Sequence[Column]) -> None:
-        """Add a fault for each number next to a unit that may be a factor, or the resolution of the readings."""
-        if "unit" in (self.declared.as_written or ()):
-            return
-        numbers = {ten_at_unit(name) for name in self.names.values()}
-        labels = {what.number for name in self.names.values() if (what := meaning(name)) is not None}
-        for column in columns:
-            # 10 is the number of a repeat if there is a ninth, and 1/10 if there is 2/10.
-            ten = ten_at_unit(column.name)
-            alone = ten is not None and ten - 1 not in numbers and f"{ten - 1}" not in labels
-            of_many = column.number is not None and f"2-{column.number.partition('-')[2]}" in labels
-            factor = column.factor if not of_many else None
-            if factor is None and alone and column.role == "reading":
-                factor = f"{ten}"
-            if factor is not None:
-                finding = f"{quoted(column.name)}: {quoted(factor)} may be a factor of the unit, or the resolution."
-                remedy = (
-                    "Write [1/10 mm] or [1/100 mm] for readings in tenths or hundredths, and a unit without a number "
-                    'for readings in that unit; if the number is no factor, set readings.as_written = ["unit"].'
-                )
-                place = self.grid.place(self.number, column.index)
-                self.faults.add(place, finding, remedy, factor)
+                self._add_fault(f"repeat {label} occurs twice: {quoted_names(columns)}.", ASSIGN, columns[1].name)
 
     def _quantity(self, readings: Sequence[Column]) -> Quantity | None:
         declared = self.declared.quantity
@@ -379,100 +314,10 @@ class _HeaderReader:
         elif nameless and declared is None:
             self.faults.open.add("quantity")
             self._add_fault(
-                f"{_names(nameless)}: nothing states whether readings count upward or downward.",
+                f"{quoted_names(nameless)}: nothing states whether readings count upward or downward.",
                 'Set [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
             )
         return quantity
-
-    def _units_beside(self, of_units: Sequence[int], used: Sequence[Column]) -> list[UnitCell]:
-        """Return the units of single cells: in the columns ``of_units``, and in number formats."""
-        station, *readings = (column.index for column in used)
-        without = [column.index for column in used[1:] if column.unit is None and column.index not in self.units]
-        beside = unit_cells(self.body, of_units, {station}, readings, without)
-        return [*beside, *shown_cells(self.body, self.grid.shown_units, [station, *readings])]
-
-    def _with_units(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> list[Column]:
-        """Return stations and readings with their units: from names, unit rows and cells, else the declared unit."""
-        declared = self.declared.unit
-        if declared is None:
-            nameless = {column.index for column in used if column.unit is None}
-            self.units = {at: one for at, one in self._common(beside).items() if at in nameless} | self.units
-        if self.mass is None:
-            used = self._in_unit(used, declared)
-        else:
-            used = [*self._in_unit(used[:1], self.mass or None), *self._in_unit(used[1:], declared)]
-        factors = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
-        nameless = [column for column, units in zip(used, factors, strict=True) if column.unit not in units]
-        if nameless:
-            self.faults.open.add("unit")
-        nameless = [column for column in nameless if column.index not in self.other_units]
-        # Stand-ins that differ may not all be the columns that are meant.
-        if "readings" in self.faults.open and set(used[1:]) - set(nameless):
-            nameless = [column for column in nameless if column == used[0]]
-        if "station" in self.faults.open and set(used[1:]) - set(nameless):
-            nameless = [column for column in nameless if column != used[0]]
-        if nameless:
-            self._add_fault(f"{_names(nameless)}: no unit.", SET_UNIT if self.mass is None else SET_FILL_UNIT)
-        return used
-
-    def _in_unit(self, columns: Sequence[Column], declared: ColumnUnit | None) -> list[Column]:
-        whole = all(column.unit or column.index in self.units for column in columns)
-        with_units = []
-        for column in columns:
-            own = [unit for unit in (column.unit, self.units.get(column.index)) if unit is not None]
-            units = [*own, declared] if declared is not None and (whole or not own) else own
-            if len(set(units)) > 1:
-                finding = f"{' and '.join(units)}: the header, units below it and readings.unit differ."
-                self._add_fault(finding, CORRECT, column=column)
-            with_units.append(replace(column, unit=units[0] if units else None, unit_declared=bool(units) and not own))
-        return with_units
-
-    def _common(self, beside: Sequence[UnitCell]) -> dict[int, ColumnUnit]:
-        """Return the unit of each column whose numbers all have the same unit next to them."""
-        common: dict[int, ColumnUnit] = {}
-        for at in {one.column for one in beside}:
-            units: list[ColumnUnit | None] = [one.unit for one in beside if one.column == at]
-            numbers = sum(is_a_number(row.cell(at)) for row in self.body)
-            if units[0] is not None and len(set(units)) == 1 and len(units) >= numbers:
-                common[at] = units[0]
-        return common
-
-    def _check_units_beside(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> None:
-        """Add a fault for each row whose unit differs from that of its column."""
-        by_index = {column.index: column for column in used}
-        for one in beside:
-            column = by_index[one.column]
-            if one.unit == column.unit and one.unit is not None:
-                continue
-            value = one.row.cell(one.column).text
-            remedy = "Write the whole column in one unit, that of its header and of readings.unit."
-            if one.written == "%":
-                finding = (
-                    f"{quoted(value)} has the format of percentages, and is displayed as {float(value) * 100:.12g} %."
-                )
-                remedy = "Format the column as numbers, and check the readings."
-            else:
-                at = f"column {letters(one.at)}" if self.grid.turned is None else self.grid.name_of(one.at)
-                by = "the format of the number" if one.at == one.column else at
-                other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
-                if one.unit is None:
-                    other = "which is not a supported unit of length"
-                finding = f"{quoted(value)} is in {quoted(one.written)} according to {by}, {other}."
-            self.faults.add(self.grid.place(one.row.number, one.column, column.name), finding, remedy, value)
-
-    def _check_units_of_remarks(self, remarks: Sequence[SheetRow], used: Sequence[Column]) -> None:
-        """Add a fault for a line above or below the table that names another unit than the columns have."""
-        of_columns = {column.unit for column in used}
-        for row in remarks:
-            text = " ".join(cell.text for cell in row.cells if cell.text)
-            named = units_named(text)
-            if named and not named & (of_columns - {None}) and any(of_columns):
-                finding = f"{quoted(text)}, but the columns are in {' and '.join(sorted(filter(None, of_columns)))}."
-                self.faults.add(self.grid.place(row.number), finding, "Correct this line, a header or readings.unit.")
-
-
-def _names(columns: Sequence[Column]) -> str:
-    return ", ".join(quoted(column.name) for column in columns[:MOST_SHOWN])
 
 
 def _by_parts(name: str) -> ColumnMeaning:
@@ -482,12 +327,8 @@ def _by_parts(name: str) -> ColumnMeaning:
 
 def _line_by_blanks(rows: Sequence[SheetRow], separator: str | None) -> str | None:
     """Return a sample line of a text if most lines are numbers separated only by blanks; else None."""
-    lines = [(separator or "").join(cell.text for cell in row.cells[: row.width]) for row in rows]
+    # A tab separates columns, though it is a blank.
+    mark = ";" if separator == "\t" else separator or ""
+    lines = [mark.join(cell.text for cell in row.cells[: row.width]) for row in rows]
     divided = [line for line in lines if len(line.split()) > 1 and all(map(is_number, line.split()))]
     return divided[0] if separator is not None and 1 < len(divided) > len(lines) / 2 else None
-
-
-def remarks_where(header: Header, condition: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
-    """Return the rows and texts of the remarks that satisfy a condition."""
-    texts = ((row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text)
-    return [(row, text) for row, text in texts if condition(text)]

@@ -16,13 +16,24 @@ Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
 row's sample. "skipped": notes, other quantities, or figures calculated from readings."""
 
 ColumnUnit = Unit | Literal["g", "kg", "1/10 mm", "1/100 mm"]
-MM: dict[ColumnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "1/10 mm": 0.1, "1/100 mm": 0.01}
+MM: dict[ColumnUnit, float] = {
+    "mm": 1.0,
+    "cm": 10.0,
+    "m": 1000.0,
+    "µm": 0.001,
+    "inch": 25.4,
+    "1/10 mm": 0.1,
+    "1/100 mm": 0.01,
+}
 GRAMS: dict[ColumnUnit, float] = {"g": 1.0, "kg": 1000.0}
 UNITS: dict[str, ColumnUnit] = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
 INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
 """The unit "in", in brackets or at the end; elsewhere "in" is a preposition."""
 UNIT_AT_END = re.compile(r"(?:[\[(/_,]|\s)\s*([^\W\d_]+|\")\s*[\])]?\s*$")
 IN_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]")
+BRACKETED = re.compile(r"\[\s*([^\W\d_]{1,12})\s*\]|(?:\(|/\s*)\s*([^\W\d_]{1,12})\s*\)?\s*$")
+"""Word in square brackets, or in round ones or behind a slash at the end of a name."""
+LONGEST_ABBREVIATION = 3  # Letters of a word in round brackets that is more likely a unit than a remark
 UNIT = r"(?:(?:{})(?![^\W\d_])|\")".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
 LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
 DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
@@ -46,6 +57,7 @@ WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 NAME = re.compile(r"[^\W_]+")
 COLUMNS = {role: frozenset(words.split()) for role, words in WORDS["columns"].items()}
 STATION, REPEAT, VALUE, COUNTER = (COLUMNS[role] for role in ("station", "repeat", "value", "counter"))
+AXIS, COORDINATE, ALONG = (COLUMNS[role] for role in ("axis", "coordinate", "along"))
 DOWNWARD, HEIGHT, SAMPLE, CALCULATED = (COLUMNS[role] for role in ("downward", "height", "sample", "calculated"))
 SKIPPED = CALCULATED | COLUMNS["notes"] | COLUMNS["other"]
 DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
@@ -55,13 +67,24 @@ OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("besi
 ALL_WORDS = frozenset[str]().union(*COLUMNS.values())
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
 """A direction in several words, such as "nach unten"."""
-ZERO_OF_READINGS, FACE, OF_FACTOR = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor"))
+ZERO_OF_READINGS, FACE, OF_FACTOR, CHECKED, ON = (
+    frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor", "checked", "on")
+)
 NUMBERED_SAMPLE = re.compile(rf"\b(?:{'|'.join(SAMPLE)})\W*(?:(?:{'|'.join(COUNTER)})\b\W*)?[^\W\d_]{{0,3}}\W?[0-9]")
 CRACK_DEPTH = re.compile(WORDS["crack_depth"]["sure"].replace("\n", ""))
 CRACK, SEALANT = (frozenset(WORDS["crack_depth"][key].split()) for key in ("crack", "sealant"))
 NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
 CODE = re.compile(r"[^\W\d_]\S*\d\S*|\d{1,4}[./-]\d{1,2}[./-](\d{2,4})?")  # S14, or a date
+PREPOSITIONS = ("in", "um")  # Also units
+TITLE_PARTS = re.compile(r"[,;:()|]|\s[-\u2013\u2014]\s(?!=)")
+NEGATIVE_IS = re.compile(r"(?:[-\u2212\u2013]|\bminus)\s*(?:=|is\b|ist\b)", re.IGNORECASE)
+"""Explanation of the minus sign, which may turn the direction of a name: "level (- = above)"."""
+MINUSES = ("-", "\u2212", "\u2013", "minus")
+SIGN_OF_TITLE = re.compile(
+    r"(?P<sign>[-+\u2212\u2013]|plus|minus)\s*(?:=|is|ist|means|heisst)\s*(?P<words>.+)", re.IGNORECASE
+)
+"""Part of a title that explains a sign, such as "+ = proud"."""
 COMMENT = re.compile(r"(#(?!(?:[A-Z\u00c0-\u00dd/0\u00a1]+[!?]|N/?[AVD])$)|//|%%)")
 """Beginning of a comment; #DIV/0! is an error of a spreadsheet."""
 
@@ -80,7 +103,7 @@ def meaning(name: str) -> ColumnMeaning | None:
     """Return the meaning of a column's name, or None if any of its words is unknown: nothing is guessed."""
     if len(name) > LONGEST_NAME:
         return None
-    if NEGATED.match(name):
+    if NEGATED.match(name) or NEGATIVE_IS.search(name):
         return None
     plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", _plain(name))
     dial = _dial_unit(plain)
@@ -104,6 +127,8 @@ def meaning(name: str) -> ColumnMeaning | None:
     factor = factor_in(name)
     if words & MASS:
         return ColumnMeaning("mass", unit, factor=factor or _number_at_unit(plain))
+    if _names_axis(words, unit):
+        words = words - AXIS - COORDINATE | {"s"}
     if words & STATION:
         is_station = words <= STATION | OF_STATION and (not numbers or factor or _number_at_unit(plain))
         return ColumnMeaning("station", unit, factor=factor or _number_at_unit(plain)) if is_station else None
@@ -120,6 +145,13 @@ def meaning(name: str) -> ColumnMeaning | None:
     bare = quantity is None and unit is None and not numbers
     counts = bare and (words & COUNTER or not words & VALUE)
     return ColumnMeaning("repeat" if counts else "reading", unit, quantity, "-".join(numbers) or None, factor)
+
+
+def _names_axis(words: set[str], unit: ColumnUnit | None) -> bool:
+    """Return whether words name places otherwise than by a word for them: x / mm, X_Value, along the crack."""
+    if words & AXIS:
+        return words <= AXIS | COORDINATE | OF_STATION and (bool(words & COORDINATE) or unit in MM)
+    return bool(words & ALONG and words & CRACK) and words <= OF_STATION
 
 
 def names_sample(name: str) -> bool:
@@ -194,6 +226,21 @@ def names_unit(name: str) -> bool:
     return bool(OF_UNITS & set(WORD.findall(plain_letters(name[:LONGEST_NAME]))))
 
 
+def unknown_unit(name: str) -> str | None:
+    """Return the word in brackets, or behind a slash, that must be a unit but is none that is read; else None."""
+    texts = [(one or other, bool(one)) for one, other in BRACKETED.findall(name[-LONGEST_NAME:])]
+    for text, is_square in texts:
+        word = plain_letters(text).strip()
+        if word in OTHER_UNITS or ((is_square or len(word) <= LONGEST_ABBREVIATION) and word not in ALL_WORDS):
+            return None if unit_of(text) is not None else text.strip()
+    return None
+
+
+def names_other_unit(name: str) -> bool:
+    """Return whether a name has a unit of length that is not read, such as [mil], which no answer turns into mm."""
+    return plain_letters(unknown_unit(name) or "") in OTHER_UNITS
+
+
 def units_named(text: str) -> set[ColumnUnit | None]:
     """Return the units that a remark names, such as "Einheit: Zoll" or "all values in cm".
 
@@ -208,9 +255,9 @@ def units_named(text: str) -> set[ColumnUnit | None]:
     if words & OF_UNITS and factor_in(text) is not None:
         return {None}
     parts = [part for part in re.split(r"[\s:;=,()\[\]]+", plain) if part]
-    # Without a word for "unit" before them, M and G are initials, and "in" is a preposition.
+    # Without a word for "unit" before them, M and G are initials, and "in" and "um" are prepositions.
     last = parts[-1:] if words & OF_UNITS else []
-    candidates = [part for part in parts if len(part.strip(".")) > 1 and part != "in"] + last
+    candidates = [part for part in parts if len(part.strip(".")) > 1 and part not in PREPOSITIONS] + last
     if not words & OF_UNITS:
         # A unit after a number belongs to the number.
         candidates = [
@@ -256,10 +303,42 @@ def name_in_titles(titles: Iterable[str]) -> str | None:
 
     Words for the sample, which have a digit, and dates are left out. A number alone may be the depth of the crack.
     """
-    bare = {" ".join(word for word in title.split() if not CODE.fullmatch(word)).strip("#*_:,. ") for title in titles}
+    titles = [title for title in titles if factor_in(title) is None]
+    bare = {_unmistakable(" ".join(word for word in title.split() if not CODE.fullmatch(word))) for title in titles}
     meanings = {name: what for name in bare if (what := meaning(name)) is not None}
     names = [name for name, what in meanings.items() if what == ColumnMeaning("reading", what.unit, what.quantity)]
     return names[0] if len(names) == 1 else None
+
+
+def _unmistakable(title: str) -> str:
+    """Return a title without a part that is beside the point, such as "mobile" in "Tiefe ab Oberkante in mm, mobile".
+
+    A part of unknown words may be left out only if the rest names a direction and the face from which it counts. A part
+    such as "+ = proud" must agree with that direction.
+    """
+    title = title.strip("#*_:,. ")
+    parts = [part.strip(" .") for part in TITLE_PARTS.split(title[:LONGEST_NAME]) if part.strip(" .")]
+    signs = [(part, match) for part in parts if (match := SIGN_OF_TITLE.fullmatch(part)) is not None]
+    rest = [part for part in parts if part not in {sign for sign, _ in signs} and not _is_beside_the_point(part)]
+    name = ", ".join(rest)
+    what = meaning(name)
+    if len(rest) == len(parts) or what is None or what.quantity is None or what.number or what.factor:
+        return title
+    if len(rest) + len(signs) < len(parts) and not set(WORD.findall(plain_letters(name))) & FACE:
+        return title
+    for _, match in signs:
+        way = quantity_in(match["words"])
+        is_plus = match["sign"] not in MINUSES
+        if way is None or (way == what.quantity) != is_plus:
+            return ""
+    return name
+
+
+def _is_beside_the_point(part: str) -> bool:
+    """Return whether a part of a title has only unknown words."""
+    words = set(WORD.findall(plain_letters(part)))
+    others = ALL_WORDS | UNITS.keys() | OTHER_UNITS | ZERO_OF_READINGS | FACE | OF_FACTOR | {"in"}
+    return all(word.isalpha() for word in words) and not words & others
 
 
 def is_number(text: str) -> bool:
@@ -273,8 +352,15 @@ def holds_no_number(text: str) -> bool:
 
 def names_other_zero(text: str) -> bool:
     """Return whether a remark mentions a zero point in other words than those for the sample's face."""
-    words = set(NAME.findall(plain_letters(text[: 5 * LONGEST_NAME])))
-    return bool(words & ZERO_OF_READINGS) and not (words & FACE and words <= ZERO_OF_READINGS | FACE | OF_FACE)
+    listed = NAME.findall(plain_letters(text[: 5 * LONGEST_NAME]))
+    words = set(listed)
+    if not words & ZERO_OF_READINGS or (words & FACE and words <= ZERO_OF_READINGS | FACE | OF_FACE):
+        return False
+    # "zero checked on face", but not "zero on caliper face".
+    on = next((at for at in range(len(listed) - 1, 0, -1) if listed[at] in ON), 0)
+    before, behind = set(listed[:on]), set(listed[on + 1 :])
+    is_face = bool(behind & FACE) and behind <= FACE | OF_FACE
+    return not (is_face and before <= ZERO_OF_READINGS | CHECKED | OF_FACE)
 
 
 def names_factor(text: str) -> bool:

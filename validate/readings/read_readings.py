@@ -13,12 +13,14 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.readings.columns import Column, Header, read_header
+from validate.readings.columns import read_header
 from validate.readings.crack_limits import CrackLimits
+from validate.readings.header import Column, Header
 from validate.readings.header_words import GRAMS, MM
+from validate.readings.repeats import likely_repeat
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells, cell_name
-from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
+from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
 from validate.readings.stations import Reading, Station, cells_of, level_mm
 from validate.readings.table_rows import upright
 from validate.readings.text_table import (
@@ -387,8 +389,20 @@ class TableReader:
             station.readings |= row.readings
         return list(stations.values())
 
+    def _likely_repeat(self) -> Column | None:
+        header = self.header
+        place = [column.index for column in (header.station, header.sample) if column is not None]
+        by_index = {column.index: column for column in header.skipped}
+        likely = likely_repeat(header.body, place, list(by_index)) if len(header.readings) == 1 else None
+        return None if likely is None else by_index[likely]
+
     def _check_neighbours(self, stations: list[Station]) -> None:
         """Add a fault for each pair of neighbouring stations that are equal, or closer than a caliper resolves."""
+        remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
+        if (column := self._likely_repeat()) is not None:
+            letter = letters(column.index)
+            answer = f'repeat = {letter} in pairing.csv, or [readings.columns] repeat = "{letter}"'
+            remedy = f"If column {letter} ({shown(column.name)}) numbers the repeats, answer {answer}."
         for before, station in pairwise(stations):
             s_mm = f"{station.s_mm:.12g}"
             if station.s_mm - before.s_mm >= CLOSEST_MM * (1 - 1e-9):
@@ -398,7 +412,6 @@ class TableReader:
             )
             if station.s_mm == before.s_mm:
                 finding = f"{s_mm} mm occurs twice, first in row {before.row.number}."
-            remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
             self.faults.add(self._place(station.row, self.header.station), finding, remedy, s_mm)
 
     def _place(self, row: SheetRow, column: Column) -> Place:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from sealtwin.core.errors import InputError, as_text
 from validate.readings.cell_units import columns_of_units, unit_cells
-from validate.readings.columns import Column, Header, read_header
+from validate.readings.columns import read_header
+from validate.readings.header import Column, Header
 from validate.readings.header_words import crack_depth, meaning, names_sample, sample_key
 from validate.readings.sheet import (
     SAVE_AGAIN,

@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -101,8 +101,15 @@ def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
         unmet = {key: one for key, one in unmet.items() if key not in named}
         # "#5" before numbers may be the name of a row, or a commented-out row: it stays, so that it is a fault.
         comment = first.kind == "text" and is_comment(first.text) and sum(map(is_a_number, row.cells)) < 2
+        comment = comment and not _counts_repeats(row)
         (skipped if named or comment else rows).append(row)
     return TableRows(rows, skipped, list(unmet.values()))
+
+
+def _counts_repeats(row: SheetRow) -> bool:
+    """Return whether a row consists of the names #1, #2 and so on."""
+    texts = [cell.text for cell in row.cells if cell != BLANK]
+    return len(texts) > 1 and texts == [f"#{number}" for number in range(1, len(texts) + 1)]
 
 
 def first_cell(row: SheetRow) -> SheetCell | None:
@@ -140,20 +147,57 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         # Of equals, prefer names of repeats below, then fewer rows, then the first; units are in a row of their own.
         return hits, *likeness, above, len(header) > 1 and _names_repeats(header[-1]), -len(named), -first
 
-    best = max(_candidates(rows, merged, given.header_rows), key=key, default=(0, ()))
+    candidates = list(_candidates(rows, merged, given.header_rows))
+    begin = _first_numbers(rows, given)
+    if begin is not None:
+        higher = [one for one in candidates if one[0] + len(one[1]) <= begin]
+        candidates = [one for one in higher if _ends_at(one, rows, begin)]
+        candidates = candidates or [one for one in higher if any(key(one)[1:4])]
+    best = max(candidates, key=key, default=(begin or 0, ()))
     hits, *likeness = key(best) if best[1] else (0, *_likeness({}), False)
     above = likeness[5]
     if not hits and given.header_rows is not None and not (any(likeness[:3]) or above):
         best = 0, rows[: given.header_rows]
-    elif not hits and not any(likeness[:3]) and len(lettered := columns_named({}, given.s or "")) == 1:
-        # All columns are given by letters: readings begin at the first number in the column of stations.
-        first = next((at for at, row in enumerate(rows) if is_a_number(row.cell(lettered[0]))), 0)
-        if not (above and best[0] + len(best[1]) == first):
-            best = max(0, first - 1), rows[max(0, first - 1) : first]
-    elif not hits and best[1] and not any(likeness[:4]) and sum(map(is_a_number, best[1][0].cells)) > 1:
+    elif begin is None and not hits and not any(likeness[:4]) and _begins_with_numbers(best[1]):
         best = best[0], ()  # The sheet begins with readings.
     named, units = _without_units(best[1])
     return HeaderRows(best[0], len(best[1]), _joined(named, merged), units)
+
+
+def _begins_with_numbers(header: Sequence[SheetRow]) -> bool:
+    return bool(header) and sum(map(is_a_number, header[0].cells)) > 1
+
+
+def _first_numbers(rows: Sequence[SheetRow], given: Columns) -> int | None:
+    """Return the index of the row at which the numbers of given columns begin; None if s is not given by a letter.
+
+    Two rows of numbers are needed, since one may be a particular of the sheet.
+    """
+    lettered = columns_named({}, given.s or "")
+    named = {plain_name(cell.text) for row in rows[:MOST_LINES_ABOVE] for cell in row.cells}
+    if len(lettered) != 1 or (given.s and not given.s.isupper() and plain_name(given.s) in named):
+        return None
+    levels = {at for level in given.levels or () for at in columns_named({}, level)} - {lettered[0]}
+    along = [_has_number(row, lettered) for row in rows]
+    both = [is_along and _has_number(row, levels) for is_along, row in zip(along, rows, strict=True)]
+    starts = [at for at in range(len(rows)) if all(both[at : at + 2])] or [at for at, one in enumerate(along) if one]
+    if not starts:
+        return None
+    # Readings of the first station may be unreadable.
+    return next((at for at in range(starts[0], 0, -1) if not along[at - 1]), 0)
+
+
+def _has_number(row: SheetRow, columns: Iterable[int]) -> bool:
+    return any(is_a_number(row.cell(at)) or row.cell(at).kind == "formula" for at in columns)
+
+
+def _ends_at(candidate: tuple[int, Sequence[SheetRow]], rows: Sequence[SheetRow], begin: int) -> bool:
+    """Return whether a header ends where numbers begin. Units, or a remark in one cell, may be between them."""
+    first, header = candidate
+    end = first + len(header)
+    filled = {at for row in header for at, cell in enumerate(row.cells) if cell != BLANK}
+    between = (is_units_row(row) or sum(cell != BLANK for cell in row.cells) == 1 for row in rows[end:begin])
+    return end <= begin and len(filled) > 1 and all(between)
 
 
 def header_of_note(rows: Sequence[SheetRow]) -> HeaderRows | None:

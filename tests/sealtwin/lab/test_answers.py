@@ -195,6 +195,8 @@ def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small,
         ("Tiefe 16 mm, am Rand mehr\n", "text"),
         ("Am 3.5. gemessen, 3 Fotos, 2 Proben\n", "text"),
         ("", "text"),
+        ("A02 level, mm (+ = proud)\n\n- 0 mm: 11.1 / 11.0 / +1.2\n- 5 mm: 1.1 / 1.0 / 1.2\n", "readings"),
+        ("Plan\n3 beads: 12\n4 beads: 13\n5 beads: 13\n", "text"),
     ],
 )
 def test_a_text_is_told_by_what_it_holds(tmp_path, text, kind):

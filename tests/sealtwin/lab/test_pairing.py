@@ -12,7 +12,8 @@ from sealtwin.lab.found_files import FilePlace, Piece, read_name, read_names
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import pair, place_files, possible_answers
 from tests.labs import QUIET, answer, edit, fates
-from validate.readings.columns import ASSIGN, SET_UNIT
+from validate.readings.column_units import SET_UNIT
+from validate.readings.columns import ASSIGN
 from validate.readings.samples import sample_key
 
 SPELLINGS = {

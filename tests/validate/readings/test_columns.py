@@ -23,7 +23,13 @@ BESIDE = "s_mm,depth_mm,,s_mm,depth_mm\n0,1,,0,5\n5,2,,5,6\n"
 TITLED = "Probe S11;;Prüfer A. Meier\nDatum;12.3.2026;Mittel\n{}0;1,5;1,6;1,5\n5;2;2,1;2\n"
 THREE_ROWS = TITLED.format("Abstand;Tiefe ab OK;;Mittel\n{};;[mm]\n;1;2;\n")
 UNKNOWN_ROWS = TITLED.format("x;Füllung;;\nmm;mm;;\n;1;2;3\n")
-LOGGED = "Operator\tLab\nTime\t14:02:11.5\nX_Value\tDepth_0 [mm]\tDepth_1 [mm]\n0\t1.5\t1.6\n5\t2\t2.1\n"
+LOGGED = "Operator\tLab\nTime\t14:02:11.5\nT_Value\tDepth_0 [mm]\tDepth_1 [mm]\n0\t1.5\t1.6\n5\t2\t2.1\n"
+SCANNED = (
+    '"VR","4.3"\n"XY scale","7.393","µm"\n"Unit","X","mm"\n"No.","P [mm]","Z 1 [{0}]","Z 2 [{0}]"\n'
+    "1,0,-1500,-1600\n2,5,-2000,-2100\n"
+)
+COUNTED = "Along,Level rel. to face,,avg\nmm,mm,,mm\n,#1,#2,\n0,-1.5,-1.6,-1.55\n5,-2,-2.1,-2.05\n"
+RUNS = "Kanal;{};Position [mm];Messwert [mm]\nCH1;1;0;-1,5\nCH1;1;5;-2\nCH1;2;5;-2,1\nCH1;2;0;-1,6\n"
 DATES = ["Datum: 3.5.2026;;\n", "Datum;3.5.2026;\n", "03.05.2026;;\n", ";;\n3. 5. 2026\n"]
 
 READ = {
@@ -70,6 +76,21 @@ READ = {
         TWO,
     ),
     "the number of rows of the header": (THREE_ROWS.format("[mm];[mm]"), {"header_rows": 3}, {}, TWO),
+    "given columns begin below particulars": (
+        *(SCANNED.format("µm"), {"s": "B", "levels": ["C:D"], "sign": "up"}, {}),
+        TWO,
+    ),
+    "given columns keep units, direction and repeats": (COUNTED, {"s": "A", "levels": ["B:C"]}, {}, TWO),
+    "micrometres": ("s;Tiefe 1;Tiefe 2\nmm;um;\u03bcm\n0;1500;1600\n5;2000;2100\n", None, {}, TWO),
+    "micrometres by an answer": ("s;Tiefe\n0;1000\n5000;2000\n", None, {"unit": "micron"}, ONE),
+    "runs by their name": (RUNS.format("Lauf"), None, {"quantity": "level"}, TWO),
+    "runs beside given columns": (RUNS.format("Lauf"), {"s": "C", "levels": ["D"]}, {"quantity": "level"}, TWO),
+    "runs that are given": (
+        RUNS.format("k"),
+        {"s": "C", "levels": ["D"], "repeat": "B"},
+        {"quantity": "level"},
+        TWO,
+    ),
     "stations in a row": (ROWED.format("2,0"), None, {"unit": "mm"}, [*TWO, [-2.5, -2.6]]),
     "declared stations in a row": ("x;0;5\ny;1;2\n", {"transposed": True, **BY_LETTER}, MM_DOWN, ONE),
     **{f"a line with a date: {at!r}": (f"{at}s;Tiefe\nmm;mm\n0;1\n5;2\n", None, {}, ONE) for at in DATES},
@@ -104,11 +125,19 @@ REFUSED = {
     "a letter that is a name": (LETTERED, {"s": "A", "levels": ["B", "C"]}, "is a letter and also a name"),
     "a row taken out": ("s_mm;depth_1_mm;depth_2_mm\n0;1;1\n5;2;2\n#9;7;7\n", None, "'#9' is not a number"),
     "a unit above the numbers of repeats": (
-        *(THREE_ROWS.format("[mm];µm"), None),
-        "'µm', below 'Tiefe ab OK 1', is not a supported",
+        *(THREE_ROWS.format("[mm];mil"), None),
+        "'mil', below 'Tiefe ab OK 1', is not a supported",
     ),
     "titles are no names": (UNKNOWN_ROWS, None, "A 'x' (0), B 'Füllung 1' (1,5), C 'Füllung 2' (1,6), D 'Füllung 3'"),
-    "particulars of a logger are no names": (LOGGED, None, "A 'X_Value' (0)"),
+    "particulars of a logger are no names": (LOGGED, None, "A 'T_Value' (0)"),
+    "a unit that no answer settles": (
+        "s;Z [nm]\n0;1\n5;2\n",
+        {"s": "A", "levels": ["B"], "sign": "up"},
+        "unit 'nm' is",
+    ),
+    "runs without a name": (RUNS.format("k"), {"s": "C", "levels": ["D"], "sign": "up"}, "repeat = B in pairing.csv"),
+    "a counter that has readings": ("s_mm;depth_mm;Messung\n0;1;1,5\n5;2;2,5\n", None, "'Messung' numbers repeats"),
+    "tabs are no blanks": ("wo\ta\n0\t1\n5\t2\n", None, "A 'wo' (0), B 'a' (1)"),
     "rows that are no header": ("s_mm;depth_mm\n0;1\n5;2\n", {"header_rows": "8:9"}, "no rows 8:9"),
     "a letter beyond the table": ("s_mm;depth_mm\n0;1\n5;2\n", {"s": "Q"}, "'Q' is not a column"),
     "a table beside": (BESIDE, None, 'range = "A:B"'),
@@ -116,7 +145,11 @@ REFUSED = {
     "the way back": ("s_mm;depth_mm\n0;1\n5;2\nzurück\n2;3\n4;4\n", None, "a second table begins in row 5"),
     "an unknown name": ("s_mm;depth_mm;z\n0;1;7\n5;2;8\n", None, "'z' has an unknown name and contains numbers"),
     "no name": ("s_mm;depth_mm;\n0;1;7\n5;2;8\n", None, "column C contains numbers and has no name"),
-    "another unit": ("s;Tiefe 1;Tiefe 2\nmm;mm;µm\n0;1;9\n5;2;9\n", None, "'µm', below 'Tiefe 2', is not a supported"),
+    "another unit": (
+        "s;Tiefe 1;Tiefe 2\nmm;mm;mil\n0;1;9\n5;2;9\n",
+        None,
+        "'mil', below 'Tiefe 2', is not a supported",
+    ),
     # It was once joined to names that nobody knows, and they could not be told apart.
     **{f"a date: {at!r}": (f"{at}wo;a;b\n0;1;2\n5;2;3\n", None, "A 'wo' (0), B 'a' (1), C 'b' (2)") for at in DATES},
 }
@@ -136,7 +169,7 @@ AT_ONCE = {
     ),
     "no header": ("0;1,5;1,6\n5;2;2,1\n9;2;2,1\n", None, [PLACES, f"'A', 'B', 'C'{UNIT}", WAY]),
     "unknown places": (
-        "x [mm];Tiefe 1;Tiefe 2\n0;1,5;1,6\n5;n. lesbar;2,1\n",
+        "y [mm];Tiefe 1;Tiefe 2\n0;1,5;1,6\n5;n. lesbar;2,1\n",
         None,
         [PLACES, f"'Tiefe 1', 'Tiefe 2'{UNIT}", MISSING],
     ),
@@ -151,6 +184,11 @@ AT_ONCE = {
         "x;Tiefe [mm]\n0;1,5\n5;n. lesbar\n",
         {"s": "Q"},
         ["'Q' is not a column", f"'x'{UNIT}", MISSING],
+    ),
+    "an unknown unit": (
+        SCANNED.format("xy"),
+        {"s": "B", "levels": ["C:D"]},
+        ["unit 'xy' is unknown; give it in mm", WAY],
     ),
     "doubts beside faults": (
         *(
@@ -187,7 +225,14 @@ def test_what_columns_gives_is_not_given_twice():
 
 @pytest.mark.parametrize(
     ("zero", "asked"),
-    [("Nullpunkt: Probenoberfläche", False), ("Nullpunkt: Oberkante Messschieber", True), ("zeroed on the base", True)],
+    [
+        ("Nullpunkt: Probenoberfläche", False),
+        ("Nullpunkt: Oberkante Messschieber", True),
+        ("zeroed on the base", True),
+        ("caliper zero checked on face", False),
+        ("zero on caliper face", True),
+        ("zero not checked on face", True),
+    ],
 )
 def test_a_remark_on_another_zero_is_asked_about(read, zero, asked):
     text = f"# {zero}\ns_mm;depth_mm\n0;1\n5;2\n9;2\n"
