@@ -54,6 +54,7 @@ COMMANDS = {
     "material_by_rheometer": "-m benchmarks.material_by_rheometer",
     "beads": "-m benchmarks.beads",
     "material_by_bead": "-m benchmarks.material_by_bead",
+    "measured": "-m benchmarks.measured",
     "pbf_step": "benchmarks/pbf_step.py",
     "paper_run": "benchmarks/paper_run.py",
     "physics": "benchmarks/physics.py",

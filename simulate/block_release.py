@@ -64,10 +64,13 @@ def release(
     solver: Solver,
     *,
     slope: SampleSlope = LEVEL,
+    seed: int = 0,
     device: str = "cpu",
     progress: Progress | None = None,
 ) -> BlockRelease:
     """Compute a block of fluid from the moment at which its gate is gone. It sticks to floor and walls.
+
+    ``seed`` is that of the small random offsets of the particles when they are put down.
 
     Raises InputError if the block has too few or too many particles or the fluid is too stiff, and NumericalError if
     the front reaches the edge of the plate, or the computation fails.
@@ -84,7 +87,7 @@ def release(
     solver = solver.model_copy(update={"substeps": 1})
     frame_s = substep_s(radius_mm)
     paste, _ = solved_as(fluid, solver, frame_s, round(block.duration_s / frame_s) + 1)
-    place_mm = _packed(block, solver, device)
+    place_mm = _packed(block, solver, seed, device)
     loose = LooseFluid.put(opened(block, radius_mm), place_mm, paste, solver, slope=slope, device=device)
     whole_mm3 = len(place_mm) * particle_volume(radius_mm)
     rows = [_figures(loose, 0.0, whole_mm3)]
@@ -124,14 +127,14 @@ def _figures(loose: LooseFluid, t_s: float, whole_mm3: float) -> tuple[float, fl
     return t_s, front, loose.height_mm, loose.volume_mm3 / whole_mm3
 
 
-def _packed(block: FluidBlock, solver: Solver, device: str) -> Floats:
+def _packed(block: FluidBlock, solver: Solver, seed: int, device: str) -> Floats:
     """Return the block's particles at rest behind the closed gate: a lattice bursts when its gate opens."""
     radius_mm, factor = solver.size_mm, solver.scheme.volume_factor
     support, frame_s = 4 * radius_mm * CM, substep_s(radius_mm)
     thick = Rheology(viscous_weight(SETTLING_MM2_S * CM**2, support, frame_s), 0.0, physical=True)
     low, (x, y, height) = astuple(_box(block))
     # As many particles as have the block's volume.
-    lattice = filled_box_mm(low, (x, y, height * factor), radius_mm, factor)
+    lattice = filled_box_mm(low, (x, y, height * factor), radius_mm, factor, seed)
     loose = LooseFluid.put(closed(block, radius_mm), lattice, thick, solver, device=device)
     for _ in loose.run(SETTLING_S, SETTLING_S):
         pass

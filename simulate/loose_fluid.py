@@ -29,9 +29,9 @@ def substep_s(radius_mm: float) -> float:
     return SHORTER * math.sqrt(FALL * 4 * radius_mm * CM / GRAVITY_CM_S2)
 
 
-def scattered(points_mm: Floats, spacing_mm: float) -> Floats:
+def scattered(points_mm: Floats, spacing_mm: float, seed: int = 0) -> Floats:
     """Return the points of a lattice, (n, 3), out of line by a small share of its spacing."""
-    return points_mm + np.random.default_rng(0).uniform(-SCATTER, SCATTER, points_mm.shape) * spacing_mm
+    return points_mm + np.random.default_rng(seed).uniform(-SCATTER, SCATTER, points_mm.shape) * spacing_mm
 
 
 def filled_box_mm(
@@ -39,6 +39,7 @@ def filled_box_mm(
     high_mm: tuple[float, float, float],
     radius_mm: float,
     factor: float = Solver().scheme.volume_factor,
+    seed: int = 0,
 ) -> Floats:
     """Return particles that fill a box, (n, 3): even layers clear of its sides, together as large as the box.
 
@@ -49,7 +50,7 @@ def filled_box_mm(
     along, across = (max(1, round(length / side)) for length in size[:2])
     counts = along, across, max(1, round(float(size.prod()) / side**3 / along / across))
     axes = [np.linspace(a + kept, b - kept, count) for a, b, count in zip(low_mm, high_mm, counts, strict=True)]
-    return scattered(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3), side)
+    return scattered(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3), side, seed)
 
 
 @dataclass

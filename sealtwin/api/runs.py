@@ -225,6 +225,7 @@ def release_block(
     every_s: float | None = None,
     crossfall_deg: float | None = None,
     gradient_deg: float | None = None,
+    seed: int = 0,
     device: str = "cpu",
     progress: bool = False,
 ) -> BlockRelease:
@@ -237,6 +238,8 @@ def release_block(
     solver
         ``Solver(radius_mm=...)``. With 12 to 20 particle diameters across the block's shortest side, half the radius
         changes the front by about 3 %.
+    seed
+        Seed of the small random offsets of the particles when they are put down.
     device
         "cpu" (default), "cuda:0", or "auto": the first GPU, or the CPU without a GPU.
     progress
@@ -260,8 +263,10 @@ def release_block(
     from simulate.device import choose_device
 
     _require_kinds("release_block", (fluid, Fluid), (solver, Solver))
+    if not 0 <= seed < SEEDS:
+        raise InputError(f"release_block: seed = {seed}: must be 0 to {SEEDS - 1}.")
     with progress_for_stderr(quiet=not progress) as shown:
-        how = {"slope": slope, "device": choose_device(device), "progress": shown}
+        how = {"slope": slope, "seed": seed, "device": choose_device(device), "progress": shown}
         return release(block, fluid.loaded(Path()), solver, **how)
 
 

@@ -1,0 +1,222 @@
+"""Dam breaks that others measured, computed with nothing fitted to a flow.
+
+    python -m benchmarks.measured [--picture docs/images/measured.png]
+
+``measured/measured.toml`` has the cases, their sources and licences, and the targets, written before the first run.
+The materials of the dam breaks have flow curves from a rheometer, fitted by 'sealtwin material rheometer'. One shift of
+the clock is the same in all of them. Fronts under 10 mm and outlines 4 and 6 are reported.
+"""
+
+import csv
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from datetime import date
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from typer import Option
+
+from benchmarks.table import Row, run_benchmark
+from sealtwin.core.records import Floats
+from sealtwin.material.by_rheometer import material_of_table
+from sealtwin.material.paste import PasteOnPlate
+from simulate.block import FluidBlock
+from simulate.block_release import release
+from simulate.settings import Fluid, Solver
+
+FACTS = Path(__file__).with_suffix("")
+
+
+@cache
+def content() -> dict[str, Any]:
+    return tomllib.loads((FACTS / "measured.toml").read_text(encoding="utf-8"))
+
+
+@dataclass(frozen=True)
+class Box:
+    """A dam break: the block behind the gate, and the fronts that were seen."""
+
+    material: str
+    length_mm: float
+    height_mm: float
+
+    @property
+    def name(self) -> str:
+        return f"{self.material}, {self.length_mm:g} x {self.height_mm:g} mm"
+
+    @property
+    def measured_mm(self) -> Floats:
+        """Fronts at outlines 0 to 8; 0 at first."""
+        fronts = {row["outline"]: row["front_mm"] for row in _rows() if _box_of(row) == self}
+        return np.array([0.0, *(fronts[float(outline)] for outline in range(1, 9))])
+
+    @property
+    def radius_mm(self) -> float:
+        boxes = content()["boxes"]
+        least, most = boxes["radii_mm"]
+        shortest_mm = min(self.length_mm, self.height_mm, boxes["width_mm"])
+        return float(np.clip(shortest_mm / boxes["diameters"] / 2, least, most))
+
+
+@cache
+def _rows() -> tuple[dict[str, Any], ...]:
+    with (FACTS / "fronts.csv").open(newline="", encoding="utf-8") as file:
+        return tuple({key: _number(text) for key, text in row.items()} for row in csv.DictReader(file))
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _box_of(row: Mapping[str, Any]) -> Box:
+    return Box(row["material"], row["length_mm"], row["height_mm"])
+
+
+def boxes(materials: Sequence[str]) -> list[Box]:
+    return list(dict.fromkeys(_box_of(row) for row in _rows() if row["material"] in materials))
+
+
+def with_curve() -> list[str]:
+    """Return the materials whose flow curve a rheometer gave."""
+    return [name for name, it in content()["materials"].items() if "curve" in it or "yield_stress_pa" in it]
+
+
+@cache
+def fluid_of(material: str) -> Fluid:
+    """Return a material as its flow curve gives it, or as its authors fitted that."""
+    table = content()["materials"][material]
+    fluid = {key: value for key, value in table.items() if key != "curve"}
+    if "curve" in table:
+        paste = PasteOnPlate(density_kg_m3=table["density_kg_m3"])
+        fitted = material_of_table(FACTS / table["curve"], paste, "measured", date(2023, 1, 1)).material
+        thickness = fitted.thickness
+        if thickness is None:
+            raise ValueError(f"{material}: its curve gives no viscosity")
+        fluid |= {"yield_stress_pa": fitted.yield_stress_pa, thickness[0]: thickness[1]}
+        fluid |= {} if fitted.flow_index is None else {"flow_index": fitted.flow_index}
+    return Fluid.model_validate({"freeze_after_s": "never", **fluid})
+
+
+def course_of(box: Box, fluid: Fluid, solver: Solver | None = None, seed: int = 0) -> tuple[Floats, Floats]:
+    """Return times in s and fronts in mm of a dam break, computed until one outline after the last."""
+    outline_s = content()["clock"]["outline_s"]
+    block = FluidBlock(
+        length_mm=box.length_mm,
+        width_mm=content()["boxes"]["width_mm"],
+        height_mm=box.height_mm,
+        ahead_mm=2.5 * (box.length_mm + box.height_mm),
+        duration_s=9.2 * outline_s,
+        every_s=outline_s / 4,
+    )
+    run = release(block, fluid, solver or Solver(radius_mm=box.radius_mm), seed=seed)
+    return run.t_s, run.front_mm
+
+
+def _course(box: Box) -> tuple[Floats, Floats]:
+    return course_of(box, fluid_of(box.material))
+
+
+def computed_mm(course: tuple[Floats, Floats], shift: float) -> Floats:
+    """Return the fronts at outlines 0 to 8, with the clock ``shift`` outlines ahead."""
+    t_s, front_mm = course
+    return np.interp((np.arange(9) + shift) * content()["clock"]["outline_s"], t_s, front_mm)
+
+
+def best_shift(courses: Mapping[Box, tuple[Floats, Floats]]) -> float:
+    """Return the one shift in outlines with which the fronts at the outlines that no target judges differ least."""
+    clock = content()["clock"]
+    at = clock["chosen_from"]
+
+    def difference(shift: float) -> float:
+        logs = (np.log(computed_mm(course, shift)[at] / box.measured_mm[at]) for box, course in courses.items())
+        return float(sum(np.square(each).sum() for each in logs))
+
+    return min(np.linspace(0.0, clock["most_outlines"], 51).tolist(), key=difference)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Computed and measured fronts of the materials with a flow curve."""
+
+    boxes: Sequence[Box]
+    shift: float  # Of the clock, in outlines
+    computed_mm: Floats  # (boxes, 9) at outlines 0 to 8
+
+    @property
+    def measured_mm(self) -> Floats:
+        return np.array([box.measured_mm for box in self.boxes])
+
+    @property
+    def ratio(self) -> Floats:
+        """Computed over measured fronts at outlines 1 to 8."""
+        return self.computed_mm[:, 1:] / self.measured_mm[:, 1:]
+
+
+def pairs() -> Pairs:
+    cases = boxes(with_curve())
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        courses = dict(zip(cases, pool.map(_course, cases), strict=True))
+    shift = best_shift(courses)
+    return Pairs(cases, shift, np.array([computed_mm(course, shift) for course in courses.values()]))
+
+
+def rows_of(fronts: Pairs) -> Iterator[Row]:
+    clock, targets = content()["clock"], content()["targets"]
+    judged = clock["judged"]
+    yield Row("shift of the clock, all cases", 1000 * fronts.shift * clock["outline_s"], "ms")
+    for box, seen_mm, front_mm in zip(fronts.boxes, fronts.measured_mm, fronts.computed_mm, strict=True):
+        for outline in judged:
+            yield Row(
+                f"{box.name}, outline {outline}: {seen_mm[outline]:g} mm, computed", float(front_mm[outline]), "mm"
+            )
+    long = fronts.measured_mm[:, -1] > content()["boxes"]["least_front_mm"]
+    at_end = np.log(fronts.ratio[long, -1])
+    of = "computed over measured, outline 8, fronts over 10 mm"
+    yield Row(f"{of}: bias", float(np.exp(at_end.mean())), "", *targets["bias"])
+    yield Row(f"{of}: scatter", 100 * float(at_end.std(ddof=1)), "%", 0.0, targets["scatter_percent"])
+    worst = 100 * float(np.abs(np.expm1(at_end)).max())
+    yield Row(f"{of}: worst", worst, "%", 0.0, targets["worst_percent"])
+    everywhere = np.log(fronts.ratio[:, [outline - 1 for outline in judged]])
+    of = "computed over measured, outlines 4, 6 and 8, all fronts"
+    yield Row(f"{of}: bias", float(np.exp(everywhere.mean())), "")
+    yield Row(f"{of}: scatter", 100 * float(everywhere.std(ddof=1)), "%")
+
+
+def draw(fronts: Pairs, path: Path) -> None:
+    """Draw all pairs at the judged outlines, with lines at 0.9 and 1.1 times the measured front."""
+    from matplotlib import pyplot
+
+    judged = content()["clock"]["judged"]
+    figure, axes = pyplot.subplots(figsize=(6.0, 5.6), layout="constrained")
+    ends = np.array([1.5, 130.0])
+    axes.fill_between(ends, 0.9 * ends, 1.1 * ends, color="0.9", linewidth=0, label="within 10 %")
+    axes.plot(ends, ends, color="0.4", linewidth=1.0)
+    for box, seen_mm, front_mm in zip(fronts.boxes, fronts.measured_mm, fronts.computed_mm, strict=True):
+        (line,) = axes.plot(seen_mm[judged], front_mm[judged], "-o", markersize=4, label=box.name)
+        axes.plot(seen_mm[-1], front_mm[-1], "o", markersize=9, color=line.get_color(), markerfacecolor="none")
+    axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends, aspect="equal")
+    axes.set(xlabel="measured front (mm)", ylabel="computed front (mm)")
+    axes.legend(fontsize=8, loc="upper left")
+    axes.grid(color="0.9", linewidth=0.6)
+    figure.savefig(path, dpi=130)
+
+
+def main(
+    picture: Annotated[Path | None, Option(help="a PNG for the plot of all pairs")] = None,
+) -> list[Row]:
+    fronts = pairs()
+    if picture is not None:
+        draw(fronts, picture)
+    return list(rows_of(fronts))
+
+
+if __name__ == "__main__":
+    run_benchmark(main)
