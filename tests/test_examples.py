@@ -27,7 +27,7 @@ def test_an_example_runs_in_any_folder_and_leaves_nothing_there(tmp_path, name):
 
 
 def test_examples_are_short_pages_of_a_gallery():
-    assert len(EXAMPLES) == 10
+    assert len(EXAMPLES) == 11
     for path in EXAMPLES.values():
         lines = path.read_text(encoding="utf-8").splitlines()
         assert len(lines) <= MOST_LINES, path.name
