@@ -26,6 +26,10 @@ PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
         (r"Skip these rows with \[readings\.columns\] skip", "Leave out these rows"),
         (r"\[readings\.columns\] s_from = \"second\"", "reverse the rows' s"),
         (r"set \[readings\] sheet or \[readings\.columns\] range", "give other rows"),
+        (
+            r"set \[readings\.columns\] repeat = (\"[^\"]*\")?",
+            "give the readings of a station in one row",
+        ),
         (r"Correct \[readings\.columns\] header_rows; rows are counted.*?spreadsheet", "Correct header_rows"),
     ),
     "array": (

@@ -260,7 +260,7 @@ def test_a_path_alone_is_a_robot_s_and_no_simulation_s(thin, tmp_path):
     answer = sealtwin("robot", out, "--cell", cell)
     assert answer.exit_code == 0, answer.output
     assert sealtwin("digitise", *arguments, "--set", "photo.path_only=true").exit_code == 0
-    assert "a path without a solid needs volume_ml" in refusal("robot", out, "--cell", cell)
+    assert "needs path.volume_ml" in refusal("robot", out, "--cell", cell)
     assert sealtwin("digitise", *arguments, "--depth-mm", 16).exit_code == 0
     assert (out / "crack.stl").is_file()
 

@@ -401,8 +401,10 @@ class TableReader:
         remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
         if (column := self._likely_repeat()) is not None:
             letter = letters(column.index)
-            answer = f'repeat = {letter} in pairing.csv, or [readings.columns] repeat = "{letter}"'
-            remedy = f"If column {letter} ({shown(column.name)}) numbers the repeats, answer {answer}."
+            remedy = (
+                f"If column {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
+                f'"{letter}", or in pairing.csv.'
+            )
         for before, station in pairwise(stations):
             s_mm = f"{station.s_mm:.12g}"
             if station.s_mm - before.s_mm >= CLOSEST_MM * (1 - 1e-9):

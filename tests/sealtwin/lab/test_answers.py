@@ -72,7 +72,7 @@ def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, 
 def test_the_column_of_repeats_is_answered_by_its_letter(small, tmp_path):
     lab = tmp_path / "lab"
     rows = (f"{lauf};{s_mm};{1 + lauf / 10}" for lauf in (1, 2) for s_mm in (1, 5, 11))
-    (small / "P01.csv").write_text("\n".join(["Lauf;s [mm];Tiefe [mm]", *rows]))
+    (small / "P01.csv").write_text("\n".join(["Gang;s [mm];Tiefe [mm]", *rows]))
     assert fates(ingest(small, lab, QUIET))["P01"] == "failed"
     answer(lab, {"P01.csv": {"s": "B", "levels": "C", "repeat": "A"}})
     assert fates(ingest(small, lab, QUIET))["P01"] == "new"
