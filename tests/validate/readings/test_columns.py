@@ -135,7 +135,7 @@ REFUSED = {
         {"s": "A", "levels": ["B"], "sign": "up"},
         "unit 'nm' is",
     ),
-    "runs without a name": (RUNS.format("k"), {"s": "C", "levels": ["D"], "sign": "up"}, "[readings.columns] repeat = "B""),
+    "runs without a name": (RUNS.format("k"), {"s": "C", "levels": ["D"], "sign": "up"}, 'repeat = "B"'),
     "a counter that has readings": ("s_mm;depth_mm;Messung\n0;1;1,5\n5;2;2,5\n", None, "'Messung' numbers repeats"),
     "tabs are no blanks": ("wo\ta\n0\t1\n5\t2\n", None, "A 'wo' (0), B 'a' (1)"),
     "rows that are no header": ("s_mm;depth_mm\n0;1\n5;2\n", {"header_rows": "8:9"}, "no rows 8:9"),
