@@ -6,16 +6,18 @@ Links are not followed. Only texts and tables of readings are opened, since seve
 import os
 import re
 import unicodedata
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path, PurePath
 from typing import Literal
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.lab.sheets import kind_of_text
-from validate.readings.samples import SamplePart, part_of, parts_of, sample_key
+from validate.readings.samples import SamplePart, part_of, parts_of, sample_key, sheets_of
+from validate.readings.table_rows import within
 from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters
 
@@ -49,6 +51,7 @@ TITLE = re.compile(
 )
 """Title of a table that may contain the name of a sample, such as S13 in "Probe S13, links". That sample may have no
 photo."""
+LEAST_BESIDE = 3  # Rows of numbers outside of all given ranges from which they may be another table
 MOST_WORDS = 5  # Words of a sample's name in a title
 DIGIT = re.compile(r"\d")
 REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]")  # Remark in brackets: P-03 (von oben)
@@ -208,6 +211,41 @@ def with_parts(
             added[Piece(file, part)] = place
     divided = {piece.file for piece in added}
     return {piece: place for piece, place in pieces.items() if piece.part or piece.file not in divided} | added
+
+
+def beside_ranges(
+    folder: Path, pieces: Mapping[Piece, FilePlace], decisions: Mapping[tuple[PurePath, str], FilePlace]
+) -> dict[Piece, FilePlace]:
+    """Return rows of numbers that are in none of the ranges which the user gave for a file, without a sample."""
+    files, present = {piece.file for piece in pieces}, {(piece.file, piece.part_name) for piece in pieces}
+    ranges = defaultdict[PurePath, list[SamplePart]](list)
+    for (file, name), place in decisions.items():
+        if file in files and (not name or (file, name) not in present):
+            given = part_of(folder / file, name or place.answers.get("range", ""))
+            ranges[file] += [] if given is None else [given]
+    return {
+        Piece(file, part): FilePlace("", "readings")
+        for file, given in ranges.items()
+        for part in _beside(folder / file, given)
+        if (file, str(part)) not in decisions
+    }
+
+
+def _beside(path: Path, ranges: Sequence[SamplePart]) -> Iterator[SamplePart]:
+    """Yield rows of numbers that are in none of the ranges which the user gave: they may be another sample's."""
+    if not ranges or any(part.cells is None for part in ranges):
+        return
+    grids = sheets_of(path)
+    for grid in (grid for grid in grids if len(grids) == 1 or grid.sheet in {part.sheet for part in ranges}):
+        given = [part.cells for part in ranges if part.sheet in (None, grid.sheet)]
+        covered = {row.number for cells in given for row in within(grid.rows, cells) if any(c.text for c in row.cells)}
+        for is_covered, group in groupby(grid.rows, key=lambda row: row.number in covered):
+            rows = list(group)
+            of_numbers = [row.number for row in rows if sum(bool(DIGIT.search(cell.text)) for cell in row.cells) > 1]
+            if not is_covered and len(of_numbers) >= LEAST_BESIDE:
+                sheet = f"sheet {grid.sheet}, " if len(grids) > 1 else ""
+                if (part := part_of(path, f"{sheet}{rows[0].number}:{of_numbers[-1]}")) is not None:
+                    yield part
 
 
 def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[str]) -> dict[Piece, FilePlace]:

@@ -26,6 +26,7 @@ from sealtwin.lab.found_files import (
     FilePlace,
     LeftOut,
     Piece,
+    beside_ranges,
     divide,
     few,
     find_files,
@@ -105,6 +106,7 @@ def ingest(
         named = pieces({file.as_posix(): (place.role, place.sample) for (file, _), place in decisions.items()})
         decisions = renewed(decisions, named)
         placed = place_files(with_parts(folder, named, decisions), decisions)
+        placed |= beside_ranges(folder, named, decisions)
         samples = pair(placed)
         texts = {text for sample in samples for text in sample.texts}
         for piece, place in placed.items():

@@ -230,3 +230,15 @@ def test_an_answer_stays_with_a_table_that_gets_a_new_row(shared, tmp_path):
     path.write_text(BESIDE.replace("P01", "Messreihe") + "\n12;-1,7;-1,7;;12;-2,7;-2,7\n")
     assert fates(ingest(shared, lab, QUIET)) == {"P01": "revised", "P02": "revised"}
     assert len(levels_mm(lab, "P01@3")) == 3
+
+
+def test_a_table_beside_the_given_range_is_asked_about(shared, tmp_path):
+    """Numbers with units make no table that is found; the range of one sample left the other's table out in silence."""
+    rows = [f"{s_mm} mm;-{s_mm / 10} mm;-{s_mm / 10} mm" for s_mm in (1, 5, 11)]
+    head, lab = "Abstand;Messung 1;Messung 2", tmp_path / "lab"
+    (shared / "caliper_all.csv").unlink()
+    (shared / "Blatt 1.csv").write_text("\n".join(["P01", head, *rows, "", "P02", head, *rows]))
+    ingest(shared, lab, QUIET)
+    answer(lab, {"Blatt 1.csv": {"sample": "P01", "range": "2:5", "sign": "up"}})
+    outcome = ingest(shared, lab, QUIET)
+    assert any("Blatt 1.csv" in fault.sentence and "7:11" in fault.sentence for fault in outcome.faults)
