@@ -274,7 +274,7 @@ CASES: list[WrongInput] = [
     digitised("edge of a marking", _marking, "sides", "ends_px", code=0),
     clicked("debris beside a thin crack", _debris, "dark over about 3", "photo.mask", "width_mm", code=0, broad=True),
     clicked("black crack in coarse ground", _coarse, "walls not found", "photo.mask"),
-    digitised("ends on a part of the crack", lit(_crack), "goes on beyond the end (10", more=" --ends 100,78 390,107",
+    digitised("ends on a part of the crack", lit(_crack), "continues beyond the end (10", more=" --ends 100,78 390,107",
         code=0, broad=True),
     clicked("PNG of gamma 1", partial(_linear, stated=_gamma_chunk), "gamma 1", "PNG gAMA", code=0, broad=True),
     clicked("ICC profile of gamma 1", partial(_linear, stated=_linear_profile), "tone curve", "ICC", code=0),
