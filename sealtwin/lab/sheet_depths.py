@@ -23,7 +23,7 @@ from validate.readings.read_readings import TableReader
 from validate.readings.samples import rows_of_sample, sheets_of, tables_of_readings
 from validate.readings.screens import ReadCells
 from validate.readings.sheet import FaultList, SheetFaults, SheetGrid, clipped, letters
-from validate.readings.table_rows import columns_named, upright
+from validate.readings.table_rows import columns_named, upright, within
 from validate.readings.tables import Table, tables_of
 from validate.settings import Declared
 
@@ -110,9 +110,14 @@ def _leave_out_depths(grid: SheetGrid, file: str, outcome: SampleOutcome) -> Non
 
 
 def _depths_in(grid: SheetGrid, outcome: SampleOutcome) -> Iterator[SheetDepths]:
-    levels = outcome.note.entries.get(LEVELS)
+    entries, part = outcome.note.entries, outcome.sample.part
+    levels = entries[LEVELS].value if LEVELS in entries else ()
+    span = entries[RANGE].value if RANGE in entries else None
+    span = part.cells if part is not None and part.cells is not None else span
     for table in tables_of(grid):
-        read = {at for one in (levels.value if levels else ()) for at in columns_named(table.names, str(one))}
+        # Letters of the readings' columns are columns of other tables too.
+        is_own = any(row.cell(at).text for row in within(table.body, span) for at in table.columns)
+        read = {at for one in levels if is_own for at in columns_named(table.names, str(one))}
         columns = [at for at in _columns_of_depth(table) if at not in read]
         lines = [" ".join(cell.text for cell in row.cells if cell.text) for row in table.title]
         title = " ".join(lines)

@@ -112,3 +112,16 @@ def test_each_sample_of_a_sheet_has_its_own_depths(folder, tmp_path):
         faults = {outcome.sample.name: " ".join(outcome.faults) for outcome in ingested.outcomes if outcome.faults}
         assert faults.keys() == asked.keys()
         assert all(words in faults[name] for name, words in asked.items())
+
+
+def test_letters_of_the_readings_answer_no_question_about_depths_below(folder, tmp_path):
+    """Letters of the readings' columns are columns of the depths' table too: the question went, and 16 mm ran."""
+    lab = tmp_path / "lab"
+    (folder / "P01.csv").write_text(_below("Depth of crack", "Station [mm];Depth [mm]", "0;7,5", "12;8,5", "20;8,6"))
+    ingest(folder, lab, QUIET)
+    rows = {row["part"] for row in pairing_rows(lab) if row["file"] == "P01.csv"}
+    assert len(rows) == 2
+    edit(lab / "pairing.csv", f"P01.csv,readings,,{max(rows)}", f"P01.csv,ignore,,{max(rows)}")
+    answer(lab, {"P01.csv": {"s": "A", "levels": "B:C"}})
+    assert fates(ingest(folder, lab, QUIET))["P01"] == "failed"
+    assert any("crack.depth_mm = [[0.0, 7.5]" in row["question"] for row in pairing_rows(lab))
