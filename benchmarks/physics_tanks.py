@@ -17,12 +17,12 @@ from simulate.fluid.cell_grid import MOST_ROOM
 from simulate.fluid.solver import FluidSolver
 from simulate.hollow import Box, Hollow
 from simulate.kernels.neighbours import Neighbours
-from simulate.loose_fluid import filled_box_mm
+from simulate.loose_fluid import all_at_once, filled_box_mm
 from simulate.settings import Fluid, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
 from simulate.setup_checks import rheology_of
 from simulate.volume_control import VolumeControl
-from tests.fluids import engine_with, positions_mm, put_down
+from tests.fluids import engine_with, positions_mm
 from tests.shapes import straight_slot
 
 GRAVITY_MM_S2 = 9810.0
@@ -172,7 +172,7 @@ class Tank:
             _let_slip(engine, slips, pit.depth_mm)
         control = None
         if keeps_volume:
-            schedule, factor = put_down(place_mm, step_s, radius_mm), engine.scheme.volume_factor
+            schedule, factor = all_at_once(place_mm, step_s, radius_mm), engine.scheme.volume_factor
             control = VolumeControl(
                 pit.crack[0],
                 schedule,

@@ -17,9 +17,10 @@ from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import FALL, Rheology
 from simulate.setup.signed_distance import CLEARANCE, CM
 from simulate.setup.wall_particles import enclose
-from simulate.vessel import Vessel
+from simulate.vessel import vessel_of
 from simulate.volume_control import VolumeControl
 
+CELL_MM = 0.4  # Width of the cells in which a volume is measured
 SHORTER = 0.9  # Substep over the longest that the solver would take
 SCATTER = 0.05  # Scatter of a lattice over its spacing: exactly even rows stay on top of each other
 
@@ -77,7 +78,7 @@ class LooseFluid:
         """Put particles at rest into a hollow, (n, 3). ``solver`` has the radius; it gets one substep a frame."""
         radius_mm = solver.size_mm
         solver = solver.model_copy(update={"substeps": 1, "damping_per_s": 0.0})
-        schedule = _all_at_once(place_mm - [0, 0, hollow.depth_mm], substep_s(radius_mm), radius_mm)
+        schedule = all_at_once(place_mm - [0, 0, hollow.depth_mm], substep_s(radius_mm), radius_mm)
         state, enclosure = State(schedule, device), enclose(hollow.solid, hollow.outline, radius_mm, device)
         low_mm, high_mm = hollow.reach_mm
         engine = FluidSolver(
@@ -163,10 +164,11 @@ class LooseFluid:
     @property
     def volume_mm3(self) -> float:
         """Volume below the surface that the particles form."""
-        return Vessel(self.hollow.solid).volume_mm3(self.engine.state.position_mm(), self.half_mm)
+        return vessel_of(self.hollow.solid, CELL_MM).volume_mm3(self.engine.state.position_mm(), self.half_mm)
 
 
-def _all_at_once(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
+def all_at_once(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
+    """Return the schedule of particles that are all released in the first frame, at rest."""
     count = len(position_mm)
     return Schedule(
         position_mm=position_mm,

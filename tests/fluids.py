@@ -16,9 +16,9 @@ from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.injection import Injection, prepare
 from simulate.kernels.status import FROZEN, RESTS
+from simulate.loose_fluid import all_at_once
 from simulate.run import fill
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
-from simulate.setup.release_schedule import Schedule
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
@@ -97,14 +97,6 @@ def lattice(low_mm: Floats, high_mm: Floats, spacing_mm: float, seed: int = 0) -
     return points + np.random.default_rng(seed).uniform(-0.1, 0.1, points.shape) * spacing_mm
 
 
-def put_down(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
-    """Particles that are all released at once, at rest."""
-    count = len(position_mm)
-    frames, released = np.zeros(count, dtype=np.int64), np.array([count])
-    dispensed_mm3 = count * particle_volume(radius_mm)
-    return Schedule(position_mm, np.zeros_like(position_mm), frames, released, frame_s, count, dispensed_mm3)
-
-
 def engine_with(
     position_mm: Floats,
     crack: tuple[Solid, Outline],
@@ -123,7 +115,7 @@ def engine_with(
     ``reach_mm`` is the box of the neighbour search, where particles go farther than 5 mm from where they start.
     """
     settings = Solver.model_validate(solver)
-    state = State(put_down(position_mm, frame_s, settings.size_mm), "cpu")
+    state = State(all_at_once(position_mm, frame_s, settings.size_mm), "cpu")
     enclosure = enclosed(*crack, settings.size_mm)
     substeps = settings.substeps or 4
     low, high = reach_mm or (position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5)

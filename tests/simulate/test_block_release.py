@@ -8,15 +8,15 @@ import pytest
 from sealtwin.core.errors import InputError, NumericalError
 from simulate.block import BlockRelease, FluidBlock
 from simulate.block_release import release
-from simulate.settings import SampleSlope, Solver
+from simulate.settings import SampleSlope, Solver, particle_volume
 from tests.fluids import sealant
 
 PASTE = {"consistency_pa_s_n": 6.2, "flow_index": 0.5, "density_kg_m3": 1175.0}
 
 
-def released(fluid: dict[str, Any], radius_mm: float = 1.5, **block: Any) -> BlockRelease:
+def released(fluid: dict[str, Any], radius_mm: float = 1.5, seed: int = 0, **block: Any) -> BlockRelease:
     table = {"length_mm": 20.0, "width_mm": 20.0, "height_mm": 20.0, "ahead_mm": 30.0, "duration_s": 0.3, **block}
-    return release(FluidBlock.model_validate(table), sealant(**fluid), Solver(radius_mm=radius_mm))
+    return release(FluidBlock.model_validate(table), sealant(**fluid), Solver(radius_mm=radius_mm), seed=seed)
 
 
 @pytest.mark.parametrize("onto", ["plate", "channel", "open"])
@@ -28,6 +28,7 @@ def test_fluid_keeps_its_volume_and_stays_between_its_walls(onto):
         assert one.t_s[[0, -1]] == pytest.approx([0.0, 0.3], abs=0.01)
         assert (np.diff(one.front_mm) > -0.3).all()
         assert one.volume_ratio == pytest.approx(1.0, abs=0.08)
+        assert len(one.position_mm) * particle_volume(1.5) == pytest.approx(20.0**3, rel=0.05)
         x, y, z = one.position_mm.T
         assert (z > 0).all()
         if onto != "open":
@@ -47,6 +48,13 @@ def test_an_open_block_spreads_to_all_sides_alike():
     x, y, _ = spread.position_mm.T
     sides = [np.quantile(side, 0.998) for side in (x + 10, -x - 10, y, -y)]
     assert np.ptp(sides) < 0.06 * np.mean(sides)
+
+
+def test_a_seed_repeats_a_release_and_another_one_scatters_it():
+    one, same, other = (released(PASTE, duration_s=0.05, onto="channel", seed=seed) for seed in (3, 3, 4))
+    assert np.array_equal(one.position_mm, same.position_mm)
+    assert not np.array_equal(one.position_mm, other.position_mm)
+    assert one.front_mm[-1] == pytest.approx(other.front_mm[-1], abs=1.0)
 
 
 def test_a_slope_lets_it_run_downhill():
