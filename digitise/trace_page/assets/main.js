@@ -351,6 +351,8 @@ function missing() {
 
 // ---- Beginning ----
 
+const measureFooter = () => document.documentElement.style.setProperty("--footer", `${part("footer").offsetHeight}px`);
+new ResizeObserver(measureFooter).observe(part("footer"));
 document.title = `${facts.name} · trace`;
 part("name").textContent = facts.name;
 part("about").textContent = `${facts.size_px.join(" × ")} px`;
