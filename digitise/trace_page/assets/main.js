@@ -46,6 +46,7 @@ const points = new Points(part("points"), {
 });
 const tracing = new Tracing(takeAnswer, lost);
 const leaving = new Leaving({
+  ready: () => tracing.scaled(),
   missing,
   content: () => ({ hints: hintsOf(draft), shape: shapeOf(draft) }),
   changed: () => history.can(-1),
