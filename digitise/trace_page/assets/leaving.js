@@ -4,8 +4,8 @@ import { part } from "./page.js";
 import { post } from "./server.js";
 
 export class Leaving {
-  /** `ready()`: wait until `missing()` can answer: a sentence on what a save needs, or null; `content()`: what is saved; `changed()`: true if it differs;
-   * `lost(fault)`: the server did not answer; `over()`: the page has ended.
+  /** `ready()`: wait until `missing()` can answer: a sentence on what a save needs, or null; `content()`: what is saved;
+   * `changed()`: true if it differs; `lost(fault)`: the server did not answer; `over()`: the page has ended.
    */
   constructor({ ready, missing, content, changed, lost, over }) {
     Object.assign(this, { ready, missing, content, changed, lost, over });
