@@ -30,6 +30,9 @@ SCANNED = (
 )
 COUNTED = "Along,Level rel. to face,,avg\nmm,mm,,mm\n,#1,#2,\n0,-1.5,-1.6,-1.55\n5,-2,-2.1,-2.05\n"
 RUNS = "Kanal;{};Position [mm];Messwert [mm]\nCH1;1;0;-1,5\nCH1;1;5;-2\nCH1;2;5;-2,1\nCH1;2;0;-1,6\n"
+PIVOT = ",level_mm,level_mm\n{},1,2\ns_mm,,\n0,-1.5,-1.6\n5,-2,-2.1\n"
+COUNTS = "Station (mm),Height above surface (mm),,Mean\n,{},{},\n0,-1.5,-1.6,-1.55\n5,-2,-2.1,-2.05\n"
+NAMED_ABOVE = "Ort;{};;Mittel\nlängs;1a misura;2a misura;\n[mm];[mm];[mm];[mm]\n0;1,5;1,6;1,55\n5;2;2,1;2,05\n"
 DATES = ["Datum: 3.5.2026;;\n", "Datum;3.5.2026;\n", "03.05.2026;;\n", ";;\n3. 5. 2026\n"]
 
 READ = {
@@ -53,6 +56,19 @@ READ = {
     "a second header row of one reading": ("Riss 4;\ns [mm];Tiefe [mm]\n;Messung 1\n0;1\n5;2\n", None, {}, ONE),
     "a second header row of one number": ("Riss 4;\ns [mm];Tiefe [mm]\n;1\n0;1\n5;2\n", None, {}, ONE),
     "numbers of repeats are a header": ("s [mm];Tiefe [mm];\n;1;2\n0;1,5;1,6\n5;2;2,1\n", None, {}, TWO),
+    "a pivot of pandas": (PIVOT.format("rep"), None, {}, TWO),
+    "a pivot without a name of its repeats": (PIVOT.format(""), None, {}, TWO),
+    **{
+        f"repeats called {one}": (COUNTS.format(one, two), None, {}, TWO)
+        for one, two in [("1st", "2nd"), ("1.", "2."), ("rep 1", "rep 2"), ("1\u00b0", "2\u00b0"), ("1", "2")]
+    },
+    "a height of the sealant over the face": (
+        *(
+            NAMED_ABOVE.format("Quota del sigillante rispetto alla faccia").replace(";1,", ";-1,").replace(";2", ";-2"),
+            None,
+        ),
+        *({}, TWO),
+    ),
     "rows of no readings": (PASSED, None, {}, [[-1, None], [-2, -2]]),
     "numbers of samples": ("Nr.;s_mm;depth_mm\n#1;0;1\n#2;5;2\n", None, {}, ONE),
     "units of other quantities": ("s;Tiefe;Temp.\nmm;mm;[°C]\n0;1;20\n5;2;21\n", None, {}, ONE),
@@ -128,6 +144,8 @@ REFUSED = {
         *(THREE_ROWS.format("[mm];mil"), None),
         "'mil', below 'Tiefe ab OK 1', is not a supported",
     ),
+    "a thickness of the sealant is no level": (NAMED_ABOVE.format("Höhe der Füllung"), None, "upward or downward"),
+    "a row of names is not left above": (NAMED_ABOVE.format("Füllstand xy"), None, "line 1: '1a misura', '2a misura'"),
     "titles are no names": (UNKNOWN_ROWS, None, "A 'x' (0), B 'Füllung 1' (1,5), C 'Füllung 2' (1,6), D 'Füllung 3'"),
     "particulars of a logger are no names": (LOGGED, None, "A 'T_Value' (0)"),
     "a unit that no answer settles": (
