@@ -335,17 +335,14 @@ def _units_of_readings(title: str) -> set[ColumnUnit | None]:
     None is a unit with a number, which may be a factor or the depth of the crack.
     """
     units = set[ColumnUnit | None]()
+    has_factor = factor_in(title) is not None
     title = " ".join(word for word in title[:LONGEST_NAME].split() if not CODE.fullmatch(word.rstrip(":,")))
     for part in re.split(r"[,;:|]|\s[-\u2013\u2014]\s", title):
         words = set(WORD.findall(plain_letters(part)))
         of_readings = words & (DEPTH | LEVEL | VALUE | REPEAT) and not words & STATION
-        if (
-            (of_readings or unit_of(part.strip()) is not None)
-            and crack_depth(part) is None
-            and (unit := unit_in(part)) is not None
-        ):
-            has_number = factor_in(part) is not None or _number_at_unit(_plain(part)) is not None
-            units.add(None if has_number else unit)
+        if (of_readings or unit_of(part.strip()) is not None) and crack_depth(part) is None:
+            unit, has_number = unit_in(part), _number_at_unit(_plain(part)) is not None
+            units |= set() if unit is None else {None if has_number or has_factor else unit}
     return units
 
 
