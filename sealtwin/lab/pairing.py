@@ -25,6 +25,7 @@ from sealtwin.lab.found_files import (
 )
 from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table, sample_key
 from validate.readings.sheet import SheetGrid
+from validate.readings.text_table import number
 
 PAIRING = "pairing.csv"
 SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; several lower-case letters are more likely a name
@@ -222,6 +223,11 @@ def _levels(text: str) -> list[str]:
     return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
 
 
+def _places(text: str) -> str | list[float]:
+    numbers = [number(part, None) for part in re.split(r"[\s;]+", text.strip())]
+    return text.lower() if None in numbers else [one for one in numbers if one is not None]
+
+
 def _skip(text: str) -> list[int | str]:
     return [int(part) if part.isdecimal() else part for part in re.split(r"\s*[;,]\s*", text)]
 
@@ -234,6 +240,7 @@ def _as_written(text: str) -> list[str]:
 OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
     "sheet": str,
     "s": _column,
+    "places": _places,
     "levels": _levels,
     "repeat": _column,
     "unit": str.lower,

@@ -33,6 +33,8 @@ RUNS = "Kanal;{};Position [mm];Messwert [mm]\nCH1;1;0;-1,5\nCH1;1;5;-2\nCH1;2;5;
 PIVOT = ",level_mm,level_mm\n{},1,2\ns_mm,,\n0,-1.5,-1.6\n5,-2,-2.1\n"
 COUNTS = "Station (mm),Height above surface (mm),,Mean\n,{},{},\n0,-1.5,-1.6,-1.55\n5,-2,-2.1,-2.05\n"
 NAMED_ABOVE = "Ort;{};;Mittel\nlängs;1a misura;2a misura;\n[mm];[mm];[mm];[mm]\n0;1,5;1,6;1,55\n5;2;2,1;2,05\n"
+EXPORT = "Nr.;Merkmal;Messwert;Einheit\n1;{0} {1};-1,5;mm\n2;{0} {1};-1,6;mm\n3;{0} {2};-2;mm\n4;{0} {2};-2,1;mm\n"
+CALLED = "{};Level [mm]\n{}0{};-1\n{}5{};-2\n"
 DATES = ["Datum: 3.5.2026;;\n", "Datum;3.5.2026;\n", "03.05.2026;;\n", ";;\n3. 5. 2026\n"]
 
 READ = {
@@ -56,6 +58,30 @@ READ = {
     "a second header row of one reading": ("Riss 4;\ns [mm];Tiefe [mm]\n;Messung 1\n0;1\n5;2\n", None, {}, ONE),
     "a second header row of one number": ("Riss 4;\ns [mm];Tiefe [mm]\n;1\n0;1\n5;2\n", None, {}, ONE),
     "numbers of repeats are a header": ("s [mm];Tiefe [mm];\n;1;2\n0;1,5;1,6\n5;2;2,1\n", None, {}, TWO),
+    "a word before distances": (EXPORT.format("Stelle", 0, 5), {"places": "mm"}, {"quantity": "level"}, TWO),
+    "a word before numbers of places": (
+        *(EXPORT.format("Stelle", 1, 2), {"places": [0, 5], "s": "B", "levels": ["C"]}, {"quantity": "level"}),
+        TWO,
+    ),
+    "places of numbers, each": ("Ort;Tiefe [mm]\n1;1\n2;2\n3;3\n", {"places": [0, 5, 9]}, {}, [[-1], [-2], [-3]]),
+    "places of numbers, evenly spaced": (
+        *("Ort;Tiefe [mm]\n3;2\n1;1\n", {"places": [0, 5]}, {}),
+        ONE,
+    ),
+    **{
+        f"a word with a unit: {cells}": (CALLED.format(name, *cells * 2), None, {}, ONE)
+        for name, cells in [
+            ("Position [mm]", ("Pos. ", "")),
+            ("Messpunkt", ("Punkt ", " mm")),
+            ("wo", ("point ", " mm")),
+            ("Station [mm]", ("Station", "")),
+        ]
+    },
+    "rows of one place, as written": (
+        *("s_mm;level_mm\n0;-1,5\n5;-2\n0;-1,6\n5;-2,1\n", None, {"as_written": ("repeats",)}),
+        TWO,
+    ),
+    "rows of one place, each as often": ("s_mm;level_mm\n0;-1,5\n0;-1,6\n5;-2\n5;-2,1\n", None, {}, TWO),
     "a pivot of pandas": (PIVOT.format("rep"), None, {}, TWO),
     "a pivot without a name of its repeats": (PIVOT.format(""), None, {}, TWO),
     **{
@@ -145,6 +171,20 @@ REFUSED = {
         "'mil', below 'Tiefe ab OK 1', is not a supported",
     ),
     "a thickness of the sealant is no level": (NAMED_ABOVE.format("Höhe der Füllung"), None, "upward or downward"),
+    "rows that words tell apart": (
+        *("s_mm;Art;level_mm\n0;innen;-1\n0;außen;-2\n5;innen;-1\n5;außen;-2\n", None),
+        'as_written = ["repeats"]',
+    ),
+    "a word before what may be numbers": (CALLED.format("Ort", *("Pos. ", "") * 2), None, "column places"),
+    "a word before numbers, with a unit of readings": (
+        *(CALLED.format("Ort", *("Pos. ", "") * 2), {"sign": "up"}),
+        "'Pos 0' to 'Pos 5'",
+    ),
+    "places that are too few": (
+        *("Ort;Tiefe [mm]\n1;1\n2;2\n3;3\n4;3\n", {"places": [0, 5, 9]}),
+        "places has 3 numbers",
+    ),
+    "two words": (CALLED.format("Ort [mm]", "Pos. ", "", "Stelle ", ""), None, "'Pos. 0' is not a number"),
     "a row of names is not left above": (NAMED_ABOVE.format("Füllstand xy"), None, "line 1: '1a misura', '2a misura'"),
     "titles are no names": (UNKNOWN_ROWS, None, "A 'x' (0), B 'Füllung 1' (1,5), C 'Füllung 2' (1,6), D 'Füllung 3'"),
     "particulars of a logger are no names": (LOGGED, None, "A 'T_Value' (0)"),
@@ -181,6 +221,10 @@ def test_what_may_mean_something_else_is_asked_about(refused, text, columns, wor
 PLACES, UNIT, WAY, MARK = "no column of places", ": no unit", "upward or downward", "is 1.234, or 1234"
 MISSING = "'n. lesbar' is not a number"
 AT_ONCE = {
+    "a word before the number of each place": (
+        *(EXPORT.format("Stelle", 0, 5), None),
+        ["'Stelle 0' to 'Stelle 5'", "'Messwert': nothing states"],
+    ),
     "unknown names": (
         *("x;a;b\n0;1,234;2,345\n5;n. lesbar;2,345\n9;1,234;2,335\n", None),
         [PLACES, f"'x', 'a', 'b'{UNIT}", "'a', 'b': nothing states", MARK, MISSING],
