@@ -108,7 +108,7 @@ class ColumnUnits:
             nameless = {column.index for column in used if column.unit is None}
             self.units = {at: one for at, one in self._common(beside).items() if at in nameless} | self.units
         if self.mass is None and (self.places is not None or used[0].index in self.place_words):
-            along = self.places if isinstance(self.places, str) or self.places is None else "mm"
+            along: ColumnUnit | None = "mm" if isinstance(self.places, tuple) else self.places
             used = [*self._in_unit(used[:1], along), *self._in_unit(used[1:], declared)]
         elif self.mass is None:
             used = self._in_unit(used, declared)

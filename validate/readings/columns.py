@@ -42,6 +42,7 @@ from validate.readings.table_rows import (
     is_a_number,
     sorted_rows,
     table_rows,
+    which_table,
 )
 from validate.readings.tables import common_lines
 from validate.settings import Columns, Declared, Quantity
@@ -291,8 +292,8 @@ class _HeaderReader:
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
         spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        remedy = f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv (one row for each sample).'
-        self._add_fault(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
+        finding = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
+        self._add_fault(finding, which_table(spans[0], spans[-1]))
         return tables[0]
 
     def _check_numbers(self, readings: Sequence[Column]) -> None:

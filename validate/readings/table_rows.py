@@ -410,6 +410,15 @@ def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
     return table, along, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
 
 
+def which_table(first: str, second: str) -> str:
+    """Return the remedy if a sheet has several tables."""
+    return (
+        f'Write the cells of this sample\'s table, "{first}" or "{second}", into the column range of its row in '
+        "pairing.csv (in a trial: [readings.columns] range). If the other table is of another sample, add a row of "
+        "this file for it."
+    )
+
+
 def sorted_rows(
     place: Place, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
 ) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
@@ -439,7 +448,7 @@ def sorted_rows(
             words_between = None
     else:
         return stations, remarks, passed
-    spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
+    first, second = f"{place.row}:{row.number - 1}", f"{row.number}:{body[-1].number}"
     finding = f"a second table begins in row {row.number}, below the first."
-    faults.add(replace(place, row=row.number), finding, f"Select one: [readings.columns] range = {spans}.")
+    faults.add(replace(place, row=row.number), finding, which_table(first, second))
     return stations, remarks, passed
