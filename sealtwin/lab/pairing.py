@@ -143,8 +143,8 @@ def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Ma
     elif lacking:
         likely_owner = f"Photos without {place.role}: {names}. If it is of one, write its sample into the column sample"
     else:
-        named = f"its name must contain {place.sample}" if key else f"write its sample into its row of {PAIRING}"
-        likely_owner = f"Every photo has its {place.role} already: add the photo of this sample to the folder; {named}"
+        photo = f"as {place.sample}.jpg" if key else f"and write its sample into the column sample of {PAIRING}"
+        likely_owner = f"Every photo has its {place.role}. If its photo is missing, add it to the folder {photo}"
     if key:
         return f"{few(pieces)}: no photo of sample {place.sample}. {likely_owner}; if not, set role to ignore."
     of_table = any(piece.part is not None and piece.part.cells is not None for piece in pieces)

@@ -25,7 +25,7 @@ from validate.readings.header_words import (
 )
 from validate.readings.sheet import FaultList, SheetCell, SheetGrid, SheetRow, letters, quoted
 from validate.readings.table_rows import is_a_number
-from validate.settings import Declared
+from validate.settings import Declared, Unit
 
 SET_UNIT = 'Set it: [readings] unit = "mm", or in pairing.csv.'
 SET_FILL_UNIT = 'Set it in pairing.csv: unit = mm for levels, mass = "A g" for masses.'
@@ -52,7 +52,8 @@ class ColumnUnits:
 
         ``place_words`` are words before the numbers of stations: without a unit, these may only number the places.
         """
-        self.place_words, self.places = place_words, None if declared.columns is None else declared.columns.places
+        self.place_words = place_words
+        self.places: Unit | tuple[float, ...] | None = None if declared.columns is None else declared.columns.places
         self.grid, self.declared, self.faults, self.number, self.names = grid, declared, faults, number, names
         self.mass: Mass | None = mass
         below, self.others = units_row(body[0]) if body else ({}, {})

@@ -448,8 +448,8 @@ class TableReader:
     def _check_neighbours(self, stations: list[Station]) -> None:
         """Add a fault for each pair of neighbouring stations that are equal, or closer than a caliper resolves."""
         remedy = (
-            'If rows of one place are its repeats, set readings.as_written = ["repeats"], or number them in a column '
-            "'repeat'; if not, correct the place."
+            'If rows of one place are its repeats, set readings.as_written = ["repeats"], or write them as columns of '
+            "one row, or number them in a column 'repeat'; if not, correct the place."
         )
         if (column := self._likely_repeat()) is not None:
             letter = letters(column.index)
