@@ -18,7 +18,7 @@ Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "µm", "inch"]
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
-AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction")
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats")
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
 
@@ -49,6 +49,9 @@ class Columns(Settings):
     levels: Annotated[tuple[Text, ...], Field(min_length=1, max_length=256)] | None = None
     """Columns of readings: names, letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is
     read."""
+    places: Unit | Annotated[tuple[float, ...], Field(min_length=2, max_length=10_000)] | None = None
+    """Meaning of the numbers of the stations, if a word precedes them ("Stelle 5") or they only count: their unit, or
+    places in mm, of the lowest and the highest number if stations are evenly spaced, else of each in order."""
     repeat: Text | None = None
     """Column that numbers the readings of a station, if each reading has its own row."""
     header_rows: Annotated[int, Field(ge=0, le=20)] | Annotated[str, Field(pattern=ROWS)] | None = None
@@ -99,7 +102,7 @@ class Declared(Settings):
     """Columns of the sheet, if its header does not name them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
-    "sign", "unit", "datum" or "direction" for the whole sheet."""
+    "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place are its repeats."""
     datum: Datum = "sample_surface"
     """Datum of the readings. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
@@ -114,7 +117,7 @@ class Declared(Settings):
         for answer in answers or ():
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
-                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum or direction; '
+                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction or repeats; '
                     f"found {answer!r:.40}"
                 )
         return answers

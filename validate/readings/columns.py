@@ -1,6 +1,6 @@
 """The header of a sheet: its rows, and its columns with direction and unit, which are read or declared."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import get_args
@@ -19,6 +19,7 @@ from validate.readings.header_words import (
     quantity_in,
     unit_in,
 )
+from validate.readings.place_words import columns_of_places, is_place_word, without_words
 from validate.readings.repeats import may_be_readings, numbers_repeats
 from validate.readings.sheet import (
     BLANK,
@@ -41,6 +42,7 @@ from validate.readings.table_rows import (
     is_a_number,
     sorted_rows,
     table_rows,
+    which_table,
 )
 from validate.readings.tables import common_lines
 from validate.settings import Columns, Declared, Quantity
@@ -88,8 +90,19 @@ class _HeaderReader:
             titles = (row.cell(0).text for row in (*self.rows[: self.first], *self.skipped))
             self.names |= {1: name} if (name := name_in_titles(titles)) else {}
         body = self.rows[self.first + header.count :]
-        units = ColumnUnits(grid, declared, faults, mass, self.number, self.names, header.units, body)
+        self.place_words = self._place_words(columns_of_places(body))
+        body = without_words(body, [*self.place_words])
+        units = ColumnUnits(grid, declared, faults, mass, self.number, self.names, header.units, body, self.place_words)
         self.units, self.body = units, units.body
+
+    def _place_words(self, words: Mapping[int, str]) -> dict[int, str]:
+        """Return the column of stations with the word before its numbers, if it has one; else no column."""
+        if self.given.s is not None:
+            along = columns_named(self.names, self.given.s)
+        else:
+            along = [at for at, name in self.names.items() if (what := meaning(name)) and what.role == "station"]
+            along = along or [at for at, word in words.items() if is_place_word(word)]
+        return {at: words[at] for at in along if at in words and len(along) == 1}
 
     def _add_fault(self, finding: str, remedy: str, value: str | None = None) -> None:
         self.faults.add(self.grid.place(self.number), finding, remedy, value)
@@ -243,6 +256,8 @@ class _HeaderReader:
         for at in sorted({*self.names, *roles, *numeric}):
             name = self.names.get(at, "")
             what = roles.get(at) or meaning(name)
+            if at in self.place_words and at not in roles:
+                what = ColumnMeaning("station", unit_in(name))
             if what is not None and at not in roles:
                 what = replace(what, role=taken_as.get(what.role, what.role))
                 what = ColumnMeaning("skipped", what.unit) if what.role in declared else what
@@ -277,8 +292,8 @@ class _HeaderReader:
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
         spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        remedy = f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv (one row for each sample).'
-        self._add_fault(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
+        finding = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
+        self._add_fault(finding, which_table(spans[0], spans[-1]))
         return tables[0]
 
     def _check_numbers(self, readings: Sequence[Column]) -> None:

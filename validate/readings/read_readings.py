@@ -3,10 +3,10 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -102,7 +102,7 @@ def read_readings(
         levels_mm,
         data,
         path.name,
-        dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing),
+        dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing, is_long=table.gathers),
         doubts=tuple(doubts_of(grid, header, cells, settings, length_mm, depth_mm, filling)),
         columns=faults.columns,
     )
@@ -157,6 +157,7 @@ class TableReader:
     crack: CrackLimits | None
     faults: FaultList
     missing: int = 0  # Number of readings that are marked as missing; set by ``read``
+    gathers: bool = False  # True if repeats are in rows of their own; set by ``read``
 
     def read(self) -> ReadCells:
         """Return the readable stations, sorted along s, and their repeats.
@@ -169,8 +170,8 @@ class TableReader:
         _ = self.mark  # A fault if it is ambiguous
         merged = self._merged_stations()
         stations = [station for row in header.body if (station := self.station(row, merged)) is not None]
-        if header.repeat is not None or merged:
-            stations = self._gathered(stations)
+        self.gathers = header.repeat is not None or bool(merged) or self._are_repeats(stations)
+        stations = self._at_places(self._gathered(stations) if self.gathers else stations)
         if "station" not in self.faults.open:
             self._check_neighbours(sorted(stations, key=lambda station: station.s_mm))
         self.missing = sum(math.isnan(one.value_mm) for station in stations for one in station.readings.values())
@@ -180,6 +181,49 @@ class TableReader:
             header_row=header.row.number,
             declared_unit_mm=FACTORS[header.station.unit or "mm"] if header.station.unit_declared else None,
         )
+
+    def _are_repeats(self, stations: Sequence[Station]) -> bool:
+        """Return whether rows of one place are its repeats: each place has as many, one below the other.
+
+        Other columns may give the rows a different meaning, by words that change within a place or by small numbers.
+        """
+        if "repeats" in (self.declared.as_written or ()):
+            return True
+        runs = [list(run) for _, run in groupby(stations, key=lambda station: station.s_mm)]
+        counts = {len(run) for run in runs}
+        if len(counts) != 1 or counts == {1} or len({run[0].s_mm for run in runs}) < len(runs):
+            return False
+        texts = [
+            {cell.text for station in run if not any(map(str.isdigit, (cell := station.row.cell(column.index)).text))}
+            for run in runs
+            for column in self.header.skipped
+        ]
+        return len(runs) > 1 and self._likely_repeat() is None and all(len(each) <= 1 for each in texts)
+
+    def _at_places(self, stations: list[Station]) -> list[Station]:
+        """Return numbered stations at the places that are declared for their numbers."""
+        given = self._given_places
+        numbers = sorted({station.s_mm for station in stations})
+        if not given or len(numbers) < 2:
+            return stations
+        if len(given) not in (2, len(numbers)):
+            finding = f"places has {len(given)} numbers, but {len(numbers)} places have readings."
+            remedy = "Write the first and the last place, or all of them."
+            self.faults.add(self.grid.place(self.header.row.number), finding, remedy)
+            return stations
+        own = numbers if len(given) == len(numbers) else [numbers[0], numbers[-1]]
+        moved = [replace(station, s_mm=float(np.interp(station.s_mm, own, given))) for station in stations]
+        for station in moved:
+            if self.crack is not None:
+                place = self._place(station.row, self.header.station)
+                self.crack.check_station(place, f"{station.s_mm:g}", station.s_mm, self.faults)
+        return moved
+
+    @property
+    def _given_places(self) -> tuple[float, ...]:
+        """Places of the stations in mm, if their numbers are no distances."""
+        given = None if self.declared.columns is None else self.declared.columns.places
+        return given if isinstance(given, tuple) else ()
 
     def _merged_stations(self) -> dict[int, SheetCell]:
         """Return the station of each row whose station cell is merged over several rows. These rows are its repeats.
@@ -291,7 +335,12 @@ class TableReader:
             return None
         cell = merged.get(row.number, row.cell(column.index))
         s_mm = self._in_mm(row, column, cell, "Write a station into every row.")
-        if s_mm is not None and self.crack is not None and column.unit is not None and not self._stands_in:
+        if (
+            s_mm is not None
+            and self.crack is not None
+            and column.unit is not None
+            and not (self._stands_in or self._given_places)
+        ):
             self.crack.check_station(self._place(row, column), cell.text, s_mm, self.faults)
         label = None if header.repeat is None else self._repeat(row, header.repeat)
         each = (reading for column in header.readings for reading in self._readings(row, column))
@@ -398,7 +447,10 @@ class TableReader:
 
     def _check_neighbours(self, stations: list[Station]) -> None:
         """Add a fault for each pair of neighbouring stations that are equal, or closer than a caliper resolves."""
-        remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
+        remedy = (
+            'If rows of one place are its repeats, set readings.as_written = ["repeats"], or write them as columns of '
+            "one row, or number them in a column 'repeat'; if not, correct the place."
+        )
         if (column := self._likely_repeat()) is not None:
             letter = letters(column.index)
             remedy = (

@@ -210,7 +210,8 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
     names = ", ".join(quoted(rows[0].cell(column.index).text) for rows in list(by_sample.values())[:12])
     if wanted is None:
         if len(by_sample) > 1:
-            faults.add(place, f"rows of several samples: {names}.", "Select one: [readings] sample.")
+            remedy = "Write the one to read into the trial, such as [readings] sample = "
+            faults.add(place, f"rows of several samples: {names}.", f"{remedy}{names.partition(',')[0]}.")
         return header
     key = sample_key(wanted)
     if key not in by_sample:

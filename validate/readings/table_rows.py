@@ -15,6 +15,7 @@ from validate.readings.header_words import (
     is_particular,
     is_scaled_unit,
     meaning,
+    repeat_number,
     unit_of,
 )
 from validate.readings.sheet import BLANK, MOST_COLUMNS, FaultList, Place, SheetCell, SheetGrid, SheetRow, column_of
@@ -148,6 +149,8 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         return hits, *likeness, above, len(header) > 1 and _names_repeats(header[-1]), -len(named), -first
 
     candidates = list(_candidates(rows, merged, given.header_rows))
+    whole = [one for one in candidates if not _leaves_names(*one, rows)]
+    candidates = whole if any(any(key(one)[1:3]) for one in whole) else candidates
     begin = _first_numbers(rows, given)
     if begin is not None:
         higher = [one for one in candidates if one[0] + len(one[1]) <= begin]
@@ -162,6 +165,15 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         best = best[0], ()  # The sheet begins with readings.
     named, units = _without_units(best[1])
     return HeaderRows(best[0], len(best[1]), _joined(named, merged), units)
+
+
+def _leaves_names(first: int, header: Sequence[SheetRow], rows: Sequence[SheetRow]) -> bool:
+    """Return whether the row above a header names columns of numbers that the header does not name."""
+    above, below = rows[first - 1] if first else None, rows[first + len(header) :]
+    if above is None or any(map(is_a_number, above.cells)) or _is_title(above, rows[first:]):
+        return False
+    numeric = {at for row in below[:MOST_HEADER_ROWS] for at, cell in enumerate(row.cells) if is_a_number(cell)}
+    return any(above.cell(at).text and all(row.cell(at) == BLANK for row in header) for at in numeric)
 
 
 def _begins_with_numbers(header: Sequence[SheetRow]) -> bool:
@@ -324,12 +336,16 @@ def _is_title(row: SheetRow, below: Sequence[SheetRow]) -> bool:
 def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
     """Return whether a row continues a header: words, or repeat numbers 1, 2, 3 in a header with a station column."""
     cells = [cell for cell in below.cells if cell != BLANK]
-    numbers = [cell.text for cell in cells if cell.kind != "text" or is_number(cell.text)]
+    numbers = {at: cell.text for at, cell in enumerate(below.cells) if cell.kind != "text" or is_number(cell.text)}
     if numbers:
         stations = [at for at, name in names.items() if (named := meaning(name)) and named.role == "station"]
-        stations = stations or list(names)[:1]
-        counted = numbers == [str(number) for number in range(1, len(numbers) + 1)]
-        return counted and bool(stations) and all(unit_of(below.cell(at).text or "mm") for at in stations)
+        above = {meaning(names.get(at, "")) for at in numbers}
+        are_repeats = len(above) == 1 and all(what is not None and what.role == "reading" for what in above)
+        stations = stations or ([] if are_repeats else list(names)[:1])
+        counted = [repeat_number(text) for text in numbers.values()] == [*range(1, len(numbers) + 1)]
+        return (
+            counted and (are_repeats or bool(stations)) and all(unit_of(below.cell(at).text or "mm") for at in stations)
+        )
     return not all(unit_of(cell.text) or is_missing(cell.text) for cell in cells)
 
 
@@ -337,7 +353,9 @@ def _names_repeats(row: SheetRow) -> bool:
     """Return whether a row contains only names of readings, such as "Messung 1", or their numbers."""
     texts = [cell.text for cell in row.cells if cell.text]
     roles = {named.role for text in texts if not is_number(text) and (named := meaning(text)) is not None}
-    return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
+    return roles <= {"reading", "repeat"} and all(
+        repeat_number(text) is not None or is_number(text) or meaning(text) is not None for text in texts
+    )
 
 
 def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
@@ -392,6 +410,15 @@ def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
     return table, along, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
 
 
+def which_table(first: str, second: str) -> str:
+    """Return the remedy if a sheet has several tables."""
+    return (
+        f'Write the cells of this sample\'s table, "{first}" or "{second}", into the column range of its row in '
+        "pairing.csv (in a trial: [readings.columns] range). If the other table is of another sample, add a row of "
+        "this file for it."
+    )
+
+
 def sorted_rows(
     place: Place, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
 ) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
@@ -421,7 +448,7 @@ def sorted_rows(
             words_between = None
     else:
         return stations, remarks, passed
-    spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
+    first, second = f"{place.row}:{row.number - 1}", f"{row.number}:{body[-1].number}"
     finding = f"a second table begins in row {row.number}, below the first."
-    faults.add(replace(place, row=row.number), finding, f"Select one: [readings.columns] range = {spans}.")
+    faults.add(replace(place, row=row.number), finding, which_table(first, second))
     return stations, remarks, passed

@@ -24,7 +24,14 @@ MOST_ROWS_SHOWN = 8  # Limit on the listed rows that are not read
 
 
 def dialect_of(
-    grid: SheetGrid, header: Header, declared: Declared, mark: Decimal | None, repeats: int, missing: int
+    grid: SheetGrid,
+    header: Header,
+    declared: Declared,
+    mark: Decimal | None,
+    repeats: int,
+    missing: int,
+    *,
+    is_long: bool,
 ) -> str:
     """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
     units = list(dict.fromkeys(str(column.unit) for column in header.readings))
@@ -35,7 +42,7 @@ def dialect_of(
         counting += f", places in {header.station.unit}"
     sample = () if declared.sample is None else (f"rows of {shown(declared.sample)}",)
     written = ", ".join((*grid.written, *sample, *(() if mark is None else (f"decimal {mark}",))))
-    layout = f"{'wide' if header.repeat is None else 'long'}, {counted(repeats, 'repeat')}"
+    layout = f"{'long' if is_long else 'wide'}, {counted(repeats, 'repeat')}"
     skipped = ", ".join(shown(column.name) for column in header.skipped[:8])
     more = {
         f"{counted(missing, 'reading')} missing": missing,

@@ -1,6 +1,7 @@
 """One file of readings for several samples: each gets its own part, shown in the pairing and corrected there."""
 
 import csv
+import re
 
 import openpyxl
 import pytest
@@ -50,8 +51,8 @@ def test_a_sample_without_a_photo_is_asked_about_and_can_be_corrected(shared, tm
     pairing = lab / "pairing.csv"
     assert "caliper_all.csv,readings,P01,rows of P01," in pairing.read_text()
     edit(pairing, "readings,Z02,rows", "readings,P02,rows")
-    assert fates(ingest(shared, lab, QUIET, pairing=pairing)) == {"P01": "unchanged", "P02": "revised"}
-    assert levels_mm(lab, "P02@2") == [-2.0, -2.5]
+    assert fates(ingest(shared, lab, QUIET, pairing=pairing)) == {"P01": "unchanged", "P02": "new"}
+    assert levels_mm(lab, "P02") == [-2.0, -2.5]
     assert fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # remembered
 
 
@@ -147,10 +148,18 @@ ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\
             BESIDE.replace(";;Probe", ";Probe").replace(";;s", ";s").replace(";;1;", ";1;").replace(";;11", ";11"),
             ["A1:C4", "D1:F4"],
         ),
+        (re.sub(r"(?m)(?<=\d)(?=;|$)(?<!P0\d)", " mm", BELOW), ["A3:C7", "A9:C13"]),
         (NAMED, ["columns B", "columns C"]),
         (ABOVE, ["columns B C", "columns D E"]),
     ],
-    ids=["below", "beside", "without a blank column", "columns that name them", "a row that names them"],
+    ids=[
+        "below",
+        "beside",
+        "without a blank column",
+        "units behind all numbers",
+        "columns that name them",
+        "a row that names them",
+    ],
 )
 def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared, tmp_path, text, parts, file):
     """Repeats of a sheet called P01 were once the columns of both samples."""
@@ -184,7 +193,11 @@ def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared
         ("caliper_all.csv", BESIDE.replace("P02", "P01"), ["2 tables are its readings"]),
         ("caliper_all.csv", BESIDE.replace("Pegel", "Wert X"), ["no column of readings", "no column of readings"]),
         ("P01.csv", ABOVE.replace("P02", "Z09"), ["columns D E: no photo of sample Z09"]),
-        ("P01.csv", BESIDE.replace("P01", "").replace("Probe P02", ""), ["2 tables side by side"]),
+        (
+            "P01.csv",
+            BESIDE.replace("P01", "").replace("Probe P02", ""),
+            ["2 tables side by side", "P01.csv: it has several tables. Photos without readings: P02.png"],
+        ),
         ("P01.csv", f"{HEAD}\n1;-1;-1\n9;-1;-1\n\nMittel\ns [mm];Pegel [mm]\n1;-1\n9;-1", ["a second table begins"]),
     ],
 )  # fmt: skip
@@ -229,12 +242,12 @@ def test_an_answer_stays_with_a_table_that_gets_a_new_row(shared, tmp_path):
     assert fates(ingest(shared, lab, QUIET))["P02"] == "unchanged"
     path.write_text(BESIDE.replace("P01", "Messreihe") + "\n12;-1,7;-1,7;;12;-2,7;-2,7\n")
     assert fates(ingest(shared, lab, QUIET)) == {"P01": "revised", "P02": "revised"}
-    assert len(levels_mm(lab, "P01@3")) == 3
+    assert len(levels_mm(lab, "P01@2")) == 3
 
 
 def test_a_table_beside_the_given_range_is_asked_about(shared, tmp_path):
-    """Numbers with units make no table that is found; the range of one sample left the other's table out in silence."""
-    rows = [f"{s_mm} mm;-{s_mm / 10} mm;-{s_mm / 10} mm" for s_mm in (1, 5, 11)]
+    """Numbers with a mark make no table; the range of one sample left the other's table out in silence."""
+    rows = [f"{s_mm}*;-{s_mm / 10}*;-{s_mm / 10}*" for s_mm in (1, 5, 11)]
     head, lab = "Abstand;Messung 1;Messung 2", tmp_path / "lab"
     (shared / "caliper_all.csv").unlink()
     (shared / "Blatt 1.csv").write_text("\n".join(["P01", head, *rows, "", "P02", head, *rows]))

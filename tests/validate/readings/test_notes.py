@@ -14,6 +14,21 @@ CELLS = "s [mm];Tiefe [mm]\n0;{}\n10;11,4/11.2/11,3\n20;10,9 n.m. 11,0\n"
 READ = {
     "lines alone": (LINES, MM_DOWN, LEVELS),
     "a title with quantity and unit": ("S14 Tiefe mm\n" + LINES, {"unit": "mm"}, LEVELS),
+    "a title with a part that explains the sign": (
+        "S14, Tiefe unter Oberfläche in mm, plus = drunter\n" + LINES.replace(":", " mm:"),
+        {},
+        LEVELS,
+    ),
+    "a title with the unit beside unknown words": (
+        "Profondeur sous la face en mm, 3 mesures par point\n(xyz = abc)\n" + LINES.replace(":", " mm:"),
+        {"quantity": "depth"},
+        LEVELS,
+    ),
+    "a title with the unit in brackets": (
+        "S14 Tiefe ab xyz (mm)\n" + LINES.replace(":", " mm:"),
+        {"quantity": "depth"},
+        LEVELS,
+    ),
     "units of the places": ("# S14 Tiefe [mm]\n12.3. Meier\n\n" + LINES.replace(":", " mm:"), {}, LEVELS),
     "a list in Markdown": ("- **0:** " + LINES[3:].replace("\n1", "\n- 1").replace("\n2", "\n- 2"), MM_DOWN, LEVELS),
     "a messenger": (ANNA + "S14 Tiefe\n" + ANNA + LINES.replace("\n1", f"\n{ANNA}1"), {"unit": "mm"}, LEVELS),
@@ -46,6 +61,21 @@ def test_a_note_is_read_with_its_repeats(read, text, declared, levels_mm):
 REFUSED = {
     "no unit and no direction": (LINES, {}, ["'s', 'reading': no unit", "upward or downward"]),
     "a unit of readings is not that of places": ("S14 Tiefe mm\n" + LINES, {}, ["'s': no unit"]),
+    "titles with two units": (
+        "Tiefe xyz 1 in mm\nTiefe abc 2 in cm\n" + LINES.replace(":", " mm:"),
+        {},
+        ["'reading': no unit", "upward or downward"],
+    ),
+    "the unit of the places in a title": (
+        "Abstand xyz in mm, Tiefe abc\n" + LINES,
+        {},
+        ["'s', 'reading': no unit", "upward or downward"],
+    ),
+    "the unit of the crack's depth": (
+        "Tiefe des Risses xyz in mm\n" + LINES,
+        {},
+        ["'s', 'reading': no unit", "upward or downward"],
+    ),
     "the depth of the crack": ("S14 Tiefe 16 mm\n" + LINES, {}, ["'s', 'reading': no unit", "upward or downward"]),
     "a level above another datum": ("Höhe über Boden\n" + LINES, {"unit": "mm"}, ["upward or downward"]),
     "a comma of one reading or two": (ALONE, MM_DOWN, ["'11,12' is one reading with a decimal comma, or two"]),
