@@ -11,7 +11,7 @@ from sealtwin.core.records import Floats
 from simulate.block import BlockRelease, FluidBlock
 from simulate.device import start_warp
 from simulate.hollow import Box, Hollow
-from simulate.loose_fluid import LooseFluid, filled_box_mm, substep_s
+from simulate.loose_fluid import LooseFluid, all_at_once, filled_box_mm, substep_s
 from simulate.settings import LEVEL, Fluid, SampleSlope, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
 from simulate.setup.signed_distance import CM
@@ -88,7 +88,14 @@ def release(
     frame_s = substep_s(radius_mm)
     paste, _ = solved_as(fluid, solver, frame_s, round(block.duration_s / frame_s) + 1)
     place_mm = _packed(block, solver, seed, device)
-    loose = LooseFluid.put(opened(block, radius_mm), place_mm, paste, solver, slope=slope, device=device)
+    loose = LooseFluid.put(
+        opened(block, radius_mm),
+        all_at_once(place_mm, radius_mm),
+        paste,
+        solver,
+        slope=slope,
+        device=device,
+    )
     whole_mm3 = len(place_mm) * particle_volume(radius_mm)
     rows = [_figures(loose, 0.0, whole_mm3)]
     progress.start("Releasing the block", loose.frames_in(block.duration_s))
@@ -135,7 +142,7 @@ def _packed(block: FluidBlock, solver: Solver, seed: int, device: str) -> Floats
     low, (x, y, height) = astuple(_box(block))
     # As many particles as have the block's volume.
     lattice = filled_box_mm(low, (x, y, height * factor), radius_mm, factor, seed)
-    loose = LooseFluid.put(closed(block, radius_mm), lattice, thick, solver, device=device)
+    loose = LooseFluid.put(closed(block, radius_mm), all_at_once(lattice, radius_mm), thick, solver, device=device)
     for _ in loose.run(SETTLING_S, SETTLING_S):
         pass
     return loose.place_mm
