@@ -3,7 +3,7 @@
 ``measured/measured.toml`` has the cases, their sources and the targets, written before the first run.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,13 +88,17 @@ def _extent_mm(loose: LooseFluid, kind: str) -> float:
     return float(np.quantile(EXTENTS[kind](x, y), 1 - BEYOND)) + loose.half_mm
 
 
-def rows_of(pours: Mapping[Pour, Floats]) -> Iterator[Row]:
-    for pour, extents_mm in pours.items():
+def rows_of(pours: Iterable[tuple[Pour, Floats]]) -> Iterator[Row]:
+    for pour, extents_mm in pours:
         logs = list[float]()
         for (t_s, kind, seen_mm), mm in zip(pour.extents, extents_mm, strict=True):
             logs.append(float(np.log(mm / seen_mm)))
-            yield Row(f"{pour.name}, {kind} at {t_s:g} s: {seen_mm:g} mm, computed", float(mm), "mm")
-        of, targets = f"{pour.name}: computed over measured", pour.table.get("targets", {})
+            yield Row(
+                f"{pour.table['label']}, {kind.replace('_', ' ')} at {t_s:g} s: {seen_mm:g} mm, computed",
+                float(mm),
+                "mm",
+            )
+        of, targets = f"{pour.table['label']}: computed over measured", pour.table.get("targets", {})
         yield Row(f"{of}: bias", float(np.exp(np.mean(logs))), "", *targets.get("bias", ()))
         worst = 100 * float(np.abs(np.expm1(logs)).max())
         yield Row(f"{of}: worst", worst, "%", 0.0, targets.get("worst_percent", np.inf))

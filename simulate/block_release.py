@@ -22,6 +22,7 @@ SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
 SPRAY = 0.002  # Share of the particles that may be beyond the front
 WALL_RADII = 4.0  # Thickness of the walls beside a block, in particle radii
 HEADROOM = 1.25  # Height of the hollow over the block's
+NOT_READ = ("model", "damping_per_s", "settle_s")  # Settings of a solver that a block has no use for
 LEAST_ACROSS = 6  # Least number of particle diameters across the shortest side of the block
 MOST_PARTICLES = 200_000
 
@@ -72,9 +73,11 @@ def release(
 
     ``seed`` is that of the small random offsets of the particles when they are put down.
 
-    Raises InputError if the block has too few or too many particles or the fluid is too stiff, and NumericalError if
+    Raises InputError if ``solver`` sets what a block has no use for, the block has too few or too many particles or the fluid is too stiff, and NumericalError if
     the front reaches the edge of the plate, or the computation fails.
     """
+    if unread := [name for name in NOT_READ if name in solver.model_fields_set]:
+        raise InputError(f"solver.{unread[0]}: a block that is let go has no use for it. Leave it out.")
     radius_mm, progress = solver.size_mm, progress or Progress()
     sides = block.length_mm, block.width_mm, block.height_mm
     across, count = min(sides) / (2 * radius_mm), math.prod(sides) / particle_volume(radius_mm)
@@ -84,13 +87,13 @@ def release(
             f"shortest side. Allowed are at most {MOST_PARTICLES:,}, and at least {LEAST_ACROSS} across."
         )
     start_warp()
+    frame_s = substep_s(radius_mm) / (solver.substeps or 1)
     solver = solver.model_copy(update={"substeps": 1})
-    frame_s = substep_s(radius_mm)
     paste, _ = solved_as(fluid, solver, frame_s, round(block.duration_s / frame_s) + 1)
     place_mm = _packed(block, solver, seed, device)
     loose = LooseFluid.put(
         opened(block, radius_mm),
-        all_at_once(place_mm, radius_mm),
+        all_at_once(place_mm, radius_mm, frame_s),
         paste,
         solver,
         slope=slope,
