@@ -3,8 +3,9 @@
     python -m benchmarks.measured [--picture docs/images/measured.png]
 
 ``measured/measured.toml`` has the cases, their sources and licences, and the targets, written before the first run.
-It takes about a quarter of an hour. The materials of the dam breaks have flow curves from a rheometer, fitted by 'sealtwin material rheometer'. One shift of
-the clock is the same in all of them. Fronts under 10 mm and outlines 4 and 6 are reported.
+It takes about a quarter of an hour. The materials of the dam breaks have flow curves from a rheometer, fitted by
+'sealtwin material rheometer'. One shift of the clock is the same in all of them. Fronts under 10 mm and outlines 4 and
+6 are reported.
 """
 
 import csv
