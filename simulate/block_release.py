@@ -73,8 +73,8 @@ def release(
 
     ``seed`` is that of the small random offsets of the particles when they are put down.
 
-    Raises InputError if ``solver`` sets what a block has no use for, the block has too few or too many particles or the fluid is too stiff, and NumericalError if
-    the front reaches the edge of the plate, or the computation fails.
+    Raises InputError if ``solver`` sets what a block has no use for, the block has too few or too many particles or the
+    fluid is too stiff, and NumericalError if the front reaches the edge of the plate, or the computation fails.
     """
     if unread := [name for name in NOT_READ if name in solver.model_fields_set]:
         raise InputError(f"solver.{unread[0]}: a block that is let go has no use for it. Leave it out.")
