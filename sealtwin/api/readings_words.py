@@ -7,14 +7,16 @@ Given = Literal["file", "named rows", "array"]
 """Input of ``read_readings``: a file, rows with the names of their columns, or numbers without names."""
 
 NAME_THEM = 'Name them as a sheet does, such as "s_mm", "depth_1_mm", and leave out other columns of numbers.'
-TABLES = r"Write the cells of this sample's table, (\"[^\"]*\") or (\"[^\"]*\"), into.*?file for it\."
+TABLE = r"Write into the column range of its row.*?the cells of "
+OTHER_TABLE = r" If the other table is of another sample, add a row of this file for it\."
 PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
     "file": (
         (
             r"Assign the columns by letters:.*? or the trial\.",
             'Assign the columns by letters: columns={"s": "A", "levels": ["B", "C"]}.',
         ),
-        (TABLES, r'Select one: columns={"range": \1} or \2.'),
+        (TABLE, 'Give columns, key "range": the cells of '),
+        (OTHER_TABLE, ""),
         (r"Write into the column places of pairing\.csv:", 'Give columns, key "places":'),
         (r"\[readings\.columns\] (\w+) = (\"[^\"]*\")", r'columns={"\1": \2}'),
         (r"\[readings\.columns\] (\w+)", r'columns, key "\1"'),
@@ -24,7 +26,8 @@ PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
         (r"Assign the columns by letters:.*? or the trial\.", NAME_THEM),
         (r"List the columns of readings: \[readings\.columns\] levels", "Leave out columns that are not readings"),
         (r"List the columns to read in \[readings\.columns\] levels", "Leave out one kind"),
-        (TABLES, "Give only the columns of one."),
+        (TABLE, "Give only the columns of "),
+        (OTHER_TABLE, ""),
         (r"Write into the column places of pairing\.csv:.*?all places\.", "Give the places as numbers in mm."),
         (r"add it to \[readings\.columns\] missing", "use None"),
         (r"Skip these rows with \[readings\.columns\] skip", "Leave out these rows"),

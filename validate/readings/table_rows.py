@@ -413,9 +413,9 @@ def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
 def which_table(first: str, second: str) -> str:
     """Return the remedy if a sheet has several tables."""
     return (
-        f'Write the cells of this sample\'s table, "{first}" or "{second}", into the column range of its row in '
-        "pairing.csv (in a trial: [readings.columns] range). If the other table is of another sample, add a row of "
-        "this file for it."
+        "Write into the column range of its row in pairing.csv (in a trial: [readings.columns] range) the cells of "
+        f'this sample\'s table, "{first}" or "{second}". If the other table is of another sample, add a row of this '
+        "file for it."
     )
 
 

@@ -198,11 +198,11 @@ REFUSED = {
     "tabs are no blanks": ("wo\ta\n0\t1\n5\t2\n", None, "A 'wo' (0), B 'a' (1)"),
     "rows that are no header": ("s_mm;depth_mm\n0;1\n5;2\n", {"header_rows": "8:9"}, "no rows 8:9"),
     "a letter beyond the table": ("s_mm;depth_mm\n0;1\n5;2\n", {"s": "Q"}, "'Q' is not a column"),
-    "a table beside": (BESIDE, None, '"A:B" or "D:E", into the column range'),
+    "a table beside": (BESIDE, None, 'sample\'s table, "A:B" or "D:E"'),
     "a table below": (
         "s_mm;depth_mm\n0;1\n5;2\n\nX\ns_mm;depth_mm\n0;3\n5;4\n",
         None,
-        '"1:5" or "6:8", into the column range',
+        'sample\'s table, "1:5" or "6:8"',
     ),
     "the way back": ("s_mm;depth_mm\n0;1\n5;2\nzurück\n2;3\n4;4\n", None, "a second table begins in row 5"),
     "an unknown name": ("s_mm;depth_mm;z\n0;1;7\n5;2;8\n", None, "'z' has an unknown name and contains numbers"),
