@@ -46,10 +46,11 @@ from validate.readings.table_rows import (
 )
 from validate.readings.tables import common_lines
 from validate.settings import Columns, Declared, Quantity
+from validate.units import counted
 
 ASSIGN = (
     "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv; or [readings.columns] "
-    's = "A", levels = ["B", "C"] in lab.toml or the trial.'
+    's = "A", levels = ["B", "C"] in lab.toml or the trial. If each place has a column, give rows: s = 3, levels = 4:6.'
 )
 
 
@@ -75,7 +76,8 @@ class _HeaderReader:
         self.mass: Mass | None = mass
         self.unknown: list[Column] = []  # Columns of numbers under unknown names
         self.given = declared.columns or Columns()
-        self.rows, self.skipped, self.unmet = table_rows(grid, self.given)
+        self.rows, skipped, unmet = table_rows(grid, self.given)
+        self.skipped, self.unmet = [*skipped, *grid.outside], [*unmet, *grid.unmet]
         if len(self.rows) < 2:
             remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
@@ -146,10 +148,11 @@ class _HeaderReader:
         taken = {column.index for column in columns} - {column.index for column in skipped}
         of_units = columns_of_units(self.names, taken, self.body)
         used = self.units.with_units(used, of_units)
-        place, at = self.grid.place(self.number), [column.index for column in used]
-        body, between, passed = sorted_rows(place, self.body, at[0], at[1:], self.faults)
+        at = [column.index for column in used]
+        body, between, passed = sorted_rows(self.grid, self.number, self.body, at[0], at[1:], self.faults)
         remarks = [*self.rows[: self.first], *self.skipped, *between, *common_lines(self.grid, self.given.range)]
         self.units.check_remarks(remarks, used)
+        self._check_range(at)
         cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
         return Header(
             row=SheetRow(self.number, cells),
@@ -166,6 +169,20 @@ class _HeaderReader:
             unmet=tuple(self.unmet),
             of_units=tuple(of_units),
         )
+
+    def _check_range(self, columns: Sequence[int]) -> None:
+        """Add a fault if the range of a turned sheet cuts off columns with a place and readings."""
+        station, *readings = columns
+        cut = [
+            row.number
+            for row in self.grid.cut
+            if any(map(str.isdigit, row.cell(station).text)) and any(is_a_number(row.cell(at)) for at in readings)
+        ]
+        if cut and "range" not in (self.declared.as_written or ()):
+            span = letters(cut[0] - 1) if len(cut) == 1 else self.grid.span_of_rows(cut[0], cut[-1])
+            finding = f"{counted(len(cut), 'place')} with readings, in {span}, outside of the range."
+            remedy = 'Extend the range, or confirm that they are not of this sample: readings.as_written = ["range"].'
+            self.faults.add(self.grid.place(cut[0]), finding, remedy)
 
     def _numbering(
         self, stations: list[Column], readings: list[Column], samples: list[Column], counters: list[Column]
@@ -291,8 +308,9 @@ class _HeaderReader:
         tables = [columns[start:end] for start, end in pairwise([*starts, len(columns)])]
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
-        spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        finding = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
+        spans = [self.grid.span_of_columns(table[0].index, table[-1].index) for table in tables]
+        of = "one below the other, in rows" if self.grid.turned else "side by side, in columns"
+        finding = f"{len(tables)} tables {of} {' and '.join(spans)}."
         self._add_fault(finding, which_table(spans[0], spans[-1]))
         return tables[0]
 

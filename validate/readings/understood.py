@@ -70,7 +70,7 @@ def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadC
         for column in sorted([*header.read, *header.skipped], key=lambda column: column.index)
     ]
     for row in (*header.remarks, *header.passed)[:MOST_ROWS_SHOWN]:
-        place, what = (f"{row.number}", "row") if turned is None else (letters(row.number - 1), "column")
+        place, what = (f"{row.number}", "row") if not turned else (letters(row.number - 1), "column")
         text = next(cell.text for cell in row.cells if cell.text)
         columns.append(ReadColumn(place, shown(text), f"{what}, not read", "", ""))
     return (*columns, *(ReadColumn("-", shown(text), NO_SUCH, "", "") for text in header.unmet))

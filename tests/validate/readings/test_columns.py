@@ -134,7 +134,7 @@ READ = {
         TWO,
     ),
     "stations in a row": (ROWED.format("2,0"), None, {"unit": "mm"}, [*TWO, [-2.5, -2.6]]),
-    "declared stations in a row": ("x;0;5\ny;1;2\n", {"transposed": True, **BY_LETTER}, MM_DOWN, ONE),
+    "declared stations in a row": ("x;0;5\ny;1;2\n", {"transposed": True, "s": "1", "levels": ["2"]}, MM_DOWN, ONE),
     **{f"a line with a date: {at!r}": (f"{at}s;Tiefe\nmm;mm\n0;1\n5;2\n", None, {}, ONE) for at in DATES},
 }
 
