@@ -130,8 +130,8 @@ class Declared(Settings):
         for answer in answers or ():
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
-                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats or range; '
-                    f"found {answer!r:.40}"
+                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats or '
+                    f"range; found {answer!r:.40}"
                 )
         return answers
 

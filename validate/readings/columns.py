@@ -151,7 +151,9 @@ class _HeaderReader:
         at = [column.index for column in used]
         body, between, passed = sorted_rows(self.grid, self.number, self.body, at[0], at[1:], self.faults)
         remarks = [*self.rows[: self.first], *self.skipped, *between, *common_lines(self.grid, self.given.range)]
-        self.units.check_remarks(remarks, used)
+        # In a turned sheet, a line such as "Unit:, in" is the name of a row that is not read.
+        named = [SheetRow(self.number, (SheetCell(column.name),)) for column in skipped if self.grid.turned]
+        self.units.check_remarks([*remarks, *named], used)
         self._check_range(at)
         cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
         return Header(

@@ -243,10 +243,10 @@ class TableReader:
             if column == last_column == header.station.index and len(header.readings) == 1:
                 merged |= dict.fromkeys(rows, body[rows[0]].cell(column))
             elif row != last_row or column != last_column:
+                ends = self.grid.cell_name(row, column), self.grid.cell_name(last_row, last_column)
                 self.faults.add(
                     self.grid.place(row, column),
-                    f"cells {self.grid.cell_name(row, column)} to {self.grid.cell_name(last_row, last_column)} are merged "
-                    "with one value.",
+                    f"cells {' to '.join(ends)} are merged with one value.",
                     "Skip these rows with [readings.columns] skip, or unmerge the cells in a copy.",
                 )
         return merged

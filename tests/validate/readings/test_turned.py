@@ -60,7 +60,9 @@ def test_places_outside_of_a_range_may_be_confirmed(read):
     assert sheet.s_mm.tolist() == [0, 5]
 
 
-def test_an_export_with_a_column_for_each_place_is_read(read):
-    sheet = read(EXPORT, columns={"s": "1", "levels": ["3:4"]}, **INCH)
+def test_an_export_with_a_column_for_each_place_is_read(read, refused):
+    columns = {"s": "2", "levels": ["4:5"]}
+    sheet = read(f"Unit:,in\n{EXPORT}", columns=columns, **INCH)
     assert sheet.s_mm.tolist() == [0, 5, 9]
     assert sheet.repeats_mm[1].tolist() == pytest.approx([-2.54, -2.794])
+    assert "'Unit: in', but the columns are in mm" in str(refused(f"Unit:,in\n{EXPORT}", columns=columns, **MM_UP))
