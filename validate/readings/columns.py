@@ -78,6 +78,7 @@ class _HeaderReader:
         self.given = declared.columns or Columns()
         self.rows, skipped, unmet = table_rows(grid, self.given)
         self.skipped, self.unmet = [*skipped, *grid.outside], [*unmet, *grid.unmet]
+        self.common = common_lines(grid, self.given.range)
         if len(self.rows) < 2:
             remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
@@ -91,6 +92,9 @@ class _HeaderReader:
         if grid.is_note:
             titles = (row.cell(0).text for row in (*self.rows[: self.first], *self.skipped))
             self.names |= {1: name} if (name := name_in_titles(titles)) else {}
+        self.header_rows = header.count
+        lines = (*self.rows[: self.first], *self.common, *grid.outside)
+        self.titled = None if grid.is_note else name_in_titles(cell.text for row in lines for cell in row.cells)
         body = self.rows[self.first + header.count :]
         self.place_words = self._place_words(columns_of_places(body))
         body = without_words(body, [*self.place_words])
@@ -147,10 +151,11 @@ class _HeaderReader:
         skipped = [column for column in by_role["skipped"] if column.index not in read]
         taken = {column.index for column in columns} - {column.index for column in skipped}
         of_units = columns_of_units(self.names, taken, self.body)
-        used = self.units.with_units(used, of_units)
+        used = self.units.with_units([used[0], *map(self._as_titled, used[1:])], of_units)
+        self._check_spanned(used[1:])
         at = [column.index for column in used]
         body, between, passed = sorted_rows(self.grid, self.number, self.body, at[0], at[1:], self.faults)
-        remarks = [*self.rows[: self.first], *self.skipped, *between, *common_lines(self.grid, self.given.range)]
+        remarks = [*self.rows[: self.first], *self.skipped, *between, *self.common]
         # In a turned sheet, a line such as "Unit:, in" is the name of a row that is not read.
         named = [SheetRow(self.number, (SheetCell(column.name),)) for column in skipped if self.grid.turned]
         self.units.check_remarks([*remarks, *named], used)
@@ -171,6 +176,25 @@ class _HeaderReader:
             unmet=tuple(self.unmet),
             of_units=tuple(of_units),
         )
+
+    def _as_titled(self, reading: Column) -> Column:
+        """Return a column with the unit and the direction of the table's title, if nothing gives its own."""
+        what = None if self.titled is None else meaning(self.titled)
+        if what is None or what.unit is None or what.quantity is None or reading.unit or reading.quantity:
+            return reading
+        return (
+            reading if reading.index in self.units.units else replace(reading, unit=what.unit, quantity=what.quantity)
+        )
+
+    def _check_spanned(self, readings: Sequence[Column]) -> None:
+        """Add a fault if one name spans columns in different units: they may have the same readings."""
+        header = self.rows[self.first : self.first + self.header_rows]
+        spanned = [column for column in readings if all(row.cell(column.index) == BLANK for row in header)]
+        if spanned and self.given.levels is None and len({column.unit for column in readings} - {None}) > 1:
+            finding = (
+                f"{quoted_names(readings)}: one name of columns in different units, which may be the same readings."
+            )
+            self._add_fault(finding, f"List one column for each repeat. {ASSIGN}", spanned[0].name)
 
     def _check_range(self, columns: Sequence[int]) -> None:
         """Add a fault if the range of a turned sheet cuts off columns with a place and readings."""

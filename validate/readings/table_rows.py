@@ -29,7 +29,15 @@ from validate.readings.sheet import (
     column_of,
     letters,
 )
-from validate.readings.text_table import NOTE_HEAD, is_missing, number, plain_letters, several, without_missing
+from validate.readings.text_table import (
+    NOTE_HEAD,
+    decimals_of,
+    is_missing,
+    number,
+    plain_letters,
+    several,
+    without_missing,
+)
 from validate.settings import Columns
 
 MOST_LINES_ABOVE = 100
@@ -228,7 +236,7 @@ def _candidates(
     for first in range(min(len(rows), MOST_LINES_ABOVE)):
         for count in range(1, MOST_HEADER_ROWS + 1) if declared is None else (declared,):
             header = rows[first : first + count]
-            if len(header) < count:
+            if len(header) < count or _has_decimals(rows[first]):
                 break
             if declared is None and count > 1:
                 if is_units_row(header[-1]):
@@ -238,8 +246,14 @@ def _candidates(
                     break
                 if _is_above_names(header, merged):
                     continue
-            if header and not _is_title(header[0], rows[first + 1 :]) and not _is_cut(header, merged):
+            is_title = not header or _is_title(header[0], rows[first + 1 :])
+            if not is_title and not _is_cut(header, rows[first + count :], merged):
                 yield first, header
+
+
+def _has_decimals(row: SheetRow) -> bool:
+    """Return whether a row has several decimal numbers, as rows of readings have, and no header."""
+    return sum(number(cell.text, None) is not None and decimals_of(cell.text) > 0 for cell in row.cells) > 1
 
 
 def _is_above_names(header: Sequence[SheetRow], merged: Merged) -> bool:
@@ -333,9 +347,10 @@ def _names_repeats(row: SheetRow) -> bool:
     )
 
 
-def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
-    """Return whether a name is merged with cells above or below the header."""
+def _is_cut(header: Sequence[SheetRow], below: Sequence[SheetRow], merged: Merged) -> bool:
+    """Return whether a name is merged with cells above the header, or below it and a row of units."""
     first, last = header[0].number, header[-1].number
+    last = below[0].number if merged and below and is_units_row(below[0]) else last
     return any(
         top < first <= bottom or first <= top <= last < bottom < top + MOST_HEADER_ROWS for top, _, bottom, _ in merged
     )
