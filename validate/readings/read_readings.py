@@ -240,7 +240,7 @@ class TableReader:
             rows = [number for number in body if row <= number <= last_row]
             if not rows or not any(column <= index <= last_column for index in used):
                 continue
-            if column == last_column == header.station.index and len(header.readings) == 1:
+            if column == last_column == header.station.index:
                 merged |= dict.fromkeys(rows, body[rows[0]].cell(column))
             elif row != last_row or column != last_column:
                 ends = self.grid.cell_name(row, column), self.grid.cell_name(last_row, last_column)

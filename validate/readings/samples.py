@@ -26,7 +26,7 @@ from validate.readings.sheet import (
 )
 from validate.readings.table_rows import is_a_number, within
 from validate.readings.tables import Table, common_lines, tables_of
-from validate.readings.text_table import read_delimited
+from validate.readings.texts import read_text
 from validate.readings.turned import upright
 from validate.settings import RANGE, Columns, Declared
 
@@ -68,7 +68,7 @@ def read_cells(path: Path, declared: Declared) -> SheetGrid:
     if declared.sheet is not None:
         finding = f"a text file, which has no sheets, but [readings] sheet = {declared.sheet!r}."
         raise refuse(Place(path), finding, "Remove this setting, or give the workbook.", declared.sheet)
-    return read_delimited(path, content, declared.separator)
+    return read_text(path, content, declared.separator)
 
 
 def read_table(path: Path, starter: str) -> SheetGrid:
@@ -193,7 +193,7 @@ def sheets_of(path: Path) -> tuple[SheetGrid, ...]:
             from validate.readings.workbook import read_sheets
 
             return tuple(read_sheets(path, content))
-        return (read_delimited(path, content, None),)
+        return (read_text(path, content, None),)
     except InputError:
         return ()
 

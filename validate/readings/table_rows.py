@@ -253,7 +253,7 @@ def _candidates(
 
 def _has_decimals(row: SheetRow) -> bool:
     """Return whether a row has several decimal numbers, as rows of readings have, and no header."""
-    return sum(number(cell.text, None) is not None and decimals_of(cell.text) > 0 for cell in row.cells) > 1
+    return sum(is_number(cell.text) and not cell.text.strip("+-").isdigit() for cell in row.cells) > 1
 
 
 def _is_above_names(header: Sequence[SheetRow], merged: Merged) -> bool:
