@@ -52,6 +52,10 @@ ASSIGN = (
     "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv; or [readings.columns] "
     's = "A", levels = ["B", "C"] in lab.toml or the trial. If each place has a column, give rows: s = 3, levels = 4:6.'
 )
+ASSIGN_ROWS = (
+    "Assign the rows by number: s and levels in pairing.csv, such as 3 and 4:6; or [readings.columns] "
+    's = "3", levels = ["4:6"] in lab.toml or the trial.'
+)
 
 
 def read_header(
@@ -74,6 +78,7 @@ class _HeaderReader:
     ) -> None:
         self.grid, self.declared, self.faults, self.stand_in = grid, declared, faults, stand_in
         self.mass: Mass | None = mass
+        self.assign = ASSIGN_ROWS if grid.turned else ASSIGN
         self.unknown: list[Column] = []  # Columns of numbers under unknown names
         self.given = declared.columns or Columns()
         self.rows, skipped, unmet = table_rows(grid, self.given)
@@ -130,14 +135,14 @@ class _HeaderReader:
             readings += [replace(column, role="reading") for column in counters]
         elif may_be_readings(self.body, repeat.index):
             finding = f"column {quoted(repeat.name)} numbers repeats by its name, but contains other numbers."
-            self._add_fault(finding, f"List the columns of readings. {ASSIGN}", repeat.name)
+            self._add_fault(finding, f"List the columns of readings. {self.assign}", repeat.name)
         if not stations or not readings:
             stations, readings = self._stand_ins(stations, readings)
         else:
             self._check_unknown(columns)
         for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
             if len(twice) > 1:
-                self._add_fault(f"{quoted_names(twice)} both name the {what}.", ASSIGN)
+                self._add_fault(f"{quoted_names(twice)} both name the {what}.", self.assign)
         if repeat is not None and len(readings) > 1:
             several = quoted_names(readings)
             finding = f"column {quoted_names([repeat])} numbers repeats, but there are several columns: {several}."
@@ -194,7 +199,7 @@ class _HeaderReader:
             finding = (
                 f"{quoted_names(readings)}: one name of columns in different units, which may be the same readings."
             )
-            self._add_fault(finding, f"List one column for each repeat. {ASSIGN}", spanned[0].name)
+            self._add_fault(finding, f"List one column for each repeat. {self.assign}", spanned[0].name)
 
     def _check_range(self, columns: Sequence[int]) -> None:
         """Add a fault if the range of a turned sheet cuts off columns with a place and readings."""
@@ -256,8 +261,10 @@ class _HeaderReader:
         for at in sorted({*self.names, *filled})[:MOST_SHOWN]:
             value = next((row.cell(at).text for row in self.body if row.cell(at).text), "")
             name = f" {quoted(self.names[at])}" if self.names.get(at) else ""
-            shown.append(f"{letters(at)}{name} ({clipped(value)})")
-        return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", ASSIGN)
+            shown.append(f"{self.grid.name_of(at)}{name} ({clipped(value)})")
+        return self._refused(
+            f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", self.assign
+        )
 
     def _declared_roles(self) -> dict[int, ColumnMeaning]:
         """Return the roles of the declared columns. Raises SheetFaults for a declared column that does not exist."""
@@ -307,7 +314,7 @@ class _HeaderReader:
             if what is None and ("reading" in declared or at not in numeric):
                 # A column of words has no readings, and if readings are declared, no other column has.
                 what = ColumnMeaning("skipped")
-            column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or letters(at))
+            column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or self.grid.name_of(at))
             (unknown if what is None else columns).append(column)
         if fill and len(unknown) == 1 and not any(column.role in ("reading", "repeat") for column in columns):
             # The only unknown column next to masses contains the levels.
@@ -322,11 +329,14 @@ class _HeaderReader:
         head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
         spans = list(blocks([head, *self.body]))
         for column in self.unknown:
-            span, lettered = next(span for span in spans if column.index in span), column.name == letters(column.index)
+            span, lettered = (
+                next(span for span in spans if column.index in span),
+                column.name == self.grid.name_of(column.index),
+            )
             if lettered or not own_block or own_block & set(span):
                 finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
                 finding = f"column {column.name} contains numbers and has no name." if lettered else finding
-                self._add_fault(finding, ASSIGN, column.name)
+                self._add_fault(finding, self.assign, column.name)
 
     def _one_table(self, columns: list[Column]) -> list[Column]:
         """Return the first of several tables side by side, each with stations and readings, and add a fault."""
@@ -344,17 +354,17 @@ class _HeaderReader:
         """Add a fault for columns of readings without a number (one may be the mean), or with the same number."""
         if len(readings) > 1 and self.given.levels is None and all(names_sample(column.name) for column in readings):
             finding = f"{quoted_names(readings)}: columns of several samples, or repeats of one?"
-            self._add_fault(finding, f"List the columns of this sample. {ASSIGN}", readings[0].name)
+            self._add_fault(finding, f"List the columns of this sample. {self.assign}", readings[0].name)
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
                 finding = (
                     f"{quoted_names(columns)}: no repeat number, but there are {len(readings)} columns of readings."
                 )
-                remedy = f"One of them may be a mean: list only the repeats as levels. {ASSIGN}"
+                remedy = f"One of them may be a mean: list only the repeats as levels. {self.assign}"
                 self._add_fault(finding, remedy, columns[0].name)
             elif len(columns) > 1:
-                self._add_fault(f"repeat {label} occurs twice: {quoted_names(columns)}.", ASSIGN, columns[1].name)
+                self._add_fault(f"repeat {label} occurs twice: {quoted_names(columns)}.", self.assign, columns[1].name)
 
     def _quantity(self, readings: Sequence[Column]) -> Quantity | None:
         declared = self.declared.quantity

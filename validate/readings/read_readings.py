@@ -322,7 +322,7 @@ class TableReader:
             usual = max(counts, key=lambda count: (counts[count], -count), default=1)
             for row in self.header.body:
                 cell = row.cell(column.index)
-                count, answer = len(self._parts(cell)), f"{row.number}"
+                count, answer = len(self._parts(cell)), self.grid.own_answer(f"{row.number}")
                 if cell.text and count > usual and answer not in (self.declared.as_written or ()):
                     finding = f"{quoted(cell.text)} has {counted(count, 'reading')}, most cells have {usual}."
                     remedy = f'Correct a blank within a number, or answer readings.as_written = ["{answer}"].'
@@ -457,9 +457,10 @@ class TableReader:
             "one row, or number them in a column 'repeat'; if not, correct the place."
         )
         if (column := self._likely_repeat()) is not None:
-            letter = letters(column.index)
+            letter = self.grid.own_answer(letters(column.index))
+            which = "row" if self.grid.turned else "column"
             remedy = (
-                f"If column {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
+                f"If {which} {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
                 f'"{letter}", or in pairing.csv.'
             )
         for before, station in pairwise(stations):

@@ -12,6 +12,7 @@ from sealtwin.core.records import ReadColumn
 Fact = Literal["columns", "station", "readings", "unit", "quantity", "decimal", "crack"]
 """Fact that a sheet leaves open: "columns" if any is not named, "station" or "readings" if the stand-in may be wrong;
 "crack" if readings are outside of it."""
+CELL = re.compile(r"([A-Z]{1,3})?([1-9][0-9]*)?")  # Or a column, or a row
 MOST_KEPT = 1_000
 MOST_SHOWN = 20  # Limit on the sentences of a message; more faults have a common cause
 FIGURES = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")  # Numbers within a sentence
@@ -216,6 +217,13 @@ class SheetGrid:
     def name_of(self, column: int) -> str:
         """Return the name of a column in the file: its letters, or "row 5" in a turned sheet."""
         return f"row {column + 1}" if self.turned else letters(column)
+
+    def own_answer(self, answer: str) -> str:
+        """Return a cell, column or row of ``readings.as_written`` as the file counts it: turned, E7 is G5."""
+        match = CELL.fullmatch(answer) if self.turned else None
+        if match is None:
+            return answer
+        return f"{letters(int(match[2]) - 1) if match[2] else ''}{column_of(match[1]) + 1 if match[1] else ''}"
 
     def cell_name(self, row: int, column: int) -> str:
         return f"{letters(row - 1)}{column + 1}" if self.turned else f"{letters(column)}{row}"

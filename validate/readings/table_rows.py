@@ -31,7 +31,6 @@ from validate.readings.sheet import (
 )
 from validate.readings.text_table import (
     NOTE_HEAD,
-    decimals_of,
     is_missing,
     number,
     plain_letters,

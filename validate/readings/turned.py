@@ -25,8 +25,10 @@ def upright(grid: SheetGrid, declared: Sheet) -> tuple[SheetGrid, Sheet]:
     declaration that a turned sheet cannot have.
     """
     given = declared.columns or Columns()
-    if given.transposed is not None or (by_rows := _names_rows(given)):
-        return _turned(grid, declared, given) if given.transposed or by_rows else (grid, declared)
+    if given.transposed or (given.transposed is None and _names_rows(given)):
+        return _turned(grid, declared, given)
+    if given.transposed is not None:
+        return grid, declared
     rows = table_rows(grid, given).rows
     is_small = len(rows) > 1 and rows[-1].number < MOST_TURNED
     of_rows = isinstance(given.header_rows, str) or _lettered(grid, given)

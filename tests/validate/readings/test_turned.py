@@ -66,3 +66,11 @@ def test_an_export_with_a_column_for_each_place_is_read(read, refused):
     assert sheet.s_mm.tolist() == [0, 5, 9]
     assert sheet.repeats_mm[1].tolist() == pytest.approx([-2.54, -2.794])
     assert "'Unit: in', but the columns are in mm" in str(refused(f"Unit:,in\n{EXPORT}", columns=columns, **MM_UP))
+
+
+def test_answers_name_the_cells_of_the_file(read):
+    """0.00 in cell D5 once was to be confirmed as E4, the cell of the turned sheet."""
+    text = SHEET.replace("A1;1;-1;-2;-3;", "A1;1;-1;0.00;-3;")
+    (doubt,) = (one for one in read(text, columns=BY_ROW, **MM_UP).doubts if "0.00" in one or "D5" in one)
+    assert '["D5"]' in doubt.partition("cell D5")[2]
+    assert not read(text, columns=BY_ROW, as_written=("D5",), **MM_UP).doubts
