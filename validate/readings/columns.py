@@ -45,16 +45,13 @@ from validate.readings.table_rows import (
     which_table,
 )
 from validate.readings.tables import common_lines
+from validate.readings.turned import ASSIGN_ROWS
 from validate.settings import Columns, Declared, Quantity
 from validate.units import counted
 
 ASSIGN = (
-    "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv; or [readings.columns] "
-    's = "A", levels = ["B", "C"] in lab.toml or the trial. If each place has a column, give rows: s = 3, levels = 4:6.'
-)
-ASSIGN_ROWS = (
-    "Assign the rows by number: s and levels in pairing.csv, such as 3 and 4:6; or [readings.columns] "
-    's = "3", levels = ["4:6"] in lab.toml or the trial.'
+    "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv, or rows, such as 3 and 4:6, if each "
+    'place has a column; or [readings.columns] s = "A", levels = ["B", "C"] in lab.toml or the trial.'
 )
 
 

@@ -14,7 +14,10 @@ from validate.settings import Columns, Declared
 MOST_TURNED = 100
 """Limit on the rows of a sheet that is turned without a declaration: such sheets have few rows."""
 OF_ROWS = re.compile(r"([1-9][0-9]{0,3})(?::([1-9][0-9]{0,3}))?")
-BY_ROWS = 'give the numbers of rows, such as s = "3" and levels = ["4:6"] (in pairing.csv 3 and 4:6).'
+ASSIGN_ROWS = (
+    "Assign the rows by numbers: s and levels in pairing.csv, such as 3 and 4:6; or [readings.columns] "
+    's = "3", levels = ["4:6"] in lab.toml or the trial.'
+)
 Sheet = TypeVar("Sheet", bound=Declared)
 
 
@@ -62,8 +65,8 @@ def _is_table(names: Mapping[int, str]) -> bool:
 
 def _turned(grid: SheetGrid, declared: Sheet, given: Columns) -> tuple[SheetGrid, Sheet]:
     if lettered := _lettered(grid, given):
-        finding = f'"{lettered[0]}" is a column, but here each station has a column, and s, levels and repeat are rows;'
-        raise refuse(grid.place(), finding, BY_ROWS, lettered[0])
+        finding = f'"{lettered[0]}" is a column, but here each station has a column, and s, levels and repeat are rows.'
+        raise refuse(grid.place(), finding, ASSIGN_ROWS, lettered[0])
     if isinstance(given.header_rows, str):
         finding = f'header_rows = "{given.header_rows}" are rows, but here names are in columns.'
         raise refuse(grid.place(), finding, "Give the number of these columns, such as 1, or remove it.")
