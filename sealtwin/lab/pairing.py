@@ -388,7 +388,7 @@ def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FileP
     if row.role == "ignore":
         return None
     if not sample_key(row.sample):
-        if part in parts and not parts[part].sample:
+        if part and not (part in parts and parts[part].sample):
             return None  # The question about this row is still open.
         return f"{file} has no sample; write the sample's name, or the role ignore."
     if as_label(row.sample) != row.sample:

@@ -71,6 +71,13 @@ def _turned(grid: SheetGrid, declared: Sheet, given: Columns) -> tuple[SheetGrid
         finding = f'header_rows = "{given.header_rows}" are rows, but here names are in columns.'
         raise refuse(grid.place(), finding, "Give the number of these columns, such as 1, or remove it.")
     rows, skipped, unmet = table_rows(grid, given)
+    if given.s is not None and (match := OF_ROWS.fullmatch(given.s)) is not None:
+        # Samples below each other share the row of places, which the range of one leaves out.
+        columns = re.sub("[0-9]", "", given.range or "")
+        shared = within(
+            [row for row in grid.rows if f"{row.number}" == match[1]], columns if columns.strip(":") else None
+        )
+        rows = sorted({row.number: row for row in (*shared, *rows)}.values(), key=lambda row: row.number)
     inside = {row.number: row for row in within(grid.rows, given.range)}
     cut = {
         at

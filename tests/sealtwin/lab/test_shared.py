@@ -284,5 +284,6 @@ def test_a_table_beside_the_given_range_is_asked_about(shared, tmp_path):
     (shared / "Blatt 1.csv").write_text("\n".join(["P01", head, *rows, "", "P02", head, *rows]))
     ingest(shared, lab, QUIET)
     answer(lab, {"Blatt 1.csv": {"sample": "P01", "range": "2:5", "sign": "up"}})
-    outcome = ingest(shared, lab, QUIET)
-    assert any("Blatt 1.csv" in fault.sentence and "7:11" in fault.sentence for fault in outcome.faults)
+    for _ in range(2):  # Its row without an answer once was an error of the pairing file.
+        outcome = ingest(shared, lab, QUIET)
+        assert any("Blatt 1.csv" in fault.sentence and "7:11" in fault.sentence for fault in outcome.faults)
