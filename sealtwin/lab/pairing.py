@@ -23,14 +23,19 @@ from sealtwin.lab.found_files import (
     few,
     possible_roles,
 )
-from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table, sample_key
+from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table, sample_key
 from validate.readings.sheet import SheetGrid
 from validate.readings.text_table import number
 
 PAIRING = "pairing.csv"
-SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; several lower-case letters are more likely a name
+SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|[0-9]{1,4}(:[0-9]{1,4})?)"
+"""B, or B:D, or rows 4:6; several lower-case letters are more likely a name."""
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 MOST_PHOTOS = 12  # Photos in one question
+OF_SEVERAL = (
+    "add a row of this file for each, with its range, or with its columns in s and levels, such as A and B:D (if each "
+    "place has a column: its rows, such as 3 and 4:6)"
+)
 LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
 UNKNOWN: tuple[Role, ...] = ("text", "readings")  # Roles of a text with another ending
 ROLES: tuple[Role, ...] = get_args(Role)
@@ -142,6 +147,8 @@ def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Ma
         likely_owner = f"Is it of {names}? If so, write {which} into the column sample"
     elif lacking:
         likely_owner = f"Photos without {place.role}: {names}. If it is of one, write its sample into the column sample"
+        if place.role == "readings":
+            likely_owner += f"; if it is of several, {OF_SEVERAL}"
     else:
         photo = f"as {place.sample}.jpg" if key else f"and write its sample into the column sample of {PAIRING}"
         likely_owner = f"Every photo has its {place.role}. If its photo is missing, add it to the folder {photo}"
@@ -324,7 +331,7 @@ def _of_own_part(row: PairingRow) -> PairingRow:
     if row.part or key is None:
         return row
     sheet = f"sheet {row.answers['sheet']}, " if "sheet" in row.answers else ""
-    name = row.answers[key].upper() if key == "range" else f"columns {row.answers[key]}"
+    name = row.answers[key].upper() if key == "range" else called(row.answers[key])
     answers = {other: text for other, text in row.answers.items() if other not in (key, "sheet")}
     return replace(row, part=f"{sheet}{name}", answers=answers)
 
@@ -381,7 +388,7 @@ def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FileP
     if row.role == "ignore":
         return None
     if not sample_key(row.sample):
-        if part in parts and not parts[part].sample:
+        if part and not (part in parts and parts[part].sample):
             return None  # The question about this row is still open.
         return f"{file} has no sample; write the sample's name, or the role ignore."
     if as_label(row.sample) != row.sample:

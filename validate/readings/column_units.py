@@ -191,7 +191,7 @@ class ColumnUnits:
                 )
                 remedy = "Format the column as numbers, and check the readings."
             else:
-                at = f"column {letters(one.at)}" if self.grid.turned is None else self.grid.name_of(one.at)
+                at = self.grid.name_of(one.at) if self.grid.turned else f"column {letters(one.at)}"
                 by = "the format of the number" if one.at == one.column else at
                 other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
                 if one.unit is None:

@@ -61,7 +61,8 @@ AXIS, COORDINATE, ALONG = (COLUMNS[role] for role in ("axis", "coordinate", "alo
 DOWNWARD, HEIGHT, SAMPLE, CALCULATED = (COLUMNS[role] for role in ("downward", "height", "sample", "calculated"))
 SKIPPED = CALCULATED | COLUMNS["notes"] | COLUMNS["other"]
 DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
-PLACE_WORDS = STATION | COLUMNS["place_number"]
+PLACE_NUMBER = COLUMNS["place_number"]
+PLACE_WORDS = STATION | PLACE_NUMBER
 OF_UNITS, OTHER_UNITS = COLUMNS["unit"], frozenset(plain_letters(WORDS["other_units"]["words"]).split())
 MASS, OF_SAMPLE = COLUMNS["mass"], COUNTER | COLUMNS["beside_sample"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("beside_station", "beside_reading"))
@@ -80,6 +81,7 @@ ORDINAL = re.compile(
 NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
 CODE = re.compile(r"[^\W\d_]\S*\d\S*|\d{1,4}[./-]\d{1,2}[./-](\d{2,4})?")  # S14, or a date
+DASH = re.compile(r"^[-\u2013\u2014:]\s+")
 PREPOSITIONS = ("in", "um")  # Also units
 TITLE_PARTS = re.compile(r"[,;:()|]|\s[-\u2013\u2014]\s(?!=)")
 NEGATIVE_IS = re.compile(r"(?:[-\u2212\u2013]|\bminus)\s*(?:=|is\b|ist\b)", re.IGNORECASE)
@@ -132,6 +134,8 @@ def meaning(name: str) -> ColumnMeaning | None:
     factor = factor_in(name)
     if words & MASS:
         return ColumnMeaning("mass", unit, factor=factor or _number_at_unit(plain))
+    if not numbers and unit is not None and words & PLACE_NUMBER and words <= PLACE_NUMBER | OF_STATION:
+        words = words - PLACE_NUMBER | {"s"}
     if _names_axis(words, unit):
         words = words - AXIS - COORDINATE | {"s"}
     if words & STATION:
@@ -321,7 +325,12 @@ def name_in_titles(titles: Iterable[str]) -> str | None:
     every = list(titles)
     units = {unit for title in every for unit in _units_of_readings(title)}
     titles = [title for title in every if factor_in(title) is None]
-    bare = {_unmistakable(" ".join(word for word in title.split() if not CODE.fullmatch(word))) for title in titles}
+    words = (" ".join(word for word in title.split() if not CODE.fullmatch(word)) for title in titles)
+    # A dash behind the sample's code is no minus.
+    bare = {
+        _unmistakable(DASH.sub("", each) if CODE.match(title) else each)
+        for each, title in zip(words, titles, strict=True)
+    }
     meanings = {name: what for name in bare if (what := meaning(name)) is not None}
     names = [name for name, what in meanings.items() if what == ColumnMeaning("reading", what.unit, what.quantity)]
     if len(names) == 1:

@@ -3,11 +3,13 @@
 import re
 from collections.abc import Sequence
 
-from validate.readings.header_words import PLACE_WORDS
+from validate.readings.header_words import PLACE_WORDS, UNIT
 from validate.readings.sheet import SheetCell, SheetRow
 from validate.readings.text_table import NUMBER, plain_letters
 
-PLACE = re.compile(rf"(?P<word>[^\W\d_]+)\.?\s*[:#]?\s*(?P<number>(?![-+]){NUMBER.pattern}(?:\s[^\W\d]\S*)?)")
+PLACE = re.compile(
+    rf"(?P<word>[^\W\d_]+)\.?\s*[:#]?\s*(?P<number>(?![-+]){NUMBER.pattern})(?:\s?(?P<unit>{UNIT})|\s(?P<other>[^\W\d]\S*))?"
+)
 LEAST = 2  # Places in a column
 
 
@@ -22,6 +24,12 @@ def columns_of_places(body: Sequence[SheetRow]) -> dict[int, str]:
     return {at: each[0] for at, each in words.items() if len(each) >= LEAST and each[0] and len(set(each)) == 1}
 
 
+def is_place(cell: SheetCell) -> bool:
+    """Return whether a cell has a number behind a word for places."""
+    match = PLACE.fullmatch(cell.text) if cell.kind == "text" else None
+    return match is not None and is_place_word(match["word"])
+
+
 def is_place_word(word: str) -> bool:
     return plain_letters(word) in PLACE_WORDS
 
@@ -31,7 +39,7 @@ def without_words(body: Sequence[SheetRow], columns: Sequence[int]) -> list[Shee
 
     def bare(cell: SheetCell) -> SheetCell:
         match = PLACE.fullmatch(cell.text) if cell.kind == "text" else None
-        return cell if match is None else SheetCell(match["number"])
+        return cell if match is None else SheetCell(" ".join(filter(None, match.group("number", "unit", "other"))))
 
     return [
         SheetRow(row.number, tuple(bare(cell) if at in columns else cell for at, cell in enumerate(row.cells)))

@@ -22,7 +22,6 @@ from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
 from validate.readings.stations import Reading, Station, cells_of, level_mm
-from validate.readings.table_rows import upright
 from validate.readings.text_table import (
     commas_may_separate,
     common_mark,
@@ -32,7 +31,9 @@ from validate.readings.text_table import (
     is_missing,
     number,
     several,
+    unread_word,
 )
+from validate.readings.turned import upright
 from validate.readings.understood import (
     answer_to,
     dialect_of,
@@ -73,7 +74,8 @@ def read_readings(
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
         InputError: The file cannot be opened.
     """
-    grid, faults = upright(read_cells(path, settings), settings), FaultList()
+    faults = FaultList()
+    grid, settings = upright(read_cells(path, settings), settings)
     header = rows_of_sample(grid, read_header(grid, settings, faults, stand_in=True), settings, faults)
     faults.columns = understood(grid, header)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
@@ -234,16 +236,17 @@ class TableReader:
         # A merged header is no problem: its names apply to the line below, or to columns without a name.
         body = {row.number: row for row in header.body}
         used = {column.index for column in header.read}
-        for row, column, last_row, last_column in self.grid.merged:
+        for row, column, last_row, last_column in sorted(self.grid.merged):
             rows = [number for number in body if row <= number <= last_row]
             if not rows or not any(column <= index <= last_column for index in used):
                 continue
-            if column == last_column == header.station.index and header.repeat is None and len(header.readings) == 1:
+            if column == last_column == header.station.index:
                 merged |= dict.fromkeys(rows, body[rows[0]].cell(column))
             elif row != last_row or column != last_column:
+                ends = self.grid.cell_name(row, column), self.grid.cell_name(last_row, last_column)
                 self.faults.add(
                     self.grid.place(row, column),
-                    f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged with one value.",
+                    f"cells {' to '.join(ends)} are merged with one value.",
                     "Skip these rows with [readings.columns] skip, or unmerge the cells in a copy.",
                 )
         return merged
@@ -319,7 +322,7 @@ class TableReader:
             usual = max(counts, key=lambda count: (counts[count], -count), default=1)
             for row in self.header.body:
                 cell = row.cell(column.index)
-                count, answer = len(self._parts(cell)), f"{row.number}"
+                count, answer = len(self._parts(cell)), self.grid.own_answer(f"{row.number}")
                 if cell.text and count > usual and answer not in (self.declared.as_written or ()):
                     finding = f"{quoted(cell.text)} has {counted(count, 'reading')}, most cells have {usual}."
                     remedy = f'Correct a blank within a number, or answer readings.as_written = ["{answer}"].'
@@ -383,7 +386,9 @@ class TableReader:
         digit_mm = unit_mm * 10.0 ** -decimals_of(cell.text)
         reading_mm = None
         if cell.kind != "text" or not is_missing(cell.text):
-            remedy = "If it marks a missing reading, add it to [readings.columns] missing."
+            word = unread_word(row.cell(column.index).text)
+            it = "it" if word == cell.text else quoted(word)
+            remedy = f"If {it} marks a missing reading, add it to [readings.columns] missing."
             reading_mm = self._in_mm(row, column, cell, remedy)
         if reading_mm is None:
             return Reading(np.nan, row.number, column.index, digit_mm)
@@ -452,9 +457,10 @@ class TableReader:
             "one row, or number them in a column 'repeat'; if not, correct the place."
         )
         if (column := self._likely_repeat()) is not None:
-            letter = letters(column.index)
+            letter = self.grid.own_answer(letters(column.index))
+            which = "row" if self.grid.turned else "column"
             remedy = (
-                f"If column {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
+                f"If {which} {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
                 f'"{letter}", or in pairing.csv.'
             )
         for before, station in pairwise(stations):

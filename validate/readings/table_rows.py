@@ -1,9 +1,9 @@
-"""The part of a sheet with its table: turned upright, limited to its range, with header rows and rows below."""
+"""The part of a sheet with its table: limited to its range, with header rows and rows below."""
 
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from validate.readings.header_words import (
@@ -18,15 +18,30 @@ from validate.readings.header_words import (
     repeat_number,
     unit_of,
 )
-from validate.readings.sheet import BLANK, MOST_COLUMNS, FaultList, Place, SheetCell, SheetGrid, SheetRow, column_of
-from validate.readings.text_table import NOTE_HEAD, is_missing, number, plain_letters, several
-from validate.settings import Columns, Declared
+from validate.readings.place_words import is_place
+from validate.readings.sheet import (
+    BLANK,
+    MOST_COLUMNS,
+    FaultList,
+    SheetCell,
+    SheetGrid,
+    SheetRow,
+    column_of,
+    letters,
+)
+from validate.readings.text_table import (
+    NOTE_HEAD,
+    is_missing,
+    number,
+    plain_letters,
+    several,
+    without_missing,
+)
+from validate.settings import Columns
 
 MOST_LINES_ABOVE = 100
 """Limit on the lines of title and notes above a header; a header further down belongs to another table."""
 MOST_HEADER_ROWS = 4
-MOST_TURNED = 100
-"""Limit on the rows of a sheet that is turned without a declaration: such sheets have few rows."""
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
 DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
@@ -49,44 +64,6 @@ class TableRows(NamedTuple):
     unmet: list[str]  # Declared rows to skip that do not exist
 
 
-def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
-    """Return a sheet with rows and columns swapped if that is declared, or if a table's names are in a column."""
-    given = declared.columns or Columns()
-    if given.transposed is None:
-        rows = table_rows(grid, given).rows
-        if not 1 < len(rows) < MOST_TURNED or _is_table(find_header(rows, grid.merged, given).names):
-            return grid
-        turned = _turned(grid)
-        return turned if _is_table(find_header(turned.rows, (), given).names) else grid
-    return _turned(grid) if given.transposed else grid
-
-
-def _is_table(names: Mapping[int, str]) -> bool:
-    roles = {named.role for name in names.values() if (named := meaning(name)) is not None}
-    return {"station", "reading"} <= roles
-
-
-def _turned(grid: SheetGrid) -> SheetGrid:
-    numbers = {row.number: place for place, row in enumerate(grid.rows)}
-    width = max((row.width for row in grid.rows), default=0)
-    rows = [SheetRow(column + 1, tuple(row.cell(column) for row in grid.rows)) for column in range(width)]
-    return replace(
-        grid,
-        rows=tuple(row for row in rows if row.width),
-        written=(*grid.written, "stations in a row"),
-        # Numbers of fields are checked in the file's rows, which are columns here.
-        separator=";" if grid.separator == "," else grid.separator,
-        merged=(),
-        struck=frozenset((column + 1, numbers[row]) for row, column in grid.struck),
-        shown_units={
-            (column + 1, numbers[row]): unit for (row, column), unit in grid.shown_units.items() if row in numbers
-        },
-        hidden_rows=frozenset(column + 1 for column in grid.hidden_columns),
-        hidden_columns=frozenset(numbers[row] for row in grid.hidden_rows if row in numbers),
-        turned=tuple(row.number for row in grid.rows),
-    )
-
-
 def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
     """Return the rows of a sheet within the declared range."""
     rows, skipped = [], []
@@ -97,7 +74,8 @@ def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
         if first is None:
             continue
         if given.missing:
-            row = SheetRow(row.number, tuple(BLANK if cell.text in given.missing else cell for cell in row.cells))
+            cells = (cell._replace(text=without_missing(cell.text, given.missing)) for cell in row.cells)
+            row = SheetRow(row.number, tuple(cell if cell.text else BLANK for cell in cells))
         named = {str(row.number), plain_name(first.text)} & skip.keys()
         unmet = {key: one for key, one in unmet.items() if key not in named}
         # "#5" before numbers may be the name of a row, or a commented-out row: it stays, so that it is a fault.
@@ -190,8 +168,12 @@ def _first_numbers(rows: Sequence[SheetRow], given: Columns) -> int | None:
     if len(lettered) != 1 or (given.s and not given.s.isupper() and plain_name(given.s) in named):
         return None
     levels = {at for level in given.levels or () for at in columns_named({}, level)} - {lettered[0]}
-    along = [_has_number(row, lettered) for row in rows]
-    both = [is_along and _has_number(row, levels) for is_along, row in zip(along, rows, strict=True)]
+    beside = [_has_number(row, levels) for row in rows]
+    along = [
+        _has_number(row, lettered) or (has_level and is_place(row.cell(lettered[0])))
+        for row, has_level in zip(rows, beside, strict=True)
+    ]
+    both = [is_along and has_level for is_along, has_level in zip(along, beside, strict=True)]
     starts = [at for at in range(len(rows)) if all(both[at : at + 2])] or [at for at, one in enumerate(along) if one]
     if not starts:
         return None
@@ -253,7 +235,7 @@ def _candidates(
     for first in range(min(len(rows), MOST_LINES_ABOVE)):
         for count in range(1, MOST_HEADER_ROWS + 1) if declared is None else (declared,):
             header = rows[first : first + count]
-            if len(header) < count:
+            if len(header) < count or _has_decimals(rows[first]):
                 break
             if declared is None and count > 1:
                 if is_units_row(header[-1]):
@@ -263,8 +245,14 @@ def _candidates(
                     break
                 if _is_above_names(header, merged):
                     continue
-            if header and not _is_title(header[0], rows[first + 1 :]) and not _is_cut(header, merged):
+            is_title = not header or _is_title(header[0], rows[first + 1 :])
+            if not is_title and not _is_cut(header, rows[first + count :], merged):
                 yield first, header
+
+
+def _has_decimals(row: SheetRow) -> bool:
+    """Return whether a row has several decimal numbers, as rows of readings have, and no header."""
+    return sum(is_number(cell.text) and not cell.text.strip("+-").isdigit() for cell in row.cells) > 1
 
 
 def _is_above_names(header: Sequence[SheetRow], merged: Merged) -> bool:
@@ -358,9 +346,10 @@ def _names_repeats(row: SheetRow) -> bool:
     )
 
 
-def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
-    """Return whether a name is merged with cells above or below the header."""
+def _is_cut(header: Sequence[SheetRow], below: Sequence[SheetRow], merged: Merged) -> bool:
+    """Return whether a name is merged with cells above the header, or below it and a row of units."""
     first, last = header[0].number, header[-1].number
+    last = below[0].number if merged and below and is_units_row(below[0]) else last
     return any(
         top < first <= bottom or first <= top <= last < bottom < top + MOST_HEADER_ROWS for top, _, bottom, _ in merged
     )
@@ -420,11 +409,12 @@ def which_table(first: str, second: str) -> str:
 
 
 def sorted_rows(
-    place: Place, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
+    grid: SheetGrid, begin: int, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
 ) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
     """Divide the rows below a header into stations, remarks, and calculated rows such as means.
 
-    A second table below the first is a fault: the user must declare which one is meant.
+    ``begin`` is the number of the header's row. A second table below the first is a fault: the user must declare which
+    one is meant.
     """
     stations, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
     words_between = None
@@ -448,7 +438,7 @@ def sorted_rows(
             words_between = None
     else:
         return stations, remarks, passed
-    first, second = f"{place.row}:{row.number - 1}", f"{row.number}:{body[-1].number}"
-    finding = f"a second table begins in row {row.number}, below the first."
-    faults.add(replace(place, row=row.number), finding, which_table(first, second))
+    first, second = grid.span_of_rows(begin, row.number - 1), grid.span_of_rows(row.number, body[-1].number)
+    where = f"column {letters(row.number - 1)}, beside" if grid.turned else f"row {row.number}, below"
+    faults.add(grid.place(row.number), f"a second table begins in {where} the first.", which_table(first, second))
     return stations, remarks, passed

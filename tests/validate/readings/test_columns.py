@@ -47,6 +47,10 @@ READ = {
         [[-1, -2], [-3, -4]],
     ),
     "A:A is a letter": (LETTERED, {"s": "A:A", "levels": ["B"]}, {"unit": "mm", "quantity": "level"}, [[1], [3]]),
+    "a title with unit and direction": (
+        *("Q10 - hauteur par rapport à la face, mm;;\nPoint (mm);Lecture 1;Lecture 2\n0;-1,5;-1,6\n5;-2;-2,1\n",),
+        *(None, {}, TWO),
+    ),
     "no header": ("0;1,5\n5;2\n", BY_LETTER, MM_DOWN, [[-1.5], [-2]]),
     "no header under a title": ("Riss 4\n\nx;y\n0;1,5\n5;2\n", BY_LETTER, MM_DOWN, [[-1.5], [-2]]),
     "skip by number": ("s_mm,depth_mm\n0,1\n5,2\n9,7\n", {"skip": [4]}, {}, ONE),
@@ -134,7 +138,7 @@ READ = {
         TWO,
     ),
     "stations in a row": (ROWED.format("2,0"), None, {"unit": "mm"}, [*TWO, [-2.5, -2.6]]),
-    "declared stations in a row": ("x;0;5\ny;1;2\n", {"transposed": True, **BY_LETTER}, MM_DOWN, ONE),
+    "declared stations in a row": ("x;0;5\ny;1;2\n", {"transposed": True, "s": "1", "levels": ["2"]}, MM_DOWN, ONE),
     **{f"a line with a date: {at!r}": (f"{at}s;Tiefe\nmm;mm\n0;1\n5;2\n", None, {}, ONE) for at in DATES},
 }
 
@@ -187,6 +191,11 @@ REFUSED = {
     "two words": (CALLED.format("Ort [mm]", "Pos. ", "", "Stelle ", ""), None, "'Pos. 0' is not a number"),
     "a row of names is not left above": (NAMED_ABOVE.format("Füllstand xy"), None, "line 1: '1a misura', '2a misura'"),
     "titles are no names": (UNKNOWN_ROWS, None, "A 'x' (0), B 'Füllung 1' (1,5), C 'Füllung 2' (1,6), D 'Füllung 3'"),
+    "rows of decimals are no names": (
+        "Units;mm\nPiece;Nom X;Nom Y;Dev Z;Test\n1;0.0;0.01;-1.5;Fail\n1;5.0;0.02;-2.0;Pass\n2;0.0;0.0;-1.6;Pass\n",
+        None,
+        "A 'Piece' (1), B 'Nom X' (0.0)",
+    ),
     "particulars of a logger are no names": (LOGGED, None, "A 'T_Value' (0)"),
     "a unit that no answer settles": (
         "s;Z [nm]\n0;1\n5;2\n",
