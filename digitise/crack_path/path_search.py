@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -312,19 +314,38 @@ class LiveWire:
     ) -> None:
         """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError if ``roi_px`` is not a region."""
         self._photo, self._in_region = photo, roi_px is not None
-        self.field: DarkMap = map_darkness(photo, None if roi_px is None else region_px(photo, roi_px), found_face_px)
+        self._limits = None if roi_px is None else region_px(photo, roi_px), found_face_px
+        self.field: DarkMap = map_darkness(photo, *self._limits)
 
     def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
         """Find the path past all points in order. Raises InputError for a point off any crack, or a broken crack."""
         check_hints(self._photo, ends_px, via_px)
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
-        source = "via" if via_px else "ends"
+        return self._believing(points_px)._path(points_px, "via" if via_px else "ends")
+
+    def _path(self, points_px: Floats, source: Literal["ends", "via"]) -> CrackPath:
         coarse = self._way(self.coarse, points_px)
         if coarse.obvious():
             # The coarse map does not show an end that tapers to a hairline: the fine map then decides.
             with suppress(InputError):
                 return replace(coarse.result(), source=source)
         return replace(self._way(self.field, points_px).result(), source=source)
+
+    def _believing(self, points_px: Floats) -> "LiveWire":
+        """Return this wire, or one for which the dark regions at the border that hold a point are crack.
+
+        Such a point is so deep in a region that was taken for the surroundings that it cannot be beside the sample.
+        """
+        depth_px = distance_outside(~self.field.around) / self.field.scale
+        cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
+        deep = depth_px[tuple(np.clip(cells, 0, np.array(depth_px.shape) - 1).T)] > snap_px(self._photo)
+        if not deep.any():
+            return self
+        wire = copy(self)
+        wire.field = map_darkness(self._photo, *self._limits, points_px[deep])
+        for name in ("support", "coarse"):
+            wire.__dict__.pop(name, None)
+        return wire
 
     @cached_property
     def support(self) -> Map:
