@@ -6,8 +6,8 @@ Photos of fixtures.generate.road: coarse asphalt with stones of 0.3 to 2 crack w
 around the stones; markings, joints, shadows, oil and debris. Each is clicked at its true ends, missed by a hand's
 noise. Seeds from 51000 on judge and are not for tuning; seeds 0 to 199 are for tuning.
 
-A mean width is an area over a length, and the length of a line as crooked as these depends on how finely it is followed:
-by 3 % from 0.3 to 0.6 crack widths. Truth follows it as digitise does; the area, also shown, depends on no such choice.
+A mean width is an area over a length, and the length of a line as crooked as these depends on how finely it is
+followed: by 3 % from 0.3 to 0.6 crack widths. Truth follows it as digitise does; the area depends on no such choice.
 """
 
 import re
