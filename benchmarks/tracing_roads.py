@@ -134,7 +134,7 @@ def road_rows(figures: Sequence[RoadFigures]) -> list[Row]:
     lines = np.array([one.centreline_mm for one in traced] or [np.inf])
     stated = [one.holds for one in traced if one.holds is not None]
     rows = [
-        Row(f"refused, of {len(figures)}", 100 * (1 - len(traced) / len(figures)), "%", 0, MOST_REFUSED),
+        Row(f"refused, of {len(figures)}", 100 * (len(figures) - len(traced)) / len(figures), "%", 0, MOST_REFUSED),
         Row(f"mean width, rms of {len(traced)}", _rms(widths), "%", 0, MOST_WIDTH),
         Row("mean width, median", float(np.median(widths)), "%"),
         Row(f"mean width more than {FAR_OFF:g} % off", int((abs(widths) > FAR_OFF).sum()), ""),
@@ -196,7 +196,7 @@ def _print_refusals(figures: Sequence[RoadFigures]) -> None:
 
 def _overlay(truth: Road, outline: Outline | None, ends: Sequence[tuple[float, float]]) -> np.ndarray:
     """The photo with true walls in green, traced ones in red, and the clicks."""
-    canvas = cv2.imdecode(np.frombuffer(truth.jpeg, np.uint8), cv2.IMREAD_COLOR)
+    canvas = np.asarray(cv2.imdecode(np.frombuffer(truth.jpeg, np.uint8), cv2.IMREAD_COLOR), dtype=np.uint8)
 
     def line(points_px: Floats, colour: tuple[int, int, int]) -> None:
         cv2.polylines(canvas, [np.rint(16 * points_px).astype(np.int32)], False, colour, 1, cv2.LINE_AA, 4)
