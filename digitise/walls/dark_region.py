@@ -23,7 +23,7 @@ from skimage.measure import label
 
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import depth_inside, extended, left_normals, resampled, smoothed, unit
-from digitise.image.raster import sampled
+from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.smaller_copy import in_copy, smaller
 from digitise.walls.centreline_and_walls import Traced
@@ -91,11 +91,6 @@ class _Strip:
     @property
     def middle(self) -> int:
         return len(self.offset_px) // 2
-
-    @property
-    def lightness(self) -> Floats:
-        """CIE 1976 lightness of the light, without its straight piece near black."""
-        return np.asarray(116 * np.cbrt(np.maximum(self.light, 1e-4)) - 16)
 
     def places_px(self, offset_px: Floats) -> Floats:
         return self.line_px + offset_px[:, None] * left_normals(self.line_px)
@@ -172,7 +167,7 @@ def _strip(photo: Photo, patch: Patch, line_px: Floats, reach_px: int) -> _Strip
 def _first_width_px(photo: Photo, patch: Patch, line_px: Floats) -> float:
     """Return the width of the dark band in the profile that is averaged along the whole path."""
     strip = _strip(photo, patch, line_px, round(min(LIMITS.most_width_px / 2, min(photo.size_px) / 3)))
-    shown = np.where(strip.valid, strip.lightness, np.nan)
+    shown = np.where(strip.valid, lightness(strip.light), np.nan)
     some = np.isfinite(shown).any(axis=0)
     profile = np.full(len(strip.offset_px), np.inf)
     profile[some] = np.nanmean(shown[:, some], axis=0)
@@ -188,7 +183,7 @@ def _first_width_px(photo: Photo, patch: Patch, line_px: Floats) -> float:
 def _region(strip: _Strip, width_px: float) -> NDArray[np.bool_]:
     """Return the dark region of a strip: the parts that reach the line, with their holes filled."""
     along = int(np.clip(LIMITS.along * width_px, *LIMITS.along_px)) | 1
-    light = median_filter(strip.lightness, (along, 1), mode="nearest")
+    light = median_filter(lightness(strip.light), (along, 1), mode="nearest")
     away_px = np.abs(strip.offset_px)
     core = away_px <= max(1.5, LIMITS.core * width_px)
     beside = away_px >= LIMITS.ground * width_px + LIMITS.ground_px
