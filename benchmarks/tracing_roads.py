@@ -32,7 +32,8 @@ from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
-from fixtures.generate.road import KINDS, SIZE_PX, Road, road
+from fixtures.generate.road import Road, road
+from fixtures.generate.road_recipe import KINDS, SIZE_PX
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline
