@@ -7,7 +7,7 @@ from scipy.ndimage import uniform_filter1d
 
 from digitise.crack_path.darkness import DarkMap
 from digitise.crack_path.profiles import profiles_across
-from digitise.image.raster import blurred, lightness
+from digitise.image.raster import Map, blurred, lightness
 from digitise.photo import Photo
 from sealtwin.core.records import Floats
 
@@ -62,7 +62,7 @@ def likeness(photo: Photo, line_px: Floats, width_px: float, grain: float) -> Li
     return Likeness(unlike, float(np.percentile(step, WORST)) / max(grain, 1e-3))
 
 
-def _filled_median(light: Floats) -> Floats:
+def _filled_median(light: Map) -> Floats:
     """Return the median of each station; one out of the photo has that of the whole side."""
     shown = np.isfinite(light).any(axis=1)
     if not shown.any():

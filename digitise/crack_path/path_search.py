@@ -18,6 +18,7 @@ from digitise.crack_path import step_costs
 from digitise.crack_path.blurred_path import blurred_path
 from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
 from digitise.crack_path.hints import CrackPath, check_hints, listed, region_px, snap_px, too_far
+from digitise.crack_path.joints import along_joints
 from digitise.crack_path.medial_axis import distance_outside, larger_pieces
 from digitise.crack_path.profiles import width_along
 from digitise.crack_path.ridge_filter import support
@@ -117,7 +118,11 @@ class PathSearch:
         points_px = points_px[on_crack]
         width_px = width_along(self.photo, points_px, width / field.scale)
         on_dark = inside[on_crack] & ~self._bare(dark[tuple(cells.T)][on_crack], width_px)
-        doubts = (*self._gaps(points_px, on_dark, width_px), *self._along_surroundings(points_px, width_px))
+        doubts = (
+            *self._gaps(points_px, on_dark, width_px),
+            *self._along_surroundings(points_px, width_px),
+            *along_joints(field, points_px, self.support),
+        )
         path = CrackPath(points_px, width_px, "ends", doubts)
         require_dark(self.photo, path)
         return path
