@@ -65,6 +65,8 @@ class RegionLimits:
     on_path: float = 15.0
     line_step: float = 0.5  # Cost of the line's step aside by a px
     line_smoothing: float = 0.4  # Sigma of the line in widths
+    middle_smoothing: float = 0.25  # Sigma of the final line in widths, and corrections of it, as of followed walls
+    returns: int = 4
     wall_step: float = 0.25  # Cost of a wall's step aside by a px
     wall_steepest: int = 3  # Largest step aside in px per px
     inside_px: float = 2.5  # Distance inside the rim from which the aligned profile is the crack's, and outside it
@@ -141,7 +143,7 @@ def dark_region(photo: Photo, patch: Patch, points_px: Floats, wall_share: float
     right_px = np.maximum(right_px, 1.0 - left_px)
     mean_px = float((left_px + right_px).mean())
     return DarkRegion(
-        strip.places_px((left_px - right_px) / 2),
+        smoothed(strip.places_px((left_px - right_px) / 2), LIMITS.middle_smoothing * mean_px, LIMITS.returns),
         strip.places_px(left_px),
         strip.places_px(-right_px),
         mean_px,
@@ -188,15 +190,21 @@ def _region(strip: _Strip, width_px: float) -> NDArray[np.bool_]:
     core = away_px <= max(1.5, LIMITS.core * width_px)
     beside = away_px >= LIMITS.ground * width_px + LIMITS.ground_px
     dark = np.percentile(light[:, core], LIMITS.core_percentile, axis=1)
-    ground = np.where(strip.valid[:, beside], light[:, beside], np.nan)
-    shown = np.isfinite(ground).any(axis=1)
-    if not shown.any():
-        return np.zeros(strip.valid.shape, dtype=bool)
     station = np.arange(len(light))
-    bright = np.interp(station, station[shown], np.nanmedian(ground[shown], axis=1))
     over = int(max(9, LIMITS.steady * width_px)) | 1
-    dark, bright = (gaussian_filter1d(median_filter(each, over, mode="nearest"), over / 4) for each in (dark, bright))
-    share = (bright[:, None] - light) / np.maximum(bright - dark, LIMITS.least_contrast)[:, None]
+
+    def steady(level: Floats) -> Floats:
+        return gaussian_filter1d(median_filter(level, over, mode="nearest"), over / 4)
+
+    dark, share = steady(dark), np.zeros(light.shape)
+    for side in (strip.offset_px >= 0, strip.offset_px <= 0):
+        # Each side has its own ground, since a shadow's edge may lie along the crack.
+        ground = np.where(strip.valid[:, beside & side], light[:, beside & side], np.nan)
+        shown = np.isfinite(ground).any(axis=1)
+        if shown.any():
+            bright = steady(np.interp(station, station[shown], np.nanmedian(ground[shown], axis=1)))
+            contrast = np.maximum(bright - dark, LIMITS.least_contrast)[:, None]
+            share[:, side] = ((bright[:, None] - light) / contrast)[:, side]
     region = apply_hysteresis_threshold(np.where(strip.valid, share, 0), LIMITS.low, LIMITS.high)
     parts = np.asarray(label(region, connectivity=2))
     own = np.unique(parts[:, strip.middle - LIMITS.middle_px : strip.middle + LIMITS.middle_px + 1])
