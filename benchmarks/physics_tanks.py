@@ -172,7 +172,7 @@ class Tank:
             _let_slip(engine, slips, pit.depth_mm)
         control = None
         if keeps_volume:
-            schedule, factor = all_at_once(place_mm, step_s, radius_mm), engine.scheme.volume_factor
+            schedule, factor = all_at_once(place_mm, radius_mm, step_s), engine.scheme.volume_factor
             control = VolumeControl(
                 pit.crack[0],
                 schedule,

@@ -11,7 +11,7 @@ from sealtwin.core.records import Floats
 from simulate.block import BlockRelease, FluidBlock
 from simulate.device import start_warp
 from simulate.hollow import Box, Hollow
-from simulate.loose_fluid import LooseFluid, filled_box_mm, substep_s
+from simulate.loose_fluid import LooseFluid, all_at_once, filled_box_mm, substep_s
 from simulate.settings import LEVEL, Fluid, SampleSlope, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
 from simulate.setup.signed_distance import CM
@@ -22,6 +22,7 @@ SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
 SPRAY = 0.002  # Share of the particles that may be beyond the front
 WALL_RADII = 4.0  # Thickness of the walls beside a block, in particle radii
 HEADROOM = 1.25  # Height of the hollow over the block's
+NOT_READ = ("model", "damping_per_s", "settle_s")  # Settings of a solver that a block has no use for
 LEAST_ACROSS = 6  # Least number of particle diameters across the shortest side of the block
 MOST_PARTICLES = 200_000
 
@@ -72,9 +73,11 @@ def release(
 
     ``seed`` is that of the small random offsets of the particles when they are put down.
 
-    Raises InputError if the block has too few or too many particles or the fluid is too stiff, and NumericalError if
-    the front reaches the edge of the plate, or the computation fails.
+    Raises InputError if ``solver`` sets what a block has no use for, the block has too few or too many particles or the
+    fluid is too stiff, and NumericalError if the front reaches the edge of the plate, or the computation fails.
     """
+    if unread := [name for name in NOT_READ if name in solver.model_fields_set]:
+        raise InputError(f"solver.{unread[0]}: a block that is let go has no use for it. Leave it out.")
     radius_mm, progress = solver.size_mm, progress or Progress()
     sides = block.length_mm, block.width_mm, block.height_mm
     across, count = min(sides) / (2 * radius_mm), math.prod(sides) / particle_volume(radius_mm)
@@ -84,11 +87,18 @@ def release(
             f"shortest side. Allowed are at most {MOST_PARTICLES:,}, and at least {LEAST_ACROSS} across."
         )
     start_warp()
+    frame_s = substep_s(radius_mm) / (solver.substeps or 1)
     solver = solver.model_copy(update={"substeps": 1})
-    frame_s = substep_s(radius_mm)
     paste, _ = solved_as(fluid, solver, frame_s, round(block.duration_s / frame_s) + 1)
     place_mm = _packed(block, solver, seed, device)
-    loose = LooseFluid.put(opened(block, radius_mm), place_mm, paste, solver, slope=slope, device=device)
+    loose = LooseFluid.put(
+        opened(block, radius_mm),
+        all_at_once(place_mm, radius_mm, frame_s),
+        paste,
+        solver,
+        slope=slope,
+        device=device,
+    )
     whole_mm3 = len(place_mm) * particle_volume(radius_mm)
     rows = [_figures(loose, 0.0, whole_mm3)]
     progress.start("Releasing the block", loose.frames_in(block.duration_s))
@@ -135,7 +145,7 @@ def _packed(block: FluidBlock, solver: Solver, seed: int, device: str) -> Floats
     low, (x, y, height) = astuple(_box(block))
     # As many particles as have the block's volume.
     lattice = filled_box_mm(low, (x, y, height * factor), radius_mm, factor, seed)
-    loose = LooseFluid.put(closed(block, radius_mm), lattice, thick, solver, device=device)
+    loose = LooseFluid.put(closed(block, radius_mm), all_at_once(lattice, radius_mm), thick, solver, device=device)
     for _ in loose.run(SETTLING_S, SETTLING_S):
         pass
     return loose.place_mm

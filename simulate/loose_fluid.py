@@ -1,8 +1,8 @@
-"""Fluid that is let go at once in a hollow, in particles. A frame is a substep."""
+"""Fluid in a hollow, in particles: let go at once, or fed from a source. A frame is a substep."""
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from simulate.fluid.solver import GRAVITY_CM_S2, Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.hollow import Hollow
 from simulate.settings import LEVEL, SampleSlope, Solver, particle_volume
-from simulate.setup.release_schedule import Schedule
+from simulate.setup.release_schedule import Outlet, Schedule
 from simulate.setup.rheology import FALL, Rheology
 from simulate.setup.signed_distance import CLEARANCE, CM
 from simulate.setup.wall_particles import enclose
@@ -68,17 +68,20 @@ class LooseFluid:
     def put(
         cls,
         hollow: Hollow,
-        place_mm: Floats,
+        schedule: Schedule,
         paste: Rheology,
         solver: Solver,
         *,
         slope: SampleSlope = LEVEL,
         device: str = "cpu",
     ) -> "LooseFluid":
-        """Put particles at rest into a hollow, (n, 3). ``solver`` has the radius; it gets one substep a frame."""
+        """Put particles into a hollow: ``all_at_once``, or as they are ``fed``. Places have the floor at z = 0.
+
+        ``solver`` has the radius; it gets one substep a frame.
+        """
         radius_mm = solver.size_mm
         solver = solver.model_copy(update={"substeps": 1, "damping_per_s": 0.0})
-        schedule = all_at_once(place_mm - [0, 0, hollow.depth_mm], substep_s(radius_mm), radius_mm)
+        schedule = replace(schedule, position_mm=schedule.position_mm - [0, 0, hollow.depth_mm])
         state, enclosure = State(schedule, device), enclose(hollow.solid, hollow.outline, radius_mm, device)
         low_mm, high_mm = hollow.reach_mm
         engine = FluidSolver(
@@ -139,13 +142,18 @@ class LooseFluid:
 
     @property
     def place_mm(self) -> Floats:
-        """Places of the particles, (n, 3), with the floor at z = 0."""
-        return self.engine.state.position_mm() + np.array([0.0, 0.0, self.hollow.depth_mm])
+        """Places of the released particles, (n, 3), with the floor at z = 0."""
+        return self._released_mm + np.array([0.0, 0.0, self.hollow.depth_mm])
+
+    @property
+    def _released_mm(self) -> Floats:
+        state = self.engine.state
+        return state.position_mm()[: state.released(max(0, self.frames - 1))]
 
     @property
     def escaped(self) -> int:
         """Number of particles inside the solid."""
-        return int((self.engine.barrier.exact_mm(self.engine.state.position_mm()) < 0).sum())
+        return int((self.engine.barrier.exact_mm(self._released_mm) < 0).sum())
 
     @property
     def half_mm(self) -> float:
@@ -164,18 +172,44 @@ class LooseFluid:
     @property
     def volume_mm3(self) -> float:
         """Volume below the surface that the particles form."""
-        return vessel_of(self.hollow.solid, CELL_MM).volume_mm3(self.engine.state.position_mm(), self.half_mm)
+        return vessel_of(self.hollow.solid, CELL_MM).volume_mm3(self._released_mm, self.half_mm)
 
 
-def all_at_once(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
-    """Return the schedule of particles that are all released in the first frame, at rest."""
-    count = len(position_mm)
+def all_at_once(place_mm: Floats, radius_mm: float, frame_s: float | None = None) -> Schedule:
+    """Return the schedule of particles that are all released in the first frame, at rest. ``place_mm`` is (n, 3).
+
+    Default of ``frame_s``: the substep for particles of the radius.
+    """
+    count = len(place_mm)
     return Schedule(
-        position_mm=position_mm,
-        velocity_mm_s=np.zeros_like(position_mm),
+        position_mm=place_mm,
+        velocity_mm_s=np.zeros_like(place_mm),
         frame_of=np.zeros(count, dtype=np.int64),
         released=np.array([count]),
-        frame_s=frame_s,
+        frame_s=frame_s or substep_s(radius_mm),
         release=count,
+        dispensed_mm3=count * particle_volume(radius_mm),
+    )
+
+
+def fed(
+    flow_mm3_s: float, duration_s: float, radius_mm: float, *, height_mm: float, diameter_mm: float, seed: int = 0
+) -> Schedule:
+    """Return the schedule of a steady flow that leaves a vertical tube over x = y = 0, ``height_mm`` above the floor.
+
+    A release of several particles is spread evenly over the time in which the flow fills it.
+    """
+    outlet, frame_s = Outlet(radius_mm, diameter_mm, seed), substep_s(radius_mm)
+    count = round(flow_mm3_s * duration_s / particle_volume(radius_mm))
+    frame_of = np.floor(np.arange(count) * particle_volume(radius_mm) / flow_mm3_s / frame_s).astype(np.int64)
+    across_mm = outlet.places_mm(-(-count // outlet.release)).reshape(-1, 2)[:count]
+    down_mm_s = flow_mm3_s / (np.pi * (diameter_mm / 2) ** 2)
+    return Schedule(
+        position_mm=np.column_stack([across_mm, np.full(count, height_mm)]),
+        velocity_mm_s=np.tile([0.0, 0.0, -down_mm_s], (count, 1)),
+        frame_of=frame_of,
+        released=np.searchsorted(frame_of, np.arange(round(duration_s / frame_s)), side="right"),
+        frame_s=frame_s,
+        release=outlet.release,
         dispensed_mm3=count * particle_volume(radius_mm),
     )

@@ -7,7 +7,7 @@ import numpy as np
 from sealtwin.core.records import Floats
 from simulate.bead_law import Bead
 from simulate.hollow import Box, Hollow
-from simulate.loose_fluid import LooseFluid, scattered, substep_s
+from simulate.loose_fluid import LooseFluid, all_at_once, scattered, substep_s
 from simulate.settings import Fluid, Solver, particle_volume
 from simulate.setup.signed_distance import CLEARANCE, CM
 from simulate.setup_checks import rheology_of
@@ -30,7 +30,12 @@ def paste_on_plate(
     corner = (-reach_mm, -reach_mm, 0.0), (reach_mm, reach_mm, HEADROOM * shape.height_mm)
     fluid = Fluid.model_validate({"density_kg_m3": density_kg_m3, "curve": dict(curve), "freeze_after_s": "never"})
     paste = rheology_of(fluid, 4 * radius_mm * CM, substep_s(radius_mm))
-    return LooseFluid.put(Hollow(Box(*corner)), _filled(shape, radius_mm), paste, Solver(radius_mm=radius_mm))
+    return LooseFluid.put(
+        Hollow(Box(*corner)),
+        all_at_once(_filled(shape, radius_mm), radius_mm),
+        paste,
+        Solver(radius_mm=radius_mm),
+    )
 
 
 def _filled(shape: Cone | Bead, radius_mm: float) -> Floats:

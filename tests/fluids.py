@@ -115,7 +115,7 @@ def engine_with(
     ``reach_mm`` is the box of the neighbour search, where particles go farther than 5 mm from where they start.
     """
     settings = Solver.model_validate(solver)
-    state = State(all_at_once(position_mm, frame_s, settings.size_mm), "cpu")
+    state = State(all_at_once(position_mm, settings.size_mm, frame_s), "cpu")
     enclosure = enclosed(*crack, settings.size_mm)
     substeps = settings.substeps or 4
     low, high = reach_mm or (position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5)

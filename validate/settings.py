@@ -18,7 +18,7 @@ Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "µm", "inch"]
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
-AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction")
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range")
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
 
@@ -45,18 +45,23 @@ class Columns(Settings):
     """Columns of a sheet without clear column names, and other facts that the sheet leaves open, as in [readings]."""
 
     s: Text | None = None
-    """Column of the stations: its name in the header, or its letter in a spreadsheet, such as "A"."""
+    """Column of the stations: its name in the header, or its letter in a spreadsheet, such as "A". If each station has
+    a column: their row, such as "3"."""
     levels: Annotated[tuple[Text, ...], Field(min_length=1, max_length=256)] | None = None
     """Columns of readings: names, letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is
     read."""
+    places: Unit | Annotated[tuple[float, ...], Field(min_length=2, max_length=10_000)] | None = None
+    """Meaning of the numbers of the stations, if a word precedes them ("Stelle 5") or they only count: their unit, or
+    places in mm, of the lowest and the highest number if stations are evenly spaced, else of each in order."""
     repeat: Text | None = None
     """Column that numbers the readings of a station, if each reading has its own row."""
     header_rows: Annotated[int, Field(ge=0, le=20)] | Annotated[str, Field(pattern=ROWS)] | None = None
     """Header rows, if they are not recognised: their number, 0 if the sheet begins with readings, or the first and the
     last one, such as "3:5". Rows of units among them are not names."""
     transposed: bool | None = None
-    """True if each station has a column. Letters then count rows: "A" is the first one. Default: decided by the
-    names."""
+    """True if each station has a column. Then s, levels and repeat are names in the first columns or numbers of rows,
+    such as "3" and "4:6", skip and range count the file's rows and columns, and header_rows is the number of columns
+    with names. Default: true if s is the number of a row, else decided by the names."""
     s_from: Literal["first", "second"] | None = None
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
@@ -77,6 +82,16 @@ class Columns(Settings):
     """Height of the datum above the sample's surface, like datum_level_mm of [readings]."""
 
     _one_spelling = field_validator("unit", mode="before")(_spelt_once)
+
+    @field_validator("missing")
+    @classmethod
+    def _are_words(cls, words: tuple[str, ...]) -> tuple[str, ...]:
+        for word in words:
+            parts = re.split(r"[\s;,|/]+", word)
+            numbers = [part for part in parts if re.fullmatch(r"[-+]?\d+(\.\d+)?", part)]
+            if len(parts) > 1 and numbers and (len(numbers) > 1 or re.search(r"[;,|/]|\d\.\d", word)):
+                raise ValueError(f"{word!r:.60} contains readings; give only the word for the missing one")
+        return words
 
 
 class Declared(Settings):
@@ -99,7 +114,8 @@ class Declared(Settings):
     """Columns of the sheet, if its header does not name them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
-    "sign", "unit", "datum" or "direction" for the whole sheet."""
+    "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place are its repeats, "range"
+    if places outside the range of a transposed sheet are not of this sample."""
     datum: Datum = "sample_surface"
     """Datum of the readings. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
@@ -114,8 +130,8 @@ class Declared(Settings):
         for answer in answers or ():
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
-                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum or direction; '
-                    f"found {answer!r:.40}"
+                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats or '
+                    f"range; found {answer!r:.40}"
                 )
         return answers
 

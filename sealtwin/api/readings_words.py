@@ -7,21 +7,32 @@ Given = Literal["file", "named rows", "array"]
 """Input of ``read_readings``: a file, rows with the names of their columns, or numbers without names."""
 
 NAME_THEM = 'Name them as a sheet does, such as "s_mm", "depth_1_mm", and leave out other columns of numbers.'
+TABLE = r"Write into the column range of its row.*?the cells of "
+OTHER_TABLE = r" If the other table is of another sample, add a row of this file for it\."
 PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
     "file": (
         (
             r"Assign the columns by letters:.*? or the trial\.",
             'Assign the columns by letters: columns={"s": "A", "levels": ["B", "C"]}.',
         ),
+        (
+            r"Assign the rows by numbers:.*? or the trial\.",
+            'Assign the rows by numbers: columns={"s": "3", "levels": ["4:6"]}.',
+        ),
+        (TABLE, 'Give columns, key "range": the cells of '),
+        (OTHER_TABLE, ""),
+        (r"Write into the column places of pairing\.csv:", 'Give columns, key "places":'),
         (r"\[readings\.columns\] (\w+) = (\"[^\"]*\")", r'columns={"\1": \2}'),
         (r"\[readings\.columns\] (\w+)", r'columns, key "\1"'),
     ),
     "named rows": (
         ("; read as CSV, UTF-8, semicolons", ""),
-        (r"Assign the columns by letters:.*? or the trial\.", NAME_THEM),
+        (r"Assign the (?:columns by letters|rows by numbers):.*? or the trial\.", NAME_THEM),
         (r"List the columns of readings: \[readings\.columns\] levels", "Leave out columns that are not readings"),
         (r"List the columns to read in \[readings\.columns\] levels", "Leave out one kind"),
-        (r"Select one: \[readings\.columns\] range = [^.;]*?(?=, or in|\.|$)", "Give only the columns of one"),
+        (TABLE, "Give only the columns of "),
+        (OTHER_TABLE, ""),
+        (r"Write into the column places of pairing\.csv:.*?all places\.", "Give the places as numbers in mm."),
         (r"add it to \[readings\.columns\] missing", "use None"),
         (r"Skip these rows with \[readings\.columns\] skip", "Leave out these rows"),
         (r"\[readings\.columns\] s_from = \"second\"", "reverse the rows' s"),
@@ -40,6 +51,7 @@ PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
 }
 """Pattern of each phrase about a sheet, with the words for what was given."""
 OF_ALL = (
+    (r"Write the one to read into the trial, such as ", "Select one: "),
     (r", or (sign )?in pairing\.csv(: up or down| \(one row for each sample\))?", ""),
     (r"\[readings\] ", ""),
     (r"\breadings\.(as_written|unit|sample|sheet|decimal)\b", r"\1"),

@@ -16,6 +16,7 @@ from typing import Literal
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.lab.sheets import kind_of_text
+from validate.readings.header_words import crack_depth
 from validate.readings.samples import SamplePart, part_of, parts_of, sample_key, sheets_of
 from validate.readings.table_rows import within
 from validate.readings.text_table import WORDS as LAB_WORDS
@@ -34,7 +35,7 @@ UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Reported as 
 TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
 FREE_TEXT = {".txt", ".md", ".lvm", ".dat", ".asc", ".prn", ".tab"}
 """Endings of texts, which may be tables: their content decides."""
-TABLES = ("readings", "fill")  # Roles of tables of numbers
+TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of tables of numbers
 WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
 """Words, by role, that give a file this role if they are at the beginning or the end of a name."""
 CAMERA = re.compile(
@@ -79,6 +80,7 @@ class FilePlace:
     answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
     likely: tuple[str, ...] = field(default=(), compare=False)  # Samples that it may belong to; the user decides
     read_as: str = field(default="", compare=False)  # One of them, as whose the file is read meanwhile
+    has_tables: bool = field(default=False, compare=False)  # True if it has several tables, none with a sample's name
 
     @property
     def owner(self) -> str:
@@ -271,7 +273,8 @@ def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[s
     owners = {own, *map(sample_key, place.likely if len(place.likely) == 1 else ())}
     unnamed = not naming and owners.isdisjoint(photographed) and sum(part.cells is not None for part in samples) > 1
     if not unnamed and (not naming or (keys == {own} and not is_divided)):
-        return {Piece(file): place}
+        tables = [part for part in samples if part.cells is not None and not any(map(crack_depth, part.title))]
+        return {Piece(file): replace(place, has_tables=not naming and len(tables) > 1)}
     if own in photographed and own not in keys:
         # The file's name and its rows contradict each other: reading the file as that sample's reports it.
         by_column = next((part for part in naming if part.rows_of is not None), None)
@@ -340,6 +343,7 @@ class LeftOut:
     file: str
     reason: str
     lost: bool  # True if it may contain data of the lab
+    may_be_readings: bool = False  # True if lines of it may be
 
     @property
     def sentence(self) -> str:

@@ -22,6 +22,7 @@ from sealtwin.lab.file_owners import Decisions, place_files, with_owners
 from sealtwin.lab.found_files import (
     DEFAULTS,
     NOT_READ,
+    TABLES,
     TRIAL,
     FilePlace,
     LeftOut,
@@ -112,11 +113,9 @@ def ingest(
         for piece, place in placed.items():
             if place.role == "text" and piece.file not in texts:
                 left_out.append(_text_alone(folder, piece.file, [sample.name for sample in samples]))
-                if left_out[-1].lost:
-                    lacking = {sample.key for sample in samples if "readings" not in sample.files}
-                    likely = [name for name in place.likely if sample_key(name) in lacking]
-                    samples = awaiting(samples, likely, left_out[-1].sentence)
         lost = [each for each in left_out if each.lost]
+        for each in lost:
+            samples = _awaiting_lost(samples, each, placed)
         if not samples and not lost:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
@@ -132,6 +131,21 @@ def ingest(
             catalogue.state(source, decisions, faults)
             catalogue.save()
     return ingested
+
+
+def _awaiting_lost(samples: list[SampleFiles], lost: LeftOut, placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
+    """Return the samples; those without readings wait for a file that is not read if it may be their sheet."""
+    file = PurePath(lost.file)
+    place = placed.get(Piece(file)) or read_name(file)
+    if place is None or not (lost.may_be_readings or place.role in TABLES or place.likely):
+        return samples
+    place = with_owners({file: replace(place, role="readings")}, [one.name for one in samples])[file]
+    lacking = {one.key: one.name for one in samples if "readings" not in one.files}
+    owners = [name for name in (place.sample, *place.likely) if sample_key(name) in {one.key for one in samples}]
+    likely = tuple(lacking[key] for key in map(sample_key, owners) if key in lacking)
+    if bool(owners) != bool(likely):
+        return samples
+    return awaiting(samples, replace(place, likely=likely), lost.sentence)
 
 
 def _unread_sheets(
@@ -160,7 +174,12 @@ def _text_alone(folder: Path, file: PurePath, samples: Sequence[str]) -> LeftOut
     reason, is_link = "its name matches no sample", (folder / file).is_symlink()
     if lines := 0 if is_link else lines_of_readings(folder / file):
         remedy = "If they are, write its sample and the role readings into its row; if not, the role ignore"
-        return LeftOut(file.as_posix(), f"{reason}, but {lines} of its lines may be readings. {remedy}.", lost=True)
+        return LeftOut(
+            file.as_posix(),
+            f"{reason}, but {lines} of its lines may be readings. {remedy}.",
+            lost=True,
+            may_be_readings=True,
+        )
     hint, named = ("", []) if is_link else text_and_samples(folder / file, samples)
     if not hint or not (named or hint.startswith(SEEMS)):
         return LeftOut(file.as_posix(), f"{reason}.", lost=False)

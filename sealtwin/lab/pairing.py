@@ -14,6 +14,7 @@ from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.file_owners import Decisions
 from sealtwin.lab.found_files import (
+    TABLES,
     UNREAD_TABLES,
     FilePlace,
     Piece,
@@ -22,13 +23,19 @@ from sealtwin.lab.found_files import (
     few,
     possible_roles,
 )
-from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table, sample_key
+from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table, sample_key
 from validate.readings.sheet import SheetGrid
+from validate.readings.text_table import number
 
 PAIRING = "pairing.csv"
-SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; several lower-case letters are more likely a name
+SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|[0-9]{1,4}(:[0-9]{1,4})?)"
+"""B, or B:D, or rows 4:6; several lower-case letters are more likely a name."""
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 MOST_PHOTOS = 12  # Photos in one question
+OF_SEVERAL = (
+    "add a row of this file for each, with its range, or with its columns in s and levels, such as A and B:D (if each "
+    "place has a column: its rows, such as 3 and 4:6)"
+)
 LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
 UNKNOWN: tuple[Role, ...] = ("text", "readings")  # Roles of a text with another ending
 ROLES: tuple[Role, ...] = get_args(Role)
@@ -70,17 +77,34 @@ def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
         )
         for sample in samples
     ]
-    for group in groups.values():
+    for key, group in groups.items():
+        has_owner = bool(key) and any(place.role == "photo" for place in group.values())
         for piece, place in group.items():
-            if place.likely:
-                samples = awaiting(samples, place.likely, _unpaired([piece], place, groups))
+            if place.likely or (place.role in TABLES and not has_owner):
+                samples = awaiting(samples, place, _unpaired([piece], place, groups))
+            elif place.has_tables and (lacking := _lacking(place.role, groups)):
+                names = few([photo for one in lacking for photo in _photos(groups[one])], MOST_PHOTOS)
+                question = (
+                    f"{piece}: it has several tables. Photos without {place.role}: {names}. If a table is of one, "
+                    f"write the cells of this sample's table, such as A1:C20, into the column range of {PAIRING}, and "
+                    "add a row with sample and range for each other table; if not, write the range alone."
+                )
+                samples = awaiting(samples, place, question)
     return samples
 
 
-def awaiting(samples: Sequence[SampleFiles], names: Sequence[str], question: str) -> list[SampleFiles]:
-    """Return the samples, with a question about a file that may belong to those called ``names``."""
-    keys = set(map(sample_key, names))
-    return [replace(one, awaits=(*one.awaits, question)) if one.key in keys else one for one in samples]
+def awaiting(samples: Sequence[SampleFiles], place: FilePlace, question: str) -> list[SampleFiles]:
+    """Return the samples, with a question about a file in those that it may belong to.
+
+    These are the likely ones. If there are none, they are all samples with a photo and without a file of this role.
+    """
+    keys = set(map(sample_key, place.likely))
+    return [
+        replace(one, awaits=(*one.awaits, question))
+        if one.key in keys or not (keys or place.role in one.files or "photo" not in one.files)
+        else one
+        for one in samples
+    ]
 
 
 def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Mapping[Piece, FilePlace]]) -> SampleFiles:
@@ -113,27 +137,36 @@ def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Ma
 
     It names the photos that the name of the file fits, otherwise all photos that have no file of this role.
     """
-    of_roles = {one: {other.role for other in group.values()} for one, group in groups.items()}
-    lacking = [one for one, roles in of_roles.items() if "photo" in roles and place.role not in roles]
-    key = sample_key(place.sample)
+    lacking, key = _lacking(place.role, groups), sample_key(place.sample)
     likely = [sample_key(name) for name in place.likely] or get_close_matches(key, lacking, cutoff=LIKENESS)
-    photos = [
-        (piece, its.sample) for one in likely or lacking for piece, its in groups[one].items() if its.role == "photo"
-    ]
-    names = few([piece for piece, _ in photos], MOST_PHOTOS)
-    samples = dict.fromkeys(sample for _, sample in photos)
+    photos = {piece: groups[one][piece].sample for one in likely or lacking for piece in _photos(groups[one])}
+    names = few([*photos], MOST_PHOTOS)
+    samples = dict.fromkeys(photos.values())
     which = next(iter(samples)) if len(samples) == 1 else "its sample"
     if likely:
         likely_owner = f"Is it of {names}? If so, write {which} into the column sample"
     elif lacking:
         likely_owner = f"Photos without {place.role}: {names}. If it is of one, write its sample into the column sample"
+        if place.role == "readings":
+            likely_owner += f"; if it is of several, {OF_SEVERAL}"
     else:
-        likely_owner = "Add it with the sample's name"
+        photo = f"as {place.sample}.jpg" if key else f"and write its sample into the column sample of {PAIRING}"
+        likely_owner = f"Every photo has its {place.role}. If its photo is missing, add it to the folder {photo}"
     if key:
         return f"{few(pieces)}: no photo of sample {place.sample}. {likely_owner}; if not, set role to ignore."
     of_table = any(piece.part is not None and piece.part.cells is not None for piece in pieces)
     fault = "the sheet gives no sample for this table" if of_table else "its name gives no sample"
     return f"{few(pieces)}: {fault}. {likely_owner}; if not, set role to ignore."
+
+
+def _lacking(role: Role, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> list[str]:
+    """Return the keys of the samples with a photo and without a file of this role."""
+    of_roles = {one: {other.role for other in group.values()} for one, group in groups.items()}
+    return [one for one, roles in of_roles.items() if one and "photo" in roles and role not in roles]
+
+
+def _photos(group: Mapping[Piece, FilePlace]) -> list[Piece]:
+    return [piece for piece, place in group.items() if place.role == "photo"]
 
 
 def _kind(pieces: Sequence[Piece]) -> str:
@@ -197,6 +230,11 @@ def _levels(text: str) -> list[str]:
     return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
 
 
+def _places(text: str) -> str | list[float]:
+    numbers = [number(part, None) for part in re.split(r"[\s;]+", text.strip())]
+    return text.lower() if None in numbers else [one for one in numbers if one is not None]
+
+
 def _skip(text: str) -> list[int | str]:
     return [int(part) if part.isdecimal() else part for part in re.split(r"\s*[;,]\s*", text)]
 
@@ -209,6 +247,7 @@ def _as_written(text: str) -> list[str]:
 OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
     "sheet": str,
     "s": _column,
+    "places": _places,
     "levels": _levels,
     "repeat": _column,
     "unit": str.lower,
@@ -292,7 +331,7 @@ def _of_own_part(row: PairingRow) -> PairingRow:
     if row.part or key is None:
         return row
     sheet = f"sheet {row.answers['sheet']}, " if "sheet" in row.answers else ""
-    name = row.answers[key].upper() if key == "range" else f"columns {row.answers[key]}"
+    name = row.answers[key].upper() if key == "range" else called(row.answers[key])
     answers = {other: text for other, text in row.answers.items() if other not in (key, "sheet")}
     return replace(row, part=f"{sheet}{name}", answers=answers)
 
@@ -349,7 +388,7 @@ def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FileP
     if row.role == "ignore":
         return None
     if not sample_key(row.sample):
-        if part in parts and not parts[part].sample:
+        if part and not (part in parts and parts[part].sample):
             return None  # The question about this row is still open.
         return f"{file} has no sample; write the sample's name, or the role ignore."
     if as_label(row.sample) != row.sample:

@@ -23,8 +23,9 @@ from validate.readings.read_readings import TableReader
 from validate.readings.samples import rows_of_sample, sheets_of, tables_of_readings
 from validate.readings.screens import ReadCells
 from validate.readings.sheet import FaultList, SheetFaults, SheetGrid, clipped, letters
-from validate.readings.table_rows import columns_named, upright, within
+from validate.readings.table_rows import columns_named, within
 from validate.readings.tables import Table, tables_of
+from validate.readings.turned import upright
 from validate.settings import Declared
 
 RANGE, LEVELS, S_FROM = (f"{COLUMNS}.{key}" for key in ("range", "levels", "s_from"))
@@ -56,7 +57,7 @@ def take_depths(folder: Path, outcome: SampleOutcome) -> None:
     sheets = sheets_of(folder / file)
     if not any(crack_depth(cell.text) for grid in sheets for row in grid.rows for cell in row.cells if cell.text):
         return
-    grids = [grid for each in sheets if (grid := upright(each, Declared())).turned is None]
+    grids = [grid for each in sheets if not (grid := upright(each, Declared())[0]).turned]
     of_readings = [grid for grid in grids if any(header for _, header in tables_of_readings(grid))]
     sheet = sample.part.sheet if sample.part is not None and sample.part.sheet else chosen and chosen.value
     own = [grid for grid in of_readings if sheet in (None, grid.sheet)]

@@ -16,8 +16,9 @@ from validate.readings.header_words import meaning, unit_of
 from validate.readings.read_readings import TableReader
 from validate.readings.samples import read_cells
 from validate.readings.sheet import FaultList, SheetGrid, SheetRow
-from validate.readings.table_rows import find_header, is_a_number, upright
+from validate.readings.table_rows import find_header, is_a_number
 from validate.readings.text_table import decoded
+from validate.readings.turned import upright
 from validate.readings.understood import WAYS, understood
 from validate.settings import Columns, Declared
 
@@ -82,7 +83,8 @@ def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str
     ``mass`` is the unit of the masses if the sheet lacks it. Raises InputError with file, row, column, value and the
     remedy.
     """
-    grid, faults = upright(read_cells(path, declared), declared), FaultList()
+    faults = FaultList()
+    grid, declared = upright(read_cells(path, declared), declared)
     header = read_header(grid, declared, faults, mass)
     faults.columns = understood(grid, header, "mass")
     table = TableReader(grid, header, declared, None, faults)

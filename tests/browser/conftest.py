@@ -175,7 +175,7 @@ class Bench:
         self.await_state("walls")
 
     def give_scale_and_depth(self):
-        self.page.check("input[name=scale][value=mm_per_px]", force=True)
+        self.page.check("input[name=scale][value=mm_per_px]")
         self.page.fill("#mm-per-px", "0.1")
         self.page.fill("#depth-mm", "16")
 

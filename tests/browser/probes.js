@@ -34,6 +34,12 @@ window.probe = {
     return outer.left <= inner.left && inner.right <= outer.right && outer.top <= inner.top && inner.bottom <= outer.bottom;
   },
 
+  /** What has the focus, and how far it reaches below the upper edge of the panel's footer. */
+  focused() {
+    const [part, footer] = [document.activeElement, document.querySelector(".panel footer")];
+    return { id: part.id, below_footer_px: part.getBoundingClientRect().bottom - footer.getBoundingClientRect().top };
+  },
+
   line(name) {
     const points = document.getElementById(name).getAttribute("d").slice(1).split("L");
     return points.map((point) => point.split(" ").map(Number));

@@ -19,6 +19,15 @@ SAID = {
     "a polygon": "mm_per_px = 0.1\nroi_px = [[200, 200], [1900, 210.5], [1900, 700], [210, 690]]",
 }
 
+SLOWLY = """() => {
+  const real = window.fetch;
+  window.fetch = async (name, ...rest) => {
+    if (name === "trace") await new Promise((passed) => setTimeout(passed, 700));
+    return real(name, ...rest);
+  };
+}"""
+"""A computer that traces slowly."""
+
 
 def test_it_saves_into_the_trial_and_ends(open_page, tmp_path):
     shutil.copytree(FIXTURE, tmp_path / "lab")
@@ -70,7 +79,6 @@ def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_p
             bench.page.check("input[value=mm_per_px]")
         bench.page.fill(selector, value)
         bench.page.keyboard.press("Enter")
-    bench.until("document.getElementById('length').innerText.endsWith('mm')")
     bench.page.click("#save")
     bench.page.wait_for_selector("#farewell[open]")
     assert bench.command.wait(10) == 0
@@ -81,6 +89,20 @@ def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_p
     assert (new.crack.depth_mm, new.photo.mm_per_px) == (16.0, pytest.approx(shot.mm_per_px, abs=1e-5))
     # One screen pixel is two or three of the photo.
     assert np.allclose(new.photo.ends_px, [shot.along(0.05), shot.along(0.95)], atol=4)
+
+
+def test_a_save_waits_for_the_scale_that_was_just_given(open_page, shot, tmp_path):
+    photo = Path(shutil.copy(shot.file, tmp_path))
+    bench = open_page(photo)
+    bench.give_ends(shot)
+    bench.page.evaluate(SLOWLY)
+    bench.give_scale_and_depth()
+    bench.page.keyboard.press("Control+s")
+    bench.page.wait_for_selector("#farewell[open], #save-refused:not(:empty)")
+    assert bench.text("#save-refused") == ""
+    new = load_trial(photo.with_suffix(".toml"))
+    assert new.photo is not None
+    assert new.photo.mm_per_px == 0.1
 
 
 def test_quitting_asks_once_where_something_would_be_lost(bench, shot):

@@ -101,11 +101,15 @@ def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid)
         ([[10, 4], [30, 4]], ["s_mm", "reading"], 'Set quantity = "level" (upward) or "depth" (downward).'),
         ([[10, 4], [30, 4]], ["s_mm", "foo"], 'Name them as a sheet does, such as "s_mm"'),
         ([[10, "x"], [30, 4]], ["s_mm", "depth_mm"], "use None."),
-        ([[10, 4, 10, 4], [30, 4, 20, 3]], ["s_mm", "depth_mm"] * 2, "Give only the columns of one."),
+        ([[10, 4, 10, 4], [30, 4, 20, 3]], ["s_mm", "depth_mm"] * 2, "Give only the columns of this"),
         ([[10, -9], [30, 9], [50, 9]], ["s_mm", "level_mm"], 'as_written = ["sign"]'),
         ([[10, -9], [30, 9], [50, 9]], None, 'Set quantity: "level" counts upward'),
         ("s_mm,foo\n10,4\n30,4\n", None, 'columns={"s": "A", "levels": ["B", "C"]}.'),
-        ("s_mm,level_mm,s_mm,level_mm\n1,-2,3,-2\n4,-5,6,-3\n", None, 'columns={"range": "A:B"}.'),
+        (
+            "s_mm,level_mm,s_mm,level_mm\n1,-2,3,-2\n4,-5,6,-3\n",
+            None,
+            'columns, key "range": the cells of this sample\'s table, "A:B" or "C:D".',
+        ),
     ],
 )
 def test_what_is_wrong_with_readings_is_told_by_keywords(tmp_path, rows, columns, words):

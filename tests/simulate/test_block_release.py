@@ -14,9 +14,13 @@ from tests.fluids import sealant
 PASTE = {"consistency_pa_s_n": 6.2, "flow_index": 0.5, "density_kg_m3": 1175.0}
 
 
-def released(fluid: dict[str, Any], radius_mm: float = 1.5, seed: int = 0, **block: Any) -> BlockRelease:
+def released(
+    fluid: dict[str, Any], radius_mm: float = 1.5, seed: int = 0, solver: dict[str, Any] | None = None, **block: Any
+) -> BlockRelease:
     table = {"length_mm": 20.0, "width_mm": 20.0, "height_mm": 20.0, "ahead_mm": 30.0, "duration_s": 0.3, **block}
-    return release(FluidBlock.model_validate(table), sealant(**fluid), Solver(radius_mm=radius_mm), seed=seed)
+    return release(
+        FluidBlock.model_validate(table), sealant(**fluid), Solver(radius_mm=radius_mm, **solver or {}), seed=seed
+    )
 
 
 @pytest.mark.parametrize("onto", ["plate", "channel", "open"])
@@ -57,6 +61,13 @@ def test_a_seed_repeats_a_release_and_another_one_scatters_it():
     assert one.front_mm[-1] == pytest.approx(other.front_mm[-1], abs=1.0)
 
 
+def test_more_substeps_are_shorter():
+    """The front is then farther, by more than seeds differ: 0.2 mm."""
+    fluid = PASTE | {"yield_stress_pa": 4.0}
+    one, two = (released(fluid, onto="channel", duration_s=0.1, solver={"substeps": n}) for n in (1, 2))
+    assert one.front_mm[-1] + 0.3 < two.front_mm[-1] < one.front_mm[-1] + 1.5
+
+
 def test_a_slope_lets_it_run_downhill():
     fluid = sealant(**PASTE, yield_stress_pa=4.0)
     block = FluidBlock(length_mm=20, width_mm=20, height_mm=20, ahead_mm=40, duration_s=0.3)
@@ -73,6 +84,8 @@ def test_a_slope_lets_it_run_downhill():
         ({"radius_mm": 2.0}, "solver.radius_mm is 2"),
         ({"radius_mm": 0.05}, "solver.radius_mm is 0.05"),
         ({"ahead_mm": 8.0}, "ahead_mm is 8"),
+        ({"solver": {"settle_s": 1.0}}, "solver.settle_s"),
+        ({"solver": {"model": "slot"}}, "solver.model"),
     ],
 )
 def test_what_cannot_be_computed_is_refused(change, named):

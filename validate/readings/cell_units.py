@@ -81,6 +81,11 @@ def _without_unit(text: str) -> str:
     return head.strip() if unit_of(last) is not None else text
 
 
+def bare(cell: SheetCell) -> SheetCell:
+    """Return a cell of text without a unit behind its number."""
+    return SheetCell(_without_unit(cell.text)) if cell.kind == "text" else cell
+
+
 def columns_of_units(names: Mapping[int, str], taken: Set[int], body: Sequence[SheetRow]) -> list[int]:
     """Return the columns outside ``taken`` that contain only units or are named as units."""
     others = [at for at in range(max((row.width for row in body), default=0)) if at not in taken]

@@ -23,9 +23,9 @@ from validate.readings.header_words import (
     units_named,
     unknown_unit,
 )
-from validate.readings.sheet import FaultList, SheetGrid, SheetRow, letters, quoted
+from validate.readings.sheet import FaultList, SheetCell, SheetGrid, SheetRow, letters, quoted
 from validate.readings.table_rows import is_a_number
-from validate.settings import Declared
+from validate.settings import Declared, Unit
 
 SET_UNIT = 'Set it: [readings] unit = "mm", or in pairing.csv.'
 SET_FILL_UNIT = 'Set it in pairing.csv: unit = mm for levels, mass = "A g" for masses.'
@@ -46,8 +46,14 @@ class ColumnUnits:
         names: Mapping[int, str],
         between: Sequence[SheetRow],
         body: Sequence[SheetRow],
+        place_words: Mapping[int, str],
     ) -> None:
-        """``number`` is that of the header's first row, and ``between`` are rows of units between its names."""
+        """``number`` is that of the header's first row, and ``between`` are rows of units between its names.
+
+        ``place_words`` are words before the numbers of stations: without a unit, these may only number the places.
+        """
+        self.place_words = place_words
+        self.places: Unit | tuple[float, ...] | None = None if declared.columns is None else declared.columns.places
         self.grid, self.declared, self.faults, self.number, self.names = grid, declared, faults, number, names
         self.mass: Mass | None = mass
         below, self.others = units_row(body[0]) if body else ({}, {})
@@ -102,7 +108,10 @@ class ColumnUnits:
         if declared is None:
             nameless = {column.index for column in used if column.unit is None}
             self.units = {at: one for at, one in self._common(beside).items() if at in nameless} | self.units
-        if self.mass is None:
+        if self.mass is None and (self.places is not None or used[0].index in self.place_words):
+            along: ColumnUnit | None = "mm" if isinstance(self.places, tuple) else self.places
+            used = [*self._in_unit(used[:1], along), *self._in_unit(used[1:], declared)]
+        elif self.mass is None:
             used = self._in_unit(used, declared)
         else:
             used = [*self._in_unit(used[:1], self.mass or None), *self._in_unit(used[1:], declared)]
@@ -115,6 +124,9 @@ class ColumnUnits:
         if nameless:
             self.faults.open.add("unit")
         nameless = [column for column in nameless if column.index not in self.others]
+        if used[0] in nameless and used[0].index in self.place_words:
+            self._ask_for_places(used[0])
+            nameless.remove(used[0])
         # Stand-ins that differ may not all be the columns that are meant.
         if "readings" in self.faults.open and set(used[1:]) - set(nameless):
             nameless = [column for column in nameless if column == used[0]]
@@ -128,6 +140,19 @@ class ColumnUnits:
                 self._add_fault(f"{names}: unit {quoted(text)} is unknown;", GIVE_UNIT, text)
         self._check_beside(used, beside)
         return used
+
+    def _ask_for_places(self, station: Column) -> None:
+        word = self.place_words[station.index]
+        texts = [text for row in self.body if is_a_number(SheetCell(text := row.cell(station.index).text))]
+        finding = (
+            f"{quoted(f'{word} {texts[0]}')} to {quoted(f'{word} {texts[-1]}')}: these numbers are distances along the "
+            "crack, or they only number the places."
+        )
+        remedy = (
+            "Write into the column places of pairing.csv: for distances their unit, such as mm; for numbers the places "
+            'of the lowest and the highest in mm, such as "0 75", if they are evenly spaced, otherwise all places.'
+        )
+        self.faults.add(self.grid.place(self.number, station.index, station.name), finding, remedy)
 
     def _in_unit(self, columns: Sequence[Column], declared: ColumnUnit | None) -> list[Column]:
         whole = all(column.unit or column.index in self.units for column in columns)
@@ -166,7 +191,7 @@ class ColumnUnits:
                 )
                 remedy = "Format the column as numbers, and check the readings."
             else:
-                at = f"column {letters(one.at)}" if self.grid.turned is None else self.grid.name_of(one.at)
+                at = self.grid.name_of(one.at) if self.grid.turned else f"column {letters(one.at)}"
                 by = "the format of the number" if one.at == one.column else at
                 other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
                 if one.unit is None:

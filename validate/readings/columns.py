@@ -1,6 +1,6 @@
 """The header of a sheet: its rows, and its columns with direction and unit, which are read or declared."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import get_args
@@ -19,6 +19,7 @@ from validate.readings.header_words import (
     quantity_in,
     unit_in,
 )
+from validate.readings.place_words import columns_of_places, is_place_word, without_words
 from validate.readings.repeats import may_be_readings, numbers_repeats
 from validate.readings.sheet import (
     BLANK,
@@ -41,13 +42,16 @@ from validate.readings.table_rows import (
     is_a_number,
     sorted_rows,
     table_rows,
+    which_table,
 )
 from validate.readings.tables import common_lines
+from validate.readings.turned import ASSIGN_ROWS
 from validate.settings import Columns, Declared, Quantity
+from validate.units import counted
 
 ASSIGN = (
-    "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv; or [readings.columns] "
-    's = "A", levels = ["B", "C"] in lab.toml or the trial.'
+    "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv, or rows, such as 3 and 4:6, if each "
+    'place has a column; or [readings.columns] s = "A", levels = ["B", "C"] in lab.toml or the trial.'
 )
 
 
@@ -71,9 +75,12 @@ class _HeaderReader:
     ) -> None:
         self.grid, self.declared, self.faults, self.stand_in = grid, declared, faults, stand_in
         self.mass: Mass | None = mass
+        self.assign = ASSIGN_ROWS if grid.turned else ASSIGN
         self.unknown: list[Column] = []  # Columns of numbers under unknown names
         self.given = declared.columns or Columns()
-        self.rows, self.skipped, self.unmet = table_rows(grid, self.given)
+        self.rows, skipped, unmet = table_rows(grid, self.given)
+        self.skipped, self.unmet = [*skipped, *grid.outside], [*unmet, *grid.unmet]
+        self.common = common_lines(grid, self.given.range)
         if len(self.rows) < 2:
             remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
@@ -87,9 +94,23 @@ class _HeaderReader:
         if grid.is_note:
             titles = (row.cell(0).text for row in (*self.rows[: self.first], *self.skipped))
             self.names |= {1: name} if (name := name_in_titles(titles)) else {}
+        self.header_rows = header.count
+        lines = (*self.rows[: self.first], *self.common, *grid.outside)
+        self.titled = None if grid.is_note else name_in_titles(cell.text for row in lines for cell in row.cells)
         body = self.rows[self.first + header.count :]
-        units = ColumnUnits(grid, declared, faults, mass, self.number, self.names, header.units, body)
+        self.place_words = self._place_words(columns_of_places(body))
+        body = without_words(body, [*self.place_words])
+        units = ColumnUnits(grid, declared, faults, mass, self.number, self.names, header.units, body, self.place_words)
         self.units, self.body = units, units.body
+
+    def _place_words(self, words: Mapping[int, str]) -> dict[int, str]:
+        """Return the column of stations with the word before its numbers, if it has one; else no column."""
+        if self.given.s is not None:
+            along = columns_named(self.names, self.given.s)
+        else:
+            along = [at for at, name in self.names.items() if (what := meaning(name)) and what.role == "station"]
+            along = along or [at for at, word in words.items() if is_place_word(word)]
+        return {at: words[at] for at in along if at in words and len(along) == 1}
 
     def _add_fault(self, finding: str, remedy: str, value: str | None = None) -> None:
         self.faults.add(self.grid.place(self.number), finding, remedy, value)
@@ -111,14 +132,14 @@ class _HeaderReader:
             readings += [replace(column, role="reading") for column in counters]
         elif may_be_readings(self.body, repeat.index):
             finding = f"column {quoted(repeat.name)} numbers repeats by its name, but contains other numbers."
-            self._add_fault(finding, f"List the columns of readings. {ASSIGN}", repeat.name)
+            self._add_fault(finding, f"List the columns of readings. {self.assign}", repeat.name)
         if not stations or not readings:
             stations, readings = self._stand_ins(stations, readings)
         else:
             self._check_unknown(columns)
         for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
             if len(twice) > 1:
-                self._add_fault(f"{quoted_names(twice)} both name the {what}.", ASSIGN)
+                self._add_fault(f"{quoted_names(twice)} both name the {what}.", self.assign)
         if repeat is not None and len(readings) > 1:
             several = quoted_names(readings)
             finding = f"column {quoted_names([repeat])} numbers repeats, but there are several columns: {several}."
@@ -132,11 +153,15 @@ class _HeaderReader:
         skipped = [column for column in by_role["skipped"] if column.index not in read]
         taken = {column.index for column in columns} - {column.index for column in skipped}
         of_units = columns_of_units(self.names, taken, self.body)
-        used = self.units.with_units(used, of_units)
-        place, at = self.grid.place(self.number), [column.index for column in used]
-        body, between, passed = sorted_rows(place, self.body, at[0], at[1:], self.faults)
-        remarks = [*self.rows[: self.first], *self.skipped, *between, *common_lines(self.grid, self.given.range)]
-        self.units.check_remarks(remarks, used)
+        used = self.units.with_units([used[0], *map(self._as_titled, used[1:])], of_units)
+        self._check_spanned(used[1:])
+        at = [column.index for column in used]
+        body, between, passed = sorted_rows(self.grid, self.number, self.body, at[0], at[1:], self.faults)
+        remarks = [*self.rows[: self.first], *self.skipped, *between, *self.common]
+        # In a turned sheet, a line such as "Unit:, in" is the name of a row that is not read.
+        named = [SheetRow(self.number, (SheetCell(column.name),)) for column in skipped if self.grid.turned]
+        self.units.check_remarks([*remarks, *named], used)
+        self._check_range(at)
         cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
         return Header(
             row=SheetRow(self.number, cells),
@@ -153,6 +178,39 @@ class _HeaderReader:
             unmet=tuple(self.unmet),
             of_units=tuple(of_units),
         )
+
+    def _as_titled(self, reading: Column) -> Column:
+        """Return a column with the unit and the direction of the table's title, if nothing gives its own."""
+        what = None if self.titled is None else meaning(self.titled)
+        if what is None or what.unit is None or what.quantity is None or reading.unit or reading.quantity:
+            return reading
+        return (
+            reading if reading.index in self.units.units else replace(reading, unit=what.unit, quantity=what.quantity)
+        )
+
+    def _check_spanned(self, readings: Sequence[Column]) -> None:
+        """Add a fault if one name spans columns in different units: they may have the same readings."""
+        header = self.rows[self.first : self.first + self.header_rows]
+        spanned = [column for column in readings if all(row.cell(column.index) == BLANK for row in header)]
+        if spanned and self.given.levels is None and len({column.unit for column in readings} - {None}) > 1:
+            finding = (
+                f"{quoted_names(readings)}: one name of columns in different units, which may be the same readings."
+            )
+            self._add_fault(finding, f"List one column for each repeat. {self.assign}", spanned[0].name)
+
+    def _check_range(self, columns: Sequence[int]) -> None:
+        """Add a fault if the range of a turned sheet cuts off columns with a place and readings."""
+        station, *readings = columns
+        cut = [
+            row.number
+            for row in self.grid.cut
+            if any(map(str.isdigit, row.cell(station).text)) and any(is_a_number(row.cell(at)) for at in readings)
+        ]
+        if cut and "range" not in (self.declared.as_written or ()):
+            span = letters(cut[0] - 1) if len(cut) == 1 else self.grid.span_of_rows(cut[0], cut[-1])
+            finding = f"{counted(len(cut), 'place')} with readings, in {span}, outside of the range."
+            remedy = 'Extend the range, or confirm that they are not of this sample: readings.as_written = ["range"].'
+            self.faults.add(self.grid.place(cut[0]), finding, remedy)
 
     def _numbering(
         self, stations: list[Column], readings: list[Column], samples: list[Column], counters: list[Column]
@@ -200,8 +258,10 @@ class _HeaderReader:
         for at in sorted({*self.names, *filled})[:MOST_SHOWN]:
             value = next((row.cell(at).text for row in self.body if row.cell(at).text), "")
             name = f" {quoted(self.names[at])}" if self.names.get(at) else ""
-            shown.append(f"{letters(at)}{name} ({clipped(value)})")
-        return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", ASSIGN)
+            shown.append(f"{self.grid.name_of(at)}{name} ({clipped(value)})")
+        return self._refused(
+            f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", self.assign
+        )
 
     def _declared_roles(self) -> dict[int, ColumnMeaning]:
         """Return the roles of the declared columns. Raises SheetFaults for a declared column that does not exist."""
@@ -243,13 +303,15 @@ class _HeaderReader:
         for at in sorted({*self.names, *roles, *numeric}):
             name = self.names.get(at, "")
             what = roles.get(at) or meaning(name)
+            if at in self.place_words and at not in roles:
+                what = ColumnMeaning("station", unit_in(name))
             if what is not None and at not in roles:
                 what = replace(what, role=taken_as.get(what.role, what.role))
                 what = ColumnMeaning("skipped", what.unit) if what.role in declared else what
             if what is None and ("reading" in declared or at not in numeric):
                 # A column of words has no readings, and if readings are declared, no other column has.
                 what = ColumnMeaning("skipped")
-            column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or letters(at))
+            column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or self.grid.name_of(at))
             (unknown if what is None else columns).append(column)
         if fill and len(unknown) == 1 and not any(column.role in ("reading", "repeat") for column in columns):
             # The only unknown column next to masses contains the levels.
@@ -264,11 +326,14 @@ class _HeaderReader:
         head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
         spans = list(blocks([head, *self.body]))
         for column in self.unknown:
-            span, lettered = next(span for span in spans if column.index in span), column.name == letters(column.index)
+            span, lettered = (
+                next(span for span in spans if column.index in span),
+                column.name == self.grid.name_of(column.index),
+            )
             if lettered or not own_block or own_block & set(span):
                 finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
                 finding = f"column {column.name} contains numbers and has no name." if lettered else finding
-                self._add_fault(finding, ASSIGN, column.name)
+                self._add_fault(finding, self.assign, column.name)
 
     def _one_table(self, columns: list[Column]) -> list[Column]:
         """Return the first of several tables side by side, each with stations and readings, and add a fault."""
@@ -276,26 +341,27 @@ class _HeaderReader:
         tables = [columns[start:end] for start, end in pairwise([*starts, len(columns)])]
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
-        spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        remedy = f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv (one row for each sample).'
-        self._add_fault(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
+        spans = [self.grid.span_of_columns(table[0].index, table[-1].index) for table in tables]
+        of = "one below the other, in rows" if self.grid.turned else "side by side, in columns"
+        finding = f"{len(tables)} tables {of} {' and '.join(spans)}."
+        self._add_fault(finding, which_table(spans[0], spans[-1]))
         return tables[0]
 
     def _check_numbers(self, readings: Sequence[Column]) -> None:
         """Add a fault for columns of readings without a number (one may be the mean), or with the same number."""
         if len(readings) > 1 and self.given.levels is None and all(names_sample(column.name) for column in readings):
             finding = f"{quoted_names(readings)}: columns of several samples, or repeats of one?"
-            self._add_fault(finding, f"List the columns of this sample. {ASSIGN}", readings[0].name)
+            self._add_fault(finding, f"List the columns of this sample. {self.assign}", readings[0].name)
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
                 finding = (
                     f"{quoted_names(columns)}: no repeat number, but there are {len(readings)} columns of readings."
                 )
-                remedy = f"One of them may be a mean: list only the repeats as levels. {ASSIGN}"
+                remedy = f"One of them may be a mean: list only the repeats as levels. {self.assign}"
                 self._add_fault(finding, remedy, columns[0].name)
             elif len(columns) > 1:
-                self._add_fault(f"repeat {label} occurs twice: {quoted_names(columns)}.", ASSIGN, columns[1].name)
+                self._add_fault(f"repeat {label} occurs twice: {quoted_names(columns)}.", self.assign, columns[1].name)
 
     def _quantity(self, readings: Sequence[Column]) -> Quantity | None:
         declared = self.declared.quantity

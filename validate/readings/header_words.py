@@ -61,6 +61,8 @@ AXIS, COORDINATE, ALONG = (COLUMNS[role] for role in ("axis", "coordinate", "alo
 DOWNWARD, HEIGHT, SAMPLE, CALCULATED = (COLUMNS[role] for role in ("downward", "height", "sample", "calculated"))
 SKIPPED = CALCULATED | COLUMNS["notes"] | COLUMNS["other"]
 DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
+PLACE_NUMBER = COLUMNS["place_number"]
+PLACE_WORDS = STATION | PLACE_NUMBER
 OF_UNITS, OTHER_UNITS = COLUMNS["unit"], frozenset(plain_letters(WORDS["other_units"]["words"]).split())
 MASS, OF_SAMPLE = COLUMNS["mass"], COUNTER | COLUMNS["beside_sample"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("beside_station", "beside_reading"))
@@ -73,14 +75,18 @@ ZERO_OF_READINGS, FACE, OF_FACTOR, CHECKED, ON = (
 NUMBERED_SAMPLE = re.compile(rf"\b(?:{'|'.join(SAMPLE)})\W*(?:(?:{'|'.join(COUNTER)})\b\W*)?[^\W\d_]{{0,3}}\W?[0-9]")
 CRACK_DEPTH = re.compile(WORDS["crack_depth"]["sure"].replace("\n", ""))
 CRACK, SEALANT = (frozenset(WORDS["crack_depth"][key].split()) for key in ("crack", "sealant"))
+ORDINAL = re.compile(
+    rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(WORDS['columns']['ordinal'].split())}|[.\u00b0](?![0-9]))(?!\w)"
+)
 NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
 CODE = re.compile(r"[^\W\d_]\S*\d\S*|\d{1,4}[./-]\d{1,2}[./-](\d{2,4})?")  # S14, or a date
+DASH = re.compile(r"^[-\u2013\u2014:]\s+")
 PREPOSITIONS = ("in", "um")  # Also units
 TITLE_PARTS = re.compile(r"[,;:()|]|\s[-\u2013\u2014]\s(?!=)")
 NEGATIVE_IS = re.compile(r"(?:[-\u2212\u2013]|\bminus)\s*(?:=|is\b|ist\b)", re.IGNORECASE)
 """Explanation of the minus sign, which may turn the direction of a name: "level (- = above)"."""
-MINUSES = ("-", "\u2212", "\u2013", "minus")
+MINUSES = ("-", "\u2212", "\u2013", "minus", "negativ", "negatif", "negative", "negativo")
 SIGN_OF_TITLE = re.compile(
     r"(?P<sign>[-+\u2212\u2013]|plus|minus)\s*(?:=|is|ist|means|heisst)\s*(?P<words>.+)", re.IGNORECASE
 )
@@ -106,6 +112,7 @@ def meaning(name: str) -> ColumnMeaning | None:
     if NEGATED.match(name) or NEGATIVE_IS.search(name):
         return None
     plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", _plain(name))
+    plain = ORDINAL.sub(r"\1 ", plain)
     dial = _dial_unit(plain)
     plain = DIAL_UNIT.sub(" ", plain)
     parts = WORD.findall(plain)
@@ -127,11 +134,16 @@ def meaning(name: str) -> ColumnMeaning | None:
     factor = factor_in(name)
     if words & MASS:
         return ColumnMeaning("mass", unit, factor=factor or _number_at_unit(plain))
+    if not numbers and unit is not None and words & PLACE_NUMBER and words <= PLACE_NUMBER | OF_STATION:
+        words = words - PLACE_NUMBER | {"s"}
     if _names_axis(words, unit):
         words = words - AXIS - COORDINATE | {"s"}
     if words & STATION:
         is_station = words <= STATION | OF_STATION and (not numbers or factor or _number_at_unit(plain))
         return ColumnMeaning("station", unit, factor=factor or _number_at_unit(plain)) if is_station else None
+    if words & FACE:
+        # A height over the face is that of the sealant's surface; without a face it may be its thickness.
+        words -= SEALANT
     if (
         not words & (DEPTH | LEVEL | REPEAT | VALUE)
         or not words <= DEPTH | LEVEL | REPEAT | VALUE | COUNTER | OF_READING
@@ -152,6 +164,12 @@ def _names_axis(words: set[str], unit: ColumnUnit | None) -> bool:
     if words & AXIS:
         return words <= AXIS | COORDINATE | OF_STATION and (bool(words & COORDINATE) or unit in MM)
     return bool(words & ALONG and words & CRACK) and words <= OF_STATION
+
+
+def repeat_number(text: str) -> int | None:
+    """Return the number of a repeat in a cell of a header, such as "2", "2." or "2nd"; None for other texts."""
+    bare = ORDINAL.sub(r"\1 ", _plain(text)).strip(" #")
+    return int(bare) if bare.isdecimal() and len(bare) <= LONGEST_ABBREVIATION else None
 
 
 def names_sample(name: str) -> bool:
@@ -301,13 +319,40 @@ def is_particular(text: str) -> bool:
 def name_in_titles(titles: Iterable[str]) -> str | None:
     """Return the name of readings that one of a note's titles is, such as "Tiefe mm" of "S14 Tiefe mm"; else None.
 
-    Words for the sample, which have a digit, and dates are left out. A number alone may be the depth of the crack.
+    Words for the sample, which have a digit, and dates are left out. A number alone may be the depth of the crack. If
+    no title is a name, but the titles give one unit of readings, the name has only this unit.
     """
-    titles = [title for title in titles if factor_in(title) is None]
-    bare = {_unmistakable(" ".join(word for word in title.split() if not CODE.fullmatch(word))) for title in titles}
+    every = list(titles)
+    units = {unit for title in every for unit in _units_of_readings(title)}
+    titles = [title for title in every if factor_in(title) is None]
+    words = (" ".join(word for word in title.split() if not CODE.fullmatch(word)) for title in titles)
+    # A dash behind the sample's code is no minus.
+    bare = {
+        _unmistakable(DASH.sub("", each) if CODE.match(title) else each)
+        for each, title in zip(words, titles, strict=True)
+    }
     meanings = {name: what for name in bare if (what := meaning(name)) is not None}
     names = [name for name, what in meanings.items() if what == ColumnMeaning("reading", what.unit, what.quantity)]
-    return names[0] if len(names) == 1 else None
+    if len(names) == 1:
+        return names[0]
+    return f"reading [{unit}]" if len(units) == 1 and (unit := next(iter(units))) is not None else None
+
+
+def _units_of_readings(title: str) -> set[ColumnUnit | None]:
+    """Return the units that a title gives for readings, such as mm of "depth in mm, 3 times".
+
+    None is a unit with a number, which may be a factor or the depth of the crack.
+    """
+    units = set[ColumnUnit | None]()
+    has_factor = factor_in(title) is not None
+    title = " ".join(word for word in title[:LONGEST_NAME].split() if not CODE.fullmatch(word.rstrip(":,")))
+    for part in re.split(r"[,;:|]|\s[-\u2013\u2014]\s", title):
+        words = set(WORD.findall(plain_letters(part)))
+        of_readings = words & (DEPTH | LEVEL | VALUE | REPEAT) and not words & STATION
+        if (of_readings or unit_of(part.strip()) is not None) and crack_depth(part) is None:
+            unit, has_number = unit_in(part), _number_at_unit(_plain(part)) is not None
+            units |= set() if unit is None else {None if has_number or has_factor else unit}
+    return units
 
 
 def _unmistakable(title: str) -> str:

@@ -3,10 +3,10 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,6 @@ from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
 from validate.readings.stations import Reading, Station, cells_of, level_mm
-from validate.readings.table_rows import upright
 from validate.readings.text_table import (
     commas_may_separate,
     common_mark,
@@ -32,7 +31,9 @@ from validate.readings.text_table import (
     is_missing,
     number,
     several,
+    unread_word,
 )
+from validate.readings.turned import upright
 from validate.readings.understood import (
     answer_to,
     dialect_of,
@@ -73,7 +74,8 @@ def read_readings(
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
         InputError: The file cannot be opened.
     """
-    grid, faults = upright(read_cells(path, settings), settings), FaultList()
+    faults = FaultList()
+    grid, settings = upright(read_cells(path, settings), settings)
     header = rows_of_sample(grid, read_header(grid, settings, faults, stand_in=True), settings, faults)
     faults.columns = understood(grid, header)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
@@ -102,7 +104,7 @@ def read_readings(
         levels_mm,
         data,
         path.name,
-        dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing),
+        dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing, is_long=table.gathers),
         doubts=tuple(doubts_of(grid, header, cells, settings, length_mm, depth_mm, filling)),
         columns=faults.columns,
     )
@@ -157,6 +159,7 @@ class TableReader:
     crack: CrackLimits | None
     faults: FaultList
     missing: int = 0  # Number of readings that are marked as missing; set by ``read``
+    gathers: bool = False  # True if repeats are in rows of their own; set by ``read``
 
     def read(self) -> ReadCells:
         """Return the readable stations, sorted along s, and their repeats.
@@ -169,8 +172,8 @@ class TableReader:
         _ = self.mark  # A fault if it is ambiguous
         merged = self._merged_stations()
         stations = [station for row in header.body if (station := self.station(row, merged)) is not None]
-        if header.repeat is not None or merged:
-            stations = self._gathered(stations)
+        self.gathers = header.repeat is not None or bool(merged) or self._are_repeats(stations)
+        stations = self._at_places(self._gathered(stations) if self.gathers else stations)
         if "station" not in self.faults.open:
             self._check_neighbours(sorted(stations, key=lambda station: station.s_mm))
         self.missing = sum(math.isnan(one.value_mm) for station in stations for one in station.readings.values())
@@ -181,6 +184,49 @@ class TableReader:
             declared_unit_mm=FACTORS[header.station.unit or "mm"] if header.station.unit_declared else None,
         )
 
+    def _are_repeats(self, stations: Sequence[Station]) -> bool:
+        """Return whether rows of one place are its repeats: each place has as many, one below the other.
+
+        Other columns may give the rows a different meaning, by words that change within a place or by small numbers.
+        """
+        if "repeats" in (self.declared.as_written or ()):
+            return True
+        runs = [list(run) for _, run in groupby(stations, key=lambda station: station.s_mm)]
+        counts = {len(run) for run in runs}
+        if len(counts) != 1 or counts == {1} or len({run[0].s_mm for run in runs}) < len(runs):
+            return False
+        texts = [
+            {cell.text for station in run if not any(map(str.isdigit, (cell := station.row.cell(column.index)).text))}
+            for run in runs
+            for column in self.header.skipped
+        ]
+        return len(runs) > 1 and self._likely_repeat() is None and all(len(each) <= 1 for each in texts)
+
+    def _at_places(self, stations: list[Station]) -> list[Station]:
+        """Return numbered stations at the places that are declared for their numbers."""
+        given = self._given_places
+        numbers = sorted({station.s_mm for station in stations})
+        if not given or len(numbers) < 2:
+            return stations
+        if len(given) not in (2, len(numbers)):
+            finding = f"places has {len(given)} numbers, but {len(numbers)} places have readings."
+            remedy = "Write the first and the last place, or all of them."
+            self.faults.add(self.grid.place(self.header.row.number), finding, remedy)
+            return stations
+        own = numbers if len(given) == len(numbers) else [numbers[0], numbers[-1]]
+        moved = [replace(station, s_mm=float(np.interp(station.s_mm, own, given))) for station in stations]
+        for station in moved:
+            if self.crack is not None:
+                place = self._place(station.row, self.header.station)
+                self.crack.check_station(place, f"{station.s_mm:g}", station.s_mm, self.faults)
+        return moved
+
+    @property
+    def _given_places(self) -> tuple[float, ...]:
+        """Places of the stations in mm, if their numbers are no distances."""
+        given = None if self.declared.columns is None else self.declared.columns.places
+        return given if isinstance(given, tuple) else ()
+
     def _merged_stations(self) -> dict[int, SheetCell]:
         """Return the station of each row whose station cell is merged over several rows. These rows are its repeats.
 
@@ -190,16 +236,17 @@ class TableReader:
         # A merged header is no problem: its names apply to the line below, or to columns without a name.
         body = {row.number: row for row in header.body}
         used = {column.index for column in header.read}
-        for row, column, last_row, last_column in self.grid.merged:
+        for row, column, last_row, last_column in sorted(self.grid.merged):
             rows = [number for number in body if row <= number <= last_row]
             if not rows or not any(column <= index <= last_column for index in used):
                 continue
-            if column == last_column == header.station.index and header.repeat is None and len(header.readings) == 1:
+            if column == last_column == header.station.index:
                 merged |= dict.fromkeys(rows, body[rows[0]].cell(column))
             elif row != last_row or column != last_column:
+                ends = self.grid.cell_name(row, column), self.grid.cell_name(last_row, last_column)
                 self.faults.add(
                     self.grid.place(row, column),
-                    f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged with one value.",
+                    f"cells {' to '.join(ends)} are merged with one value.",
                     "Skip these rows with [readings.columns] skip, or unmerge the cells in a copy.",
                 )
         return merged
@@ -275,7 +322,7 @@ class TableReader:
             usual = max(counts, key=lambda count: (counts[count], -count), default=1)
             for row in self.header.body:
                 cell = row.cell(column.index)
-                count, answer = len(self._parts(cell)), f"{row.number}"
+                count, answer = len(self._parts(cell)), self.grid.own_answer(f"{row.number}")
                 if cell.text and count > usual and answer not in (self.declared.as_written or ()):
                     finding = f"{quoted(cell.text)} has {counted(count, 'reading')}, most cells have {usual}."
                     remedy = f'Correct a blank within a number, or answer readings.as_written = ["{answer}"].'
@@ -291,7 +338,12 @@ class TableReader:
             return None
         cell = merged.get(row.number, row.cell(column.index))
         s_mm = self._in_mm(row, column, cell, "Write a station into every row.")
-        if s_mm is not None and self.crack is not None and column.unit is not None and not self._stands_in:
+        if (
+            s_mm is not None
+            and self.crack is not None
+            and column.unit is not None
+            and not (self._stands_in or self._given_places)
+        ):
             self.crack.check_station(self._place(row, column), cell.text, s_mm, self.faults)
         label = None if header.repeat is None else self._repeat(row, header.repeat)
         each = (reading for column in header.readings for reading in self._readings(row, column))
@@ -334,7 +386,9 @@ class TableReader:
         digit_mm = unit_mm * 10.0 ** -decimals_of(cell.text)
         reading_mm = None
         if cell.kind != "text" or not is_missing(cell.text):
-            remedy = "If it marks a missing reading, add it to [readings.columns] missing."
+            word = unread_word(row.cell(column.index).text)
+            it = "it" if word == cell.text else quoted(word)
+            remedy = f"If {it} marks a missing reading, add it to [readings.columns] missing."
             reading_mm = self._in_mm(row, column, cell, remedy)
         if reading_mm is None:
             return Reading(np.nan, row.number, column.index, digit_mm)
@@ -398,11 +452,15 @@ class TableReader:
 
     def _check_neighbours(self, stations: list[Station]) -> None:
         """Add a fault for each pair of neighbouring stations that are equal, or closer than a caliper resolves."""
-        remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
+        remedy = (
+            'If rows of one place are its repeats, set readings.as_written = ["repeats"], or write them as columns of '
+            "one row, or number them in a column 'repeat'; if not, correct the place."
+        )
         if (column := self._likely_repeat()) is not None:
-            letter = letters(column.index)
+            letter = self.grid.own_answer(letters(column.index))
+            which = "row" if self.grid.turned else "column"
             remedy = (
-                f"If column {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
+                f"If {which} {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
                 f'"{letter}", or in pairing.csv.'
             )
         for before, station in pairwise(stations):

@@ -24,9 +24,10 @@ from validate.readings.sheet import (
     quoted,
     refuse,
 )
-from validate.readings.table_rows import is_a_number, upright, within
+from validate.readings.table_rows import is_a_number, within
 from validate.readings.tables import Table, common_lines, tables_of
-from validate.readings.text_table import read_delimited
+from validate.readings.texts import read_text
+from validate.readings.turned import upright
 from validate.settings import RANGE, Columns, Declared
 
 LARGEST_FILE_BYTES = 5_000_000  # Limit on the size of a sheet, or of a workbook with its pictures
@@ -48,7 +49,8 @@ OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
 )
 """First bytes, in lower case, of other formats that programs export with the file extension of a sheet."""
 RANGE_PART = re.compile(
-    rf"(?:sheet (?P<sheet>.+?), )?(?:(?P<cells>{RANGE[1:-1]})|columns (?P<levels>.+))", re.IGNORECASE
+    rf"(?:sheet (?P<sheet>.+?), )?(?:(?P<cells>{RANGE[1:-1]})|(?:columns|rows(?! of)) (?P<levels>.+))",
+    re.IGNORECASE,
 )
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
 
@@ -66,7 +68,7 @@ def read_cells(path: Path, declared: Declared) -> SheetGrid:
     if declared.sheet is not None:
         finding = f"a text file, which has no sheets, but [readings] sheet = {declared.sheet!r}."
         raise refuse(Place(path), finding, "Remove this setting, or give the workbook.", declared.sheet)
-    return read_delimited(path, content, declared.separator)
+    return read_text(path, content, declared.separator)
 
 
 def read_table(path: Path, starter: str) -> SheetGrid:
@@ -129,6 +131,11 @@ def _content(path: Path) -> bytes:
     return content
 
 
+def called(levels: str) -> str:
+    """Return the name of a part that consists of columns of readings, or of rows if each station has a column."""
+    return f"{'rows' if levels[:1].isdecimal() else 'columns'} {levels}"
+
+
 @dataclass(frozen=True)
 class SamplePart:
     """A part of a file that may contain the readings of one sample."""
@@ -144,7 +151,7 @@ class SamplePart:
     levels: str | None = None  # Letters of its columns of readings, if samples share the stations of a table
 
     def __str__(self) -> str:
-        columns, rows = self.levels and f"columns {self.levels}", self.rows_of and f"rows of {self.rows_of}"
+        columns, rows = self.levels and called(self.levels), self.rows_of and f"rows of {self.rows_of}"
         parts = (self.sheet and f"sheet {self.sheet}", self.cells, columns, rows)
         return ", ".join(part for part in parts if part)
 
@@ -186,7 +193,7 @@ def sheets_of(path: Path) -> tuple[SheetGrid, ...]:
             from validate.readings.workbook import read_sheets
 
             return tuple(read_sheets(path, content))
-        return (read_delimited(path, content, None),)
+        return (read_text(path, content, None),)
     except InputError:
         return ()
 
@@ -210,7 +217,8 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
     names = ", ".join(quoted(rows[0].cell(column.index).text) for rows in list(by_sample.values())[:12])
     if wanted is None:
         if len(by_sample) > 1:
-            faults.add(place, f"rows of several samples: {names}.", "Select one: [readings] sample.")
+            remedy = "Write the one to read into the trial, such as [readings] sample = "
+            faults.add(place, f"rows of several samples: {names}.", f"{remedy}{names.partition(',')[0]}.")
         return header
     key = sample_key(wanted)
     if key not in by_sample:
@@ -221,8 +229,8 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
 
 
 def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
-    grid = upright(grid, Declared())
-    tables = [] if grid.turned is not None else tables_of_readings(grid)
+    grid, _ = upright(grid, Declared())
+    tables = [] if grid.turned else tables_of_readings(grid)
     if len(tables) == 1:
         yield from _by_column(grid, tables[0][0], sheet)
     for table, header in tables if len(tables) > 1 else [(None, tables[0][1] if tables else _header_of(grid, None))]:

@@ -12,6 +12,7 @@ from sealtwin.core.records import ReadColumn
 Fact = Literal["columns", "station", "readings", "unit", "quantity", "decimal", "crack"]
 """Fact that a sheet leaves open: "columns" if any is not named, "station" or "readings" if the stand-in may be wrong;
 "crack" if readings are outside of it."""
+CELL = re.compile(r"([A-Z]{1,3})?([1-9][0-9]*)?")  # Or a column, or a row
 MOST_KEPT = 1_000
 MOST_SHOWN = 20  # Limit on the sentences of a message; more faults have a common cause
 FIGURES = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")  # Numbers within a sentence
@@ -196,8 +197,10 @@ class SheetGrid:
     shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
     """Text that a number's format shows behind it, such as "cm" or "%", by row from 1 and column from 0."""
     is_note: bool = False  # True for a text with a place and its readings in each line
-    turned: tuple[int, ...] | None = None
-    """Row numbers, in the file, of the columns of a turned sheet; None for a sheet that is not turned."""
+    turned: bool = False  # True if the rows here are the columns of the file
+    outside: tuple[SheetRow, ...] = ()  # Of a turned sheet: comments, skipped rows, and lines outside its range
+    cut: tuple[SheetRow, ...] = ()  # Of a turned sheet: columns of the file with content outside its range
+    unmet: tuple[str, ...] = ()  # Of a turned sheet: declared rows to skip that do not exist
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
@@ -207,18 +210,30 @@ class SheetGrid:
             raise refuse(self.place(wide.number), finding, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
-        if self.turned is not None:
-            row, column = None if column is None else self._row_of(column), None if row is None else row - 1
+        if self.turned:
+            row, column = None if column is None else column + 1, None if row is None else row - 1
         return Place(self.path, self.sheet, row, column, name)
 
     def name_of(self, column: int) -> str:
         """Return the name of a column in the file: its letters, or "row 5" in a turned sheet."""
-        return letters(column) if self.turned is None else f"row {self._row_of(column)}"
+        return f"row {column + 1}" if self.turned else letters(column)
 
-    def _row_of(self, column: int) -> int:
-        """Return the number of the file's row that became a column. A column beyond the last continues the count."""
-        rows = self.turned or (0,)
-        return rows[column] if column < len(rows) else rows[-1] + column - len(rows) + 1
+    def own_answer(self, answer: str) -> str:
+        """Return a cell, column or row of ``readings.as_written`` as the file counts it: turned, E7 is G5."""
+        match = CELL.fullmatch(answer) if self.turned else None
+        if match is None:
+            return answer
+        return f"{letters(int(match[2]) - 1) if match[2] else ''}{column_of(match[1]) + 1 if match[1] else ''}"
+
+    def cell_name(self, row: int, column: int) -> str:
+        return f"{letters(row - 1)}{column + 1}" if self.turned else f"{letters(column)}{row}"
+
+    def span_of_rows(self, first: int, last: int) -> str:
+        """Return the range of rows in the file, such as 2:9: of a turned sheet, its columns, such as B:I."""
+        return f"{letters(first - 1)}:{letters(last - 1)}" if self.turned else f"{first}:{last}"
+
+    def span_of_columns(self, first: int, last: int) -> str:
+        return f"{first + 1}:{last + 1}" if self.turned else f"{letters(first)}:{letters(last)}"
 
 
 @dataclass

@@ -1,9 +1,9 @@
-"""The part of a sheet with its table: turned upright, limited to its range, with header rows and rows below."""
+"""The part of a sheet with its table: limited to its range, with header rows and rows below."""
 
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from validate.readings.header_words import (
@@ -15,17 +15,33 @@ from validate.readings.header_words import (
     is_particular,
     is_scaled_unit,
     meaning,
+    repeat_number,
     unit_of,
 )
-from validate.readings.sheet import BLANK, MOST_COLUMNS, FaultList, Place, SheetCell, SheetGrid, SheetRow, column_of
-from validate.readings.text_table import NOTE_HEAD, is_missing, number, plain_letters, several
-from validate.settings import Columns, Declared
+from validate.readings.place_words import is_place
+from validate.readings.sheet import (
+    BLANK,
+    MOST_COLUMNS,
+    FaultList,
+    SheetCell,
+    SheetGrid,
+    SheetRow,
+    column_of,
+    letters,
+)
+from validate.readings.text_table import (
+    NOTE_HEAD,
+    is_missing,
+    number,
+    plain_letters,
+    several,
+    without_missing,
+)
+from validate.settings import Columns
 
 MOST_LINES_ABOVE = 100
 """Limit on the lines of title and notes above a header; a header further down belongs to another table."""
 MOST_HEADER_ROWS = 4
-MOST_TURNED = 100
-"""Limit on the rows of a sheet that is turned without a declaration: such sheets have few rows."""
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
 DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
@@ -48,44 +64,6 @@ class TableRows(NamedTuple):
     unmet: list[str]  # Declared rows to skip that do not exist
 
 
-def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
-    """Return a sheet with rows and columns swapped if that is declared, or if a table's names are in a column."""
-    given = declared.columns or Columns()
-    if given.transposed is None:
-        rows = table_rows(grid, given).rows
-        if not 1 < len(rows) < MOST_TURNED or _is_table(find_header(rows, grid.merged, given).names):
-            return grid
-        turned = _turned(grid)
-        return turned if _is_table(find_header(turned.rows, (), given).names) else grid
-    return _turned(grid) if given.transposed else grid
-
-
-def _is_table(names: Mapping[int, str]) -> bool:
-    roles = {named.role for name in names.values() if (named := meaning(name)) is not None}
-    return {"station", "reading"} <= roles
-
-
-def _turned(grid: SheetGrid) -> SheetGrid:
-    numbers = {row.number: place for place, row in enumerate(grid.rows)}
-    width = max((row.width for row in grid.rows), default=0)
-    rows = [SheetRow(column + 1, tuple(row.cell(column) for row in grid.rows)) for column in range(width)]
-    return replace(
-        grid,
-        rows=tuple(row for row in rows if row.width),
-        written=(*grid.written, "stations in a row"),
-        # Numbers of fields are checked in the file's rows, which are columns here.
-        separator=";" if grid.separator == "," else grid.separator,
-        merged=(),
-        struck=frozenset((column + 1, numbers[row]) for row, column in grid.struck),
-        shown_units={
-            (column + 1, numbers[row]): unit for (row, column), unit in grid.shown_units.items() if row in numbers
-        },
-        hidden_rows=frozenset(column + 1 for column in grid.hidden_columns),
-        hidden_columns=frozenset(numbers[row] for row in grid.hidden_rows if row in numbers),
-        turned=tuple(row.number for row in grid.rows),
-    )
-
-
 def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
     """Return the rows of a sheet within the declared range."""
     rows, skipped = [], []
@@ -96,7 +74,8 @@ def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
         if first is None:
             continue
         if given.missing:
-            row = SheetRow(row.number, tuple(BLANK if cell.text in given.missing else cell for cell in row.cells))
+            cells = (cell._replace(text=without_missing(cell.text, given.missing)) for cell in row.cells)
+            row = SheetRow(row.number, tuple(cell if cell.text else BLANK for cell in cells))
         named = {str(row.number), plain_name(first.text)} & skip.keys()
         unmet = {key: one for key, one in unmet.items() if key not in named}
         # "#5" before numbers may be the name of a row, or a commented-out row: it stays, so that it is a fault.
@@ -148,6 +127,8 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         return hits, *likeness, above, len(header) > 1 and _names_repeats(header[-1]), -len(named), -first
 
     candidates = list(_candidates(rows, merged, given.header_rows))
+    whole = [one for one in candidates if not _leaves_names(*one, rows)]
+    candidates = whole if any(any(key(one)[1:3]) for one in whole) else candidates
     begin = _first_numbers(rows, given)
     if begin is not None:
         higher = [one for one in candidates if one[0] + len(one[1]) <= begin]
@@ -164,6 +145,15 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
     return HeaderRows(best[0], len(best[1]), _joined(named, merged), units)
 
 
+def _leaves_names(first: int, header: Sequence[SheetRow], rows: Sequence[SheetRow]) -> bool:
+    """Return whether the row above a header names columns of numbers that the header does not name."""
+    above, below = rows[first - 1] if first else None, rows[first + len(header) :]
+    if above is None or any(map(is_a_number, above.cells)) or _is_title(above, rows[first:]):
+        return False
+    numeric = {at for row in below[:MOST_HEADER_ROWS] for at, cell in enumerate(row.cells) if is_a_number(cell)}
+    return any(above.cell(at).text and all(row.cell(at) == BLANK for row in header) for at in numeric)
+
+
 def _begins_with_numbers(header: Sequence[SheetRow]) -> bool:
     return bool(header) and sum(map(is_a_number, header[0].cells)) > 1
 
@@ -178,8 +168,12 @@ def _first_numbers(rows: Sequence[SheetRow], given: Columns) -> int | None:
     if len(lettered) != 1 or (given.s and not given.s.isupper() and plain_name(given.s) in named):
         return None
     levels = {at for level in given.levels or () for at in columns_named({}, level)} - {lettered[0]}
-    along = [_has_number(row, lettered) for row in rows]
-    both = [is_along and _has_number(row, levels) for is_along, row in zip(along, rows, strict=True)]
+    beside = [_has_number(row, levels) for row in rows]
+    along = [
+        _has_number(row, lettered) or (has_level and is_place(row.cell(lettered[0])))
+        for row, has_level in zip(rows, beside, strict=True)
+    ]
+    both = [is_along and has_level for is_along, has_level in zip(along, beside, strict=True)]
     starts = [at for at in range(len(rows)) if all(both[at : at + 2])] or [at for at, one in enumerate(along) if one]
     if not starts:
         return None
@@ -241,7 +235,7 @@ def _candidates(
     for first in range(min(len(rows), MOST_LINES_ABOVE)):
         for count in range(1, MOST_HEADER_ROWS + 1) if declared is None else (declared,):
             header = rows[first : first + count]
-            if len(header) < count:
+            if len(header) < count or _has_decimals(rows[first]):
                 break
             if declared is None and count > 1:
                 if is_units_row(header[-1]):
@@ -251,8 +245,14 @@ def _candidates(
                     break
                 if _is_above_names(header, merged):
                     continue
-            if header and not _is_title(header[0], rows[first + 1 :]) and not _is_cut(header, merged):
+            is_title = not header or _is_title(header[0], rows[first + 1 :])
+            if not is_title and not _is_cut(header, rows[first + count :], merged):
                 yield first, header
+
+
+def _has_decimals(row: SheetRow) -> bool:
+    """Return whether a row has several decimal numbers, as rows of readings have, and no header."""
+    return sum(is_number(cell.text) and not cell.text.strip("+-").isdigit() for cell in row.cells) > 1
 
 
 def _is_above_names(header: Sequence[SheetRow], merged: Merged) -> bool:
@@ -324,12 +324,16 @@ def _is_title(row: SheetRow, below: Sequence[SheetRow]) -> bool:
 def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
     """Return whether a row continues a header: words, or repeat numbers 1, 2, 3 in a header with a station column."""
     cells = [cell for cell in below.cells if cell != BLANK]
-    numbers = [cell.text for cell in cells if cell.kind != "text" or is_number(cell.text)]
+    numbers = {at: cell.text for at, cell in enumerate(below.cells) if cell.kind != "text" or is_number(cell.text)}
     if numbers:
         stations = [at for at, name in names.items() if (named := meaning(name)) and named.role == "station"]
-        stations = stations or list(names)[:1]
-        counted = numbers == [str(number) for number in range(1, len(numbers) + 1)]
-        return counted and bool(stations) and all(unit_of(below.cell(at).text or "mm") for at in stations)
+        above = {meaning(names.get(at, "")) for at in numbers}
+        are_repeats = len(above) == 1 and all(what is not None and what.role == "reading" for what in above)
+        stations = stations or ([] if are_repeats else list(names)[:1])
+        counted = [repeat_number(text) for text in numbers.values()] == [*range(1, len(numbers) + 1)]
+        return (
+            counted and (are_repeats or bool(stations)) and all(unit_of(below.cell(at).text or "mm") for at in stations)
+        )
     return not all(unit_of(cell.text) or is_missing(cell.text) for cell in cells)
 
 
@@ -337,12 +341,15 @@ def _names_repeats(row: SheetRow) -> bool:
     """Return whether a row contains only names of readings, such as "Messung 1", or their numbers."""
     texts = [cell.text for cell in row.cells if cell.text]
     roles = {named.role for text in texts if not is_number(text) and (named := meaning(text)) is not None}
-    return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
+    return roles <= {"reading", "repeat"} and all(
+        repeat_number(text) is not None or is_number(text) or meaning(text) is not None for text in texts
+    )
 
 
-def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
-    """Return whether a name is merged with cells above or below the header."""
+def _is_cut(header: Sequence[SheetRow], below: Sequence[SheetRow], merged: Merged) -> bool:
+    """Return whether a name is merged with cells above the header, or below it and a row of units."""
     first, last = header[0].number, header[-1].number
+    last = below[0].number if merged and below and is_units_row(below[0]) else last
     return any(
         top < first <= bottom or first <= top <= last < bottom < top + MOST_HEADER_ROWS for top, _, bottom, _ in merged
     )
@@ -392,12 +399,22 @@ def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
     return table, along, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
 
 
+def which_table(first: str, second: str) -> str:
+    """Return the remedy if a sheet has several tables."""
+    return (
+        "Write into the column range of its row in pairing.csv (in a trial: [readings.columns] range) the cells of "
+        f'this sample\'s table, "{first}" or "{second}". If the other table is of another sample, add a row of this '
+        "file for it."
+    )
+
+
 def sorted_rows(
-    place: Place, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
+    grid: SheetGrid, begin: int, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
 ) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
     """Divide the rows below a header into stations, remarks, and calculated rows such as means.
 
-    A second table below the first is a fault: the user must declare which one is meant.
+    ``begin`` is the number of the header's row. A second table below the first is a fault: the user must declare which
+    one is meant.
     """
     stations, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
     words_between = None
@@ -421,7 +438,7 @@ def sorted_rows(
             words_between = None
     else:
         return stations, remarks, passed
-    spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
-    finding = f"a second table begins in row {row.number}, below the first."
-    faults.add(replace(place, row=row.number), finding, f"Select one: [readings.columns] range = {spans}.")
+    first, second = grid.span_of_rows(begin, row.number - 1), grid.span_of_rows(row.number, body[-1].number)
+    where = f"column {letters(row.number - 1)}, beside" if grid.turned else f"row {row.number}, below"
+    faults.add(grid.place(row.number), f"a second table begins in {where} the first.", which_table(first, second))
     return stations, remarks, passed

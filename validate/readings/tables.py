@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+from validate.readings.cell_units import bare
 from validate.readings.header_words import NAME, meaning
 from validate.readings.sheet import BLANK, SheetCell, SheetGrid, SheetRow, letters
 from validate.readings.table_rows import Merged, blocks, find_header, is_a_number, plain_name, within
@@ -72,7 +73,7 @@ def common_lines(grid: SheetGrid, span: str | None) -> list[SheetRow]:
             for at, cell in enumerate(row.cells)
         )
         texts = [cell for cell in cells if cell != BLANK]
-        if texts and len(texts) <= MOST_TEXTS and not any(map(is_a_number, texts)):
+        if texts and len(texts) <= MOST_TEXTS and not any(map(_is_number, texts)):
             lines.append(SheetRow(row.number, cells))
     return lines
 
@@ -129,7 +130,7 @@ def _starts(rows: Sequence[SheetRow]) -> list[int]:
     starts, heads = [0], list[list[str]]()
     after_numbers: int | None = None  # Index behind the last row with numbers
     for at, row in enumerate(rows):
-        texts = [plain_name(cell.text) for cell in row.cells if cell.text and not is_a_number(cell)]
+        texts = [plain_name(cell.text) for cell in row.cells if cell.text and not _is_number(cell)]
         if after_numbers is not None and _is_header(rows, at, texts in heads):
             starts.append(_title_above(rows, after_numbers, at))
             after_numbers = None
@@ -143,7 +144,7 @@ def _starts(rows: Sequence[SheetRow]) -> list[int]:
 def _is_header(rows: Sequence[SheetRow], at: int, is_repeated: bool) -> bool:
     """Return True if a row below numbers is the header of a further table rather than a remark between its rows."""
     row, below = rows[at], rows[at + 1 :]
-    texts = [cell for cell in row.cells if cell.text and not is_a_number(cell)]
+    texts = [cell for cell in row.cells if cell.text and not _is_number(cell)]
     following = [other for other in below if len(_numbers(other)) >= LEAST]
     if not texts or len(following) < LEAST:
         return False
@@ -217,12 +218,17 @@ def _in_columns(rows: Sequence[SheetRow], span: range) -> Iterator[SheetRow]:
 
 def _numbers(row: SheetRow) -> dict[int, float]:
     """Return the numbers of a row by column; a cell whose value is unknown counts as 0."""
-    return {at: _value(cell) for at, cell in enumerate(row.cells) if is_a_number(cell) or cell.kind == "formula"}
+    return {at: _value(cell) for at, cell in enumerate(row.cells) if _is_number(cell) or cell.kind == "formula"}
 
 
 def _texts(row: SheetRow) -> int:
-    return sum(bool(cell.text) and not is_a_number(cell) for cell in row.cells)
+    return sum(bool(cell.text) and not _is_number(cell) for cell in row.cells)
 
 
 def _value(cell: SheetCell) -> float:
-    return number(cell.text, None) or 0.0
+    return number(bare(cell).text, None) or 0.0
+
+
+def _is_number(cell: SheetCell) -> bool:
+    """Return True for a number, also with a unit behind it."""
+    return is_a_number(bare(cell))

@@ -7,7 +7,7 @@ import re
 import tomllib
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from importlib.resources import files as resources
 from pathlib import Path
@@ -73,6 +73,20 @@ def plain_letters(text: str) -> str:
 def is_missing(text: str) -> bool:
     """Return whether a cell is blank or contains a word for a missing reading."""
     return not text or "".join(plain_letters(text).split()) in MISSING
+
+
+def without_missing(text: str, words: Sequence[str]) -> str:
+    """Return the text of a cell without declared words for a missing reading: blank, or "?" among other readings."""
+    either = "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
+    marked = re.sub(rf"(?<![^\s;,|/])(?:{either})(?![^\s;,|/])", "?", text)
+    return "" if text in words else marked if several(marked) else text
+
+
+def unread_word(text: str) -> str:
+    """Return the word among the readings of a cell that is no number; the whole text if there are no readings."""
+    parts = [part for part in re.split(r"\s*[;|/]\s*|,?\s+", text) if part and not is_missing(part)]
+    words = [part for part in parts if not NUMBER.fullmatch(part.translate(MINUS))]
+    return words[0] if len(words) == 1 < len(parts) else text
 
 
 def is_ambiguous(text: str) -> bool:

@@ -1,6 +1,7 @@
 """Interpretation of a sheet: a sentence, a table of its columns, and the doubts about it."""
 
 from collections.abc import Iterable, Iterator, Set
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,7 +25,14 @@ MOST_ROWS_SHOWN = 8  # Limit on the listed rows that are not read
 
 
 def dialect_of(
-    grid: SheetGrid, header: Header, declared: Declared, mark: Decimal | None, repeats: int, missing: int
+    grid: SheetGrid,
+    header: Header,
+    declared: Declared,
+    mark: Decimal | None,
+    repeats: int,
+    missing: int,
+    *,
+    is_long: bool,
 ) -> str:
     """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
     units = list(dict.fromkeys(str(column.unit) for column in header.readings))
@@ -35,7 +43,7 @@ def dialect_of(
         counting += f", places in {header.station.unit}"
     sample = () if declared.sample is None else (f"rows of {shown(declared.sample)}",)
     written = ", ".join((*grid.written, *sample, *(() if mark is None else (f"decimal {mark}",))))
-    layout = f"{'wide' if header.repeat is None else 'long'}, {counted(repeats, 'repeat')}"
+    layout = f"{'long' if is_long else 'wide'}, {counted(repeats, 'repeat')}"
     skipped = ", ".join(shown(column.name) for column in header.skipped[:8])
     more = {
         f"{counted(missing, 'reading')} missing": missing,
@@ -63,7 +71,7 @@ def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadC
         for column in sorted([*header.read, *header.skipped], key=lambda column: column.index)
     ]
     for row in (*header.remarks, *header.passed)[:MOST_ROWS_SHOWN]:
-        place, what = (f"{row.number}", "row") if turned is None else (letters(row.number - 1), "column")
+        place, what = (f"{row.number}", "row") if not turned else (letters(row.number - 1), "column")
         text = next(cell.text for cell in row.cells if cell.text)
         columns.append(ReadColumn(place, shown(text), f"{what}, not read", "", ""))
     return (*columns, *(ReadColumn("-", shown(text), NO_SUCH, "", "") for text in header.unmet))
@@ -81,7 +89,7 @@ def doubts_of(
     """Yield a sentence for each open doubt: cell, finding, remedy, and the entry that confirms the value."""
     names = {column.index: column.name for column in header.read}
     of_header = (*_marked(grid, header), *_too_fine(header, cells), *counted_stations(cells, length_mm))
-    for doubt in unanswered((*of_header, *screened(cells, depth_mm, filling)), declared):
+    for doubt in unanswered(_own(grid, (*of_header, *screened(cells, depth_mm, filling))), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
         # A text file has cells when it is opened in a spreadsheet.
         cell = f", cell {letters(place.column)}{place.row}" if place.sheet is None and place.column is not None else ""
@@ -109,8 +117,14 @@ def doubts_beside(
         doubts += [*counted_stations(cells, length_mm), *own]
         if not open_facts:
             doubts += doubts_of_sheet(rest, None, None)
-    for doubt in unanswered(doubts, declared):
+    for doubt in unanswered(_own(grid, doubts), declared):
         yield grid.place(doubt.row, doubt.column), doubt
+
+
+def _own(grid: SheetGrid, doubts: Iterable[Doubt]) -> Iterator[Doubt]:
+    """Yield the doubts with answers that count the file's own rows and columns."""
+    for doubt in doubts:
+        yield replace(doubt, answers=tuple(map(grid.own_answer, doubt.answers)))
 
 
 def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:

@@ -4,11 +4,11 @@ import { part } from "./page.js";
 import { post } from "./server.js";
 
 export class Leaving {
-  /** `missing()`: a sentence on what a save needs, or null; `content()`: what is saved; `changed()`: true if it differs;
-   * `lost(fault)`: the server did not answer; `over()`: the page has ended.
+  /** `ready()`: wait until `missing()` can answer: a sentence on what a save needs, or null; `content()`: what is saved;
+   * `changed()`: true if it differs; `lost(fault)`: the server did not answer; `over()`: the page has ended.
    */
-  constructor({ missing, content, changed, lost, over }) {
-    Object.assign(this, { missing, content, changed, lost, over });
+  constructor({ ready, missing, content, changed, lost, over }) {
+    Object.assign(this, { ready, missing, content, changed, lost, over });
     this.ended = false;
     this.sure = false; // The first press on Quit asks for confirmation, the second leaves.
     part("save").addEventListener("click", () => this.save());
@@ -21,9 +21,10 @@ export class Leaving {
   }
 
   async save() {
-    if (this.ended) return;
     // A field fires its change event only on blur, and Ctrl-S does not blur it.
     if (document.activeElement.matches("input")) document.activeElement.blur();
+    await this.ready();
+    if (this.ended) return;
     const missing = this.missing();
     part("save-refused").textContent = missing ?? "";
     if (missing) return;

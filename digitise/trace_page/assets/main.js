@@ -46,6 +46,7 @@ const points = new Points(part("points"), {
 });
 const tracing = new Tracing(takeAnswer, lost);
 const leaving = new Leaving({
+  ready: () => tracing.scaled(),
   missing,
   content: () => ({ hints: hintsOf(draft), shape: shapeOf(draft) }),
   changed: () => history.can(-1),
@@ -351,6 +352,8 @@ function missing() {
 
 // ---- Beginning ----
 
+const measureFooter = () => document.documentElement.style.setProperty("--footer", `${part("footer").offsetHeight}px`);
+new ResizeObserver(measureFooter).observe(part("footer"));
 document.title = `${facts.name} · trace`;
 part("name").textContent = facts.name;
 part("about").textContent = `${facts.size_px.join(" × ")} px`;

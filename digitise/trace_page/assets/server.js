@@ -53,6 +53,14 @@ export class Tracing {
     this.ask({ hints, meaning, until });
   }
 
+  /** Wait until the newest request has answered its scale, which comes first, or has failed. */
+  async scaled() {
+    for (let first; first !== this.asking?.first; ) {
+      first = this.asking?.first;
+      await first;
+    }
+  }
+
   /** Drop the request in progress and the waiting one. */
   forget() {
     this.waiting = null;
@@ -62,17 +70,24 @@ export class Tracing {
 
   async ask({ hints, meaning, until, sketch = false }) {
     this.forget();
-    const request = { sketch, stop: new AbortController() };
+    let begun;
+    const first = new Promise((resolve) => (begun = resolve));
+    const request = { sketch, stop: new AbortController(), first };
     this.asking = request;
     // Increases across reloads and tabs, since the server answers the newest request only.
     this.revision = Math.max(this.revision + 0.001, performance.timeOrigin + performance.now());
     const question = { hints, revision: this.revision, until };
-    const each = (answer) => this.asking === request && this.show(answer, meaning);
+    const each = (answer) => {
+      if (this.asking === request) this.show(answer, meaning);
+      begun();
+    };
     try {
       await post("trace", question, each, request.stop.signal);
     } catch (fault) {
       if (fault.name !== "AbortError") this.lost(fault);
       return;
+    } finally {
+      begun();
     }
     if (this.asking !== request) return;
     this.asking = null;

@@ -192,6 +192,32 @@ def test_a_sample_with_several_likely_sheets_or_a_sheet_of_several_samples_waits
         assert {one.partition(":")[0] for one in samples[host].awaits} == {one for one in names if one.endswith(".csv")}
 
 
+@pytest.mark.parametrize(
+    ("names", "waiting"),
+    [
+        (("K05.jpg", "K06.jpg", "Blatt 1.csv"), {"K05", "K06"}),
+        (("K05.jpg", "K05.csv", "K06.jpg", "Blatt 1.csv"), {"K06"}),
+        (("K05.jpg", "K06.jpg", "K07.csv"), {"K05", "K06"}),
+        (("K05.jpg", "K06.jpg", "K05_2.csv"), {"K05"}),
+        (("K05.jpg", "K05.csv", "Blatt 1.csv"), set()),
+    ],
+)
+def test_samples_without_readings_wait_for_a_sheet_that_may_be_theirs(names, waiting):
+    samples = _paired(*names)
+    assert {one.name for one in samples.values() if one.awaits} == waiting
+    assert all(names[-1] in sentence for one in samples.values() for sentence in one.awaits)
+
+
+@pytest.mark.parametrize(
+    ("name", "waits"), [(".P01.csv.icloud", True), (".Blatt.csv.icloud", True), (".P01.jpg.icloud", False)]
+)
+def test_a_sample_without_readings_waits_for_a_sheet_that_is_not_read(small, tmp_path, name, waits):
+    (small / "P01.csv").unlink()
+    (small / name).touch()
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert fates(ingested) == {"P01": "failed" if waits else "new", "P02": "new"}
+
+
 def test_pairing_and_content_of_a_likely_sheet_are_asked_together_and_hold_its_sample(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P02_Messung.csv").rename(small / "P02_0007.csv")

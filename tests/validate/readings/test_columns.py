@@ -30,6 +30,11 @@ SCANNED = (
 )
 COUNTED = "Along,Level rel. to face,,avg\nmm,mm,,mm\n,#1,#2,\n0,-1.5,-1.6,-1.55\n5,-2,-2.1,-2.05\n"
 RUNS = "Kanal;{};Position [mm];Messwert [mm]\nCH1;1;0;-1,5\nCH1;1;5;-2\nCH1;2;5;-2,1\nCH1;2;0;-1,6\n"
+PIVOT = ",level_mm,level_mm\n{},1,2\ns_mm,,\n0,-1.5,-1.6\n5,-2,-2.1\n"
+COUNTS = "Station (mm),Height above surface (mm),,Mean\n,{},{},\n0,-1.5,-1.6,-1.55\n5,-2,-2.1,-2.05\n"
+NAMED_ABOVE = "Ort;{};;Mittel\nlängs;1a misura;2a misura;\n[mm];[mm];[mm];[mm]\n0;1,5;1,6;1,55\n5;2;2,1;2,05\n"
+EXPORT = "Nr.;Merkmal;Messwert;Einheit\n1;{0} {1};-1,5;mm\n2;{0} {1};-1,6;mm\n3;{0} {2};-2;mm\n4;{0} {2};-2,1;mm\n"
+CALLED = "{};Level [mm]\n{}0{};-1\n{}5{};-2\n"
 DATES = ["Datum: 3.5.2026;;\n", "Datum;3.5.2026;\n", "03.05.2026;;\n", ";;\n3. 5. 2026\n"]
 
 READ = {
@@ -42,6 +47,10 @@ READ = {
         [[-1, -2], [-3, -4]],
     ),
     "A:A is a letter": (LETTERED, {"s": "A:A", "levels": ["B"]}, {"unit": "mm", "quantity": "level"}, [[1], [3]]),
+    "a title with unit and direction": (
+        *("Q10 - hauteur par rapport à la face, mm;;\nPoint (mm);Lecture 1;Lecture 2\n0;-1,5;-1,6\n5;-2;-2,1\n",),
+        *(None, {}, TWO),
+    ),
     "no header": ("0;1,5\n5;2\n", BY_LETTER, MM_DOWN, [[-1.5], [-2]]),
     "no header under a title": ("Riss 4\n\nx;y\n0;1,5\n5;2\n", BY_LETTER, MM_DOWN, [[-1.5], [-2]]),
     "skip by number": ("s_mm,depth_mm\n0,1\n5,2\n9,7\n", {"skip": [4]}, {}, ONE),
@@ -53,6 +62,43 @@ READ = {
     "a second header row of one reading": ("Riss 4;\ns [mm];Tiefe [mm]\n;Messung 1\n0;1\n5;2\n", None, {}, ONE),
     "a second header row of one number": ("Riss 4;\ns [mm];Tiefe [mm]\n;1\n0;1\n5;2\n", None, {}, ONE),
     "numbers of repeats are a header": ("s [mm];Tiefe [mm];\n;1;2\n0;1,5;1,6\n5;2;2,1\n", None, {}, TWO),
+    "a word before distances": (EXPORT.format("Stelle", 0, 5), {"places": "mm"}, {"quantity": "level"}, TWO),
+    "a word before numbers of places": (
+        *(EXPORT.format("Stelle", 1, 2), {"places": [0, 5], "s": "B", "levels": ["C"]}, {"quantity": "level"}),
+        TWO,
+    ),
+    "places of numbers, each": ("Ort;Tiefe [mm]\n1;1\n2;2\n3;3\n", {"places": [0, 5, 9]}, {}, [[-1], [-2], [-3]]),
+    "places of numbers, evenly spaced": (
+        *("Ort;Tiefe [mm]\n3;2\n1;1\n", {"places": [0, 5]}, {}),
+        ONE,
+    ),
+    **{
+        f"a word with a unit: {cells}": (CALLED.format(name, *cells * 2), None, {}, ONE)
+        for name, cells in [
+            ("Position [mm]", ("Pos. ", "")),
+            ("Messpunkt", ("Punkt ", " mm")),
+            ("wo", ("point ", " mm")),
+            ("Station [mm]", ("Station", "")),
+        ]
+    },
+    "rows of one place, as written": (
+        *("s_mm;level_mm\n0;-1,5\n5;-2\n0;-1,6\n5;-2,1\n", None, {"as_written": ("repeats",)}),
+        TWO,
+    ),
+    "rows of one place, each as often": ("s_mm;level_mm\n0;-1,5\n0;-1,6\n5;-2\n5;-2,1\n", None, {}, TWO),
+    "a pivot of pandas": (PIVOT.format("rep"), None, {}, TWO),
+    "a pivot without a name of its repeats": (PIVOT.format(""), None, {}, TWO),
+    **{
+        f"repeats called {one}": (COUNTS.format(one, two), None, {}, TWO)
+        for one, two in [("1st", "2nd"), ("1.", "2."), ("rep 1", "rep 2"), ("1\u00b0", "2\u00b0"), ("1", "2")]
+    },
+    "a height of the sealant over the face": (
+        *(
+            NAMED_ABOVE.format("Quota del sigillante rispetto alla faccia").replace(";1,", ";-1,").replace(";2", ";-2"),
+            None,
+        ),
+        *({}, TWO),
+    ),
     "rows of no readings": (PASSED, None, {}, [[-1, None], [-2, -2]]),
     "numbers of samples": ("Nr.;s_mm;depth_mm\n#1;0;1\n#2;5;2\n", None, {}, ONE),
     "units of other quantities": ("s;Tiefe;Temp.\nmm;mm;[°C]\n0;1;20\n5;2;21\n", None, {}, ONE),
@@ -92,7 +138,7 @@ READ = {
         TWO,
     ),
     "stations in a row": (ROWED.format("2,0"), None, {"unit": "mm"}, [*TWO, [-2.5, -2.6]]),
-    "declared stations in a row": ("x;0;5\ny;1;2\n", {"transposed": True, **BY_LETTER}, MM_DOWN, ONE),
+    "declared stations in a row": ("x;0;5\ny;1;2\n", {"transposed": True, "s": "1", "levels": ["2"]}, MM_DOWN, ONE),
     **{f"a line with a date: {at!r}": (f"{at}s;Tiefe\nmm;mm\n0;1\n5;2\n", None, {}, ONE) for at in DATES},
 }
 
@@ -128,7 +174,28 @@ REFUSED = {
         *(THREE_ROWS.format("[mm];mil"), None),
         "'mil', below 'Tiefe ab OK 1', is not a supported",
     ),
+    "a thickness of the sealant is no level": (NAMED_ABOVE.format("Höhe der Füllung"), None, "upward or downward"),
+    "rows that words tell apart": (
+        *("s_mm;Art;level_mm\n0;innen;-1\n0;außen;-2\n5;innen;-1\n5;außen;-2\n", None),
+        'as_written = ["repeats"]',
+    ),
+    "a word before what may be numbers": (CALLED.format("Ort", *("Pos. ", "") * 2), None, "column places"),
+    "a word before numbers, with a unit of readings": (
+        *(CALLED.format("Ort", *("Pos. ", "") * 2), {"sign": "up"}),
+        "'Pos 0' to 'Pos 5'",
+    ),
+    "places that are too few": (
+        *("Ort;Tiefe [mm]\n1;1\n2;2\n3;3\n4;3\n", {"places": [0, 5, 9]}),
+        "places has 3 numbers",
+    ),
+    "two words": (CALLED.format("Ort [mm]", "Pos. ", "", "Stelle ", ""), None, "'Pos. 0' is not a number"),
+    "a row of names is not left above": (NAMED_ABOVE.format("Füllstand xy"), None, "line 1: '1a misura', '2a misura'"),
     "titles are no names": (UNKNOWN_ROWS, None, "A 'x' (0), B 'Füllung 1' (1,5), C 'Füllung 2' (1,6), D 'Füllung 3'"),
+    "rows of decimals are no names": (
+        "Units;mm\nPiece;Nom X;Nom Y;Dev Z;Test\n1;0.0;0.01;-1.5;Fail\n1;5.0;0.02;-2.0;Pass\n2;0.0;0.0;-1.6;Pass\n",
+        None,
+        "A 'Piece' (1), B 'Nom X' (0.0)",
+    ),
     "particulars of a logger are no names": (LOGGED, None, "A 'T_Value' (0)"),
     "a unit that no answer settles": (
         "s;Z [nm]\n0;1\n5;2\n",
@@ -140,8 +207,12 @@ REFUSED = {
     "tabs are no blanks": ("wo\ta\n0\t1\n5\t2\n", None, "A 'wo' (0), B 'a' (1)"),
     "rows that are no header": ("s_mm;depth_mm\n0;1\n5;2\n", {"header_rows": "8:9"}, "no rows 8:9"),
     "a letter beyond the table": ("s_mm;depth_mm\n0;1\n5;2\n", {"s": "Q"}, "'Q' is not a column"),
-    "a table beside": (BESIDE, None, 'range = "A:B"'),
-    "a table below": ("s_mm;depth_mm\n0;1\n5;2\n\nX\ns_mm;depth_mm\n0;3\n5;4\n", None, 'range = "1:5" or "6:8"'),
+    "a table beside": (BESIDE, None, 'sample\'s table, "A:B" or "D:E"'),
+    "a table below": (
+        "s_mm;depth_mm\n0;1\n5;2\n\nX\ns_mm;depth_mm\n0;3\n5;4\n",
+        None,
+        'sample\'s table, "1:5" or "6:8"',
+    ),
     "the way back": ("s_mm;depth_mm\n0;1\n5;2\nzurück\n2;3\n4;4\n", None, "a second table begins in row 5"),
     "an unknown name": ("s_mm;depth_mm;z\n0;1;7\n5;2;8\n", None, "'z' has an unknown name and contains numbers"),
     "no name": ("s_mm;depth_mm;\n0;1;7\n5;2;8\n", None, "column C contains numbers and has no name"),
@@ -163,6 +234,10 @@ def test_what_may_mean_something_else_is_asked_about(refused, text, columns, wor
 PLACES, UNIT, WAY, MARK = "no column of places", ": no unit", "upward or downward", "is 1.234, or 1234"
 MISSING = "'n. lesbar' is not a number"
 AT_ONCE = {
+    "a word before the number of each place": (
+        *(EXPORT.format("Stelle", 0, 5), None),
+        ["'Stelle 0' to 'Stelle 5'", "'Messwert': nothing states"],
+    ),
     "unknown names": (
         *("x;a;b\n0;1,234;2,345\n5;n. lesbar;2,345\n9;1,234;2,335\n", None),
         [PLACES, f"'x', 'a', 'b'{UNIT}", "'a', 'b': nothing states", MARK, MISSING],

@@ -9,11 +9,54 @@ LEVELS = [[-11.1, -11.1, -10.8], [-11.4, -11.2, -11.3], [-10.9, None, -11.0]]
 MM_DOWN = {"unit": "mm", "quantity": "depth"}
 ANNA = "[12.03.26, 14:05:11] Anna M.: "
 ALONE = "0: 11,12\n10: 11,13\n20: 12,11\n"
+LISTED = """\
+S14
+Tiefe ab Oberkante in mm
+
+bei 0 mm
+11,1
+11,1
+10.8
+bei 10 mm
+11,4
+11.2
+11,3
+eine Blase hier
+bei 20 mm
+10,9
+n.m.
+11,0
+"""
+MARKDOWN = """\
+# S14, 12.3.
+Tiefe ab Oberkante in mm
+
+| s (cm) | 1st  | 2nd  | 3rd  |
+|-------:|-----:|:----:|------|
+| 0      | 11.1 | 11.1 | 10.8 |
+| 1      | 11.4 | 11.2 | 11.3 |
+| 2      | 10.9 | -    | 11.0 |
+"""
 CELLS = "s [mm];Tiefe [mm]\n0;{}\n10;11,4/11.2/11,3\n20;10,9 n.m. 11,0\n"
 
 READ = {
     "lines alone": (LINES, MM_DOWN, LEVELS),
     "a title with quantity and unit": ("S14 Tiefe mm\n" + LINES, {"unit": "mm"}, LEVELS),
+    "a title with a part that explains the sign": (
+        "S14, Tiefe unter Oberfläche in mm, plus = drunter\n" + LINES.replace(":", " mm:"),
+        {},
+        LEVELS,
+    ),
+    "a title with the unit beside unknown words": (
+        "Profondeur sous la face en mm, 3 mesures par point\n(xyz = abc)\n" + LINES.replace(":", " mm:"),
+        {"quantity": "depth"},
+        LEVELS,
+    ),
+    "a title with the unit in brackets": (
+        "S14 Tiefe ab xyz (mm)\n" + LINES.replace(":", " mm:"),
+        {"quantity": "depth"},
+        LEVELS,
+    ),
     "units of the places": ("# S14 Tiefe [mm]\n12.3. Meier\n\n" + LINES.replace(":", " mm:"), {}, LEVELS),
     "a list in Markdown": ("- **0:** " + LINES[3:].replace("\n1", "\n- 1").replace("\n2", "\n- 2"), MM_DOWN, LEVELS),
     "a messenger": (ANNA + "S14 Tiefe\n" + ANNA + LINES.replace("\n1", f"\n{ANNA}1"), {"unit": "mm"}, LEVELS),
@@ -26,6 +69,18 @@ READ = {
     "a declared comma": (ALONE, {"decimal": "comma", **MM_DOWN}, [[-11.12], [-11.13], [-12.11]]),
     "commas that separate": (ALONE, {"decimal": "point", **MM_DOWN}, [[-11, -12], [-11, -13], [-12, -11]]),
     "decimals that are no repeats": ("0: 11,1\n10: 11,4\n20: 11,0\n", MM_DOWN, [[-11.1], [-11.4], [-11.0]]),
+    "readings below their place": (LISTED, {}, LEVELS),
+    "a table in Markdown": (MARKDOWN, {"columns": {"s": "A", "levels": ["B:D"]}}, LEVELS),
+    "a declared word among readings": (
+        LINES.replace("n.m.", "n.l."),
+        {"columns": {"missing": ["n.l."]}, **MM_DOWN},
+        LEVELS,
+    ),
+    "a declared word among readings with commas": (
+        LINES.replace("10,9 n.m. 11,0", "10.9, n.l., 11.0"),
+        {"columns": {"missing": ["n.l."]}, **MM_DOWN},
+        LEVELS,
+    ),
     "cells": (CELLS.format("11,1 11,1 10.8"), {}, LEVELS),
     "cells with commas": (CELLS.format("11.1, 11.1, 10.8"), {}, LEVELS),
     "a cell with more, as written": (
@@ -46,6 +101,21 @@ def test_a_note_is_read_with_its_repeats(read, text, declared, levels_mm):
 REFUSED = {
     "no unit and no direction": (LINES, {}, ["'s', 'reading': no unit", "upward or downward"]),
     "a unit of readings is not that of places": ("S14 Tiefe mm\n" + LINES, {}, ["'s': no unit"]),
+    "titles with two units": (
+        "Tiefe xyz 1 in mm\nTiefe abc 2 in cm\n" + LINES.replace(":", " mm:"),
+        {},
+        ["'reading': no unit", "upward or downward"],
+    ),
+    "the unit of the places in a title": (
+        "Abstand xyz in mm, Tiefe abc\n" + LINES,
+        {},
+        ["'s', 'reading': no unit", "upward or downward"],
+    ),
+    "the unit of the crack's depth": (
+        "Tiefe des Risses xyz in mm\n" + LINES,
+        {},
+        ["'s', 'reading': no unit", "upward or downward"],
+    ),
     "the depth of the crack": ("S14 Tiefe 16 mm\n" + LINES, {}, ["'s', 'reading': no unit", "upward or downward"]),
     "a level above another datum": ("Höhe über Boden\n" + LINES, {"unit": "mm"}, ["upward or downward"]),
     "a comma of one reading or two": (ALONE, MM_DOWN, ["'11,12' is one reading with a decimal comma, or two"]),
@@ -75,6 +145,18 @@ REFUSED = {
         ["line 1, column s: '' is not a number", "'x: 11,1' is not a number"],
     ),
     "a line that is broken": (LINES.replace(" 11.2", "\n11.2"), MM_DOWN, ["line 3, column s: '' is not a number"]),
+    "readings below a garbled first place": (
+        LISTED.replace("bei 0", "bei O"),
+        {},
+        [*(f"line {line}, column s: '' is not a number" for line in (5, 6, 7)), *["has 3 readings"] * 2],
+    ),
+    "readings below a garbled place": (
+        LISTED.replace("bei 10", "bei 1O"),
+        {},
+        ["'11,1; 11,1; 10.8; bei 1O mm; 11,4", "has 3 readings"],
+    ),
+    "readings below a lost place": (LISTED.replace("bei 10 mm\n", ""), {}, ["has 6 readings"]),
+    "a word among readings": (LINES.replace("n.m.", "n.l."), MM_DOWN, ["If 'n.l.' marks a missing reading, add it"]),
     "two lines in one": (
         LINES.replace("\n10", " 10") + "30: 10,2 10,3 10,1\n",
         MM_DOWN,

@@ -30,7 +30,11 @@ def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
 @pytest.mark.parametrize(
     ("text", "sample", "words"),
     [
-        (TABLE, None, "rows of several samples: 'P08', 'P09'. Select one: [readings] sample."),
+        (
+            TABLE,
+            None,
+            "rows of several samples: 'P08', 'P09'. Write the one to read",
+        ),
         (TABLE, "P10", "no row of sample 'P10'; column 'sample' contains 'P08', 'P09'"),
         (TABLE + ",10,-3\n", "P09", "line 6, column sample"),
         ("s_mm,level_1_mm\n0,-1\n5,-1\n", "P08", "no column contains sample names, but [readings] sample = 'P08'"),

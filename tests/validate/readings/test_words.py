@@ -76,10 +76,10 @@ def test_a_unit_alone_is_told_from_other_cells(text, unit):
         ("A02 level vs top face, mm (- = proud)", None),
         ("A02 depth below face, mm (+ = proud)", None),
         ("A02 level vs top face, mm (+ = zork)", None),
-        ("A02 Tiefe mm, Unterkante", None),
+        ("A02 Tiefe mm, Unterkante", "reading [mm]"),
         ("A02 Tiefe ab Oberkante mm, in cm", None),
         ("A02 Tiefe ab Oberkante mm x10", None),
-        ("A02 Tiefe ab Oberkante Messschieber mm", None),
+        ("A02 Tiefe ab Oberkante Messschieber mm", "reading [mm]"),
     ],
 )
 def test_a_title_keeps_its_meaning_beside_a_word_that_changes_nothing(title, name):

@@ -1,6 +1,7 @@
 """Sheets in workbooks: which sheet, and every cell that is no plain number."""
 
 import datetime
+import json
 import zipfile
 
 import openpyxl
@@ -118,6 +119,23 @@ def test_merged_cells_are_named(first, read, refused):
     refill(first, ["Probe 7, Messung vom 3. April"], *ROWS)
     first.merge_cells("A1:C1")
     assert len(read().s_mm) == 3
+
+
+@pytest.mark.parametrize("columns", [None, {"s": "A", "levels": ["C"]}, {"s": "A", "levels": ["C"], "repeat": "B"}])
+def test_merged_places_have_their_rows_as_repeats(first, read, columns):
+    rows = [[s_mm if one == 1 else None, one, s_mm + one / 10] for s_mm in (0, 5) for one in (1, 2, 3)]
+    refill(first, ["S12 joint"], [], ["Station (mm)", "Run", "Depth below surface"], [None, None, "mm"], *rows)
+    for span in ("A1:C1", "A3:A4", "B3:B4", "A5:A7", "A8:A10"):
+        first.merge_cells(span)
+    sheet = read(columns=None if columns is None else Columns.model_validate_json(json.dumps(columns)))
+    assert sheet.s_mm.tolist() == [0, 5]
+    assert sheet.repeats_mm.tolist() == [[-0.1, -0.2, -0.3], [-5.1, -5.2, -5.3]]
+
+
+def test_one_name_over_two_units_is_no_name_of_repeats(first, refused):
+    refill(first, ["Station (mm)", "Depth below surface", None], [None, "mm", "in"], [0, 2.54, 0.1], [5, 5.08, 0.2])
+    first.merge_cells("B1:C1")
+    assert "one name of columns in different units" in str(refused())
 
 
 def test_a_merged_name_with_unknown_words_is_asked_about_and_keeps_its_unit(first, read, refused):

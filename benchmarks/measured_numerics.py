@@ -1,0 +1,55 @@
+"""What the particles' radius, substeps and two-level pressure do to the fronts of measured dam breaks.
+
+    python -m benchmarks.measured_numerics
+
+Each figure is a front at outline 8 over that of ``benchmarks/measured.py``, which has 12.5 particles across the
+shortest side, one substep and local pressure. Nothing is judged.
+"""
+
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import Any
+
+from benchmarks.measured import Box, boxes, computed_mm, content, course_of, fluid_of
+from benchmarks.table import Row, run_benchmark
+from simulate.settings import Solver
+
+MATERIALS = ("okonomiyaki", "lotion", "tianmianjiang")
+WAYS: Mapping[str, dict[str, Any]] = {
+    "as benchmarks/measured.py": {},
+    "another seed": {"seed": 1},
+    "radius 1.25 times": {"radius": 1.25},
+    "radius 0.75 times": {"radius": 0.75},
+    "two substeps": {"substeps": 2},
+    "four substeps": {"substeps": 4},
+    "two-level pressure": {"pressure": "two-level"},
+}
+
+
+def front_mm(case: tuple[Box, dict[str, Any]]) -> float:
+    """Return the front at the last outline."""
+    box, way = case
+    way = dict(way)
+    radius_mm, seed = box.radius_mm * way.pop("radius", 1.0), way.pop("seed", 0)
+    course = course_of(box, fluid_of(box.material), Solver(radius_mm=radius_mm, **way), seed)
+    return float(computed_mm(course, content()["calibrated"]["shift_outlines"])[-1])
+
+
+def main() -> list[Row]:
+    return list(_rows())
+
+
+def _rows() -> Iterator[Row]:
+    cases = boxes(MATERIALS)
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        fronts_mm = iter(pool.map(front_mm, [(box, way) for box in cases for way in WAYS.values()]))
+        for box in cases:
+            usual_mm = next(fronts_mm)
+            yield Row(f"{box.name}: front", usual_mm, "mm")
+            for way in list(WAYS)[1:]:
+                yield Row(f"{box.name}, {way}: front over that", next(fronts_mm) / usual_mm, "")
+
+
+if __name__ == "__main__":
+    run_benchmark(main)

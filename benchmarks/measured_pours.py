@@ -1,0 +1,104 @@
+"""Fluids that others let out of a point source, computed with nothing fitted to a flow.
+
+``measured/measured.toml`` has the cases, their sources and the targets, written before the first run.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.table import Row
+from sealtwin.core.records import Floats
+from simulate.device import start_warp
+from simulate.hollow import Box, Hollow
+from simulate.loose_fluid import LooseFluid, fed
+from simulate.settings import Fluid, SampleSlope, Solver
+from simulate.setup_checks import solved_as
+
+TUBE_MM = 12.0  # Height of the tube's end above the plate: over the fluid's surface
+BEYOND = 2e-4  # Share of the particles that may be beyond an extent
+MARGIN = 1.35  # Size of the plate over the largest extent
+
+EXTENTS: Mapping[str, Callable[[Floats, Floats], Floats]] = {
+    "up_slope": lambda x, y: x,
+    "down_slope": lambda x, y: -x,
+    "half_width": lambda x, y: np.abs(y),
+    "radius": np.hypot,
+}
+"""What is measured of places of particles. The plate rises towards +x."""
+
+
+@dataclass(frozen=True)
+class Pour:
+    """A fluid from a point source: what is known of it, and the extents that were seen."""
+
+    name: str
+    table: Mapping[str, Any]
+
+    @property
+    def extents(self) -> list[tuple[float, str, float]]:
+        """Time in s, kind and measured mm of each extent."""
+        rows = self.table["extents_mm"]
+        return [(row["t_s"], kind, mm) for row in rows for kind, mm in row.items() if kind != "t_s"]
+
+    @property
+    def hollow(self) -> Hollow:
+        """The plate."""
+
+        def reach_mm(*kinds: str) -> float:
+            return MARGIN * max(mm for _, kind, mm in self.extents if kind in kinds)
+
+        half_mm = reach_mm("half_width", "radius")
+        top_mm = reach_mm("up_slope", "radius"), half_mm, 1.5 * TUBE_MM
+        return Hollow(Box((-reach_mm("down_slope", "radius"), -half_mm, 0.0), top_mm))
+
+
+def computed_mm(pour: Pour) -> Floats:
+    """Return the extents of a pour in their order."""
+    start_warp()
+    radius_mm = pour.table["radius_mm"]
+    times_s = sorted({t_s for t_s, _, _ in pour.extents})
+    schedule = fed(
+        pour.table["flow_mm3_s"],
+        times_s[-1],
+        radius_mm,
+        height_mm=TUBE_MM,
+        diameter_mm=pour.table["diameter_mm"],
+    )
+    fluid = Fluid.model_validate({"freeze_after_s": "never", **pour.table["fluid"]})
+    solver = Solver(radius_mm=radius_mm, substeps=1)
+    paste, _ = solved_as(fluid, solver, schedule.frame_s, len(schedule.released))
+    slope = SampleSlope(gradient_deg=pour.table["slope_deg"])
+    loose = LooseFluid.put(pour.hollow, schedule, paste, solver, slope=slope)
+    seen, so_far_s = list[float](), 0.0
+    for t_s in times_s:
+        for _ in loose.run(t_s - so_far_s, t_s):
+            pass
+        so_far_s = t_s
+        seen += [_extent_mm(loose, kind) for at_s, kind, _ in pour.extents if at_s == t_s]
+    if loose.escaped:
+        raise ValueError(f"{pour.name}: {loose.escaped} particles went through a wall")
+    return np.array(seen)
+
+
+def _extent_mm(loose: LooseFluid, kind: str) -> float:
+    x, y, _ = loose.place_mm.T
+    return float(np.quantile(EXTENTS[kind](x, y), 1 - BEYOND)) + loose.half_mm
+
+
+def rows_of(pours: Iterable[tuple[Pour, Floats]]) -> Iterator[Row]:
+    for pour, extents_mm in pours:
+        logs = list[float]()
+        for (t_s, kind, seen_mm), mm in zip(pour.extents, extents_mm, strict=True):
+            logs.append(float(np.log(mm / seen_mm)))
+            yield Row(
+                f"{pour.table['label']}, {kind.replace('_', ' ')} at {t_s:g} s: {seen_mm:g} mm, computed",
+                float(mm),
+                "mm",
+            )
+        of, targets = f"{pour.table['label']}: computed over measured", pour.table.get("targets", {})
+        yield Row(f"{of}: bias", float(np.exp(np.mean(logs))), "", *targets.get("bias", ()))
+        worst = 100 * float(np.abs(np.expm1(logs)).max())
+        yield Row(f"{of}: worst", worst, "%", 0.0, targets.get("worst_percent", np.inf))
