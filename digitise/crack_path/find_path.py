@@ -130,9 +130,9 @@ class CrackSearch:
                 "Give one of these numbers."
             )
         chosen = ranked[(number or 1) - 1]
-        (start_x, start_y), (end_x, end_y) = ends_px = chosen.line_px[[0, -1]]
+        ends_px = chosen.line_px[[0, -1]]
         try:
-            path = self.wire.path(((start_x, start_y), (end_x, end_y)))
+            path = self.wire.between(ends_px)
         except InputError:
             # The user has not given these ends, so a message about them would not help.
             raise InputError(

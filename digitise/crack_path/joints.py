@@ -13,6 +13,7 @@ from digitise.image.raster import Map
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 
+CORNER_DEG, BEYOND_CELLS = 25.0, 12.0  # Least turn into a joint, measured that far from it: a crack goes on ahead
 STRAIGHT_CELLS = 1.5  # Largest distance of a straight stretch from its chord, and from the middle of a joint with it
 LEAST_CELLS, LEAST_SHARE = 24.0, 0.15  # Least length of a straight stretch: cells, and share of the path
 LEAST_JOINT = 0.25  # Least length of a joint over the map's diagonal: a warning may be wrong, a search may not
@@ -36,7 +37,10 @@ def along_joints(field: DarkMap, points_px: Floats, support: Callable[[], Map]) 
         ahead = (end - start) / np.linalg.norm(end - start)
         aside = np.abs((cells - start) @ np.array([-ahead[1], ahead[0]])) <= ON_JOINT_CELLS
         bounds = np.flatnonzero(np.diff(np.concatenate([[0], aside.astype(int), [0]]))).reshape(-1, 2)
-        places += [(first, last - 1) for first, last in bounds.tolist() if s[last - 1] - s[first] >= least]
+        along = ((first, last - 1) for first, last in bounds.tolist())
+        places += [
+            (first, last) for first, last in along if s[last] - s[first] >= least and _turns(cells, s, first, last)
+        ]
     if not places:
         return []
     first, last = max(places, key=lambda place: s[place[1]] - s[place[0]])
@@ -45,6 +49,18 @@ def along_joints(field: DarkMap, points_px: Floats, support: Callable[[], Map]) 
         f"{length_px:.0f} px of the path, from {listed(points_px[[first, last]])} px, run along a line as straight as "
         "a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px"
     ]
+
+
+def _turns(cells: Floats, s: Floats, first: int, last: int) -> bool:
+    """Return True if a path turns into or out of its stretch from point ``first`` to ``last``."""
+    for end, other, sign in ((first, last, -1), (last, first, 1)):
+        beyond = min(int(np.searchsorted(s, s[end] + sign * BEYOND_CELLS)), len(s) - 1)
+        if abs(float(s[beyond] - s[end])) < BEYOND_CELLS / 2:
+            continue  # The path ends there
+        onward, along = cells[beyond] - cells[end], cells[end] - cells[other]
+        if onward @ along < np.cos(np.radians(CORNER_DEG)) * np.linalg.norm(onward) * np.linalg.norm(along):
+            return True
+    return False
 
 
 def _longest_straight(cells: Floats, s: Floats) -> float:

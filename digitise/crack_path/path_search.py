@@ -121,7 +121,6 @@ class PathSearch:
         doubts = (
             *self._gaps(points_px, on_dark, width_px),
             *self._along_surroundings(points_px, width_px),
-            *along_joints(field, points_px, self.support),
         )
         path = CrackPath(points_px, width_px, "ends", doubts)
         require_dark(self.photo, path)
@@ -328,12 +327,19 @@ class LiveWire:
         self.field: DarkMap = map_darkness(photo, *self._limits)
 
     def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
-        """Find the path past all points in order. Raises InputError for a point off any crack, or a broken crack."""
+        """Find the path past all clicked points in order.
+
+        Raises InputError for a point off any crack, or a broken crack.
+        """
         check_hints(self._photo, ends_px, via_px)
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
-        return self._believing(points_px)._path(points_px, "via" if via_px else "ends")
+        wire = self._believing(points_px)
+        path = wire.between(points_px, "via" if via_px else "ends")
+        doubts = along_joints(wire.field, path.points_px, lambda: wire.support)
+        return replace(path, warnings=(*path.warnings, *doubts))
 
-    def _path(self, points_px: Floats, source: Literal["ends", "via"]) -> CrackPath:
+    def between(self, points_px: Floats, source: Literal["ends", "via"] = "ends") -> CrackPath:
+        """Find the path past all points, (n, 2), of a line that is known not to be a joint."""
         coarse = self._way(self.coarse, points_px)
         if coarse.obvious():
             # The coarse map does not show an end that tapers to a hairline: the fine map then decides.
