@@ -252,14 +252,20 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     wrong = [name for number, name in enumerate(names) if name in taken and not _as_written(lab / name, number)]
     unchanged = all((folder / name).read_bytes() == content for name, content in before.items())
     print("Ordinary sheets:")
-    for name, sheet, outcome in zip(names, SHEETS, again.outcomes, strict=True):
+    outcomes = {outcome.sample.name: outcome for outcome in again.outcomes}
+    for name, sheet in zip(names, SHEETS, strict=True):
         fate = "taken unedited" if name not in faults else "taken after an answer" if name in taken else "NOT TAKEN"
         print(f"  {sheet.manner}: {fate}{', READ WRONG' if name in wrong else ''}")
-        for fault in faults.get(name, []) + ([] if name in taken else outcome.faults):
+        for fault in faults.get(name, []) + ([] if name in taken else outcomes[name].faults):
             print(f"    {fault}")
-    count = len(SHEETS)
+    # A range that was answered leaves another table of its sheet out.
+    more = [outcome for outcome in again.outcomes if outcome.sample.name not in names]
+    for outcome in more:
+        print(f"  asked in a second round: {outcome.faults[0]}")
+    count, sound = len(SHEETS), len(taken & set(names))
     return [
-        Row(f"of {count} sheets of ordinary labs: taken unedited", len(taken), "", count - UNREADABLE, count),
+        Row("tables of these that a second round asks about", len(more), ""),
+        Row(f"of {count} sheets of ordinary labs: taken unedited", sound, "", count - UNREADABLE, count),
         Row("of these without a question", len(set(names) - faults.keys()), ""),
         Row("of these after an answer in pairing.csv", len(taken & answered), ""),
         Row("ordinary sheets read wrong without a word", len(wrong), "", 0, 0),

@@ -135,7 +135,7 @@ def of_the_loop(folder: Path, own: Trial, plan: Planned, verifier: Verifier) -> 
                 it = emulate(model, passes, its.outline, own.crack, physics, faults, seed=seed, slope=own.sample)
                 misfit = {"total_mm3": it.misfit.total_mm3, "over_mm3": it.misfit.over_mm3, "given_mm3": it.given_mm3}
                 after = {"first_total_mm3": it.after_first.total_mm3, "first_over_mm3": it.after_first.over_mm3}
-                files.write_json(path, {**misfit, **after, "lines": list(it.lines)})
+                files.write_json(path, misfit | after)
             one = json.loads(path.read_text())
             totals.append(one["total_mm3"])
             overs.append(one["over_mm3"])
