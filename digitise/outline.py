@@ -108,9 +108,11 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
     sides = find_side_cracks(shown, path, wall_share)
     traced, rings_px = trace_past_mouths(shown, path, sides)
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
-    region = () if traced.width_95_mm is None else (REGION.format(*traced.width_95_mm),)
-    source: WidthSource = "region" if region else "walls"
-    outline = outline_along(photo, path, traced, source, traced.width_95_mm, region, lines_mm)
+    outline = outline_along(photo, path, traced, "walls", lines_mm=lines_mm)
+    if (spread := traced.width_spread) is not None:
+        interval_mm = outline.mean_width_mm * (1 - spread), outline.mean_width_mm * (1 + spread)
+        warnings = (*outline.warnings, REGION.format(*interval_mm))
+        outline = replace(outline, width_source="region", width_95_mm=interval_mm, warnings=warnings)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     # Paint has no blur that could be mistaken for width.
     least_px = 0.0 if painted else MIN_WIDTH_PX

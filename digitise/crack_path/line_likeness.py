@@ -27,7 +27,7 @@ class Likeness:
     unlike: float
     """Difference between both sides over the median of the step from the line to the side nearer to it in lightness."""
     worst: float
-    """That step in the line's worst stretch, over the grain of the ground."""
+    """The step is that of the line's worst stretch, over the grain of the ground."""
 
     @property
     def two_sided(self) -> bool:

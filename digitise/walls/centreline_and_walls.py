@@ -26,7 +26,7 @@ from digitise.walls.wall_profile import Walls, find_walls
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.core.solid_figures import EndKind, Span
+from sealtwin.core.solid_figures import EndKind
 
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 LEAST_WIDTH_PX = 6.0  # Least width to begin with
@@ -82,7 +82,8 @@ class Traced:
     width_px: float  # Median width in pixels of the photo
     missing: float  # Share of the crack with one or both walls missing
     beyond_mm: float  # Length of path omitted at its ends because a wall is outside the photo
-    width_95_mm: Span | None = None  # 95 % interval of the mean width of a dark region; None if walls were followed
+    width_spread: float | None = None
+    """Half the 95 % interval of a dark region's mean width, over that width; None if walls were followed."""
 
 
 def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:

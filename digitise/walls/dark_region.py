@@ -34,7 +34,7 @@ from digitise.walls.wall_profile import cheapest_way
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.core.solid_figures import EndKind, Span
+from sealtwin.core.solid_figures import EndKind
 
 
 @dataclass(frozen=True)
@@ -336,9 +336,7 @@ def _placed(photo: Photo, patch: Patch, path: CrackPath, region: DarkRegion) -> 
             crossing = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
             if crossing is not None:
                 span_mm[number] = crossing.s_mm
-    width_mm = region.width_px * photo.mm_per_px
-    interval_mm: Span = (width_mm * (1 - region.spread), width_mm * (1 + region.spread))
-    return Traced(line_mm, left_mm, right_mm, kinds, (span_mm[0], span_mm[1]), region.width_px, 0.0, 0.0, interval_mm)
+    return Traced(line_mm, left_mm, right_mm, kinds, (span_mm[0], span_mm[1]), region.width_px, 0.0, 0.0, region.spread)
 
 
 def _to_tips(places_px: Floats, ends: Sequence[PathEnd], aheads: Sequence[Floats], line_px: Floats) -> Floats:
