@@ -11,10 +11,9 @@ from skimage.measure import points_in_poly
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
-from digitise.image.raster import shrunk
 from digitise.photo import Photo
-from digitise.scale.view import Lens, View
 from digitise.settings import PhotoInput
+from digitise.smaller_copy import in_copy, smaller
 from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit
 from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
@@ -47,6 +46,11 @@ class Unconfirmed(str):
     """Warning about a crack that was found automatically. A program recognises it by this type, not by its words."""
 
 
+REGION = (
+    "the ground is too coarse to follow the walls one by one: they are the rims of the dark region along the path, "
+    "each moved as a whole to its share of the contrast (95 % of the mean width: {:.3g} to {:.3g} mm). Look at "
+    "overlay.png"
+)
 PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
 
 
@@ -99,12 +103,16 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
     its walls are not found, and TooThinError if blur would decide its width.
     """
     painted = path.source == "mask"
-    source, wall_share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
-    islands_mm, source = find_islands(source, path, wall_share)
-    sides = find_side_cracks(source, path, wall_share)
-    traced, rings_px = trace_past_mouths(source, path, sides)
+    shown, wall_share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
+    islands_mm, shown = find_islands(shown, path, wall_share)
+    sides = find_side_cracks(shown, path, wall_share)
+    traced, rings_px = trace_past_mouths(shown, path, sides)
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
     outline = outline_along(photo, path, traced, "walls", lines_mm=lines_mm)
+    if (spread := traced.width_spread) is not None:
+        interval_mm = outline.mean_width_mm * (1 - spread), outline.mean_width_mm * (1 + spread)
+        warnings = (*outline.warnings, REGION.format(*interval_mm))
+        outline = replace(outline, width_source="region", width_95_mm=interval_mm, warnings=warnings)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     # Paint has no blur that could be mistaken for width.
     least_px = 0.0 if painted else MIN_WIDTH_PX
@@ -152,7 +160,7 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
     # An enlarged photo shows no more than the smaller one that it was made from.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
     copy = photo if factor == 1 else smaller(photo, factor)
-    narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
+    narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
     traced, fit = trace_thin(copy, narrow)
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
@@ -228,36 +236,12 @@ def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> 
     if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
         return None
     factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
-    narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
+    narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
-        drawn_px = [_placed(np.array(line_px), factor).tolist() for line_px in settings.walls_px or ()]
+        drawn_px = [in_copy(np.array(line_px), factor).tolist() for line_px in settings.walls_px or ()]
         simple = settings.model_copy(update={"walls_px": drawn_px, "branches": "drop"})
         return outline_by_walls(smaller(photo, factor), narrow, simple)
     return None
-
-
-def smaller(photo: Photo, factor: int) -> Photo:
-    """Return the photo with brightness and view in pixels ``factor`` times as wide. Its colours do not change."""
-    offset = (factor - 1) / 2
-    to_photo_px = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
-    lens = photo.view.lens
-    width, height = (side // factor for side in photo.size_px)
-    whole = photo.brightness[: height * factor, : width * factor]
-    return replace(
-        photo,
-        brightness=shrunk(whole, (width, height)),
-        view=View(
-            mm_from_px=photo.view.mm_from_px @ to_photo_px,
-            lens=lens and Lens(_placed(lens.centre_px, factor), lens.bend_px2 * factor**2),
-        ),
-        mm_per_px=photo.mm_per_px * factor,
-        markers_px=tuple(_placed(corners, factor) for corners in photo.markers_px),
-    )
-
-
-def _placed(points_px: Floats, factor: int) -> Floats:
-    """Map pixels of the photo to pixels of the copy. The origin of each is the centre of its first pixel."""
-    return (points_px - (factor - 1) / 2) / factor
 
 
 def _stations(photo: Photo, traced: Traced) -> tuple[Floats, Floats, Floats]:

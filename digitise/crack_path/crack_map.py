@@ -145,8 +145,11 @@ def _crack(line: Integers, worth: Floats, half_width: Floats, cells: NDArray[np.
     )
 
 
-def straight_lines(bones: NDArray[np.bool_]) -> list[Floats]:
-    """Return each straight line in a skeleton as its two ends, (2, 2). An end is (column, row)."""
+def straight_lines(bones: NDArray[np.bool_], least: float = LIMITS.least_joint) -> list[Floats]:
+    """Return each straight line in a skeleton as its two ends, (2, 2). An end is (column, row).
+
+    ``least`` is its least length over the map's diagonal.
+    """
     diagonal = float(np.hypot(*bones.shape))
     # A joint strays by a cell to either side; cracks in four photos strayed by 3 to 8, RMS.
     near = widened(bones, 1)
@@ -154,8 +157,8 @@ def straight_lines(bones: NDArray[np.bool_]) -> list[Floats]:
         near.astype(np.uint8),
         rho=1,
         theta=np.pi / 720,
-        threshold=int(LIMITS.joint_covered * LIMITS.least_joint * diagonal),
-        minLineLength=LIMITS.least_joint * diagonal,
+        threshold=int(LIMITS.joint_covered * least * diagonal),
+        minLineLength=least * diagonal,
         maxLineGap=LIMITS.largest_gap * diagonal,
     )
     if segments is None:

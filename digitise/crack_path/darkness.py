@@ -71,10 +71,16 @@ class DarkMap:
         return replace(self, offset_px=offset_px, **maps)
 
 
-def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: Floats | None = None) -> DarkMap:
+def map_darkness(
+    photo: Photo,
+    region_px: Floats | None = None,
+    found_face_px: Floats | None = None,
+    crack_px: Floats | None = None,
+) -> DarkMap:
     """Return the search map of the photo, or of a polygon in it.
 
-    ``found_face_px`` is the outline of a face whose size is unknown. The search is then limited to this face.
+    ``found_face_px`` is the outline of a face whose size is unknown. The search is then limited to this face. A dark
+    region at the border that has a place of ``crack_px``, (n, 2), is crack and not surroundings.
     """
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
     left, top = np.maximum(np.floor(corners_px.min(axis=0)), 0).astype(int).tolist()
@@ -90,7 +96,16 @@ def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: F
     around = np.zeros_like(allowed)
     if photo.face_px is None and found_face_px is None:
         around = surroundings(_around(_shown(light))) & allowed
+        if crack_px is not None:
+            around &= ~holding_any(around, (crack_px - (left, top) + 0.5) * scale - 0.5)
     return _mapped((left, top), scale, light, allowed & ~around, around)
+
+
+def holding_any(mask: NDArray[np.bool_], places: Floats) -> NDArray[np.bool_]:
+    """Return the pieces of a mask that hold a place, x and y, (n, 2)."""
+    columns, rows = np.clip(np.rint(places).astype(int), 0, np.array(mask.shape[::-1]) - 1).T
+    label, _ = pieces(mask)
+    return np.isin(label, np.unique(label[rows, columns])) & mask
 
 
 def coarser(field: DarkMap, times: int) -> DarkMap:

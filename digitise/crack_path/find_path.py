@@ -9,6 +9,7 @@ from scipy.spatial import KDTree
 from digitise.crack_path import step_costs
 from digitise.crack_path.crack_map import FoundCrack, cracks_on
 from digitise.crack_path.hints import CrackPath, listed
+from digitise.crack_path.line_likeness import LEAST_WORST, MOST_UNLIKE, Likeness, grain_of, likeness
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.crack_path.standing_out import unlike_length_px, unlike_sides
@@ -57,11 +58,15 @@ def find_path(
 
 @dataclass(frozen=True)
 class CrackSearch:
-    """The lines that are most likely to be the crack, at most ``MOST_RANKED``. The likeliest is first."""
+    """The lines that are most likely to be the crack, at most ``MOST_RANKED``. The likeliest is first.
+
+    Lines with unlike sides are last.
+    """
 
     photo: Photo
     wire: LiveWire
     cracks: tuple[FoundCrack, ...]
+    likenesses: tuple[Likeness, ...]
     warnings: tuple[str, ...]
 
     @classmethod
@@ -88,8 +93,12 @@ class CrackSearch:
                 warnings.append(f"{line} is as straight as a joint, and there is no other line")
         if face_px is not None:
             warnings.insert(0, EDGES_FOUND)
-        ranked = sorted([*wide, *fine], key=lambda crack: -crack.score)
-        return cls(photo, wire, tuple(ranked[:MOST_RANKED]), tuple(warnings))
+        grain = grain_of(wire.field)
+        lines = [(crack, likeness(photo, crack.line_px, crack.width_px, grain)) for crack in [*wide, *fine]]
+        # A marking or an edge may score higher than any crack.
+        lines.sort(key=lambda line: (not line[1].two_sided, -line[0].score))
+        cracks, likenesses = zip(*lines[:MOST_RANKED], strict=True) if lines else ((), ())
+        return cls(photo, wire, tuple(cracks), tuple(likenesses), tuple(warnings))
 
     def path(self, number: int | None = None) -> CrackPath:
         """Return the path along the crack with a number, from 1, or along the likeliest crack, from left to right.
@@ -102,7 +111,14 @@ class CrackSearch:
             raise InputError(
                 f"{photo.file}: no crack found{where}: nothing dark, thin and long stands out; give ends_px."
             )
-        if number is None and len(rivals := [one for one in ranked if one.score > RUNNER_UP * ranked[0].score]) > 1:
+        if number is None and not self.likenesses[0].sure:
+            raise RivalCracksError(
+                f"{photo.file}: no line stands out as a crack: {self._doubt()}. The lines, best first, are "
+                f"{self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
+                ranked,
+            )
+        alike = [one for one, likeness in zip(ranked, self.likenesses, strict=True) if likeness.two_sided]
+        if number is None and len(rivals := [one for one in alike if one.score > RUNNER_UP * ranked[0].score]) > 1:
             raise RivalCracksError(
                 f"{photo.file}: {len(rivals)} cracks compete (best first, with the score as a share of the best "
                 f"one's): {self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
@@ -114,9 +130,9 @@ class CrackSearch:
                 "Give one of these numbers."
             )
         chosen = ranked[(number or 1) - 1]
-        (start_x, start_y), (end_x, end_y) = ends_px = chosen.line_px[[0, -1]]
+        ends_px = chosen.line_px[[0, -1]]
         try:
-            path = self.wire.path(((start_x, start_y), (end_x, end_y)))
+            path = self.wire.between(ends_px)
         except InputError:
             # The user has not given these ends, so a message about them would not help.
             raise InputError(
@@ -134,6 +150,18 @@ class CrackSearch:
         elif number is None:
             warnings += unlike_sides(photo, path)
         return replace(path, source="automatic" if number is None else "choice", warnings=tuple(warnings))
+
+    def _doubt(self) -> str:
+        best = self.likenesses[0]
+        if not best.two_sided:
+            return (
+                f"both sides of each differ in brightness by {best.unlike:.0%} or more of its darkness (at most "
+                f"{MOST_UNLIKE:.0%} along a crack), as at a marking, a patch or a joint"
+            )
+        return (
+            f"the faintest part of the first is {best.worst:.1f} times as dark as the ground's grain (at least "
+            f"{LEAST_WORST:g} along a crack)"
+        )
 
     def _listed(self) -> str:
         return "; ".join(

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -13,8 +15,10 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial import KDTree
 
 from digitise.crack_path import step_costs
+from digitise.crack_path.blurred_path import blurred_path
 from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
 from digitise.crack_path.hints import CrackPath, check_hints, listed, region_px, snap_px, too_far
+from digitise.crack_path.joints import along_joints
 from digitise.crack_path.medial_axis import distance_outside, larger_pieces
 from digitise.crack_path.profiles import width_along
 from digitise.crack_path.ridge_filter import support
@@ -58,6 +62,10 @@ TAKEN = (
     "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask, or give photo.roi_px: "
     "a region whose border crosses the dark area and does not run along it"
 )
+
+
+class NoCrackError(InputError):
+    """The best path between the points is not along a crack."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +118,10 @@ class PathSearch:
         points_px = points_px[on_crack]
         width_px = width_along(self.photo, points_px, width / field.scale)
         on_dark = inside[on_crack] & ~self._bare(dark[tuple(cells.T)][on_crack], width_px)
-        doubts = (*self._gaps(points_px, on_dark, width_px), *self._along_surroundings(points_px, width_px))
+        doubts = (
+            *self._gaps(points_px, on_dark, width_px),
+            *self._along_surroundings(points_px, width_px),
+        )
         path = CrackPath(points_px, width_px, "ends", doubts)
         require_dark(self.photo, path)
         return path
@@ -225,7 +236,7 @@ class PathSearch:
                 if clearness > 0
                 else "is not darker than lines on plain ground"
             )
-            raise InputError(
+            raise NoCrackError(
                 f"{self.photo.file}: no crack between the ends: the best path there {fault}; check ends_px."
             )
 
@@ -238,7 +249,7 @@ class PathSearch:
             near = np.flatnonzero(away_px <= limit_px)
             if len(near) == 0:
                 nearest = f": the nearest one is {too_far(away_px.min(), limit_px)}" if len(rows) else ""
-                raise InputError(
+                raise NoCrackError(
                     f"{self.photo.file}: the via point ({x:g}, {y:g}) is not on a crack{nearest}; give a point inside "
                     "the crack."
                 )
@@ -274,7 +285,7 @@ class PathSearch:
         ends_px = self.points_px[[0, -1]]
         for (x, y), beside_px in zip(ends_px, (s_px[first], s_px[-1] - s_px[last]), strict=True):
             if beside_px > limit_px:
-                raise InputError(
+                raise NoCrackError(
                     f"{self.photo.file}: the end ({x:g}, {y:g}) is not on a crack: the nearest one is "
                     f"{too_far(beside_px, limit_px)}; give a point inside the crack.{self._border_hint(points_px)}"
                 )
@@ -282,7 +293,7 @@ class PathSearch:
         gap = larger_pieces(~on_crack[None, first : last + 1], limit_px * self.field.scale)
         gaps = float(np.mean(gap))
         if gaps > LIMITS.most_gaps:
-            raise InputError(
+            raise NoCrackError(
                 f"{self.photo.file}: no crack on {gaps:.0%} of the path between the ends (at most "
                 f"{LIMITS.most_gaps:.0%}); give ends of one unbroken crack.{self._border_hint(points_px)}"
             )
@@ -312,19 +323,50 @@ class LiveWire:
     ) -> None:
         """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError if ``roi_px`` is not a region."""
         self._photo, self._in_region = photo, roi_px is not None
-        self.field: DarkMap = map_darkness(photo, None if roi_px is None else region_px(photo, roi_px), found_face_px)
+        self._limits = None if roi_px is None else region_px(photo, roi_px), found_face_px
+        self.field: DarkMap = map_darkness(photo, *self._limits)
 
     def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
-        """Find the path past all points in order. Raises InputError for a point off any crack, or a broken crack."""
+        """Find the path past all clicked points in order.
+
+        Raises InputError for a point off any crack, or a broken crack.
+        """
         check_hints(self._photo, ends_px, via_px)
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
-        source = "via" if via_px else "ends"
+        wire = self._believing(points_px)
+        path = wire.between(points_px, "via" if via_px else "ends")
+        doubts = along_joints(wire.field, path.points_px, lambda: wire.support)
+        return replace(path, warnings=(*path.warnings, *doubts))
+
+    def between(self, points_px: Floats, source: Literal["ends", "via"] = "ends") -> CrackPath:
+        """Find the path past all points, (n, 2), of a line that is known not to be a joint."""
         coarse = self._way(self.coarse, points_px)
         if coarse.obvious():
             # The coarse map does not show an end that tapers to a hairline: the fine map then decides.
             with suppress(InputError):
                 return replace(coarse.result(), source=source)
-        return replace(self._way(self.field, points_px).result(), source=source)
+        try:
+            return replace(self._way(self.field, points_px).result(), source=source)
+        except NoCrackError:
+            if (path := blurred_path(self._photo, self.field, points_px, source)) is not None:
+                return path
+            raise
+
+    def _believing(self, points_px: Floats) -> "LiveWire":
+        """Return this wire, or one for which the dark regions at the border that hold a point are crack.
+
+        Such a point is so deep in a region that was taken for the surroundings that it cannot be beside the sample.
+        """
+        depth_px = distance_outside(~self.field.around) / self.field.scale
+        cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
+        deep = depth_px[tuple(np.clip(cells, 0, np.array(depth_px.shape) - 1).T)] > snap_px(self._photo)
+        if not deep.any():
+            return self
+        wire = copy(self)
+        wire.field = map_darkness(self._photo, *self._limits, points_px[deep])
+        for name in ("support", "coarse"):
+            wire.__dict__.pop(name, None)
+        return wire
 
     @cached_property
     def support(self) -> Map:

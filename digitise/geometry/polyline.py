@@ -53,7 +53,8 @@ def left_normals(points: Floats) -> Floats:
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
     """Return the polyline with a straight piece added at each end, in the mean direction of its last ``over``."""
     s = arc_length(points)
-    near, far = points[s <= over], points[s >= s[-1] - over]
+    # A last piece longer than ``over`` gives its own direction.
+    near, far = points[: max(2, int((s <= over).sum()))], points[-max(2, int((s >= s[-1] - over).sum())) :]
     backward = np.arange(spacing, before + spacing / 2, spacing)[::-1, None] * unit(near[0] - near[-1])
     forward = np.arange(spacing, after + spacing / 2, spacing)[:, None] * unit(far[-1] - far[0])
     return np.concatenate([near[0] + backward, points, far[-1] + forward])

@@ -56,3 +56,8 @@ def moved(picture: Map, x_px: float, y_px: float, how: int, beyond: int) -> Map:
 def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
     """Return the mask grown by ``reach_px`` rows and columns to each side."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach_px + 1,) * 2, np.uint8)) > 0
+
+
+def lightness(light: Map | NDArray[np.float64]) -> Map:
+    """Return the CIE 1976 lightness, 0 to 100, of linear light, without its straight piece near black."""
+    return np.asarray(116 * np.cbrt(np.maximum(light, 3e-3)) - 16, dtype=np.float32)

@@ -42,6 +42,9 @@ CONTROLS = {  # Labels on the page for the settings and files that messages name
     "overlay.png": "the lines on the photo",
 }
 CHOOSE = "{count} lines may be the crack: click the number of yours, or press its key."
+CHOOSE_ONE = (
+    "This line may be the crack, but it is not sure: click its number, press its key, or click the crack's ends."
+)
 Answer = dict[str, Any]
 Until = Literal["scale", "path", "glance", "walls"]
 
@@ -229,7 +232,8 @@ class TraceSession:
                 outline = trace_outline(with_scale.photo, path, settings)
                 yield "walls", _walls_answer(with_scale.photo, outline, with_scale.in_mm)
             except RivalCracksError as rivals:
-                yield "refused", CHOOSE.format(count=len(rivals.cracks))
+                count = len(rivals.cracks)
+                yield "refused", CHOOSE_ONE if count == 1 else CHOOSE.format(count=count)
             except InputError as fault:
                 yield "refused", _for_page(with_scale.in_mm, str(fault))
 

@@ -62,6 +62,10 @@ BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}  # Widt
 Ends = tuple[PathEnd, PathEnd]
 
 
+class WallsMissingError(InputError):
+    """Too little of the walls is clear to follow them."""
+
+
 class TooThinError(InputError):
     """The crack is too thin for walls; its width can be fitted."""
 
@@ -78,12 +82,14 @@ class Traced:
     width_px: float  # Median width in pixels of the photo
     missing: float  # Share of the crack with one or both walls missing
     beyond_mm: float  # Length of path omitted at its ends because a wall is outside the photo
+    width_spread: float | None = None
+    """Half the 95 % interval of a dark region's mean width, over that width; None if walls were followed."""
 
 
 def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
-    """Follow both walls along ``path``. Raises InputError if the crack is too short or unclear.
+    """Follow both walls along ``path``. Raises InputError if the crack is too short.
 
-    Raises TooThinError if blur would decide its width.
+    Raises WallsMissingError if it is unclear, and TooThinError if blur would decide its width.
     """
     length_px = float(arc_length(path.points_px)[-1])
     if length_px < LIMITS.least_slenderness * path.width_px:
@@ -260,7 +266,7 @@ def _check_found(photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float,
     within = strip.valid[:, strip.middle] & (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
     missing = 1 - float(np.mean((walls.both_found & walls.open_line)[within])) if within.any() else 1.0
     if missing > most_missing or not walls.both_found.any():
-        raise InputError(
+        raise WallsMissingError(
             f"{photo.file}: walls not found on {missing:.0%} of the path (at most {MOST_MISSING:.0%}); look at the "
             "photo for shadows and dirt along the crack, and give ends_px of a clearer part, or paint the crack by "
             "hand in photo.mask, for example if the ground is coarse."

@@ -212,7 +212,12 @@ def _width(outline: Outline) -> str:
     """Return the mean width and its source as text."""
     if outline.width_source == "none":
         return "a path alone, without walls"
-    source = {"walls": "on average", "fit": "by a fit of its profile", "gauge": "as given"}[outline.width_source]
+    source = {
+        "walls": "on average",
+        "region": "between the rims of the dark region",
+        "fit": "by a fit of its profile",
+        "gauge": "as given",
+    }[outline.width_source]
     interval = "" if outline.width_95_mm is None else " (95 %: {:.2f} to {:.2f})".format(*outline.width_95_mm)
     return f"{outline.mean_width_mm:.2f} mm wide {source}{interval}"
 

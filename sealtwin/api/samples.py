@@ -143,7 +143,8 @@ def trace_crack(
     Returns
     -------
     CrackOutline
-        The crack in mm and px. ``s_mm`` is the length along the centreline from the first end. If the crack is narrower
+        The crack in mm and px. ``s_mm`` is the length along the centreline from the first end. If the ground is as
+        coarse as the crack, its walls are the rims of the dark region (``width_source`` "region"). If it is narrower
         than 8 px, its width is fitted to its profile (``width_source`` "fit", with ``width_95_mm``); if narrower than 2
         px, it is a path without walls ("none").
 

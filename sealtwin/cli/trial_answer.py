@@ -120,7 +120,8 @@ def _width(sample: "SampleFigures") -> str:
     """Return the mean width with its interval, and with its source if it was not measured between the walls."""
     if sample.mean_width_mm is None:
         return "a path alone, without walls or solid"
-    source = {"fit": " by a fit of its profile", "gauge": " as given"}.get(sample.width_source, "")
+    sources = {"region": " between the rims of a dark region", "fit": " by a fit of its profile", "gauge": " as given"}
+    source = sources.get(sample.width_source, "")
     interval = sample.width_95_mm
     within = "" if interval is None else f", with 95 % from {interval[0]:.2g} to {interval[1]:.2g} mm"
     return f"{sample.mean_width_mm:.2f} mm wide{source}{within}"

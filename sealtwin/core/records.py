@@ -73,11 +73,12 @@ of a search; mask: a painted mask; mesh: the crack's mouth in a mesh; line: a gi
 in mm. An automatic path is a proposal until a person has looked at it.
 """
 
-WidthSource = Literal["walls", "fit", "gauge", "none"]
+WidthSource = Literal["walls", "region", "fit", "gauge", "none"]
 """Source of a crack's width.
 
-walls: measured between the walls; fit: fitted to the blurred profile of a crack too thin for walls; gauge: given, for
-example as measured with a gauge; none: a path without walls, for which both walls are on the centreline.
+walls: measured between the walls; region: between the rims of the dark region along the path, on coarse ground; fit:
+fitted to the blurred profile of a crack too thin for walls; gauge: given, for example as measured with a gauge; none: a
+path without walls, for which both walls are on the centreline.
 """
 
 DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import find_path
+from digitise.crack_path.find_path import RivalCracksError, find_path
 from digitise.crack_path.standing_out import unlike_length_px
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
@@ -125,7 +125,9 @@ def test_a_line_that_turns_into_the_sample_s_edge_is_remarked_on(tmp_path):
     cv2.fillPoly(board, [np.array([(0, 200), *edge, (500, 204), (500, 300), (0, 300)], dtype=np.int32)], [1])
     picture = mortar() * np.where(board, 2.7, 1.0)
     photo = plain(tmp_path, with_crack(with_crack(picture, crack), edge))
-    turned = find_path(photo, None)
+    with pytest.raises(RivalCracksError, match="both sides"):
+        find_path(photo, None)
+    turned = find_path(photo, None, crack=1)
     assert any("one side is far brighter" in warning for warning in turned.warnings)
     along_edge_px = float(np.ptp(turned.points_px[turned.points_px[:, 1] > 184, 0]))
     assert along_edge_px > 100

@@ -67,7 +67,8 @@ def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
     assert not [fault.what for fault in FAULTS if not re.search(fault.says, answer.stdout)]
     # As many sentences as faults: what several lack is told once.
     assert sum(line.startswith("failed: ") for line in answer.stdout.splitlines()) == len(FAULTS)
-    assert [row[0] for row in rows_of(tmp_path / "lab")] == ["P07", "P10"]
+    # P07 has no readings, and waits for a sheet that may be its own.
+    assert [row[0] for row in rows_of(tmp_path / "lab")] == ["P10"]
     assert "/folder/" not in answer.stdout
 
 

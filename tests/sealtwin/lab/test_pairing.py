@@ -309,7 +309,7 @@ def test_the_pairing_is_shown_corrected_and_remembered(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P02_Messung.csv").rename(small / "PO2_Messung.csv")
     shutil.copy(small / "P01.png", small / "P01_side.png")
-    assert fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "new", "PO2": "failed"}
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "failed", "PO2": "failed"}
     pairing = lab / "pairing.csv"
     edit(pairing, "PO2_Messung.csv,readings,PO2,", "PO2_Messung.csv,readings,p-02,")
     edit(pairing, "P01_side.png,photo,P01", "P01_side.png,ignore,")
@@ -319,7 +319,7 @@ def test_the_pairing_is_shown_corrected_and_remembered(small, tmp_path):
     pairing.write_bytes(corrected.encode("utf-8-sig"))
     assert not [outcome.faults for outcome in ingest(small, lab, QUIET, dry_run=True).outcomes if outcome.faults]
     assert pairing.read_bytes() == corrected.encode("utf-8-sig"), "a dry run leaves it as it is"
-    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "revised"}
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "new"}
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
     (lab / "catalogue.json").unlink()
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}, "pairing.csv outlives it"

@@ -1,0 +1,81 @@
+"""Doubt a path that runs along a joint: a line that is straight over much of the photo, as no crack is."""
+
+from collections.abc import Callable
+
+import numpy as np
+from skimage.filters import apply_hysteresis_threshold
+from skimage.morphology import skeletonize
+
+from digitise.crack_path import crack_map
+from digitise.crack_path.darkness import DarkMap, inner
+from digitise.crack_path.hints import listed
+from digitise.image.raster import Map
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
+
+CORNER_DEG, BEYOND_CELLS = 25.0, 12.0  # Least turn into a joint, measured that far from it: a crack goes on ahead
+STRAIGHT_CELLS = 1.5  # Largest distance of a straight stretch from its chord, and from the middle of a joint with it
+LEAST_CELLS, LEAST_SHARE = 24.0, 0.15  # Least length of a straight stretch: cells, and share of the path
+LEAST_JOINT = 0.25  # Least length of a joint over the map's diagonal: a warning may be wrong, a search may not
+ON_JOINT_CELLS = 4.0  # Distance from the middle of a joint within which a path runs along it: joints have width
+
+
+def along_joints(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -> list[str]:
+    """Return a warning about stretches of a path that run along joints, with their places.
+
+    Joints are searched for only if the path has a straight stretch: ``support`` is slow.
+    """
+    cells = field.to_work(points_px)
+    s = arc_length(cells)
+    least = max(LEAST_CELLS, LEAST_SHARE * float(s[-1]))
+    if _longest_straight(cells, s) < least:
+        return []
+    clear = np.where(inner(field.allowed), support(), np.float32(0))
+    likely = apply_hysteresis_threshold(clear, crack_map.LIMITS.likely, crack_map.LIMITS.sure)
+    places = []
+    for start, end in crack_map.straight_lines(skeletonize(likely), LEAST_JOINT):
+        ahead = (end - start) / np.linalg.norm(end - start)
+        aside = np.abs((cells - start) @ np.array([-ahead[1], ahead[0]])) <= ON_JOINT_CELLS
+        bounds = np.flatnonzero(np.diff(np.concatenate([[0], aside.astype(int), [0]]))).reshape(-1, 2)
+        along = ((first, last - 1) for first, last in bounds.tolist())
+        places += [
+            (first, last) for first, last in along if s[last] - s[first] >= least and _turns(cells, s, first, last)
+        ]
+    if not places:
+        return []
+    first, last = max(places, key=lambda place: s[place[1]] - s[place[0]])
+    length_px = (s[last] - s[first]) / field.scale
+    return [
+        f"{length_px:.0f} px of the path, from {listed(points_px[[first, last]])} px, run along a line as straight as "
+        "a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px"
+    ]
+
+
+def _turns(cells: Floats, s: Floats, first: int, last: int) -> bool:
+    """Return True if a path turns into or out of its stretch from point ``first`` to ``last``."""
+    for end, other, sign in ((first, last, -1), (last, first, 1)):
+        beyond = min(int(np.searchsorted(s, s[end] + sign * BEYOND_CELLS)), len(s) - 1)
+        if abs(float(s[beyond] - s[end])) < BEYOND_CELLS / 2:
+            continue  # The path ends there
+        onward, along = cells[beyond] - cells[end], cells[end] - cells[other]
+        if onward @ along < np.cos(np.radians(CORNER_DEG)) * np.linalg.norm(onward) * np.linalg.norm(along):
+            return True
+    return False
+
+
+def _longest_straight(cells: Floats, s: Floats) -> float:
+    """Return the length of the longest stretch that stays near its chord."""
+    longest, end = 0.0, 0
+    for start in range(0, len(cells) - 1, 2):
+        end = max(end, start + 1)
+        while end < len(cells) and _strays(cells[start : end + 1]) <= STRAIGHT_CELLS:
+            end += 1
+        longest = max(longest, float(s[end - 1] - s[start]))
+    return longest
+
+
+def _strays(cells: Floats) -> float:
+    """Return the largest distance of points from the chord of the first and the last."""
+    chord = cells[-1] - cells[0]
+    across = np.array([-chord[1], chord[0]])
+    return float(np.abs((cells - cells[0]) @ across).max()) / max(float(np.linalg.norm(chord)), 1.0)

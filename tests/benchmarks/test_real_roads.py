@@ -1,0 +1,63 @@
+"""The rules by which lines on real photos are judged: on a drawn mask, each verdict is what its words promise."""
+
+import numpy as np
+import pytest
+
+from benchmarks.real_roads_photos import crops, listed, read_sets
+from benchmarks.real_roads_rules import Branch, is_hit, is_silent, verdict
+
+
+@pytest.fixture(scope="module")
+def mask():
+    """A crack of 3 px along y = 100, from which a side crack rises at x = 200."""
+    mask = np.zeros((200, 300), dtype=bool)
+    mask[99:102, 20:281] = True
+    mask[50:100, 199:202] = True
+    return mask
+
+
+def line(*points):
+    return np.array(points, dtype=float)
+
+
+@pytest.mark.parametrize(
+    ("traced", "expected", "hit"),
+    [
+        (line((22, 100), (278, 100)), "right", True),
+        (line((22, 104.9), (278, 104.9)), "right", True),
+        (line((22, 105.9), (278, 105.9)), "other", True),  # 5.9 px from the branch, 4.9 from the mask
+        (line((22, 107), (278, 107)), "wrong", False),
+        (line((22, 100), (200, 100)), "other", True),  # 68 % of the branch
+        (line((200, 52), (200, 95)), "other", False),  # 17 % of its length
+        (line((22, 100), (200, 100), (200, 52)), "other", True),
+        (line((22, 150), (278, 150)), "wrong", False),
+        (line((22, 100), (150, 100), (150, 150), (278, 150), (278, 100)), "wrong", False),
+    ],
+)
+def test_a_line_is_judged_by_the_branch_and_the_mask(mask, traced, expected, hit):
+    branch = Branch.of(mask)
+    assert branch.length_px == pytest.approx(260, abs=4)
+    assert (verdict(traced, branch, mask), is_hit(traced, branch, mask)) == (expected, hit)
+
+
+@pytest.mark.parametrize(
+    ("warning", "silent"),
+    [
+        ("the scale is assumed", True),
+        ("part of the path shows no crack: 18 px from (150, 140) to (160, 150) px", False),
+        ("look at (40, 100) px", True),
+        ("the crack continues beyond the end (278, 150) px", True),
+    ],
+)
+def test_a_wrong_line_is_silent_unless_a_warning_names_where(mask, warning, silent):
+    assert is_silent(line((22, 100), (150, 100), (150, 150), (278, 150)), mask, (warning,)) == silent
+
+
+def test_the_list_is_complete():
+    """About 25 photos of each set, each with its mask in the same set, and at least 60 crops without a crack."""
+    sets, rows = read_sets(), listed()
+    assert [row.mask for row in rows] == [sets[row.set].mask_of(row.photo) for row in rows]
+    assert all(20 <= sum(row.set == name for row in rows) <= 30 for name in sets)
+    kinds = [crop.kind for crop in crops()]
+    assert all(kinds)
+    assert sum(kind != "crack" for kind in kinds) >= 60

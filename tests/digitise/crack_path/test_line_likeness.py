@@ -1,0 +1,46 @@
+"""Lines with unlike sides rank last, faint ones are asked about, and a point in a dark border region is believed."""
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.crack_path.find_path import CrackSearch, RivalCracksError
+from digitise.crack_path.path_search import LiveWire
+from sealtwin.core.errors import InputError
+from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+
+EDGE = [(30, 220), (130, 236), (240, 214), (350, 232), (470, 218)]
+CRACK = [(40, 60), (150, 86), (260, 52), (360, 90), (460, 66)]
+
+
+def with_patch(picture, lighter=1.9):
+    """The same with a lighter patch below a dark edge."""
+    below = np.zeros(picture.shape, dtype=np.uint8)
+    cv2.fillPoly(below, [np.array([(0, 222), *EDGE, (500, 218), (500, 300), (0, 300)], dtype=np.int32)], [1])
+    return with_crack(picture * np.where(below, lighter, 1.0), EDGE, 14)
+
+
+def test_a_line_with_unlike_sides_ranks_after_a_crack_and_is_never_taken_alone(tmp_path):
+    both = with_patch(with_crack(mortar(), CRACK, 6))
+    first = CrackSearch.of(evenly_scaled(write_png(tmp_path / "both.png", both)))
+    assert distance_to(first.cracks[0].line_px, np.array(CRACK, dtype=float)).max() < 12
+    assert [likeness.two_sided for likeness in first.likenesses[:2]] == [True, False]
+    assert first.cracks[0].score < first.cracks[1].score
+    assert first.path().source == "automatic"
+    alone = CrackSearch.of(evenly_scaled(write_png(tmp_path / "alone.png", with_patch(mortar()))))
+    with pytest.raises(RivalCracksError, match="both sides"):
+        alone.path()
+    assert alone.path(1).source == "choice"
+
+
+def test_a_point_deep_in_a_dark_region_at_the_border_is_crack(tmp_path):
+    """A wide black wedge that runs along the photo's border, taken for the board around the sample without clicks."""
+    picture = mortar()
+    cv2.fillPoly(picture, [np.array([(0, 60), (0, 240), (120, 170), (460, 150), (460, 140), (120, 120)])], [0.01])
+    wire = LiveWire(evenly_scaled(write_png(tmp_path / "photo.png", picture)))
+    assert wire.field.around.any()
+    path = wire.path(((12.0, 150.0), (440.0, 146.0)))
+    assert distance_to(path.points_px, np.array([(0.0, 150.0), (460.0, 146.0)])).max() < 40
+    assert path.points_px[0, 0] < 40
+    with pytest.raises(InputError):
+        wire.path(((300.0, 30.0), (440.0, 146.0)))

@@ -1,0 +1,83 @@
+"""Walls as the rims of a dark region: on ground as coarse as the crack, in shadow, and nowhere else."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.tracing_roads import clicks
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
+from digitise.geometry.polyline import unit
+from digitise.outline import trace_outline
+from digitise.photo import Photo, load_photo
+from digitise.settings import PhotoInput
+from digitise.walls.centreline_and_walls import WallsMissingError, trace
+from digitise.walls.dark_region import trace_dark_region
+from fixtures.generate.road import Road, road
+from sealtwin.core.errors import InputError
+from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+
+WIDE_IN_STONES = 32  # A seed of a road on whose crack of 32 px profiles lack walls
+
+
+@pytest.fixture(scope="module")
+def stony() -> Road:
+    return road(WIDE_IN_STONES)
+
+
+@pytest.fixture(scope="module")
+def photo(stony, tmp_path_factory) -> Photo:
+    folder = tmp_path_factory.mktemp("road")
+    stony.write(folder)
+    settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", mm_per_px=stony.recipe.mm_per_px)
+    return load_photo(settings, folder)
+
+
+def test_a_crack_among_stones_as_wide_as_it_is_traced_by_its_region(stony, photo):
+    path = find_path(photo, clicks(WIDE_IN_STONES, stony))
+    with pytest.raises(WallsMissingError):
+        trace(photo, path, 0.5)
+    outline = trace_outline(photo, path)
+    true_mm = stony.recipe.mm_per_px * stony.mean_width_px
+    assert outline.width_source == "region"
+    assert outline.mean_width_mm == pytest.approx(true_mm, rel=0.05)
+    low_mm, high_mm = outline.width_95_mm or (0.0, 0.0)
+    assert low_mm < true_mm < high_mm < 1.3 * low_mm
+    assert any("too coarse to follow the walls" in warning for warning in outline.warnings)
+
+
+@pytest.mark.parametrize("aside_px", [-150.0, 150.0])
+def test_bare_ground_beside_it_has_no_region(stony, photo, aside_px):
+    first, last = stony.ends_px
+    across = unit(last - first)[::-1] * (-1, 1)
+    bare_px = stony.line_px[::20] + np.asarray(aside_px * across)
+    with pytest.raises(InputError, match=r"does not stand out as a crack|px are needed"):
+        trace_dark_region(photo, CrackPath(bare_px, 30.0, "ends"), 0.5)
+
+
+def dark_line(folder: Path, width_px: int = 24, shadow: float = 1.0) -> tuple[Photo, CrackPath]:
+    """A photo of a straight crack, with a shadow on the ground above it, and its path."""
+    picture = mortar()
+    picture[:150] *= shadow
+    photo = evenly_scaled(write_png(folder / "photo.png", with_crack(picture, [(-30, 150), (530, 150)], width_px)))
+    return photo, CrackPath(np.array([(20.0, 150.0), (480.0, 150.0)]), float(width_px), "ends")
+
+
+@pytest.mark.parametrize("shadow", [1.0, 0.35])
+@pytest.mark.parametrize("width_px", [12, 24, 90])
+def test_its_width_is_that_of_followed_walls(tmp_path, width_px, shadow):
+    """Also of a crack that is measured in a smaller copy, and beside a shadow's edge."""
+    photo, path = dark_line(tmp_path, width_px, shadow)
+    walls, region = trace(photo, path, 0.5), trace_dark_region(photo, path, 0.5)
+    assert region.width_px == pytest.approx(walls.width_px, rel=0.03, abs=0.4)
+    assert np.median(region.left_mm[:, 1]) > np.median(region.right_mm[:, 1])
+
+
+def test_the_share_of_the_contrast_moves_its_walls(tmp_path):
+    photo, path = dark_line(tmp_path)
+    soft = replace(photo, brightness=cv2.GaussianBlur(photo.brightness, (0, 0), 3.0))
+    inner, outer = (trace_dark_region(soft, path, share).width_px for share in (0.3, 0.7))
+    assert outer > inner + 3
