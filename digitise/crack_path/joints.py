@@ -23,12 +23,13 @@ ON_JOINT_CELLS = 4.0  # Distance from the middle of a joint within which a path 
 def along_joints(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -> list[str]:
     """Return a warning about stretches of a path that run along joints, with their places.
 
-    Joints are searched for only if the path has a straight stretch: ``support`` is slow.
+    Joints are searched for only if the path turns into or out of a straight stretch: ``support`` is slow.
     """
     cells = field.to_work(points_px)
     s = arc_length(cells)
     least = max(LEAST_CELLS, LEAST_SHARE * float(s[-1]))
-    if _longest_straight(cells, s) < least:
+    first, last = _longest_straight(cells, s)
+    if s[last] - s[first] < least or not _turns(cells, s, first, last):
         return []
     clear = np.where(inner(field.allowed), support(), np.float32(0))
     likely = apply_hysteresis_threshold(clear, crack_map.LIMITS.likely, crack_map.LIMITS.sure)
@@ -63,14 +64,14 @@ def _turns(cells: Floats, s: Floats, first: int, last: int) -> bool:
     return False
 
 
-def _longest_straight(cells: Floats, s: Floats) -> float:
-    """Return the length of the longest stretch that stays near its chord."""
-    longest, end = 0.0, 0
+def _longest_straight(cells: Floats, s: Floats) -> tuple[int, int]:
+    """Return the first and the last point of the longest stretch that stays near its chord."""
+    longest, end = (0, 0), 0
     for start in range(0, len(cells) - 1, 2):
         end = max(end, start + 1)
         while end < len(cells) and _strays(cells[start : end + 1]) <= STRAIGHT_CELLS:
             end += 1
-        longest = max(longest, float(s[end - 1] - s[start]))
+        longest = max(longest, (start, end - 1), key=lambda stretch: s[stretch[1]] - s[stretch[0]])
     return longest
 
 

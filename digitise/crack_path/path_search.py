@@ -357,6 +357,8 @@ class LiveWire:
 
         Such a point is so deep in a region that was taken for the surroundings that it cannot be beside the sample.
         """
+        if not self.field.around.any():
+            return self
         depth_px = distance_outside(~self.field.around) / self.field.scale
         cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
         deep = depth_px[tuple(np.clip(cells, 0, np.array(depth_px.shape) - 1).T)] > snap_px(self._photo)
