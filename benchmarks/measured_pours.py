@@ -72,15 +72,15 @@ def computed_mm(pour: Pour) -> Floats:
     paste, _ = solved_as(fluid, solver, schedule.frame_s, len(schedule.released))
     slope = SampleSlope(gradient_deg=pour.table["slope_deg"])
     loose = LooseFluid.put(pour.hollow, schedule, paste, solver, slope=slope)
-    seen, so_far_s = list[float](), 0.0
+    extents_mm, so_far_s = list[float](), 0.0
     for t_s in times_s:
         for _ in loose.run(t_s - so_far_s, t_s):
             pass
         so_far_s = t_s
-        seen += [_extent_mm(loose, kind) for at_s, kind, _ in pour.extents if at_s == t_s]
+        extents_mm += [_extent_mm(loose, kind) for at_s, kind, _ in pour.extents if at_s == t_s]
     if loose.escaped:
         raise ValueError(f"{pour.name}: {loose.escaped} particles went through a wall")
-    return np.array(seen)
+    return np.array(extents_mm)
 
 
 def _extent_mm(loose: LooseFluid, kind: str) -> float:

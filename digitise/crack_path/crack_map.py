@@ -115,7 +115,12 @@ def cracks_on(field: DarkMap, joints_px: Sequence[Floats] | None = None) -> Crac
 def _clear(field: DarkMap, allowed: NDArray[np.bool_]) -> tuple[Map, NDArray[np.bool_]]:
     """Return the support of the allowed cells, and the cells likely to be on a crack."""
     clear = np.where(inner(allowed), support(field.even, allowed), 0).astype(np.float32)
-    return clear, apply_hysteresis_threshold(clear, LIMITS.likely, LIMITS.sure)
+    return clear, likely_cells(clear)
+
+
+def likely_cells(clear: Map) -> NDArray[np.bool_]:
+    """Return the cells likely to be on a line, from the support of each, which is 0 in cells that are not allowed."""
+    return apply_hysteresis_threshold(clear, LIMITS.likely, LIMITS.sure)
 
 
 def _with_evidence(lines: NDArray[np.bool_], clear: Map) -> NDArray[np.bool_]:

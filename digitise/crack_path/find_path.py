@@ -25,6 +25,7 @@ EDGES_FOUND = (
 )
 EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05  # Longest stretch with unlike sides without a warning: widths, share of the line
 LEAST_LENGTH = 0.12  # Share of the photo's diagonal between a crack's ends; shorter lines are pores and scratches
+UNLIKE = " (unlike sides)"
 RUNNER_UP = 0.5  # A second line with more than this share of the first one's score makes the choice the user's
 
 
@@ -113,15 +114,16 @@ class CrackSearch:
             )
         if number is None and not self.likenesses[0].sure:
             raise RivalCracksError(
-                f"{photo.file}: no line stands out as a crack: {self._doubt()}. The lines, best first, are "
-                f"{self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
+                f"{photo.file}: no line stands out as a crack: {self._doubt()}. The lines (best first, with the score "
+                f"as a share of the highest) are {self._listed()}; choose one by its number, such as {CHOICE}, or give "
+                "ends_px.",
                 ranked,
             )
-        alike = [one for one, likeness in zip(ranked, self.likenesses, strict=True) if likeness.two_sided]
+        alike = [one for one, own in zip(ranked, self.likenesses, strict=True) if own.two_sided]
         if number is None and len(rivals := [one for one in alike if one.score > RUNNER_UP * ranked[0].score]) > 1:
             raise RivalCracksError(
-                f"{photo.file}: {len(rivals)} cracks compete (best first, with the score as a share of the best "
-                f"one's): {self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
+                f"{photo.file}: {len(rivals)} cracks compete (best first, with the score as a share of the highest): "
+                f"{self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
                 ranked,
             )
         if number is not None and number > len(ranked):
@@ -154,8 +156,9 @@ class CrackSearch:
     def _doubt(self) -> str:
         best = self.likenesses[0]
         if not best.two_sided:
+            least = min(own.unlike for own in self.likenesses)
             return (
-                f"both sides of each differ in brightness by {best.unlike:.0%} or more of its darkness (at most "
+                f"both sides of each differ in brightness by {least:.0%} or more of its darkness (at most "
                 f"{MOST_UNLIKE:.0%} along a crack), as at a marking, a patch or a joint"
             )
         return (
@@ -164,9 +167,10 @@ class CrackSearch:
         )
 
     def _listed(self) -> str:
+        best = max(crack.score for crack in self.cracks)
         return "; ".join(
-            f"{rank}. {listed(crack.line_px[[0, -1]])} px, {crack.score / self.cracks[0].score:.0%}"
-            for rank, crack in enumerate(self.cracks, 1)
+            f"{rank}. {listed(crack.line_px[[0, -1]])} px, {crack.score / best:.0%}{'' if own.two_sided else UNLIKE}"
+            for rank, (crack, own) in enumerate(zip(self.cracks, self.likenesses, strict=True), 1)
         )
 
 

@@ -3,10 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from skimage.filters import apply_hysteresis_threshold
 from skimage.morphology import skeletonize
 
-from digitise.crack_path import crack_map
+from digitise.crack_path.crack_map import likely_cells, straight_lines
 from digitise.crack_path.darkness import DarkMap, inner
 from digitise.crack_path.hints import listed
 from digitise.image.raster import Map
@@ -14,7 +13,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 
 CORNER_DEG, BEYOND_CELLS = 25.0, 12.0  # Least turn into a joint, measured that far from it: a crack goes on ahead
-STRAIGHT_CELLS = 1.5  # Largest distance of a straight stretch from its chord, and from the middle of a joint with it
+STRAIGHT_CELLS = 1.5  # Largest distance of a straight stretch from its chord
 LEAST_CELLS, LEAST_SHARE = 24.0, 0.15  # Least length of a straight stretch: cells, and share of the path
 LEAST_JOINT = 0.25  # Least length of a joint over the map's diagonal: a warning may be wrong, a search may not
 ON_JOINT_CELLS = 4.0  # Distance from the middle of a joint within which a path runs along it: joints have width
@@ -32,9 +31,8 @@ def along_joints(field: DarkMap, points_px: Floats, support: Callable[[], Map]) 
     if s[last] - s[first] < least or not _turns(cells, s, first, last):
         return []
     clear = np.where(inner(field.allowed), support(), np.float32(0))
-    likely = apply_hysteresis_threshold(clear, crack_map.LIMITS.likely, crack_map.LIMITS.sure)
     places = []
-    for start, end in crack_map.straight_lines(skeletonize(likely), LEAST_JOINT):
+    for start, end in straight_lines(skeletonize(likely_cells(clear)), LEAST_JOINT):
         ahead = (end - start) / np.linalg.norm(end - start)
         aside = np.abs((cells - start) @ np.array([-ahead[1], ahead[0]])) <= ON_JOINT_CELLS
         bounds = np.flatnonzero(np.diff(np.concatenate([[0], aside.astype(int), [0]]))).reshape(-1, 2)

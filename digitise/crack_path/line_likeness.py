@@ -25,9 +25,9 @@ class Likeness:
     """Figures of one line, in lightness."""
 
     unlike: float
-    """Difference between both sides over the median of the step from the line to the side nearer to it in lightness."""
+    """Difference between the two sides, divided by the median step from the line to the darker side."""
     worst: float
-    """The step is that of the line's worst stretch, over the grain of the ground."""
+    """Step to the darker side in the line's worst stretch, divided by the grain of the ground."""
 
     @property
     def two_sided(self) -> bool:

@@ -353,9 +353,9 @@ class LiveWire:
             raise
 
     def _believing(self, points_px: Floats) -> "LiveWire":
-        """Return this wire, or one for which the dark regions at the border that hold a point are crack.
+        """Return a wire for which a dark border region with a clicked point deep inside is crack, not surroundings.
 
-        Such a point is so deep in a region that was taken for the surroundings that it cannot be beside the sample.
+        It is this wire if there is no such region.
         """
         if not self.field.around.any():
             return self

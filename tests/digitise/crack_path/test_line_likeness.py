@@ -27,6 +27,8 @@ def test_a_line_with_unlike_sides_ranks_after_a_crack_and_is_never_taken_alone(t
     assert [likeness.two_sided for likeness in first.likenesses[:2]] == [True, False]
     assert first.cracks[0].score < first.cracks[1].score
     assert first.path().source == "automatic"
+    with pytest.raises(InputError, match=r": 1\. [^;]* px, \d\d%; 2\. [^;]* px, 100% \(unlike sides\)"):
+        first.path(9)
     alone = CrackSearch.of(evenly_scaled(write_png(tmp_path / "alone.png", with_patch(mortar()))))
     with pytest.raises(RivalCracksError, match="both sides"):
         alone.path()

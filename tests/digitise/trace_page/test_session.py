@@ -6,6 +6,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -143,6 +144,18 @@ def test_without_ends_the_crack_is_proposed(session):
     ends = np.array([answers["path"]["points_px"][0], answers["path"]["points_px"][-1]])
     # Round ends, which no line of that width reaches: within one width of 14 px, as a click may be.
     assert np.linalg.norm(ends - np.array(ENDS), axis=1).max() < 14
+
+
+def test_one_line_that_is_not_sure_is_offered_and_asked_about(tmp_path):
+    """The edge of a lighter patch."""
+    edge = [(30, 160), (130, 176), (240, 154), (350, 172), (470, 158)]
+    below = np.zeros((300, 500), dtype=np.uint8)
+    cv2.fillPoly(below, [np.array([(0, 162), *edge, (500, 158), (500, 300), (0, 300)], dtype=np.int32)], [1])
+    patched = with_crack(mortar() * np.where(below, 1.9, 1.0), edge)
+    offered = _asked(_session(write_png(tmp_path / "edge.png", patched)), Hints(), revision=1.0)
+    assert list(offered) == ["scale", "cracks", "refused"]
+    assert len(offered["cracks"]) == 1
+    assert "not sure" in offered["refused"]
 
 
 def test_where_several_may_be_the_crack_all_are_offered_and_a_number_takes_one(tmp_path):

@@ -46,6 +46,7 @@ def test_a_crack_among_stones_as_wide_as_it_is_traced_by_its_region(stony, photo
     assert outline.mean_width_mm == pytest.approx(true_mm, rel=0.05)
     low_mm, high_mm = outline.width_95_mm or (0.0, 0.0)
     assert low_mm < true_mm < high_mm < 1.3 * low_mm
+    assert (low_mm + high_mm) / 2 == pytest.approx(outline.mean_width_mm)
     assert any("too coarse to follow the walls" in warning for warning in outline.warnings)
 
 

@@ -1,0 +1,40 @@
+"""Fluid that is fed from a source: as much as flows, at the time at which it flows."""
+
+import numpy as np
+import pytest
+
+from simulate.device import start_warp
+from simulate.hollow import Box, Hollow
+from simulate.loose_fluid import LooseFluid, fed
+from simulate.settings import Solver, particle_volume
+from simulate.setup_checks import solved_as
+from tests.fluids import sealant
+
+FLOW_MM3_S, RADIUS_MM = 2000.0, 1.0
+
+
+def test_a_flow_is_released_evenly_within_the_tube():
+    schedule = fed(FLOW_MM3_S, 1.0, RADIUS_MM, height_mm=9.0, diameter_mm=10.0)
+    assert schedule.dispensed_mm3 == pytest.approx(FLOW_MM3_S, rel=0.01)
+    given_mm3 = schedule.released * particle_volume(RADIUS_MM)
+    at_s = schedule.frame_s * np.arange(1, len(given_mm3) + 1)
+    assert np.abs(given_mm3 - FLOW_MM3_S * at_s).max() < 2 * particle_volume(RADIUS_MM)
+    assert np.hypot(*schedule.position_mm[:, :2].T).max() <= 5.0 - RADIUS_MM + 1e-9
+    assert (schedule.position_mm[:, 2] == 9.0).all()
+    assert (np.bincount(schedule.frame_of, minlength=len(given_mm3)).cumsum() == schedule.released).all()
+
+
+def test_a_pour_shows_only_what_has_been_released_and_spreads_evenly():
+    start_warp()
+    schedule = fed(FLOW_MM3_S, 1.0, RADIUS_MM, height_mm=9.0, diameter_mm=10.0)
+    solver = Solver(radius_mm=RADIUS_MM)
+    paste, _ = solved_as(sealant(viscosity_pa_s=2.0), solver.model_copy(update={"substeps": 1}), schedule.frame_s, 400)
+    pour = LooseFluid.put(Hollow(Box((-40, -40, 0), (40, 40, 14))), schedule, paste, solver)
+    counts, reaches_mm = list[int](), list[float]()
+    for _ in pour.run(1.0, 0.5):
+        counts.append(len(pour.place_mm))
+        reaches_mm.append(pour.edge_mm(0.01))
+    assert np.array(counts) * particle_volume(RADIUS_MM) == pytest.approx([1000.0, 2000.0], rel=0.03)
+    assert reaches_mm[0] < reaches_mm[1] < 30
+    assert pour.escaped == 0
+    assert np.linalg.norm(pour.place_mm[:, :2].mean(axis=0)) < 1.0
