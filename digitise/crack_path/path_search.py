@@ -15,7 +15,6 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial import KDTree
 
 from digitise.crack_path import step_costs
-from digitise.crack_path.blurred_path import blurred_path
 from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
 from digitise.crack_path.hints import CrackPath, check_hints, listed, region_px, snap_px, too_far
 from digitise.crack_path.joints import along_joints
@@ -62,10 +61,6 @@ TAKEN = (
     "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask, or give photo.roi_px: "
     "a region whose border crosses the dark area and does not run along it"
 )
-
-
-class NoCrackError(InputError):
-    """The best path between the points is not along a crack."""
 
 
 @dataclass(frozen=True)
@@ -236,7 +231,7 @@ class PathSearch:
                 if clearness > 0
                 else "is not darker than lines on plain ground"
             )
-            raise NoCrackError(
+            raise InputError(
                 f"{self.photo.file}: no crack between the ends: the best path there {fault}; check ends_px."
             )
 
@@ -249,7 +244,7 @@ class PathSearch:
             near = np.flatnonzero(away_px <= limit_px)
             if len(near) == 0:
                 nearest = f": the nearest one is {too_far(away_px.min(), limit_px)}" if len(rows) else ""
-                raise NoCrackError(
+                raise InputError(
                     f"{self.photo.file}: the via point ({x:g}, {y:g}) is not on a crack{nearest}; give a point inside "
                     "the crack."
                 )
@@ -285,7 +280,7 @@ class PathSearch:
         ends_px = self.points_px[[0, -1]]
         for (x, y), beside_px in zip(ends_px, (s_px[first], s_px[-1] - s_px[last]), strict=True):
             if beside_px > limit_px:
-                raise NoCrackError(
+                raise InputError(
                     f"{self.photo.file}: the end ({x:g}, {y:g}) is not on a crack: the nearest one is "
                     f"{too_far(beside_px, limit_px)}; give a point inside the crack.{self._border_hint(points_px)}"
                 )
@@ -293,7 +288,7 @@ class PathSearch:
         gap = larger_pieces(~on_crack[None, first : last + 1], limit_px * self.field.scale)
         gaps = float(np.mean(gap))
         if gaps > LIMITS.most_gaps:
-            raise NoCrackError(
+            raise InputError(
                 f"{self.photo.file}: no crack on {gaps:.0%} of the path between the ends (at most "
                 f"{LIMITS.most_gaps:.0%}); give ends of one unbroken crack.{self._border_hint(points_px)}"
             )
@@ -345,12 +340,7 @@ class LiveWire:
             # The coarse map does not show an end that tapers to a hairline: the fine map then decides.
             with suppress(InputError):
                 return replace(coarse.result(), source=source)
-        try:
-            return replace(self._way(self.field, points_px).result(), source=source)
-        except NoCrackError:
-            if (path := blurred_path(self._photo, self.field, points_px, source)) is not None:
-                return path
-            raise
+        return replace(self._way(self.field, points_px).result(), source=source)
 
     def _believing(self, points_px: Floats) -> "LiveWire":
         """Return a wire for which a dark border region with a clicked point deep inside is crack, not surroundings.

@@ -21,7 +21,6 @@ from scipy.ndimage import (
 from skimage.filters import apply_hysteresis_threshold
 from skimage.measure import label
 
-from digitise.crack_path.blurred_path import LEAST_STEP, MOST_LIGHT
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import depth_inside, extended, left_normals, resampled, smoothed, unit
 from digitise.image.raster import lightness, sampled
@@ -73,8 +72,8 @@ class RegionLimits:
     inside_px: float = 2.5  # Distance inside the rim from which the aligned profile is the crack's, and outside it
     outside_px: float = 3.0
     most_moved: float = 0.35  # Largest distance in widths by which a wall is moved
-    darkest: float = MOST_LIGHT  # Gate, as of a path between stones
-    least_step: float = LEAST_STEP
+    darkest: float = 0.36  # Gate: most light inside over beside
+    least_step: float = 0.2  # Gate: least 20th percentile of the lesser step from inside to a side, over the ground
     least_dark: float = 0.7  # Gate: least share of the line darker than half
     sure: float = 0.10  # Half of the 95 % interval of the mean width over the width that no profile can show
 

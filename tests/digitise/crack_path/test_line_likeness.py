@@ -1,10 +1,13 @@
 """Lines with unlike sides rank last, faint ones are asked about, and a point in a dark border region is believed."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError
+from digitise.crack_path.line_likeness import LEAST_WORST, Likeness, grain_of, likeness
 from digitise.crack_path.path_search import LiveWire
 from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
@@ -46,3 +49,23 @@ def test_a_point_deep_in_a_dark_region_at_the_border_is_crack(tmp_path):
     assert path.points_px[0, 0] < 40
     with pytest.raises(InputError):
         wire.path(((300.0, 30.0), (440.0, 146.0)))
+
+
+def test_a_line_whose_part_is_as_faint_as_the_grain_is_asked_about(tmp_path):
+    """The same line, black all along, is taken."""
+    black = with_crack(mortar(), CRACK, 6)
+    share = np.ones(500)
+    share[200:270] = 0.05
+    faint = mortar() * (1 - share) + black * share
+    line_px, both = np.array(CRACK, dtype=float), list[Likeness]()
+    for name, picture in (("black", black), ("faint", faint)):
+        photo = evenly_scaled(write_png(tmp_path / f"{name}.png", picture))
+        both.append(likeness(photo, line_px, 6.0, grain_of(LiveWire(photo).field)))
+    whole, parted = both
+    assert whole.two_sided
+    assert parted.two_sided
+    assert parted.worst < LEAST_WORST < whole.worst
+    search = CrackSearch.of(evenly_scaled(tmp_path / "black.png"))
+    assert search.path().source == "automatic"
+    with pytest.raises(RivalCracksError, match="times as dark as the ground's grain"):
+        replace(search, likenesses=(parted,)).path()
