@@ -203,6 +203,10 @@ REFUSED = {
         "unit 'nm' is",
     ),
     "runs without a name": (RUNS.format("k"), {"s": "C", "levels": ["D"], "sign": "up"}, 'repeat = "B"'),
+    "as many rows for each place, beside a counter": (
+        *("s_mm;depth_mm;X\n0;1;1\n0;1,1;2\n5;2;1\n5;2,1;2\n", {"s": "A", "levels": ["B"]}),
+        'repeat = "C"',
+    ),
     "a counter that has readings": ("s_mm;depth_mm;Messung\n0;1;1,5\n5;2;2,5\n", None, "'Messung' numbers repeats"),
     "tabs are no blanks": ("wo\ta\n0\t1\n5\t2\n", None, "A 'wo' (0), B 'a' (1)"),
     "rows that are no header": ("s_mm;depth_mm\n0;1\n5;2\n", {"header_rows": "8:9"}, "no rows 8:9"),
