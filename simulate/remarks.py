@@ -34,9 +34,8 @@ LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, schedule: Schedule) -> Iterator[str]:
     """Yield sentences on what a run of particles cannot show of a fluid. ``schedule`` has its releases.
 
-    Raises InputError for a fluid that cannot be solved for.
+    The solver's radius must be a number. Raises InputError for a fluid that cannot be solved for.
     """
-    solver = solver.for_crack(outline.mean_width_mm)
     radius_mm, frame_s = solver.size_mm, schedule.frame_s
     frames = course_of(schedule, fluid, solver.settle_s).frames
     paste, substeps = solved_as(fluid, solver, frame_s, frames)

@@ -105,7 +105,7 @@ def ready(
     InputError if one of the fluids cannot be run.
     """
     start_warp()
-    enclosure = _enclosure(sample, solver.for_crack(sample.outline.mean_width_mm).size_mm, device)
+    enclosure = _enclosure(sample, solver.for_crack(sample.outline.mean_width_mm, nozzle).size_mm, device)
     how: dict[str, Any] = {"seed": seed, "device": device, "slope": slope, "enclosure": enclosure}
     return prepare(sample.solid, sample.outline, sample.trajectory, fluids, solver, nozzle, **how)
 

@@ -231,11 +231,6 @@ class Fluid(Settings):
             raise ValueError(fault)
 
 
-ABREAST = 4
-"""Number of particles from wall to wall for radius "auto", as in the paper. Fewer bridge the walls, and more take long.
-"""
-
-
 class Scheme(NamedTuple):
     """Constants of a preset: the values in effect."""
 
@@ -247,6 +242,12 @@ class Scheme(NamedTuple):
     """Strength of wall particles. calibrated: they replace the half of the kernel that a wall cuts off. source: 1 /
     W(0)."""
     frozen_answer: float  # Multiplier of a frozen neighbour over the particle's own
+    abreast: float = 4.0
+    """Particles from wall to wall for radius "auto". Four are the paper's. Fewer bridge the walls, more take long."""
+    fall: float = 0.035
+    """Largest fall from rest in one substep, g dt^2 over h, if pressure carries over. A larger one compresses the
+    column. 0.035 gives the shipped trial 3 substeps."""
+    shear_by_frame: bool = False  # True if shear rates are measured once in a frame, not in each substep
 
 
 PACKING = 0.97  # The paper's f of Eq. 6: effective radius of a particle over its radius
@@ -261,16 +262,18 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 """Volume of a sphere of radius R divided by that of Eq. 6, 0.811. It is the mass of a particle in the paper's solver.
 """
 
+# A run starts at this volume factor and ends between 0.95 and 1.20 (decision 0113).
+ACCURATE = Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0)
 PRESETS = {
-    # The run starts at this volume factor and ends between 0.95 and 1.20 (decision 0113).
-    "accurate": Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0),
+    "accurate": ACCURATE,
+    "draft": ACCURATE._replace(abreast=2.6, fall=0.05, shear_by_frame=True),
     "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
 }
 
 LEAST_TWO_LEVEL_ITERATIONS = 4
 """Smallest number of iterations of two-level pressure. With 3, a column at rest moves at 9 cm/s, because each
 particle's own part of the pressure lags behind the part that is solved for on the nodes."""
-TWO_LEVEL = PRESETS["accurate"]._replace(iterations=5, volume_factor=1.05)
+TWO_LEVEL = ACCURATE._replace(iterations=5, volume_factor=1.05)
 """Constants of two-level pressure (decision 0065). With 4 iterations, 1 % of the particles of a settled column are 2 %
 too dense."""
 
@@ -286,12 +289,13 @@ class Solver(Settings):
     """particles (default): the fluid in three dimensions. slot: the flow along the crack, averaged over sections. It
     takes a tenth of a second, for screening within its domain, which the report describes. It does not model jet or
     overspill."""
-    preset: Literal["accurate", "paper"] = "accurate"
-    """accurate: keeps the dispensed volume. paper: uses the constants of the paper's solver, which lose a fifth to a
-    quarter of it. The paper's bed is fitted by accurate in flared walls, and by paper in leaning walls."""
+    preset: Literal["accurate", "draft", "paper"] = "accurate"
+    """accurate: keeps the dispensed volume. draft: the same physics with larger particles and longer substeps, for
+    searches. paper: uses the constants of the paper's solver, which lose a fifth to a quarter of the volume. The
+    paper's bed is fitted by accurate in flared walls, and by paper in leaning walls."""
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
-    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper, and "auto" gives four
-    across this crack. Half the radius takes about ten times as long."""
+    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper. "auto", the default of
+    a draft, gives four across this crack, or 2.6 in a draft. Half the radius takes about ten times as long."""
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
     """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
     over. Compression decreases with the square of their number."""
@@ -322,13 +326,19 @@ class Solver(Settings):
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release of sealant and the measurement of the profile. The paper has 0."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_draft(cls, table: Any) -> Any:
+        """Add a draft's radius, so that both forms of a trial are equal."""
+        return {"radius_mm": "auto", **table} if isinstance(table, dict) and table.get("preset") == "draft" else table
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.pressure == "two-level":
-            if self.preset == "paper":
+            if self.preset != "accurate":
                 raise ValueError(
-                    'pressure = "two-level" cannot be combined with preset = "paper", the paper\'s solver: give '
-                    'preset = "accurate", or pressure = "local"'
+                    f'pressure = "two-level" cannot be combined with preset = "{self.preset}", which has local '
+                    'pressure: give preset = "accurate", or pressure = "local"'
                 )
             if self.iterations is not None and self.iterations < LEAST_TWO_LEVEL_ITERATIONS:
                 raise ValueError(
@@ -349,11 +359,12 @@ class Solver(Settings):
             raise ValueError('radius_mm = "auto" needs the crack\'s width; call for_crack first')
         return self.radius_mm
 
-    def for_crack(self, width_mm: float) -> Self:
-        """Return a copy in which radius "auto" is a number, for a crack of this mean width."""
+    def for_crack(self, width_mm: float, nozzle: "Nozzle") -> Self:
+        """Return a copy in which radius "auto" is a number, for a crack of this mean width and at most the nozzle's."""
         if self.radius_mm != "auto":
             return self
-        return self.model_copy(update={"radius_mm": min(10.0, float(f"{width_mm / ABREAST / 2:.3g}"))})
+        radius_mm = min(width_mm / self.scheme.abreast / 2, nozzle.diameter_mm / 2)
+        return self.model_copy(update={"radius_mm": float(f"{radius_mm:.3g}")})
 
     @property
     def scheme(self) -> Scheme:
@@ -366,12 +377,12 @@ class Solver(Settings):
     @property
     def carries_pressure(self) -> bool:
         """True if pressure may start from that of the last substep. With two levels or preset paper it starts at 0."""
-        return self.preset == "accurate" and self.pressure == "local"
+        return self.preset != "paper" and self.pressure == "local"
 
     @property
     def keeps_volume(self) -> bool:
         """True if the run adjusts its volume factor."""
-        return self.preset == "accurate" and self.volume_factor is None
+        return self.preset != "paper" and self.volume_factor is None
 
 
 class SampleSlope(Settings):

@@ -47,7 +47,7 @@ def case_of(
     File names of their tables are relative to the current folder. Raises InputError if the settings do not fit the
     crack, and ValueError if the numbers of substeps differ.
     """
-    solver = solver.for_crack(outline.mean_width_mm)
+    solver = solver.for_crack(outline.mean_width_mm, nozzle)
     fluids = [fluid.loaded(Path()) for fluid in fluids]
     for fluid in fluids:
         check_fit(outline, solid, fluid, solver, nozzle, slope)

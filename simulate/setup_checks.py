@@ -55,7 +55,7 @@ def check_fit(
     """Raise InputError if valid settings of particles are impossible in this crack."""
     if not solver.has_particles:
         return
-    radius_mm = solver.for_crack(outline.mean_width_mm).size_mm
+    radius_mm = solver.for_crack(outline.mean_width_mm, nozzle).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
     side_mm = min(x_max - x_min, y_max - y_min)
     if nozzle.diameter_mm > side_mm:

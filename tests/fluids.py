@@ -78,7 +78,7 @@ def injected(
 ) -> Injection:
     """A run before its first frame. ``replays``: what a GPU does, done on the CPU."""
     settings = Solver.model_validate(solver)
-    enclosure = enclosed(*crack, settings.for_crack(crack[1].mean_width_mm).size_mm, device)
+    enclosure = enclosed(*crack, settings.for_crack(crack[1].mean_width_mm, Nozzle()).size_mm, device)
     how: dict[str, Any] = {"seed": seed, "device": device, "threads": threads, "enclosure": enclosure}
     injection = prepare(*crack, trajectory, fluids, settings, Nozzle(), **how)
     if replays:

@@ -54,6 +54,7 @@ def plan_flow(
     verify: int = 3,
     seeds: int = 3,
     keep_speed: bool = False,
+    accurate: bool = False,
     device: str = "auto",
     quiet: bool = True,
 ) -> FlowPlan:
@@ -74,6 +75,8 @@ def plan_flow(
         of the best plan.
     keep_speed
         True plans only the flow.
+    accurate
+        True computes all runs with the trial's solver settings; otherwise all but the last are drafts.
     device, quiet
         Device of the particle runs; ``quiet=False`` shows progress on stderr.
 
@@ -96,7 +99,7 @@ def plan_flow(
     """
     from simulate.device import choose_device
 
-    options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
+    options = Options(knots, verify, seeds, not accurate, margin_mm, flow_max_mm3_s, keep_speed)
     content = make_plan(
         Path(trial),
         path_or_none(out),

@@ -186,6 +186,7 @@ def sweep(
     name: str | None = None,
     device: str = "cpu",
     jobs: int | None = None,
+    accurate: bool = False,
     progress: bool = False,
 ) -> SweepResult:
     """Run a trial once for each combination of the given settings.
@@ -209,6 +210,9 @@ def sweep(
     device, jobs
         Device of the fluid runs, as in ``run_trial``, and number of processes; default: one for each core, or one on a
         GPU.
+    accurate
+        True computes with the trial's solver settings; otherwise the runs are drafts (solver.preset), unless ``grid``
+        or ``fixed`` sets another setting of the solver than model and settle_s.
     progress
         Show progress on stderr.
 
@@ -242,7 +246,7 @@ def sweep(
     with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
         study = Path(temporary, "study.toml")
         study.write_text(tomlkit.dumps(json.loads(json.dumps(content, default=as_json))), encoding="utf-8")
-        answer = _command(["sweep", study], target, device, jobs, progress)
+        answer = _command(["sweep", study, *_accurate(accurate)], target, device, jobs, progress)
     warn(answer["fluid_warnings"])
     return SweepResult(target, tuple(answer["runs"]), answer["best"])
 
@@ -272,6 +276,7 @@ def calibrate(
     out: FilePath | None = None,
     device: str = "cpu",
     jobs: int | None = None,
+    accurate: bool = False,
     progress: bool = False,
 ) -> CalibrationResult:
     """Determine settings from the readings of one trial or several, and predict others.
@@ -290,7 +295,7 @@ def calibrate(
         Runs of each trial, 40 or more.
     out
         The calibration's folder; default: reports/<trial>-calibrated.
-    device, jobs, progress
+    device, jobs, accurate, progress
         As in ``sweep``.
 
     Returns
@@ -314,7 +319,9 @@ def calibrate(
     files = [trials] if isinstance(trials, str | PathLike) else list(trials)
     ranges = [f"--free={name}={low:.12g}:{high:.12g}" for name, (low, high) in free.items()]
     others = [f"--hold-out={Path(file)}" for file in hold_out]
-    content = _command(["calibrate", *files, f"--budget={budget}", *ranges, *others], out, device, jobs, progress)
+    content = _command(
+        ["calibrate", *files, f"--budget={budget}", *ranges, *others, *_accurate(accurate)], out, device, jobs, progress
+    )
     warn(content["fluid_warnings"])
     folder = Path(content["page"]).parent
     posterior = {}
@@ -379,6 +386,10 @@ def write_map(
     if caliper is not None:
         note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
     return mapped.folder / PAGE
+
+
+def _accurate(accurate: bool) -> list[str]:
+    return ["--accurate"] if accurate else []
 
 
 def _command(

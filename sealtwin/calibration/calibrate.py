@@ -1,7 +1,7 @@
 """Calibrate settings on the readings of trials, and predict held-out trials that the calibration did not use."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date as day
 from pathlib import Path
 from typing import Any, Literal
@@ -17,6 +17,7 @@ from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.material.paste import material_text
 from sealtwin.study.sweep import SweepOptions
+from sealtwin.trial.draft import sets_resolution
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced
@@ -75,6 +76,8 @@ def calibrate(
         BusyError: Another process uses the folder.
     """
     frees = _checked(trials, ranges, held_out, settings)
+    if sets_resolution((*ranges, *(settings or {}))):
+        how = replace(how, drafts=False)
     folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
     require_folder(folder)
     if folder.is_dir() and not (folder / LIBRARY).is_dir():

@@ -17,6 +17,7 @@ from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
+from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, with_settings
 from validate.calibration.free import Free
@@ -60,8 +61,8 @@ class Twin:
         self.folder = library / self.trial.folder_name
         adopt(self.folder, self.trial.name)
         self.plan = self._plan([self._planned(1, {}, 0)], dry_run=True)
-        sample = self.folder / "samples" / self.plan.runs[0].sample
-        self.outline, self.solid = record_files.read_outline(sample), record_files.read_solid(sample)
+        self._sample = record_files.read_sample(self.folder / "samples" / self.plan.runs[0].sample)
+        self.outline, self.solid = self._sample.outline, self._sample.solid
         self.sheet = file.parent / sheet_settings.file
         self.readings = read_readings(self.sheet, sheet_settings, self.outline.length_mm, self.solid.depth_mm)
         s_mm = self.readings.s_mm
@@ -79,7 +80,9 @@ class Twin:
 
     @property
     def radius_mm(self) -> float:
-        return self.trial.solver.for_crack(self.outline.mean_width_mm).size_mm
+        """Radius of the particles of its runs."""
+        trial = drafted(self.trial, self._sample) if self._how.drafts else self.trial
+        return trial.solver.for_crack(self.outline.mean_width_mm, trial.nozzle).size_mm
 
     def measured(self, name: str) -> tuple[float, float] | None:
         """Return a setting's value and standard uncertainty; None unless the trial has both."""

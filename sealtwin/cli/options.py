@@ -33,6 +33,10 @@ def argument(metavar: str, help: str | None = None) -> Any:
 Text = str | None
 Number = float | None
 File = Path | None
+Accurate = Annotated[
+    bool,
+    flag("--accurate", "Compute with the trial's own solver settings, which takes about four times as long as drafts."),
+]
 Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
 
 

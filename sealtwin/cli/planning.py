@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from sealtwin.cli.answer import Answer, Command, answers
-from sealtwin.cli.options import File, Given, Number, argument, count_option, flag, number_option, option
+from sealtwin.cli.options import Accurate, File, Given, Number, argument, count_option, flag, number_option, option
 from sealtwin.core.errors import present
 
 
@@ -31,18 +31,22 @@ def plan(
     seeds: Annotated[int, count_option("Particle runs of the best plan; its 95 % band needs at least two.", 1, 20)] = 3,
     keep_speed: Annotated[bool, flag("--keep-speed", "Plan only the flow, at the trial's speed.")] = False,
     jobs: Annotated[int, count_option("Processes for particle runs.", 1, 512)] = 1,
+    accurate: Accurate = False,
 ) -> None:
     """Plan flow and speed along a crack, so that it is full and nothing overspills.
 
     Searches with the fast model, checks the plan with particles, corrects the fast model by the difference, and
-    searches again. After an interruption, repeat the command to continue.
+    searches again. The runs are drafts, as those of a sweep, except the last one, which gives the plan's level. After
+    an interruption, repeat the command to continue.
 
     Example: sealtwin plan trial.toml --cell cell.toml
     """
     from sealtwin.plan.make_plan import Options, make_plan
+    from sealtwin.trial.draft import sets_resolution
     from simulate.device import choose_device
 
-    options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
+    drafts = not (accurate or sets_resolution(settings))
+    options = Options(knots, verify, seeds, drafts, margin_mm, flow_max_mm3_s, keep_speed)
     result = make_plan(
         trial,
         out,

@@ -8,7 +8,7 @@ import typer
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command, answers
 from sealtwin.cli.material import day_of
-from sealtwin.cli.options import File, Given, Text, argument, count_option, flag, option, read_number
+from sealtwin.cli.options import Accurate, File, Given, Text, argument, count_option, flag, option, read_number
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
@@ -118,12 +118,16 @@ def sweep(
     shard: Annotated[Text, option("Compute only the I-th of N parts of the study, into its own folder.", "I/N")] = None,
     keep_runs: Annotated[bool, flag("--keep-runs", "Also keep the particles of each run.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
+    accurate: Accurate = False,
     dry_run: Annotated[
         bool, flag("--dry-run", "Check all settings, digitise and estimate the time, but run no fluid.")
     ] = False,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
 ) -> None:
     """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
+
+    The runs are drafts (solver.preset), unless the study or --set sets another setting of the table solver than model
+    and settle_s.
 
     Finished runs are kept: after an interruption, repeat the command to compute the rest. Failed runs are listed with
     their reasons.
@@ -176,6 +180,7 @@ def sweep(
         keep_runs=keep_runs,
         retry=retry,
         dry_run=dry_run,
+        drafts=not accurate,
         scheduler=scheduler,
         shard=part,
     )
@@ -217,8 +222,11 @@ def calibrate(
     out: Annotated[File, option("Folder for the calibration; default: reports/<trial name>-calibrated.", "DIR")] = None,
     date: Annotated[Text, option("Day of the calibration; default: today.", "YYYY-MM-DD")] = None,
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
+    accurate: Accurate = False,
 ) -> None:
     """Determine settings from the readings of trials, as a posterior, and predict other trials.
+
+    The runs are drafts, as those of a sweep.
 
     Finished runs are kept: after an interruption, repeat the command to continue; the files are the same. Exit code 5:
     no setting within the ranges reproduces the readings.
@@ -242,7 +250,7 @@ def calibrate(
     command.say(f"Device: {describe_device(chosen)}")
     count = jobs or (cores() if chosen == "cpu" else 1)
     # A worker process takes seconds to start, in each round.
-    how = SweepOptions(device=chosen, jobs=0 if count == 1 else count)
+    how = SweepOptions(device=chosen, jobs=0 if count == 1 else count, drafts=not accurate)
     when = day.today() if date is None else day_of(date)
     done = find(
         trials,

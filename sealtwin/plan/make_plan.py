@@ -41,6 +41,7 @@ class Options:
     knots: int = 8
     rounds: int = 3  # Particle runs of plans; each plan is searched with the level of the one before
     seeds: int = 3  # Runs of the best plan, with a seed each, for its band
+    drafts: bool = True  # All runs are drafts, except one more of the best plan, which gives its level
     margin_mm: float = 0.0  # Depth below the face of the level that the plan aims at
     flow_max_mm3_s: float | None = None
     keep_speed: bool = False
@@ -58,7 +59,7 @@ def case_of(sample: Sample, trial: Trial, trajectory: Trajectory) -> Case:
     """Return a trial as a case for the fast model. Raises InputError if the fast model does not support its paste."""
     from simulate.slot.run import paste_of
 
-    solver = trial.solver.for_crack(sample.outline.mean_width_mm)
+    solver = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle)
     paste = paste_of(trial.given_fluid, solver, trial.nozzle, trajectory, trial.seed)
     return Case(sample.solid, sample.outline, paste, trial.nozzle.diameter_mm, solver.settle_s, trial.sample)
 
@@ -95,7 +96,8 @@ def plan_on(
         name: trial.path.model_copy(update={"volume_ml": "cavity", "fill": filled, "flow": flow})
         for name, flow in (("constant flow", "constant"), ("flow by local area", "cross_section"))
     }
-    levels = verifier.levels("Baselines by particles", [(name, path, trial.seed) for name, path in paths.items()])
+    of_baselines = [(name, path, trial.seed) for name, path in paths.items()]
+    levels = verifier.levels("Baselines by particles", of_baselines, drafts=options.drafts)
     baselines = [
         Round(name, path, level, missed(level.s_mm, level.level_mm))
         for (name, path), level in zip(paths.items(), levels, strict=True)
@@ -110,7 +112,7 @@ def plan_on(
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         bed = nominal.fill(plan_trajectory(sample.outline, path))
         predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
-        (level,) = verifier.levels(f"Particles, {name}", [(name, path, trial.seed)])
+        (level,) = verifier.levels(f"Particles, {name}", [(name, path, trial.seed)], drafts=options.drafts)
         off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
         it = missed(level.s_mm, level.level_mm)
         rounds.append(Round(name, path, level, it, off_mm))
@@ -123,18 +125,25 @@ def plan_on(
     seeds = [
         (f"{best.name}, seed {seed}", best.path, seed) for seed in range(trial.seed + 1, trial.seed + options.seeds)
     ]
-    levels = [best.level, *(verifier.levels("The plan with other seeds", seeds) if seeds else [])]
+    levels = [best.level]
+    if seeds:
+        levels += verifier.levels("The plan with other seeds", seeds, drafts=options.drafts)
     s_mm = best.level.s_mm
     levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
     names = [f"with seed = {trial.seed + number}" for number in range(len(levels))]
     require_different(levels_mm, names, f"{where}: {best.name}")
+    scatter_mm2 = levels_mm.var(axis=0, ddof=1).mean() if len(levels) > 1 else 0.0
+    if options.drafts:
+        # The scatter of drafts is at least that of accurate runs.
+        (accurate,) = verifier.levels("The plan without a draft", [(best.name, best.path, trial.seed)])
+        levels_mm = np.interp(s_mm, accurate.s_mm, accurate.level_mm)[None]
     trajectory = plan_trajectory(sample.outline, best.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
     bed = nominal.fill(trajectory)
     apart_mm2 = discrepancy(bed, s_mm, levels_mm.mean(axis=0))
     chances, variance = None, np.zeros(len(s_mm))
     if len(levels) > 1:
         # Variance of a further run about the mean of these.
-        variance += levels_mm.var(axis=0, ddof=1).mean() * (1 + 1 / len(levels))
+        variance += scatter_mm2 * (1 + 1 / len(levels_mm))
     if draws:
         drawn_mm = np.array(
             [
@@ -154,6 +163,8 @@ def plan_on(
         level_mm=levels_mm.mean(axis=0),
         half_width_mm=Z_95 * np.sqrt(variance) if len(levels) > 1 else None,
         misfits=tuple(missed(s_mm, level_mm) for level_mm in levels_mm),
+        seeds=len(levels),
+        drafts=options.drafts,
         chances=chances,
     )
 
@@ -271,6 +282,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
         "stage_numbers": numbers_up_to("simulate"),
         "fluid_warnings": fluid_warnings,
         "kept": planned.best.name,
+        "drafts": planned.drafts,
         "verified": planned.verified,
         "expected_off_mm": planned.best.off_mm,
         "sealant_mm3": float((path.flow[:-1] * np.diff(path.t_s)).sum()),

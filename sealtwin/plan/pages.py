@@ -19,6 +19,7 @@ from validate.figures.figure_sheet import (
     write_sheet_of_figures,
 )
 from validate.figures.theme import ALONG, MEASURED, MUTED, SIMULATED, label_axes
+from validate.units import counted
 
 AGREES_MM = 0.4  # Mean difference of prediction and particles above which the page mentions it
 BASELINES = {"constant flow": "--", "flow by local area": ":"}
@@ -31,8 +32,9 @@ LEVEL_AXIS = "level from the face (mm)"
 
 
 def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Sequence[str]) -> None:
-    judged = [("the plan, mean of its seeds", planned.misfit)]
-    judged += [(one.name, one.misfit) for one in (*planned.baselines, *planned.rounds)]
+    draft = ", draft" if planned.drafts else ""
+    judged = [("the plan, accurate" if planned.drafts else "the plan, mean of its seeds", planned.misfit)]
+    judged += [(f"{one.name}{draft}", one.misfit) for one in (*planned.baselines, *planned.rounds)]
     figures = [[of, it.under_mm3, it.over_mm3, it.total_mm3, it.highest_mm] for of, it in judged]
     head = ("path", "under (mm3)", "over (mm3)", "total (mm3)", "highest (mm)")
     table = FigureTable(
@@ -46,7 +48,8 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     columns = ("s_mm", "speed_mm_s", "flow_mm3_s")
     flow = Numbers(columns, np.column_stack([getattr(it, column) for column in columns]).tolist())
     if (band_mm := planned.band_95_mm) is not None:
-        band = [(f"half-width of the 95 % band of a run, from {len(planned.misfits)} runs", f"{band_mm:.2f} mm")]
+        kind = "draft" if planned.drafts else "run"
+        band = [(f"half-width of the 95 % band of a run, from {counted(planned.seeds, kind)}", f"{band_mm:.2f} mm")]
     sheet = FigureSheet(
         title=f"Plan: {name}",
         lead="Flow and speed along the path, chosen by the fast model and judged by particles. No number is measured.",
@@ -88,9 +91,13 @@ def plan_finding(planned: Planned) -> str:
         f"from {one['from_mm']:.0f} to {one['to_mm']:.0f} mm the level is {one['mean_mm']:.1f} mm too low on average"
         for one in planned.low_stretches
     )
+    drafts = ""
+    if planned.drafts:
+        draft = planned.best.misfit
+        drafts = f"; as drafts, the plan has {draft.under_mm3:.0f} mm3 and {draft.over_mm3:.0f} mm3, and"
     return (
         f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, according to "
-        f"particles; the better baseline ({better.name}) has {better.misfit.under_mm3:.0f} mm3 and "
+        f"particles{drafts or ';'} the better baseline ({better.name}) has {better.misfit.under_mm3:.0f} mm3 and "
         f"{better.misfit.over_mm3:.0f} mm3." + (f" {low[0].upper()}{low[1:]}." if low else "")
     )
 
@@ -103,7 +110,7 @@ def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
     cautions = [*fluid_warnings]
     if planned.band_95_mm is None:
         cautions.append(
-            "Only one particle run judged this plan, so the scatter of single runs is unknown and its level has no "
+            "Only one seed judged this plan, so the scatter of single runs is unknown and its level has no "
             "band. Use --seeds 3."
         )
     if planned.best.off_mm is None:

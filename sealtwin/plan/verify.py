@@ -18,6 +18,7 @@ from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import size_of
 from sealtwin.study.runner import Computing, compute
+from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
@@ -77,10 +78,12 @@ class Planned:
     trajectory: Trajectory  # Path of the best
     margin_mm: float  # Level below the face that it aims at
     s_mm: Floats
-    level_mm: Floats  # Mean of the seeds
+    level_mm: Floats  # Mean of the seeds, or that of the accurate run if the seeds are drafts
     half_width_mm: Floats | None
     """Half-width of the 95 % band for a further run's level; None if the plan has one seed, which shows no scatter."""
-    misfits: tuple[Misfit, ...]  # Misfit of each seed
+    misfits: tuple[Misfit, ...]  # Misfit of each seed, or of the accurate run
+    seeds: int
+    drafts: bool  # True if all rounds, baselines and seeds are drafts
     chances: dict[str, float] | None
 
     @property
@@ -120,9 +123,12 @@ class Verifier:
     jobs: int = 1
     _runs: list[study_folder.StudyRun] = field(default_factory=list)
 
-    def levels(self, title: str, paths: Sequence[tuple[str, NozzlePath, int]]) -> list[Profile]:
+    def levels(
+        self, title: str, paths: Sequence[tuple[str, NozzlePath, int]], *, drafts: bool = False
+    ) -> list[Profile]:
         """Return the level by particles for each of ``paths``, which has a short name, a path and a seed.
 
+        ``drafts``: by drafts of the trial.
         Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
         from simulate.setup_checks import check_fit
@@ -133,6 +139,8 @@ class Verifier:
             check_fit(sample.outline, sample.solid, *trial.physics, trial.sample)
             trajectory = plan_trajectory(sample.outline, path, sample.solid.cavity_volume_mm3, sample.solid.sections)
             poured = replace(sample, trajectory=trajectory)
+            if drafts:
+                trial = drafted(trial, poured)
             settings = {**stage_settings(trial, "simulate"), "path": path.model_dump(mode="json", exclude_none=True)}
             name = stage_key({}, {"path": settings["path"]}, numbers_up_to("digitise"))[:12]
             home = self.folder / "samples" / name

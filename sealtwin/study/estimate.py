@@ -80,7 +80,7 @@ def size_of(trial: Trial, sample: Sample) -> RunSize:
     from simulate.setup.release_schedule import course_of
     from simulate.setup_checks import solved_as
 
-    solver, schedule = trial.solver.for_crack(sample.outline.mean_width_mm), _releases(trial, sample)
+    solver, schedule = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle), _releases(trial, sample)
     course = course_of(schedule, trial.given_fluid, solver.settle_s)
     _, substeps = solved_as(trial.given_fluid, solver, schedule.frame_s, course.frames)
     work_s = PARTICLE_S * substeps * course.work.sum()
@@ -98,12 +98,14 @@ def checked_size(trial: Trial, sample: Sample) -> tuple[RunSize, list[str]]:
     crack = sample.outline, sample.solid
     check_fit(*crack, *trial.physics, trial.sample)
     size = size_of(trial, sample)
-    particles = trial.solver.has_particles
-    return size, [*remarks_on(trial.given_fluid, *crack, trial.solver, _releases(trial, sample))] if particles else []
+    if not trial.solver.has_particles:
+        return size, []
+    solver = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle)
+    return size, [*remarks_on(trial.given_fluid, *crack, solver, _releases(trial, sample))]
 
 
 def _releases(trial: Trial, sample: Sample) -> "Schedule":
-    radius_mm = trial.solver.for_crack(sample.outline.mean_width_mm).size_mm
+    radius_mm = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle).size_mm
     return _schedule(sample, radius_mm, trial.nozzle.diameter_mm, trial.seed)
 
 

@@ -10,7 +10,6 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from sealtwin.study.drawn_runs import PLACES, draw, level_of, takes_draws
 from sealtwin.study.estimate import RunSize, Timing, checked_size, estimate, in_words, size_of
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
 from sealtwin.study.runner import Computing, compute
+from sealtwin.trial.draft import Resolution, at_resolution
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
@@ -195,26 +195,19 @@ def _own_timing(base: Base) -> list[Timing]:
 def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[str, float]) -> Trial:
     """Return the trial at another particle size with the same viscosity, and with inputs moved by ``steps``.
 
-    U and D are changed, since they depend on the particle radius and on the duration of a frame.
     Raises InputError if its settings cannot be used.
     """
     from simulate.setup.release_schedule import plan_releases
-    from simulate.setup.signed_distance import CM
-    from simulate.setup_checks import rheology_of
 
-    trial, health = base.trial, base.run.health.recorded()
+    trial, run = base.trial, base.run
     frame_s = plan_releases(sample.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
-    changes: dict[str, Any] = {
-        "solver.radius_mm": radius_mm,
-        **moved_paste(base, steps),
-        # If unset, it follows from the viscosity again.
-        "fluid.D_cm": None if trial.given_fluid.D_cm is None else trial.given_fluid.D_cm * frame_s / health["frame_s"],
-    }
-    changed = base.changed(changes)
-    if trial.given_fluid.U is not None:
+    changes = {"fluid.D_cm": trial.given_fluid.D_cm, **moved_paste(base, steps)}
+    if (weight := trial.given_fluid.U) is not None:
         # A viscosity in physical units moves particles differently from the trial's U (decision 0155).
-        weight = rheology_of(changed.given_fluid, 4 * radius_mm * CM, frame_s).viscous_weight
-        changed = base.changed({**changes, "fluid.U": weight, "fluid.viscosity_pa_s": None})
+        thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
+        changes |= {"fluid.U": weight * thicker, "fluid.viscosity_pa_s": None}
+    own = Resolution(run.radius_mm, run.health.recorded()["frame_s"])
+    changed = at_resolution(base.changed(changes), own, Resolution(radius_mm, frame_s))
     return changed.model_copy(update={"readings": None, "gate": None})
 
 

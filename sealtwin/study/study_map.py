@@ -276,7 +276,7 @@ def _readings(
 
 def _scene(folder: Path, run: StudyRun) -> FillScene:
     sample, trial = record_files.read_sample(folder / "samples" / run.sample), run.checked_trial
-    size_mm = trial.solver.for_crack(sample.outline.mean_width_mm).size_mm
+    size_mm = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle).size_mm
     return FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, trial.nozzle.diameter_mm)
 
 

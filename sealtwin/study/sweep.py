@@ -20,14 +20,17 @@ from sealtwin.study import study_folder
 from sealtwin.study.estimate import RunSize, checked_size, estimate, require_disk, require_memory
 from sealtwin.study.runner import INPUTS, MOST_NUMBERS, Computing, compute
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
+from sealtwin.trial.draft import drafted, sets_resolution
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import load_trial, replaced
 from validate.metrics.verdict import kept_volume
+from validate.wording.headline import DRAFTED_MM
 from validate.wording.of_runs import sentences_of_runs
 
 BUG, SOME_FAILED = 1, 6
+DRAFTS = f"levels are within {DRAFTED_MM:g} mm of accurate ones at nine of ten places. --accurate computes these."
 TABLE = "runs.csv"
 FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "spilled_particles", "particles")
 """Figures of a run that are columns of runs.csv. The run's summary.json has all its figures."""
@@ -41,6 +44,7 @@ class SweepOptions(Computing):
 
     retry: bool = False  # Compute failed runs again
     dry_run: bool = False
+    drafts: bool = True  # Compute drafts of the trials, unless the study or the caller sets the solver's resolution
     shard: tuple[int, int] = (1, 1)  # The i-th of n parts of the study
 
 
@@ -78,6 +82,8 @@ def sweep(
         raise InputError(f"--shard {shard}/{shards}: the study has {len(planned)} runs; give at most as many shards.")
     folder = out or Path("reports", study.folder_name + (f"-{shard}-of-{shards}" if shards > 1 else ""))
     require_own(folder)
+    if sets_resolution((*study.names, *given)):
+        options = replace(options, drafts=False)
     with holding(folder), progress:
         adopt(folder, study.name)
         files.write_if_new(folder / "study.toml", files.read_bytes(file))
@@ -100,7 +106,7 @@ def brought_up_to_date(
     shard, shards = options.shard
     planned = planned[shard - 1 :: shards]
     samples = _digitise(planned, source, folder, progress)
-    runs, largest, remarks = _runs(planned, samples, folder, options.device, numbers)
+    runs, largest, remarks = _runs(planned, samples, folder, options, numbers)
     plan = replace(plan, runs=runs)
     runs = study_folder.resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
     expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
@@ -160,7 +166,11 @@ def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progres
 
 
 def _runs(
-    planned: Sequence[PlannedRun], samples: dict[int, str], folder: Path, device: str, numbers: Mapping[str, int]
+    planned: Sequence[PlannedRun],
+    samples: dict[int, str],
+    folder: Path,
+    options: SweepOptions,
+    numbers: Mapping[str, int],
 ) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
     """Return the runs with their keys, the size of the largest run and remarks on the fluids.
 
@@ -176,10 +186,12 @@ def _runs(
     sizes: list[RunSize] = []
     remarks: dict[int, list[str]] = {}
     for run in planned:
-        trial, name = run.trial, samples[run.number]
+        name = samples[run.number]
+        sample = samples_by_name[name]
+        trial = drafted(run.trial, sample) if options.drafts else run.trial
         settings = stage_settings(trial, "simulate")
         try:
-            size, remarks[run.number] = checked_size(trial, samples_by_name[name])
+            size, remarks[run.number] = checked_size(trial, sample)
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
             continue
@@ -187,7 +199,7 @@ def _runs(
         if validated is not None:
             # It only names the fitted settings and changes no result.
             validated.pop("fitted", None)
-        key = stage_key(inputs[name], {**settings, "readings": validated, "device": device}, numbers)
+        key = stage_key(inputs[name], {**settings, "readings": validated, "device": options.device}, numbers)
         sizes.append(size)
         kin = content_key({**settings, "fluid": None, "bench": name, "substeps": size.substeps})
         content = trial.model_dump(mode="json", exclude_none=True)
@@ -298,9 +310,10 @@ def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
 
 
 def screening(runs: Sequence[study_folder.StudyRun]) -> str:
-    """Return a sentence on the runs of the fast model; empty if all runs are by particles."""
+    """Return a sentence on the runs of the fast model, or on drafts; empty if all runs are by particles, accurately."""
     if not (fast := [run for run in runs if run.fast]):
-        return ""
+        drafts = sum(run.trial["solver"]["preset"] == "draft" for run in runs)
+        return f"{drafts} of {len(runs)} runs are drafts: {DRAFTS}" if drafts else ""
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
     which = f"{unfit} of them, which are not ranked" if unfit else "none of them"
     return (

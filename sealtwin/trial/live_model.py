@@ -37,7 +37,7 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
     trial, fluid = job.trial, job.trial.fluid
     if fluid is None or trajectory.dispensed_mm3 <= 0 or job.folder.edited("digitise"):
         return None
-    solver = trial.solver.for_crack(outline.mean_width_mm)
+    solver = trial.solver.for_crack(outline.mean_width_mm, trial.nozzle)
     try:
         paste = paste_of(fluid, solver, trial.nozzle, trajectory, trial.seed)
     except InputError:

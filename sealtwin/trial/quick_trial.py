@@ -45,7 +45,7 @@ def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: P
     if twice := sorted({"photo.file", *sheets} & settings.keys()):
         raise InputError(f"{photo}: {twice[0]} is given twice; give it once.")
     given = seen_from(folder, {"photo.file": photo, **settings, **sheets})
-    defaults = {"photo.data": NOBODY, **ASSUMED}
+    defaults = {"photo.data": NOBODY, **ASSUMED, "solver.preset": "draft"}
     if sheet is not None:
         defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
     content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), given)

@@ -20,13 +20,13 @@ from simulate.kernels import movers, neighbours, pressure, sleep, status
 from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
-from simulate.setup.rheology import FALL, Rheology, paste_on_device
+from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
 SHORT_FALL = 0.03
-"""``FALL`` if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is compressed by
-a tenth, and boils with two-level pressure."""
+"""``Scheme.fall`` if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is
+compressed by a tenth, and boils with two-level pressure."""
 MORE_ROOM = 9 / 8  # Factor by which the room of packed lists grows if it is too small
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
@@ -66,7 +66,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
     """
     few, many = (
         max(1, math.ceil(frame_s / math.sqrt(fall * 4 * settings.size_mm / 10 / GRAVITY_CM_S2)))
-        for fall in (FALL, SHORT_FALL)
+        for fall in (settings.scheme.fall, SHORT_FALL)
     )
     if settings.substeps is not None:
         if settings.substeps < many and settings.pressure == "two-level":
@@ -265,7 +265,8 @@ class FluidSolver:
         self.begin_frame(frame)
         solves: list[Integers] = []
         if self.rows:
-            solves = [self.step(recorded=self.kernels_a_frame > 0) for _ in range(self.substeps)]
+            shears = (not self.scheme.shear_by_frame or not number for number in range(self.substeps))
+            solves = [self.step(recorded=self.kernels_a_frame > 0, shears=each) for each in shears]
             self.faults.look(self.rows)
             self.rest()
         self.kernels_a_frame = self._launcher.kernels - before
@@ -298,14 +299,17 @@ class FluidSolver:
             self._fall_asleep(self.rows)
             self.find_movers()
 
-    def step(self, *, recorded: bool = False) -> Integers:
+    def step(self, *, recorded: bool = False, shears: bool = True) -> Integers:
         """Advance the movers by one substep. Return the iterations or passes of the viscosity, by run.
 
         If frames are replayed, the numbers are not read from the device and are 0. ``recorded`` allows a CPU to replay
         the launches after the lists: all kernels have been loaded, and the solver's parts have not been replaced.
+        ``shears``: measure the shear rates; otherwise those of an earlier substep are used.
         """
         self.predict()
         self.find_neighbours()
+        if self.measures and shears:
+            self.viscosity.measure_shear(self.rows)
         if self.settings.viscosity_solve == "explicit":
             return self._project(self.rows)
         if recorded and self._one_thread and not self.replays and self.rows <= MOST_RECORDED:
@@ -316,8 +320,6 @@ class FluidSolver:
 
     def _project(self, rows: int) -> Integers:
         """Compute the rest of a substep after the lists. Return the explicit passes by run."""
-        if self.measures:
-            self.viscosity.measure_shear(rows)
         self.pressure.solve(rows)
         self._update_velocity(rows)
         passes = 0

@@ -9,16 +9,14 @@ import warp as wp
 
 from sealtwin.core.records import Floats
 from simulate.kernels import viscosity as device_code
+from simulate.settings import ACCURATE
 
 LAW = 0.1185
 """Factor of nu = LAW U h^4 / dt. It is half the second moment of the weight over h^4, with lengths in cm. Shear waves
 confirmed it to 5 %."""
 RUBS = 0.010
-"""Viscosity that particles add as they push past each other, divided by R^2 / dt, at the substep of ``FALL``. It was
-measured to a factor of two in shear waves of 30 to 300 mm/s and in channels (decision 0111)."""
-FALL = 0.035
-"""Largest fall from rest in one substep, g dt^2 over h, if pressure carries over. A larger one compresses the column.
-It gives the shipped trial 3 substeps."""
+"""Viscosity that particles add as they push past each other, divided by R^2 / dt, at the substep of preset accurate. It
+was measured to a factor of two in shear waves of 30 to 300 mm/s and in channels (decision 0111)."""
 DAMPS = 33.0
 """Damping of particles packed as a liquid, divided by nu dt / h^2. It is a third of the sum of their weights."""
 SWINGS = 10.0
@@ -102,9 +100,9 @@ def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
 def added_viscosity(radius: float, step_s: float) -> float:
     """Return the kinematic viscosity in cm2/s that particles add to any fluid. ``radius`` is in cm.
 
-    With substeps shorter than those of ``FALL`` particles push more often, and add more.
+    With substeps shorter than those of preset accurate particles push more often, and add more.
     """
-    usual_s = math.sqrt(FALL * 4 * radius / 981.0)
+    usual_s = math.sqrt(ACCURATE.fall * 4 * radius / 981.0)
     return RUBS * radius**2 / step_s * max(1.0, usual_s / step_s) ** 0.75
 
 

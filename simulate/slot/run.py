@@ -44,7 +44,7 @@ def pour(
     Raises InputError for sealant outside this model: sealant that freezes, stiffens or follows a curve.
     """
     solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
-    solver = solver.for_crack(outline.mean_width_mm)
+    solver = solver.for_crack(outline.mean_width_mm, nozzle)
     if trajectory.dispensed_mm3 <= 0:
         raise InputError("trajectory: its flow gives no sealant. Check flow_mm3_s and t_s.")
     paste = paste_of(fluid, solver, nozzle, trajectory, seed)

@@ -26,16 +26,22 @@ MUCH_SPILLED = 0.05
 """Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
 ML = 1000.0  # mm³
 NOT_A_VALIDATION = "Not a validation:"
+DRAFTED_MM = 0.8
+"""A draft's level is this near to the mean of accurate runs at nine of ten places (benchmarks/drafts.py)."""
+DRAFT = (
+    "This run is a draft, with larger particles and longer substeps than a run of preset accurate: its level is within "
+    f'{DRAFTED_MM:g} mm of theirs at nine of ten places. For a final result set solver.preset = "accurate".'
+)
 FAST = (
     "This fill was computed by the fast model, not by particles: it is the flow along the crack, averaged over each "
     "section. It is for screening; do not rely on its level alone."
 )
 
 
-def fast_model(run: Run | Simulation) -> tuple[str, ...]:
-    """Return sentences on a run of the fast model and on whether it fits the case. A run of particles has none."""
+def method_sentences(run: Run | Simulation) -> tuple[str, ...]:
+    """Return sentences on a draft, or on a run of the fast model and on whether it fits the case. Others have none."""
     if run.fast_fill is None:
-        return ()
+        return (DRAFT,) if _table(run, "solver").get("preset") == "draft" else ()
     if run.unfit:
         return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.unfit)
     above_mm = round(run.fast_fill.above_mm, 1)
@@ -49,11 +55,11 @@ def run_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
     sample's edge has its own sentence, since the fluid did not lose it.
     """
-    return *fast_model(run), *fluid_warnings(run, volume_ratio)
+    return *method_sentences(run), *fluid_warnings(run, volume_ratio)
 
 
 def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
-    """Return the sentences of ``run_warnings`` without those on the fast model."""
+    """Return the sentences of ``run_warnings`` without those on the method."""
     texts = [*run.remarks]
     if run.escaped_particles:
         texts.append(f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file.")

@@ -81,7 +81,8 @@ def test_the_particles_of_a_thin_crack_fit_it_where_nobody_says_their_radius(sma
     assert 1.0 < outline.mean_width_mm < 1.3
     assert trial.fluid is not None
     check_fit(outline, solid, trial.fluid, trial.solver, trial.nozzle)
-    assert trial.solver.for_crack(outline.mean_width_mm).size_mm == pytest.approx(outline.mean_width_mm / 8, rel=0.01)
+    solver = trial.solver.for_crack(outline.mean_width_mm, trial.nozzle)
+    assert solver.size_mm == pytest.approx(outline.mean_width_mm / 8, rel=0.01)
 
 
 def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
