@@ -128,6 +128,22 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     return outcome
 
 
+def look_at_sheets(folder: Path, outcome: SampleOutcome, defaults: Note) -> None:
+    """Ask about the content of sheets that may be a sample's, so that no round is needed for their sample alone."""
+    for piece, answers in outcome.sample.sheets.items():
+        sheet = SampleFiles(
+            outcome.sample.name, {"readings": piece.file}, (), piece.part, answers={"readings": answers}
+        )
+        alone = gather(folder, sheet, defaults)
+        if alone.raw:
+            try:
+                _look_at(folder / piece.file, "readings", tables_of(folder, alone), DEEPEST_MM, alone)
+            except InputError as fault:
+                alone.faults += str(fault).splitlines()
+        outcome.of_sheets[piece] = alone.faults
+        outcome.faults += [fault for fault in alone.faults if fault not in outcome.faults]
+
+
 def _answered(role: Role, given: Mapping[str, str], origin: str) -> dict[str, NoteEntry]:
     """Return the settings in the answers about a file. Those about a fill's sheet apply to that sheet only."""
     if role == "fill":
@@ -258,8 +274,8 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     settings = _settings_of(outcome)
     _weigh(folder, outcome, settings)
     settings = {"note": assumed_of(outcome)} | _solver() | _fluid(settings.keys()) | settings
-    roles = {"photo", *outcome.sample.files}
-    missing = {key: it for key, it in NEEDED.items() if it.role in roles and not settings.keys() & {key, *it.others}}
+    files = outcome.sample.files
+    missing = {key: it for key, it in NEEDED.items() if it.role in files and not settings.keys() & {key, *it.others}}
     outcome.stand_ins = frozenset(missing)
     for key, it in missing.items():
         settings[key] = it.stand_in
