@@ -6,7 +6,7 @@ Links are not followed. Only texts and tables of readings are opened, since seve
 import os
 import re
 import unicodedata
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
@@ -259,11 +259,19 @@ def _divided(
     folder: Path, file: PurePath, place: FilePlace, photographed: Set[str], has_range: bool
 ) -> dict[Piece, FilePlace]:
     samples = {part: _sample(file, part, photographed) for part in parts_of(folder / file)}
-    # Columns are parts only if they name several samples; their sheet as a whole then is none.
-    columns = {part: sample for part, sample in samples.items() if part.levels}
-    of_columns = {part.sheet for part, sample in columns.items() if sample_key(sample) in photographed}
-    of_columns = of_columns if len(set(map(sample_key, columns.values()))) > 1 else set[str | None]()
-    samples = {part: sample for part, sample in samples.items() if bool(part.levels) is (part.sheet in of_columns)}
+    # Columns, or rows, are parts only if they name several samples; their sheet as a whole then is none.
+    levels = defaultdict[tuple[str | None, bool], set[str]](set)
+    for part, sample in samples.items():
+        # A row of places that names a sample is one of readings.
+        if part.levels and not (part.beside and _samples_in(file, part.beside.corner, photographed)):
+            levels[part.sheet, part.beside is not None].add(sample_key(sample))
+    by_level = {sheet: way for (sheet, way), keys in levels.items() if len(keys) > 1 and keys & photographed}
+    samples = {
+        part: sample
+        for part, sample in samples.items()
+        if by_level.get(part.sheet) is (part.beside is not None if part.levels else None)
+    }
+    columns = [sample for part, sample in samples.items() if part.levels]
     # A worksheet or a table with the name of a sample is used although it has no readings: reading it reports why.
     samples = {
         part: sample
@@ -275,7 +283,7 @@ def _divided(
     ]
     keys, own = {sample_key(samples[part]) for part in naming}, sample_key(place.sample)
     is_divided = len(samples) > 1 and any(part.headed for part in naming)
-    is_divided = is_divided or (bool(of_columns) and all(columns.values()))
+    is_divided = is_divided or (bool(columns) and all(columns))
     tables = [part for part in samples if part.cells is not None and not any(map(crack_depth, part.title))]
     unnamed = not naming and len(tables) > 1 and not (has_range and own in photographed)
     if unnamed:
@@ -290,10 +298,12 @@ def _divided(
 
 
 def _joined(samples: Mapping[SamplePart, str]) -> dict[SamplePart, str]:
-    """Return the parts with their samples; columns of one sample become one part."""
+    """Return the parts with their samples; columns of one sample become one part if their names differ."""
     joined: dict[object, tuple[SamplePart, str]] = {}
+    alike = Counter((part.sheet, part.names, part.title) for part in samples if part.levels)
     for part, sample in samples.items():
-        key = part if part.levels is None else (part.sheet, sample_key(sample))
+        is_joined = part.levels is not None and alike[part.sheet, part.names, part.title] == 1
+        key = (part.sheet, sample_key(sample)) if is_joined else part
         joined[key] = (joined[key][0].with_columns_of(part), sample) if key in joined else (part, sample)
     return dict(joined.values())
 

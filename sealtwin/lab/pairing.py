@@ -138,7 +138,7 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
         f"{len(pieces)} {_kind(pieces)} are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
-        "keep one, and set the role of the others to ignore."
+        f"{_repeats(pieces)}keep one, and set the role of the others to ignore."
         for role, pieces in by_role.items()
         if len(pieces) > 1
     ]
@@ -190,7 +190,16 @@ def _photos(group: Mapping[Piece, FilePlace]) -> list[Piece]:
 
 
 def _kind(pieces: Sequence[Piece]) -> str:
-    return "files" if any(piece.part is None or piece.part.cells is None for piece in pieces) else "tables"
+    parts = [piece.part for piece in pieces if piece.part is not None and (piece.part.cells or piece.part.levels)]
+    return "files" if len(parts) < len(pieces) else "tables" if any(part.cells for part in parts) else "parts"
+
+
+def _repeats(pieces: Sequence[Piece]) -> str:
+    """Return the answer if columns or rows of one sheet, with the same name, are repeats; otherwise ""."""
+    levels = [piece.part.levels for piece in pieces if piece.part is not None and piece.part.levels]
+    if len(levels) < len(pieces) or len({piece.file for piece in pieces}) > 1:
+        return ""
+    return f"if they are its repeats, write {' '.join(levels)} into the column levels of one of them; otherwise "
 
 
 def _twins(pieces: Sequence[Piece]) -> str:

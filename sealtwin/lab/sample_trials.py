@@ -17,7 +17,7 @@ from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN,
 from sealtwin.lab.notes import Note, NoteEntry, lines_of_readings, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
-from sealtwin.lab.sheet_depths import LEVELS, RANGE, take_depths
+from sealtwin.lab.sheet_depths import COLUMNS, LEVELS, RANGE, take_depths
 from sealtwin.lab.sheets import read_fill
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
@@ -306,6 +306,11 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
         place = f"{sample.files['readings']}, {part},"
         levels = as_columns({"levels": part.levels})["levels"] if part.levels else None
         parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of, RANGE: part.cells, LEVELS: levels}
+        if part.beside is not None:
+            rows = part.beside
+            along = f"{rows.places.number}" if rows.are_certain else None
+            of_rows = {"transposed": True, "header_rows": rows.label_columns, "s": along}
+            parts |= {f"{COLUMNS}.{key}": value for key, value in of_rows.items()}
         # An answer about the part itself is narrower than the part.
         parts = {
             key: value

@@ -18,10 +18,10 @@ TURNED = """\
 Height over face;;;;
 Sample;Run;;;
 ;;1;5;11
-P01;1;-1;-2;-3
+links;1;-1;-2;-3
 ;2;-1,1;-2,1;-3,1
 
-P02;1;-4;-5;-6
+rechts;1;-4;-5;-6
 ;2;-4,1;-5,1;-6,1
 """
 
@@ -147,6 +147,8 @@ BESIDE = "\n".join(
 )
 NAMED = "s [mm];Tiefe P01 [mm];Tiefe P02 [mm]\n1;1;2,1\n11;1,5;2,5\n"
 ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\n1;1;1,1;2;2,1\n11;1,5;1,6;2,5;2,7\n"
+ROWS = "s [mm];1;11\nTiefe P01 [mm];1;1,5\nTiefe P02 [mm];2,1;2,5"
+RUNS = "Tiefe in mm\nProbe;Lauf;1 mm;11 mm\nP01;1;1;1,5\n;2;1,1;1,6\nP02;1;2;2,5\n;2;2,1;2,6\n;Mittel;2;2,6"
 
 
 @pytest.mark.parametrize("file", ["caliper_all.csv", "P01.csv", "caliper.ods"])
@@ -162,6 +164,8 @@ ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\
         (re.sub(r"(?m)(?<=\d)(?=;|$)(?<!P0\d)", " mm", BELOW), ["A3:C7", "A9:C13"]),
         (NAMED, ["columns B", "columns C"]),
         (ABOVE, ["columns B C", "columns D E"]),
+        (ROWS, ["rows 2", "rows 3"]),
+        (RUNS, ["rows 3 4", "rows 5 6"]),
     ],
     ids=[
         "below",
@@ -170,6 +174,8 @@ ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\
         "units behind all numbers",
         "columns that name them",
         "a row that names them",
+        "rows that name them",
+        "rows with repeats, a blank name and a mean",
     ],
 )
 def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared, tmp_path, text, parts, file):
@@ -204,6 +210,9 @@ def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared
         ("caliper_all.csv", BESIDE.replace("P02", "P01"), ["2 tables are its readings"]),
         ("caliper_all.csv", BESIDE.replace("Pegel", "Wert X"), ["no column of readings", "no column of readings"]),
         ("P01.csv", ABOVE.replace("P02", "Z09"), ["columns D E: no photo of sample Z09"]),
+        ("P01.csv", ROWS.replace("Tiefe P02 [mm]", "Z09"), ["rows 3: no photo of sample Z09"]),
+        ("all.csv", f"{ROWS}\nTiefe P02 [mm];2;3", ["2 parts are its readings: all.csv, rows 3, all.csv, rows 4"]),
+        ("all.csv", "Name;Ort;Wert\nP01;1;-1\nP02;2;-2\nP01;5;-3\nP02;6;-4", ["all.csv: no photo of sample all"]),
         (
             "P01.csv",
             BESIDE.replace("P01", "").replace("Probe P02", ""),
