@@ -131,8 +131,8 @@ def first_caption(evidence: Evidence) -> str:
     stations = uncertainty.stations
     inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
     return (
-        "Bars: the true level at one place is there in 19 of 20 cases. Grey: the readings' own error, no tolerance; a "
-        f"perfect model would be inside along the crack in 19 of 20 repeats of them. This one is at {inside} places."
+        "Grey: the readings' own error, no tolerance; a perfect model would be inside all along in 19 of 20 repeats. "
+        f"This one is at {inside} places. Bars: single readings."
     )
 
 
