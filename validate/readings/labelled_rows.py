@@ -16,7 +16,7 @@ LEAST = 2  # Places in a row
 @dataclass(frozen=True)
 class LabelledRow:
     cells: SheetRow
-    first: str  # Its first label; that of the row above if only further labels follow
+    first: str  # Its first label, or that above a blank
     labels: str  # All of its labels
 
 
@@ -56,8 +56,7 @@ def _labelled(rows: Sequence[SheetRow], width: int) -> Iterator[LabelledRow]:
         texts = [cell.text for cell in row.cells[:width]]
         if any(map(is_calculated, texts)):
             continue
-        # A blank below a name goes on with it, if another label such as the number of a repeat follows.
-        first = texts[0] if texts[0] or not any(texts) else first
+        first = texts[0] or first  # A blank below a name goes on with it
         yield LabelledRow(row, first, " ".join(filter(None, [first, *texts[1:]])))
 
 

@@ -211,6 +211,7 @@ def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared
         ("caliper_all.csv", BESIDE.replace("Pegel", "Wert X"), ["no column of readings", "no column of readings"]),
         ("P01.csv", ABOVE.replace("P02", "Z09"), ["columns D E: no photo of sample Z09"]),
         ("P01.csv", ROWS.replace("Tiefe P02 [mm]", "Z09"), ["rows 3: no photo of sample Z09"]),
+        ("all.csv", f"{ROWS}\n;2;3", ["2 parts are its readings", "if they are its repeats, write 3 4"]),
         ("all.csv", f"{ROWS}\nTiefe P02 [mm];2;3", ["2 parts are its readings: all.csv, rows 3, all.csv, rows 4"]),
         ("all.csv", "Name;Ort;Wert\nP01;1;-1\nP02;2;-2\nP01;5;-3\nP02;6;-4", ["all.csv: no photo of sample all"]),
         (
