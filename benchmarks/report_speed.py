@@ -44,14 +44,30 @@ LOOK = """() => {
   const beyond = (inner, outer) => inner.top < outer.top - 1 || inner.bottom > outer.bottom + 1;
   const box = (part) => part.getBoundingClientRect();
   const cutOff = (inner, outer) => outside(inner, outer) || beyond(inner, outer);
-  const parts = [...document.querySelectorAll("figure svg, figure img, table, .verdict, .key")];
+  const hides = (part) => getComputedStyle(part).overflowX;
+  // True if nobody can bring a part into view: what overflows a box that scrolls is not cut, if the box itself is not.
+  const isCut = (part) => {
+    for (let outer = part.parentElement; outer && outer !== document.body; outer = outer.parentElement) {
+      if (["auto", "scroll"].includes(hides(outer))) {
+        if (box(part).left + outer.scrollLeft < box(outer).left - 1) return true;
+        part = outer;
+      } else if (hides(outer) !== "visible" && outside(box(part), box(outer))) return true;
+    }
+    return outside(box(part), { left: 0, right: all.clientWidth });
+  };
+  const isClipped = (part) => ["hidden", "clip"].includes(hides(part)) && part.clientWidth > 1
+    && part.scrollWidth > part.clientWidth + 1 && part.textContent.trim() !== "";
+  const parts = [...document.querySelectorAll("figure svg, figure img, table, .verdict, .key")]
+    .filter((part) => part.getClientRects().length > 0);
+  const boxes = [...document.body.querySelectorAll(":not(svg, svg *)")];
   const words = [...document.querySelectorAll("figure svg text")];
   const text = document.body.cloneNode(true);
   text.querySelectorAll("svg, script, #appendix ~ *").forEach((part) => part.remove());
   return {
     height_px: all.scrollHeight,
     before_px: box(before).top + scrollY,
-    cut: parts.filter((part) => outside(box(part), { left: 0, right: all.clientWidth })).length
+    wider_px: Math.max(all.scrollWidth, document.body.scrollWidth) - all.clientWidth,
+    cut: parts.filter(isCut).length + boxes.filter(isClipped).length
       + words.filter((word) => cutOff(box(word), box(word.closest("svg")))).length,
     first_words: document.querySelector("header.first").textContent.trim().split(/\\s+/).length,
     words: text.textContent.trim().split(/\\s+/).length,
@@ -106,6 +122,7 @@ def main(out: Annotated[Path, Option(help="where the run folder goes")] = Path("
             Row(f"page before its appendix, {where}", seen[width_px]["before_px"], "px", 0, longest_px),
             Row(f"whole page, {where}", seen[width_px]["height_px"], "px"),
             Row(f"cut pictures, their words, tables, {where}", seen[width_px]["cut"], "", 0, 0),
+            Row(f"page beyond its window, {where}", seen[width_px]["wider_px"], "px", 0, 0),
         ]
     appendix = next(number for number, text in enumerate(pages) if text.startswith("Appendix"))
     rows += [

@@ -48,10 +48,10 @@ def question(lab: Path, file: str) -> str:
 
 
 def answer(lab: Path, answers: Mapping[str, Mapping[str, str]]) -> Path:
-    """Write answers, by file and column, into the lab's pairing file; return it."""
+    """Write answers, by file (or "file, part") and column, into the lab's pairing file; return it."""
     rows = pairing_rows(lab)
     for row in rows:
-        row.update(answers.get(row["file"], {}))
+        row.update(answers.get(row["file"], answers.get(f"{row['file']}, {row.get('part')}", {})))
     with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
         # A user may add columns that no question asks for.
         writer = csv.DictWriter(pairing, list(dict.fromkeys(name for row in rows for name in row)))

@@ -331,7 +331,8 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
 def _for_page(in_mm: bool, sentence: str) -> str:
     """Replace the settings in a sentence by the page's controls, and mm by px if there is no scale."""
     if not in_mm:
-        sentence = re.sub(r"\bmm\b", "px", sentence)
+        # "9.4 mm (94 px)" gives the length in px already.
+        sentence = re.sub(r"\bmm\b", "px", re.sub(r"[\d.]+ mm \(([\d.]+ px)\)", r"\1", sentence))
     return re.sub(r"\b(?:photo\.)?([a-z]+(?:_[a-z]+)+|overlay\.png)\b", lambda it: CONTROLS.get(it[1], it[0]), sentence)
 
 

@@ -72,8 +72,7 @@ def place_files(named: Mapping[Piece, FilePlace], decisions: Decisions) -> dict[
             piece = Piece(piece.file)
         decision = decisions.get((piece.file, piece.part_name), place)
         is_open = sample_key(decision.sample) == sample_key(place.sample)
-        has_tables = place.has_tables and "range" not in decision.answers
-        placed[piece] = replace(decision, likely=place.likely if is_open else (), has_tables=has_tables)
+        placed[piece] = replace(decision, likely=place.likely if is_open else ())
     photos = sorted({place.sample for place in placed.values() if place.role == "photo"})
     undecided = {piece: one for piece, one in placed.items() if (piece.file, piece.part_name) not in decisions}
     placed |= with_owners(undecided, photos)

@@ -6,7 +6,7 @@ Links are not followed. Only texts and tables of readings are opened, since seve
 import os
 import re
 import unicodedata
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
@@ -80,7 +80,6 @@ class FilePlace:
     answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
     likely: tuple[str, ...] = field(default=(), compare=False)  # Samples that it may belong to; the user decides
     read_as: str = field(default="", compare=False)  # One of them, as whose the file is read meanwhile
-    has_tables: bool = field(default=False, compare=False)  # True if it has several tables, none with a sample's name
 
     @property
     def owner(self) -> str:
@@ -177,12 +176,15 @@ class Piece:
         return f"{self.file}, {self.part}" if self.part else str(self.file)
 
 
-def divide(folder: Path, named: Mapping[PurePath, FilePlace], photographed: Set[str]) -> dict[Piece, FilePlace]:
+def divide(
+    folder: Path, named: Mapping[PurePath, FilePlace], photographed: Set[str], *, has_range: bool = False
+) -> dict[Piece, FilePlace]:
     """Return the pieces of all files: the parts of a table with readings of several samples, otherwise the whole file.
 
     A column of sample names always divides a table. The name of a worksheet, or a title above one of several tables of
     a sheet, does so if it is in ``photographed``, the keys of samples with a photo; the other tables of this workbook
-    then become questions.
+    then become questions. So do several tables of a sheet without any name, unless the folder's settings have a range
+    (``has_range``) and the file has the name of a sample.
     """
     pieces: dict[Piece, FilePlace] = {}
     for file, place in named.items():
@@ -198,7 +200,10 @@ def divide(folder: Path, named: Mapping[PurePath, FilePlace], photographed: Set[
             kind == "fill" or of_words or (is_text and not (place.stated and place.role in TABLES))
         ):
             place = replace(place, role=kind)
-        pieces |= _divided(folder, file, place, photographed) if place.role == "readings" else {Piece(file): place}
+        if place.role == "readings":
+            pieces |= _divided(folder, file, place, photographed, has_range)
+        else:
+            pieces[Piece(file)] = place
     return pieces
 
 
@@ -250,13 +255,23 @@ def _beside(path: Path, ranges: Sequence[SamplePart]) -> Iterator[SamplePart]:
                     yield part
 
 
-def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[str]) -> dict[Piece, FilePlace]:
+def _divided(
+    folder: Path, file: PurePath, place: FilePlace, photographed: Set[str], has_range: bool
+) -> dict[Piece, FilePlace]:
     samples = {part: _sample(file, part, photographed) for part in parts_of(folder / file)}
-    # Columns are parts only if they name several samples; their sheet as a whole then is none.
-    columns = {part: sample for part, sample in samples.items() if part.levels}
-    of_columns = {part.sheet for part, sample in columns.items() if sample_key(sample) in photographed}
-    of_columns = of_columns if len(set(map(sample_key, columns.values()))) > 1 else set[str | None]()
-    samples = {part: sample for part, sample in samples.items() if bool(part.levels) is (part.sheet in of_columns)}
+    # Columns, or rows, are parts only if they name several samples; their sheet as a whole then is none.
+    levels = defaultdict[tuple[str | None, bool], set[str]](set)
+    for part, sample in samples.items():
+        # A row of places that names a sample is one of readings.
+        if part.levels and not (part.beside and _samples_in(file, part.beside.corner, photographed)):
+            levels[part.sheet, part.beside is not None].add(sample_key(sample))
+    by_level = {sheet: way for (sheet, way), keys in levels.items() if len(keys) > 1 and keys & photographed}
+    samples = {
+        part: sample
+        for part, sample in samples.items()
+        if by_level.get(part.sheet) is (part.beside is not None if part.levels else None)
+    }
+    columns = [sample for part, sample in samples.items() if part.levels]
     # A worksheet or a table with the name of a sample is used although it has no readings: reading it reports why.
     samples = {
         part: sample
@@ -268,28 +283,27 @@ def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[s
     ]
     keys, own = {sample_key(samples[part]) for part in naming}, sample_key(place.sample)
     is_divided = len(samples) > 1 and any(part.headed for part in naming)
-    is_divided = is_divided or (bool(of_columns) and all(columns.values()))
-    # Without any name, the tables of a sheet are those of its file: reading it asks which one is meant.
-    owners = {own, *map(sample_key, place.likely if len(place.likely) == 1 else ())}
-    unnamed = not naming and owners.isdisjoint(photographed) and sum(part.cells is not None for part in samples) > 1
+    is_divided = is_divided or (bool(columns) and all(columns))
+    tables = [part for part in samples if part.cells is not None and not any(map(crack_depth, part.title))]
+    unnamed = not naming and len(tables) > 1 and not (has_range and own in photographed)
+    if unnamed:
+        samples = {part: sample for part, sample in samples.items() if part.cells is None or part in tables}
     if not unnamed and (not naming or (keys == {own} and not is_divided)):
-        tables = [part for part in samples if part.cells is not None and not any(map(crack_depth, part.title))]
-        return {Piece(file): replace(place, has_tables=not naming and len(tables) > 1)}
-    if own in photographed and own not in keys:
+        return {Piece(file): place}
+    if own in photographed and own not in keys and all(samples.values()):
         # The file's name and its rows contradict each other: reading the file as that sample's reports it.
         by_column = next((part for part in naming if part.rows_of is not None), None)
         return {Piece(file, by_column and replace(by_column, rows_of=place.sample)): place}
-    return {
-        Piece(file, part): FilePlace(sample, "readings", likely=() if sample else place.likely)
-        for part, sample in _joined(samples).items()
-    }
+    return {Piece(file, part): FilePlace(sample, "readings") for part, sample in _joined(samples).items()}
 
 
 def _joined(samples: Mapping[SamplePart, str]) -> dict[SamplePart, str]:
-    """Return the parts with their samples; columns of one sample become one part."""
+    """Return the parts with their samples; columns of one sample become one part if their names differ."""
     joined: dict[object, tuple[SamplePart, str]] = {}
+    alike = Counter((part.sheet, part.names, part.title) for part in samples if part.levels)
     for part, sample in samples.items():
-        key = part if part.levels is None else (part.sheet, sample_key(sample))
+        is_joined = part.levels is not None and alike[part.sheet, part.names, part.title] == 1
+        key = (part.sheet, sample_key(sample)) if is_joined else part
         joined[key] = (joined[key][0].with_columns_of(part), sample) if key in joined else (part, sample)
     return dict(joined.values())
 

@@ -47,7 +47,8 @@ from sealtwin.lab.pairing import (
     renewed,
 )
 from sealtwin.lab.sample_outcome import INPUTS, SampleOutcome
-from sealtwin.lab.sample_trials import gather, prepare
+from sealtwin.lab.sample_trials import gather, look_at_sheets, prepare
+from sealtwin.lab.sheet_depths import RANGE
 from sealtwin.study.photos import OWN
 from sealtwin.trial.trial_file import Trial, folder_name, trial_text
 from validate.readings.samples import sample_key
@@ -92,7 +93,8 @@ def ingest(
         """Return the pieces by their names, with the user's role and sample of each photo."""
         places = {file.as_posix(): (place.role, place.sample) for file, place in by_name.items()}
         photos = [sample for role, sample in {**places, **by_user}.values() if role == "photo"]
-        return divide(folder, with_owners(by_name, photos), {sample_key(photo) for photo in photos})
+        keys = {sample_key(photo) for photo in photos}
+        return divide(folder, with_owners(by_name, photos), keys, has_range=RANGE in defaults.entries)
 
     def decisions_in(path: Path) -> Decisions:
         rows = read_pairing(path)
@@ -140,12 +142,7 @@ def _awaiting_lost(samples: list[SampleFiles], lost: LeftOut, placed: Mapping[Pi
     if place is None or not (lost.may_be_readings or place.role in TABLES or place.likely):
         return samples
     place = with_owners({file: replace(place, role="readings")}, [one.name for one in samples])[file]
-    lacking = {one.key: one.name for one in samples if "readings" not in one.files}
-    owners = [name for name in (place.sample, *place.likely) if sample_key(name) in {one.key for one in samples}]
-    likely = tuple(lacking[key] for key in map(sample_key, owners) if key in lacking)
-    if bool(owners) != bool(likely):
-        return samples
-    return awaiting(samples, replace(place, likely=likely), lost.sentence)
+    return awaiting(samples, place, lost.sentence)
 
 
 def _unread_sheets(
@@ -197,6 +194,9 @@ def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
         Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): " ".join(questions)
         for outcome in ingested.outcomes
         for file, questions in outcome.asked.items()
+    }
+    about |= {
+        piece: " ".join(questions) for outcome in ingested.outcomes for piece, questions in outcome.of_sheets.items()
     }
     about |= {
         piece: each.sentence
@@ -259,6 +259,7 @@ class SampleIntake:
         outcome = SampleOutcome(sample)
         try:
             outcome = gather(self.folder, sample, self.defaults)
+            look_at_sheets(self.folder, outcome, self.defaults)
             self._decide(outcome)
         except InputError as fault:
             outcome.faults += str(fault).splitlines()
@@ -276,6 +277,8 @@ class SampleIntake:
         # Messages name files relative to the lab's folder, which is absolute here.
         outcome.faults = [fault.replace(f"{self.folder}/", "") for fault in outcome.faults]
         outcome.remarks = [remark.replace(f"{self.folder}/", "") for remark in outcome.remarks]
+        for piece, faults in outcome.of_sheets.items():
+            outcome.of_sheets[piece] = [fault.replace(f"{self.folder}/", "") for fault in faults]
         if outcome.fate != "bug" and not sample.questions:
             outcome.ask(outcome.faults)
         return outcome

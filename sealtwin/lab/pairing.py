@@ -14,8 +14,10 @@ from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.file_owners import Decisions
 from sealtwin.lab.found_files import (
+    DIGIT,
     TABLES,
     UNREAD_TABLES,
+    WORD,
     FilePlace,
     Piece,
     Role,
@@ -36,6 +38,8 @@ OF_SEVERAL = (
     "add a row of this file for each, with its range, or with its columns in s and levels, such as A and B:D (if each "
     "place has a column: its rows, such as 3 and 4:6)"
 )
+CODE = re.compile(r"[^\W\d_]{1,2}[0-9]{1,4}[^\W\d_]?")  # Key of a sample's name
+LOOKALIKES = str.maketrans("oil", "011")
 LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
 UNKNOWN: tuple[Role, ...] = ("text", "readings")  # Roles of a text with another ending
 ROLES: tuple[Role, ...] = get_args(Role)
@@ -54,6 +58,8 @@ class SampleFiles:
     answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # From the pairing file, by role
     others: tuple[str, ...] = ()  # Names of the other samples
     awaits: tuple[str, ...] = ()  # Questions about files that may be its own; the sample is not sound before an answer
+    sheets: Mapping[Piece, Mapping[str, str]] = field(default_factory=dict)
+    """Readings that may be its own, with the answers about them, if ``questions`` keep the sample from being read."""
 
     @property
     def key(self) -> str:
@@ -81,30 +87,43 @@ def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
         has_owner = bool(key) and any(place.role == "photo" for place in group.values())
         for piece, place in group.items():
             if place.likely or (place.role in TABLES and not has_owner):
-                samples = awaiting(samples, place, _unpaired([piece], place, groups))
-            elif place.has_tables and (lacking := _lacking(place.role, groups)):
-                names = few([photo for one in lacking for photo in _photos(groups[one])], MOST_PHOTOS)
-                question = (
-                    f"{piece}: it has several tables. Photos without {place.role}: {names}. If a table is of one, "
-                    f"write the cells of this sample's table, such as A1:C20, into the column range of {PAIRING}, and "
-                    "add a row with sample and range for each other table; if not, write the range alone."
-                )
-                samples = awaiting(samples, place, question)
+                # The same words as the question of the group, so that they are shown once.
+                pieces = [piece] if has_owner or not key else [*group]
+                samples = awaiting(samples, place, _unpaired(pieces, group[pieces[0]], groups))
     return samples
 
 
 def awaiting(samples: Sequence[SampleFiles], place: FilePlace, question: str) -> list[SampleFiles]:
     """Return the samples, with a question about a file in those that it may belong to.
 
-    These are the likely ones. If there are none, they are all samples with a photo and without a file of this role.
+    These are samples with a photo and without a file of this role, except for the one as whose the file is read: that
+    of its name or the likely ones; else those with a number in common, if its name is the code of a sample, such as
+    Z99, or has the words of a photo's name; else all.
     """
-    keys = set(map(sample_key, place.likely))
+    photos = {one.key: one for one in samples if "photo" in one.files}
+    names = [sample_key(name) for name in (place.sample, *place.likely) if sample_key(name) in photos]
+    words = {_words(one.name) for one in photos.values()}
+    if names:
+        owners = set(names)
+    elif place.sample and (CODE.fullmatch(sample_key(place.sample)) or _words(place.sample) in words):
+        owners = {key for key in photos if _numbers(key) & _numbers(sample_key(place.sample))}
+    else:
+        owners = set(photos)
     return [
         replace(one, awaits=(*one.awaits, question))
-        if one.key in keys or not (keys or place.role in one.files or "photo" not in one.files)
+        if one.key in owners and (place.role not in one.files or one.key == sample_key(place.read_as))
         else one
         for one in samples
     ]
+
+
+def _words(name: str) -> str:
+    return " ".join(WORD.findall(DIGIT.sub(" ", name.casefold())))
+
+
+def _numbers(key: str) -> set[int]:
+    """Return the numbers in the key of a name. An O, I or l beside a digit may be one."""
+    return {int(digits.translate(LOOKALIKES)) for digits in re.findall("[oil0-9]*[0-9][oil0-9]*", key)}
 
 
 def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Mapping[Piece, FilePlace]]) -> SampleFiles:
@@ -119,7 +138,7 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
         f"{len(pieces)} {_kind(pieces)} are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
-        "keep one, and set the role of the others to ignore."
+        f"{_repeats(pieces)}keep one, and set the role of the others to ignore."
         for role, pieces in by_role.items()
         if len(pieces) > 1
     ]
@@ -129,7 +148,8 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
         questions.append(_unpaired(list(group), next(iter(group.values())), groups))
     part = by_role["readings"][0].part if "readings" in files else None
     answers: dict[Role, Mapping[str, str]] = {role: group[by_role[role][0]].answers for role in files}
-    return SampleFiles(name, files, tuple(questions), part, answers=answers)
+    sheets = {piece: group[piece].answers for piece in by_role["readings"] if questions}
+    return SampleFiles(name, files, tuple(questions), part, answers=answers, sheets=sheets)
 
 
 def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> str:
@@ -170,7 +190,16 @@ def _photos(group: Mapping[Piece, FilePlace]) -> list[Piece]:
 
 
 def _kind(pieces: Sequence[Piece]) -> str:
-    return "files" if any(piece.part is None or piece.part.cells is None for piece in pieces) else "tables"
+    parts = [piece.part for piece in pieces if piece.part is not None and (piece.part.cells or piece.part.levels)]
+    return "files" if len(parts) < len(pieces) else "tables" if any(part.cells for part in parts) else "parts"
+
+
+def _repeats(pieces: Sequence[Piece]) -> str:
+    """Return the answer if columns or rows of one sheet, with the same name, are repeats; otherwise ""."""
+    levels = [piece.part.levels for piece in pieces if piece.part is not None and piece.part.levels]
+    if len(levels) < len(pieces) or len({piece.file for piece in pieces}) > 1:
+        return ""
+    return f"if they are its repeats, write {' '.join(levels)} into the column levels of one of them; otherwise "
 
 
 def _twins(pieces: Sequence[Piece]) -> str:
@@ -212,7 +241,8 @@ def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFile
             sample = by_key.get(key, SampleFiles("", {}, ()))
             of_piece = [one for one in (*sample.questions, *sample.awaits) if one.startswith(f"{piece}:")]
             of_piece = of_piece or sample.questions
-            row["question"] = asked or " ".join(of_piece)
+            asks_owner = not asked or piece in sample.sheets
+            row["question"] = " ".join([*(of_piece if asks_owner else ()), *([asked] if asked else ())])
             used.update(columns_asked(asked, possible_answers(place.role), PAIRING))
         used.update(row.keys() & ANSWERS)
         rows.append(((key, ROLES.index(place.role), file, piece.part_name), row))

@@ -9,7 +9,7 @@ from textwrap import shorten
 from typing import Any, Literal
 
 from sealtwin.core.records import ReadColumn
-from sealtwin.lab.found_files import Role
+from sealtwin.lab.found_files import Piece, Role
 from sealtwin.lab.notes import Note
 from sealtwin.lab.pairing import PAIRING, SampleFiles
 from sealtwin.trial.trial_file import Trial
@@ -44,6 +44,7 @@ class SampleOutcome:
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
     columns: dict[Role, tuple[ReadColumn, ...]] = field(default_factory=dict)  # Of its sheets, as they were read
     asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by file
+    of_sheets: dict[Piece, list[str]] = field(default_factory=dict)  # Questions about readings that may be its own
     trial: str | None = None  # Folder of its trial; in a dry run there is none yet
     revision: int | None = None
 
@@ -89,5 +90,6 @@ def kept_as(role: str, file: PurePath) -> str:
 
 def note_of(outcome: SampleOutcome) -> str:
     """Return the path of the sample's note, or a path for a new note if it has none."""
-    note, photo = outcome.sample.files.get("note"), outcome.sample.files["photo"]
+    files = outcome.sample.files
+    note, photo = files.get("note"), files.get("photo", PurePath("NAME"))
     return str(note or photo.with_name(f"{photo.stem}_notes.toml"))

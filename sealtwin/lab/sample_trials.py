@@ -17,7 +17,7 @@ from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN,
 from sealtwin.lab.notes import Note, NoteEntry, lines_of_readings, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
-from sealtwin.lab.sheet_depths import LEVELS, RANGE, take_depths
+from sealtwin.lab.sheet_depths import COLUMNS, LEVELS, RANGE, take_depths
 from sealtwin.lab.sheets import read_fill
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
@@ -126,6 +126,22 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     outcome.faults += outcome.note.faults
     outcome.remarks += outcome.note.remarks
     return outcome
+
+
+def look_at_sheets(folder: Path, outcome: SampleOutcome, defaults: Note) -> None:
+    """Ask about the content of sheets that may be a sample's, so that no round is needed for their sample alone."""
+    for piece, answers in outcome.sample.sheets.items():
+        sheet = SampleFiles(
+            outcome.sample.name, {"readings": piece.file}, (), piece.part, answers={"readings": answers}
+        )
+        alone = gather(folder, sheet, defaults)
+        if alone.raw:
+            try:
+                _look_at(folder / piece.file, "readings", tables_of(folder, alone), DEEPEST_MM, alone)
+            except InputError as fault:
+                alone.faults += str(fault).splitlines()
+        outcome.of_sheets[piece] = alone.faults
+        outcome.faults += [fault for fault in alone.faults if fault not in outcome.faults]
 
 
 def _answered(role: Role, given: Mapping[str, str], origin: str) -> dict[str, NoteEntry]:
@@ -258,8 +274,8 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     settings = _settings_of(outcome)
     _weigh(folder, outcome, settings)
     settings = {"note": assumed_of(outcome)} | _solver() | _fluid(settings.keys()) | settings
-    roles = {"photo", *outcome.sample.files}
-    missing = {key: it for key, it in NEEDED.items() if it.role in roles and not settings.keys() & {key, *it.others}}
+    files = outcome.sample.files
+    missing = {key: it for key, it in NEEDED.items() if it.role in files and not settings.keys() & {key, *it.others}}
     outcome.stand_ins = frozenset(missing)
     for key, it in missing.items():
         settings[key] = it.stand_in
@@ -290,6 +306,11 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
         place = f"{sample.files['readings']}, {part},"
         levels = as_columns({"levels": part.levels})["levels"] if part.levels else None
         parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of, RANGE: part.cells, LEVELS: levels}
+        if part.beside is not None:
+            rows = part.beside
+            along = f"{rows.places.number}" if rows.are_certain else None
+            of_rows = {"transposed": True, "header_rows": rows.label_columns, "s": along}
+            parts |= {f"{COLUMNS}.{key}": value for key, value in of_rows.items()}
         # An answer about the part itself is narrower than the part.
         parts = {
             key: value

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.report_speed import LOOK
 from tests.evidence import make_evidence
 from validate.report.write_report import write_report
 from validate.settings import Gate
@@ -82,13 +83,37 @@ def test_no_picture_is_cut_on_a_phone(open_report, report, width):
         return box.left >= 0 && box.right <= document.documentElement.clientWidth && box.width > 200;
     })"""
     assert all(page.evaluate(within))
-    # The first figure has a drawing for each width, of which one is shown.
-    cut_off = """() => [...document.querySelectorAll("figure svg text")].filter((word) => {
-        const [box, frame] = [word, word.closest("svg")].map((part) => part.getBoundingClientRect());
-        return box.left < frame.left - 1 || box.right > frame.right + 1
-            || box.top < frame.top - 1 || box.bottom > frame.bottom + 1;
-    }).map((word) => word.textContent)"""
-    assert page.evaluate(cut_off) == []
+    seen = page.evaluate(LOOK)
+    assert (seen["cut"], seen["wider_px"]) == (0, 0)
+
+
+WIDE = "<table style='width: 900px'><tr><td>x</td></tr></table>"
+CUT = {
+    "a wide table": (WIDE, 1, True),
+    "one in a box that scrolls": (f"<div style='overflow-x: auto'>{WIDE}</div>", 0, False),
+    "one that begins left of such a box": (
+        f"<div style='overflow-x: auto'><div style='margin-left: -50px'>{WIDE}</div></div>",
+        1,
+        False,
+    ),
+    "such a box that is too wide itself": (f"<div style='overflow-x: auto; width: 600px'>{WIDE}</div>", 1, True),
+    "such a box cut by another": (
+        f"<div style='overflow: hidden'><div style='overflow: auto; width: 600px'>{WIDE}</div></div>",
+        2,
+        False,
+    ),
+    "a text that is cut off": ("<p style='overflow: hidden; white-space: nowrap'>" + "word " * 200, 1, False),
+    "a word beyond its plot": ("<figure><svg width='90' height='20'><text x='80' y='15'>word</text></svg>", 1, False),
+}
+
+
+@pytest.mark.parametrize(("body", "cut", "is_wider"), CUT.values(), ids=CUT)
+def test_the_measure_of_what_is_cut_counts_what_nobody_can_scroll_to(open_report, tmp_path, body, cut, is_wider):
+    """A table in a box that scrolls once counted as cut."""
+    file = tmp_path / "page.html"
+    file.write_text(f"<!doctype html><header class='first'></header>{body}<p id='appendix'></p>", encoding="utf-8")
+    seen = open_report(file, width=390, height=844).evaluate(LOOK)
+    assert (seen["cut"], seen["wider_px"] > 0) == (cut, is_wider)
 
 
 def test_names_are_shown_and_do_nothing(open_report, hostile):

@@ -39,6 +39,8 @@ class FirstLayout:
 WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0, whole_titles=True)
 NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5, whole_titles=False)
 HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Shown above the highest level or reading, and below the floor
+BAND_READ, BAND_PREDICTED = "their own error, 19 of 20", "19 of 20 simulated levels"
+"""Names of the 95 % bands of all readings together and of the predicted level: "band" is taken for a tolerance."""
 LABELLED_MM = 0.5  # Least error at a station that has a number
 NEAR_END = 0.06  # Share of the length at each end in which a label is beside its place
 OBLIQUE = 0.3  # Largest distance of a wall's point along the crack, over that across it, at which it is drawn
@@ -150,7 +152,7 @@ class FirstFigure:
         axes.axhline(0.0, color=theme.INK, linewidth=1.0)
         if (prediction := self.prediction) is not None:
             whole_mm = prediction.profile_band_95_mm
-            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.MUTED, 0.28, "95 % band")
+            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.MUTED, 0.28, BAND_PREDICTED)
         if readings is not None:
             if comparison is not None and comparison.uncertainty is not None:
                 bands = comparison.uncertainty.levels
@@ -161,13 +163,13 @@ class FirstFigure:
                     bands.profile_band_95_mm,
                     theme.MUTED,
                     0.28,
-                    "95 % band",
+                    BAND_READ,
                 )
                 axes.errorbar(
                     bands.s_mm, readings.level_mm, bands.band_95_mm, fmt="none", ecolor=theme.MEASURED, elinewidth=1.1,
                     capsize=2.5,
                 )  # fmt: skip
-            name = "readings, 95 %" if readings.data == "measured" else f"readings ({readings.data}), 95 %"
+            name = "readings" if readings.data == "measured" else f"readings ({readings.data})"
             axes.plot(readings.s_mm, readings.level_mm, "o", color=theme.MEASURED, markersize=5, label=name)
         # Over the bands, since no level is below the floor.
         theme.draw_ground(axes, profile.s_mm, floor_mm, low_mm)

@@ -8,7 +8,7 @@ from validate.readings.sheet import SheetCell, SheetRow
 from validate.readings.text_table import NUMBER, plain_letters
 
 PLACE = re.compile(
-    rf"(?P<word>[^\W\d_]+)\.?\s*[:#]?\s*(?P<number>(?![-+]){NUMBER.pattern})(?:\s?(?P<unit>{UNIT})|\s(?P<other>[^\W\d]\S*))?"
+    rf"(?P<word>[^\W\d_]+)\.?\s*[:#=]?\s*(?P<number>(?![-+]){NUMBER.pattern})(?:\s?(?P<unit>{UNIT})|\s(?P<other>[^\W\d]\S*))?"
 )
 LEAST = 2  # Places in a column
 

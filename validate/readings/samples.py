@@ -13,6 +13,7 @@ from validate.readings.cell_units import columns_of_units, unit_cells
 from validate.readings.columns import read_header
 from validate.readings.header import Column, Header
 from validate.readings.header_words import crack_depth, meaning, names_sample, sample_key
+from validate.readings.labelled_rows import LabelledRows, labelled_rows
 from validate.readings.sheet import (
     SAVE_AGAIN,
     FaultList,
@@ -149,6 +150,7 @@ class SamplePart:
     title: tuple[str, ...] = field(default=(), compare=False)  # Lines above the table, the nearest last
     names: tuple[str, ...] = field(default=(), compare=False)  # Column names of the table
     levels: str | None = None  # Letters of its columns of readings, if samples share the stations of a table
+    beside: LabelledRows | None = field(default=None, compare=False)  # If the levels are rows: all rows of the sheet
 
     def __str__(self) -> str:
         columns, rows = self.levels and called(self.levels), self.rows_of and f"rows of {self.rows_of}"
@@ -229,10 +231,12 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
 
 
 def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
-    grid, _ = upright(grid, Declared())
+    written, (grid, _) = grid, upright(grid, Declared())
     tables = [] if grid.turned else tables_of_readings(grid)
     if len(tables) == 1:
-        yield from _by_column(grid, tables[0][0], sheet)
+        yield from _by_column(tables[0][0], sheet)
+    if not any(_is_by_sample(table, header) for table, header in tables):
+        yield from _by_row(written, sheet)
     for table, header in tables if len(tables) > 1 else [(None, tables[0][1] if tables else _header_of(grid, None))]:
         column = None if header is None else header.sample
         part = SamplePart(sheet, None, _sha256(grid.rows, None), headed=header is not None)
@@ -258,13 +262,40 @@ def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
                 yield replace(part, rows_of=own[0].cell(column.index).text, sha256=sha256)
 
 
-def _by_column(grid: SheetGrid, table: Table, sheet: str | None) -> Iterator[SamplePart]:
+def _is_by_sample(table: Table, header: Header | None) -> bool:
+    """Return True if a table has a column of samples and one of stations."""
+    return header is not None and header.sample is not None and len(_stations(table)) == 1
+
+
+def _stations(table: Table) -> list[int]:
+    return [at for at, name in table.names.items() if (what := meaning(name)) is not None and what.role == "station"]
+
+
+def _by_row(grid: SheetGrid, sheet: str | None) -> Iterator[SamplePart]:
+    """Yield the rows that may be of different samples, below a row of places: their labels may name samples."""
+    if (below := labelled_rows(grid.rows)) is None:
+        return
+    for row in below.rows:
+        sha256, at = _sha256((below.places, row.cells), None), f"{row.cells.number}"
+        yield SamplePart(
+            sheet,
+            None,
+            sha256,
+            headed=False,
+            title=(row.first,),
+            names=(row.labels,),
+            levels=at,
+            beside=below,
+        )
+
+
+def _by_column(table: Table, sheet: str | None) -> Iterator[SamplePart]:
     """Yield the columns that may be of different samples, beside the only column of stations.
 
     Their names are unknown or name samples, or they have further labels, or numbers that no repeats have.
     """
     columns = {at: meaning(name) for at, name in table.names.items()}
-    along = [at for at, what in columns.items() if what is not None and what.role == "station"]
+    along = _stations(table)
     numbers = {what.number for what in columns.values() if what is not None and what.role == "reading"}
     for at, what in columns.items() if len(along) == 1 else ():
         if what is not None and what.role not in ("reading", "repeat"):

@@ -4,6 +4,7 @@ A table is recognised by its cells: a header, and at least two rows below it wit
 needed, so that a table under unknown names is one too.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -17,6 +18,8 @@ from validate.settings import Columns
 
 LEAST = 2  # Rows of numbers in a table, and numbers in a row
 MOST_TEXTS = 3  # Texts in a row that may be a title or a remark
+MARKED = re.compile(r"[~≈<>(]?\s?([-+]?\d+(?:[.,]\d+)?)\s?[*?!)†‡]{0,2}")  # ~1,5 or 1.5*
+"""Number with a mark: no reading before it is asked about, but its table is one."""
 
 
 @dataclass(frozen=True)
@@ -226,9 +229,14 @@ def _texts(row: SheetRow) -> int:
 
 
 def _value(cell: SheetCell) -> float:
-    return number(bare(cell).text, None) or 0.0
+    return number(_bare(cell).text, None) or 0.0
 
 
 def _is_number(cell: SheetCell) -> bool:
-    """Return True for a number, also with a unit behind it."""
-    return is_a_number(bare(cell))
+    """Return True for a number, also with a unit behind it or a mark beside it."""
+    return is_a_number(_bare(cell))
+
+
+def _bare(cell: SheetCell) -> SheetCell:
+    marked = MARKED.fullmatch(cell.text)
+    return bare(cell) if marked is None else cell._replace(text=marked[1])

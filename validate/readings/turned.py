@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import TypeVar
 
 from validate.readings.header_words import meaning
@@ -71,6 +72,8 @@ def _turned(grid: SheetGrid, declared: Sheet, given: Columns) -> tuple[SheetGrid
         finding = f'header_rows = "{given.header_rows}" are rows, but here names are in columns.'
         raise refuse(grid.place(), finding, "Give the number of these columns, such as 1, or remove it.")
     rows, skipped, unmet = table_rows(grid, given)
+    titles = list(takewhile(_is_title, rows))
+    rows = rows[len(titles) :]
     if given.s is not None and (match := OF_ROWS.fullmatch(given.s)) is not None:
         # Samples below each other share the row of places, which the range of one leaves out.
         columns = re.sub("[0-9]", "", given.range or "")
@@ -99,7 +102,7 @@ def _turned(grid: SheetGrid, declared: Sheet, given: Columns) -> tuple[SheetGrid
         hidden_rows=frozenset(column + 1 for column in grid.hidden_columns),
         hidden_columns=frozenset(row - 1 for row in grid.hidden_rows),
         turned=True,
-        outside=_swapped([*skipped, *common_lines(grid, given.range)]),
+        outside=_swapped([*titles, *skipped, *common_lines(grid, given.range)]),
         cut=tuple(row for row in _swapped(grid.rows) if row.number - 1 in cut),
         unmet=tuple(unmet),
     )
@@ -142,6 +145,10 @@ class _References:
                 self.grid.place(number), finding, "Correct the rows in s and levels, or range and skip.", reference
             )
         return [f"{letters(number - 1)}:{letters(number - 1)}" for number in rows]
+
+
+def _is_title(row: SheetRow) -> bool:
+    return sum(bool(cell.text) for cell in row.cells) == 1 and not any(map(is_a_number, row.cells))
 
 
 def _swapped(rows: Sequence[SheetRow]) -> tuple[SheetRow, ...]:

@@ -121,7 +121,9 @@ def scale_words(shown: FirstFigure, layout: FirstLayout) -> str:
 
 
 def first_caption(evidence: Evidence) -> str:
-    """Return a text on the bands of the first figure, and on the stations in them; empty without a comparison."""
+    """Return a text on the bands of the first figure, and on the places in them; empty without bands."""
+    if evidence.prediction is not None:
+        return "Grey: 19 of 20 simulated levels lie in this band along the whole crack. It is no tolerance."
     comparison = evidence.comparison
     uncertainty = None if comparison is None else comparison.uncertainty
     if uncertainty is None or uncertainty.stations is None:
@@ -129,8 +131,8 @@ def first_caption(evidence: Evidence) -> str:
     stations = uncertainty.stations
     inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
     return (
-        "Bars: 95 % interval of each reading. Grey: a perfect model would be inside at all stations in 95 of 100 "
-        f"repeats of these readings; this one is inside at {inside}."
+        "Grey: the readings' own error, no tolerance; a perfect model would be inside all along in 19 of 20 repeats. "
+        f"This one is at {inside} places. Bars: single readings."
     )
 
 

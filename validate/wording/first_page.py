@@ -198,7 +198,7 @@ def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
 def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:
     parts = []
     if (interval_mm := comparison.interval_95_mm) is not None:
-        parts.append("95 % interval from reading errors alone: {:.2f} to {:.2f} mm.".format(*interval_mm))
+        parts.append("Reading errors alone leave {:.2f} to {:.2f} mm, in 19 of 20 cases.".format(*interval_mm))
     if (gate := comparison.gate) is not None:
         parts.append(f"Limit {gate.mean_error_mm:g} mm: {gate.reason or 'no reason given'}.")
     else:
@@ -265,13 +265,13 @@ def _predicted(prediction: PredictedLevel) -> tuple[Tile, Tile]:
         Tile(
             title="Mean level, predicted",
             figure=f"{signed(prediction.mean_level_mm, 2)} mm",
-            text=f"From the face; 95 % from {low} to {high} mm.",
+            text=f"From the face; 19 of 20 simulations have {low} to {high} mm.",
         ),
         Tile(
             title="How sure at one place",
             figure=f"± {half_mm:.1f} mm",
-            text=f"95 % at a typical place (median); ± {prediction.band_95_mm.max():.1f} mm at the least sure one. "
-            "Errors of the readings come on top.",
+            text=f"19 of 20 simulations, at a typical place; ± {prediction.band_95_mm.max():.1f} mm at the least sure "
+            "one. Errors of the readings come on top.",
         ),
     )
 
@@ -335,5 +335,5 @@ def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
         ("error, mm", row(level_mm - readings.level_mm, inside)),
     ]
     if half_mm is not None:
-        rows.insert(2, ("95 % ±, mm", tuple(f"{value:.1f}" for value in half_mm)))
+        rows.insert(2, ("± in 19 of 20, mm", tuple(f"{value:.1f}" for value in half_mm)))
     return tuple(rows)

@@ -82,6 +82,7 @@ def test_without_a_scale_lengths_are_pixels_and_no_sentence_speaks_of_millimetre
     photo_in_px = page_session._for_page(False, "along 12 mm of the line, 3.1 mm/px; mmm and comm stay")
     assert photo_in_px == "along 12 px of the line, 3.1 px/px; mmm and comm stay"
     assert page_session._for_page(True, "along 12 mm") == "along 12 mm"
+    assert page_session._for_page(False, "for about 93.8 mm (94 px), which") == "for about 94 px, which"
     assert " mm" not in json.dumps(in_px)
 
 

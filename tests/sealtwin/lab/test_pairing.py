@@ -197,7 +197,13 @@ def test_a_sample_with_several_likely_sheets_or_a_sheet_of_several_samples_waits
     [
         (("K05.jpg", "K06.jpg", "Blatt 1.csv"), {"K05", "K06"}),
         (("K05.jpg", "K05.csv", "K06.jpg", "Blatt 1.csv"), {"K06"}),
-        (("K05.jpg", "K06.jpg", "K07.csv"), {"K05", "K06"}),
+        (("K05.jpg", "K06.jpg", "Blatt.toml", "Blatt.csv"), {"K05", "K06"}),
+        (("K05.jpg", "K06.jpg", "K07.csv"), set()),
+        (("K05.jpg", "K06.jpg", "Z99_readings.csv"), set()),
+        (("K05.jpg", "K06.jpg", "Z05.csv"), {"K05"}),
+        (("K01.jpg", "K06.jpg", "KO1.csv"), {"K01"}),
+        (("Probe 5.jpg", "Probe 6.jpg", "Probe 7.csv"), set()),
+        (("K05.jpg", "K06.jpg", "Probe 7.csv"), {"K05", "K06"}),
         (("K05.jpg", "K06.jpg", "K05_2.csv"), {"K05"}),
         (("K05.jpg", "K05.csv", "Blatt 1.csv"), set()),
     ],
@@ -205,7 +211,9 @@ def test_a_sample_with_several_likely_sheets_or_a_sheet_of_several_samples_waits
 def test_samples_without_readings_wait_for_a_sheet_that_may_be_theirs(names, waiting):
     samples = _paired(*names)
     assert {one.name for one in samples.values() if one.awaits} == waiting
-    assert all(names[-1] in sentence for one in samples.values() for sentence in one.awaits)
+    sentences = {sentence for one in samples.values() for sentence in (*one.questions, *one.awaits)}
+    assert len(sentences) == 1 or not waiting, "said once"
+    assert all(names[-1] in sentence for sentence in sentences)
 
 
 @pytest.mark.parametrize(

@@ -18,10 +18,10 @@ TURNED = """\
 Height over face;;;;
 Sample;Run;;;
 ;;1;5;11
-P01;1;-1;-2;-3
+links;1;-1;-2;-3
 ;2;-1,1;-2,1;-3,1
 
-P02;1;-4;-5;-6
+rechts;1;-4;-5;-6
 ;2;-4,1;-5,1;-6,1
 """
 
@@ -147,6 +147,8 @@ BESIDE = "\n".join(
 )
 NAMED = "s [mm];Tiefe P01 [mm];Tiefe P02 [mm]\n1;1;2,1\n11;1,5;2,5\n"
 ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\n1;1;1,1;2;2,1\n11;1,5;1,6;2,5;2,7\n"
+ROWS = "s [mm];1;11\nTiefe P01 [mm];1;1,5\nTiefe P02 [mm];2,1;2,5"
+RUNS = "Tiefe in mm\nProbe;Lauf;1 mm;11 mm\nP01;1;1;1,5\n;2;1,1;1,6\nP02;1;2;2,5\n;2;2,1;2,6\n;Mittel;2;2,6"
 
 
 @pytest.mark.parametrize("file", ["caliper_all.csv", "P01.csv", "caliper.ods"])
@@ -162,6 +164,8 @@ ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\
         (re.sub(r"(?m)(?<=\d)(?=;|$)(?<!P0\d)", " mm", BELOW), ["A3:C7", "A9:C13"]),
         (NAMED, ["columns B", "columns C"]),
         (ABOVE, ["columns B C", "columns D E"]),
+        (ROWS, ["rows 2", "rows 3"]),
+        (RUNS, ["rows 3 4", "rows 5 6"]),
     ],
     ids=[
         "below",
@@ -170,6 +174,8 @@ ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\
         "units behind all numbers",
         "columns that name them",
         "a row that names them",
+        "rows that name them",
+        "rows with repeats, a blank name and a mean",
     ],
 )
 def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared, tmp_path, text, parts, file):
@@ -204,12 +210,17 @@ def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared
         ("caliper_all.csv", BESIDE.replace("P02", "P01"), ["2 tables are its readings"]),
         ("caliper_all.csv", BESIDE.replace("Pegel", "Wert X"), ["no column of readings", "no column of readings"]),
         ("P01.csv", ABOVE.replace("P02", "Z09"), ["columns D E: no photo of sample Z09"]),
+        ("P01.csv", ROWS.replace("Tiefe P02 [mm]", "Z09"), ["rows 3: no photo of sample Z09"]),
+        ("all.csv", f"{ROWS}\n;2;3", ["2 parts are its readings", "if they are its repeats, write 3 4"]),
+        ("all.csv", f"{ROWS}\nTiefe P02 [mm];2;3", ["2 parts are its readings: all.csv, rows 3, all.csv, rows 4"]),
+        ("all.csv", "Name;Ort;Wert\nP01;1;-1\nP02;2;-2\nP01;5;-3\nP02;6;-4", ["all.csv: no photo of sample all"]),
         (
             "P01.csv",
             BESIDE.replace("P01", "").replace("Probe P02", ""),
-            ["2 tables side by side", "P01.csv: it has several tables. Photos without readings: P02.png"],
+            ["P01.csv, A2:C4: the sheet gives no sample for this table. Photos without readings: P01.png, P02.png"],
         ),
-        ("P01.csv", f"{HEAD}\n1;-1;-1\n9;-1;-1\n\nMittel\ns [mm];Pegel [mm]\n1;-1\n9;-1", ["a second table begins"]),
+        ("P01.csv", BESIDE.replace("Pegel", "P").replace("P01", ""), ["A2:C4: the sheet", "no column of"]),
+        ("P01.csv", f"{HEAD}\n1;-1;-1\n9;-1;-1\n\nMittel\ns [mm];Pegel [mm]\n1;-1\n9;-1", ["A1:C3", "A6:B8"]),
     ],
 )  # fmt: skip
 def test_a_table_whose_sample_or_content_is_open_is_asked_about(shared, tmp_path, file, text, questions):
@@ -276,9 +287,33 @@ def test_an_answer_stays_with_a_table_that_gets_a_new_row(shared, tmp_path):
     assert len(levels_mm(lab, "P01@2")) == 3
 
 
+@pytest.mark.parametrize("mark", ["", "*"])
+@pytest.mark.parametrize("owned", [True, False])
+def test_one_round_of_answers_is_enough_for_a_sheet_with_two_tables(shared, tmp_path, owned, mark):
+    """An answer for the first table once led to the question about the other, and a sample to those about its sheet."""
+    lab, rows = tmp_path / "lab", [f"{s_mm}{mark};-{1 + s_mm / 10:g};-{1.1 + s_mm / 11:.1f}" for s_mm in (1, 5, 11)]
+    table = ["s;Wert 1;Wert 2", *rows]
+    name = "P01.csv" if owned else "Blatt 1.csv"
+    (shared / "caliper_all.csv").rename(shared / name)
+    (shared / name).write_text("\n".join(["links", *table, "", "rechts", *table]))
+    ingest(shared, lab, QUIET)
+    asked = {row["part"]: row["question"] for row in pairing_rows(lab) if row["file"] == name}
+    assert len(asked) == 2
+    for text in asked.values():
+        assert "Photos without readings: P01.png, P02.png" in text
+        assert "no unit" in text
+        assert "upward or downward" in text
+    if mark:
+        return
+    given = {"unit": "mm", "sign": "up"}
+    samples = zip(asked, ("P01", "P02"), strict=True)
+    answer(lab, {f"{name}, {part}": {"sample": sample, **given} for part, sample in samples})
+    assert {fault.sentence for fault in ingest(shared, lab, QUIET).faults} == set()
+
+
 def test_a_table_beside_the_given_range_is_asked_about(shared, tmp_path):
-    """Numbers with a mark make no table; the range of one sample left the other's table out in silence."""
-    rows = [f"{s_mm}*;-{s_mm / 10}*;-{s_mm / 10}*" for s_mm in (1, 5, 11)]
+    """Numbers with letters make no table; the range of one sample left the other's table out in silence."""
+    rows = [f"{s_mm}a;-{s_mm / 10}a;-{s_mm / 10}a" for s_mm in (1, 5, 11)]
     head, lab = "Abstand;Messung 1;Messung 2", tmp_path / "lab"
     (shared / "caliper_all.csv").unlink()
     (shared / "Blatt 1.csv").write_text("\n".join(["P01", head, *rows, "", "P02", head, *rows]))

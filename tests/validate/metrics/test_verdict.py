@@ -93,7 +93,7 @@ def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
         ({"lab_searched": True}, "Held out"),
         (
             {"role": "calibrated-on", "fitted": FITTED, "stations_compared": 16},
-            "(fitted at 16 stations: U, age at freezing, wall angle)",
+            "(fitted at 16 stations: viscosity weight (U), age at freezing, wall angle)",
         ),
         ({"role": "calibrated-on"}, "(the fitted settings are not declared)"),
         ({"role": "calibrated-on", "fitted": ()}, "with no fitted setting as declared: not a test."),

@@ -8,6 +8,8 @@ import pytest
 
 from tests.evidence import FAST_FILL, make_evidence
 from validate.compare import assess
+from validate.figures.first_figure import BAND_PREDICTED, BAND_READ
+from validate.report.chapters import first_caption
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
@@ -59,6 +61,16 @@ def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gat
     assert page.tiles[3].figure == tested
     words = " ".join([page.subject, page.state, page.verdict, *page.lead, *(" ".join(label) for label in page.labels)])
     assert len(words.split()) <= 130
+    _is_plain(page, first_caption(judged(plain, role, gate_mm, fitted)))
+    assert ("viscosity weight (U), yield stress" in page.tiles[3].text) is (fitted is not None)
+
+
+def _is_plain(page, caption):
+    """A band of 95 % was taken for a tolerance, and nobody could say what a station is."""
+    texts = [page.verdict, *page.lead, *(tile.text for tile in page.tiles), caption, BAND_READ, BAND_PREDICTED]
+    assert not [text for text in texts if "95 %" in text or "station" in text]
+    assert "19 of 20" in caption
+    assert "no tolerance" in caption
 
 
 def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(plain, tmp_path):
@@ -139,6 +151,7 @@ def test_a_prediction_and_a_simulation_alone_have_figures_of_their_own(plain):
     assert page.tiles[0].figure == "-3.50 mm"
     assert page.tiles[3].figure == "Not yet"
     assert station_rows(predicted) == ()
+    _is_plain(page, first_caption(predicted))
 
 
 def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(plain):
