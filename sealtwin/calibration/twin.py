@@ -81,7 +81,8 @@ class Twin:
     @property
     def radius_mm(self) -> float:
         """Radius of the particles of its runs."""
-        trial = drafted(self.trial, self._sample) if self._how.drafts else self.trial
+        trial = self._planned(1, {}, 0).trial
+        trial = drafted(trial, self._sample) if self._how.drafts else trial
         return trial.solver.for_crack(self.outline.mean_width_mm, trial.nozzle).size_mm
 
     def measured(self, name: str) -> tuple[float, float] | None:

@@ -22,7 +22,7 @@ from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
 from sealtwin.plan.search import Case, Goal, discrepancy, target_of
 from sealtwin.plan.shape import Knots, limits_of, require_possible
-from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit, require_plannable
+from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, mean_of, misfit, require_plannable
 from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
@@ -132,18 +132,19 @@ def plan_on(
     levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
     names = [f"with seed = {trial.seed + number}" for number in range(len(levels))]
     require_different(levels_mm, names, f"{where}: {best.name}")
-    scatter_mm2 = levels_mm.var(axis=0, ddof=1).mean() if len(levels) > 1 else 0.0
+    misfits = tuple(missed(s_mm, level_mm) for level_mm in levels_mm)
+    level_mm, it, runs = levels_mm.mean(axis=0), mean_of(misfits), len(levels)
     if options.drafts:
-        # The scatter of drafts is at least that of accurate runs.
         (accurate,) = verifier.levels("The plan without a draft", [(best.name, best.path, trial.seed)])
-        levels_mm = np.interp(s_mm, accurate.s_mm, accurate.level_mm)[None]
+        level_mm, runs = np.interp(s_mm, accurate.s_mm, accurate.level_mm), 1
+        it = missed(s_mm, level_mm)
     trajectory = plan_trajectory(sample.outline, best.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
     bed = nominal.fill(trajectory)
-    apart_mm2 = discrepancy(bed, s_mm, levels_mm.mean(axis=0))
+    apart_mm2 = discrepancy(bed, s_mm, level_mm)
     chances, variance = None, np.zeros(len(s_mm))
     if len(levels) > 1:
-        # Variance of a further run about the mean of these.
-        variance += scatter_mm2 * (1 + 1 / len(levels_mm))
+        # Variance of a further run about the mean of these. Drafts scatter at least as much as accurate runs.
+        variance += levels_mm.var(axis=0, ddof=1).mean() * (1 + 1 / runs)
     if draws:
         drawn_mm = np.array(
             [
@@ -160,12 +161,12 @@ def plan_on(
         trajectory=trajectory,
         margin_mm=options.margin_mm,
         s_mm=s_mm,
-        level_mm=levels_mm.mean(axis=0),
+        level_mm=level_mm,
         half_width_mm=Z_95 * np.sqrt(variance) if len(levels) > 1 else None,
-        misfits=tuple(missed(s_mm, level_mm) for level_mm in levels_mm),
-        seeds=len(levels),
-        drafts=options.drafts,
+        misfit=it,
+        misfits=misfits,
         chances=chances,
+        drafts=options.drafts,
     )
 
 

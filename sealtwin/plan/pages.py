@@ -48,8 +48,8 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     columns = ("s_mm", "speed_mm_s", "flow_mm3_s")
     flow = Numbers(columns, np.column_stack([getattr(it, column) for column in columns]).tolist())
     if (band_mm := planned.band_95_mm) is not None:
-        kind = "draft" if planned.drafts else "run"
-        band = [(f"half-width of the 95 % band of a run, from {counted(planned.seeds, kind)}", f"{band_mm:.2f} mm")]
+        runs = counted(len(planned.misfits), "draft" if planned.drafts else "run")
+        band = [(f"half-width of the 95 % band of a run, from {runs}", f"{band_mm:.2f} mm")]
     sheet = FigureSheet(
         title=f"Plan: {name}",
         lead="Flow and speed along the path, chosen by the fast model and judged by particles. No number is measured.",

@@ -57,6 +57,10 @@ def misfit(outline: Outline, solid: Solid, s_mm: Floats, level_mm: Floats) -> Mi
     return Misfit(float(under_mm2.sum()) * it.step_mm, float(over_mm2.sum()) * it.step_mm, float(level_mm.max()))
 
 
+def mean_of(misfits: Sequence[Misfit]) -> Misfit:
+    return Misfit(*np.mean([astuple(one) for one in misfits], axis=0).tolist())
+
+
 @dataclass(frozen=True)
 class Round:
     """A path that particles judged, with its level and misfit."""
@@ -81,19 +85,15 @@ class Planned:
     level_mm: Floats  # Mean of the seeds, or that of the accurate run if the seeds are drafts
     half_width_mm: Floats | None
     """Half-width of the 95 % band for a further run's level; None if the plan has one seed, which shows no scatter."""
-    misfits: tuple[Misfit, ...]  # Misfit of each seed, or of the accurate run
-    seeds: int
-    drafts: bool  # True if all rounds, baselines and seeds are drafts
+    misfit: Misfit  # Misfit of the level: the mean of the seeds', or the accurate run's
+    misfits: tuple[Misfit, ...]  # Misfit of each seed
     chances: dict[str, float] | None
+    drafts: bool = False  # True if all rounds, baselines and seeds are drafts
 
     @property
     def verified(self) -> bool:
         """True if a plan is better than both baselines according to the particle runs."""
         return self.best.off_mm is not None
-
-    @property
-    def misfit(self) -> Misfit:
-        return Misfit(*np.mean([astuple(one) for one in self.misfits], axis=0).tolist())
 
     @property
     def band_95_mm(self) -> float | None:

@@ -1,7 +1,7 @@
 import pytest
 from pydantic import ValidationError
 
-from simulate.settings import Fluid, Solver
+from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup_checks import rheology_of
 
 
@@ -53,9 +53,25 @@ def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_the
 
 
 @pytest.mark.parametrize(
+    ("solver", "nozzle_mm", "radius_mm"),
+    [
+        ({"radius_mm": "auto"}, 2.4, 3.0 / 8),
+        ({"preset": "draft"}, 2.4, 3.0 / 5.2),
+        # A particle no wider than the nozzle it leaves.
+        ({"preset": "draft"}, 1.0, 0.5),
+        ({"preset": "draft", "radius_mm": 0.45}, 2.4, 0.45),
+    ],
+)
+def test_a_radius_that_is_not_given_follows_from_crack_and_nozzle(solver, nozzle_mm, radius_mm):
+    chosen = Solver.model_validate(solver).for_crack(3.0, Nozzle(diameter_mm=nozzle_mm))
+    assert chosen.size_mm == pytest.approx(radius_mm, rel=2e-3)
+
+
+@pytest.mark.parametrize(
     ("solver", "keeps", "factor"),
     [
         ({}, True, 1.07),
+        ({"preset": "draft"}, True, 1.07),
         ({"pressure": "two-level"}, True, 1.05),
         ({"volume_factor": 1.02}, False, 1.02),
         ({"preset": "paper"}, False, 0.8113),

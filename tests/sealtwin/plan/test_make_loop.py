@@ -178,7 +178,8 @@ def test_plan_and_loop_of_a_tiny_trial(tmp_path, monkeypatch):
 
     given = ("--cell", lab / "cell.toml", "--posterior", lab / "draws.csv", "--device", "cpu", "--out", out)
     planned = called("plan", lab / "planned.toml", *given, "--verify", 1, "--seeds", 2, "--knots", 3)
-    assert planned["total_mm3"] <= min(one["total_mm3"] for one in planned["baselines"].values())
+    assert planned["drafts"]
+    assert planned["seeds"][0]["total_mm3"] <= min(one["total_mm3"] for one in planned["baselines"].values())
     assert planned["chances"]["draws"] == 3
     assert planned["fluid_warnings"]
     page = html.unescape((out / "plan.html").read_text())

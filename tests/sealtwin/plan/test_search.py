@@ -130,7 +130,7 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
 class FastModelItself(Verifier):
     """Stands for particles that do what the fast model says."""
 
-    def levels(self, title, paths):
+    def levels(self, title, paths, *, drafts=False):
         case, solid = case_of(self.sample, self.trial, OWN), (SOLID.cavity_volume_mm3, SOLID.sections)
         beds = [case.fill(plan_trajectory(OUTLINE, path, *solid)) for _, path, _ in paths]
         return [Profile(bed.sections.s_mm, bed.level_mm) for bed in beds]
@@ -157,7 +157,7 @@ def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     level_mm = np.where(s_mm > 80, -2.5, -0.5) - np.where((s_mm > 10) & (s_mm < 14), 3.0, 0.0)
     none = Misfit(0.0, 0.0, 0.0)
     best = Round("round 1", NozzlePath(), Profile(s_mm, level_mm), none)
-    planned = Planned(best, (best,), (), OWN, 0.0, s_mm, level_mm, None, (none,), None)
+    planned = Planned(best, (best,), (), OWN, 0.0, s_mm, level_mm, None, none, (none,), None)
     (low,) = planned.low_stretches
     assert (low["from_mm"], low["to_mm"], low["mean_mm"]) == (81.0, 100.0, 2.5)
     assert not replace(planned, margin_mm=2.0).low_stretches[1:], "a plan that aims lower is not low there"

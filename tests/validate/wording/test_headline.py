@@ -84,6 +84,12 @@ def test_volume_and_bed_are_told_with_their_reason_and_remedy(run, settings, hea
         assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
 
 
+def test_a_draft_says_that_it_is_one(run):
+    (text,) = run_warnings(replace(run, settings=run.settings | {"solver": {"preset": "draft"}}), 1.0)
+    assert "draft" in text
+    assert "solver.preset" in text
+
+
 def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
     spilled = run.spilled.copy()
     spilled[: len(spilled) // 10] = True
