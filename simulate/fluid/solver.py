@@ -24,9 +24,6 @@ from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
-SHORT_FALL = 0.03
-"""``Scheme.fall`` if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is
-compressed by a tenth, and boils with two-level pressure."""
 MORE_ROOM = 9 / 8  # Factor by which the room of packed lists grows if it is too small
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
@@ -66,7 +63,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
     """
     few, many = (
         max(1, math.ceil(frame_s / math.sqrt(fall * 4 * settings.size_mm / 10 / GRAVITY_CM_S2)))
-        for fall in (settings.scheme.fall, SHORT_FALL)
+        for fall in (settings.scheme.fall, settings.scheme.fall_alone)
     )
     if settings.substeps is not None:
         if settings.substeps < many and settings.pressure == "two-level":

@@ -54,8 +54,8 @@ def test_a_calibrated_material_keeps_its_radius():
     rest = {"viscosity_pa_s": 0.3, "density_kg_m3": 1690.0, "density_error_kg_m3": 0.0, "radius_mm": 0.5}
     rest["viscosity_error_percent"] = 10.0
     trial = trial_of({"viscosity_pa_s": 0.3}, radius_mm=0.5)
-    trial.given_fluid.material = Material.model_validate({**calibrated, **paste, **rest})
-    assert drafted(trial, sample()).solver.size_mm == 0.5
+    fluid = trial.given_fluid.model_copy(update={"material": Material.model_validate({**calibrated, **paste, **rest})})
+    assert drafted(trial.model_copy(update={"fluid": fluid}), sample()).solver.size_mm == 0.5
 
 
 @pytest.mark.parametrize("solver", [{"model": "slot"}, {"preset": "paper"}])
