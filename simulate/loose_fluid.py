@@ -12,7 +12,7 @@ from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.solver import GRAVITY_CM_S2, Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.hollow import Hollow
-from simulate.settings import ACCURATE, LEVEL, SampleSlope, Solver, particle_volume
+from simulate.settings import FINE, LEVEL, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Outlet, Schedule
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CLEARANCE, CM
@@ -27,7 +27,7 @@ SCATTER = 0.05  # Scatter of a lattice over its spacing: exactly even rows stay 
 
 def substep_s(radius_mm: float) -> float:
     """Return the substep for particles of a radius."""
-    return SHORTER * math.sqrt(ACCURATE.fall * 4 * radius_mm * CM / GRAVITY_CM_S2)
+    return SHORTER * math.sqrt(FINE.fall * 4 * radius_mm * CM / GRAVITY_CM_S2)
 
 
 def scattered(points_mm: Floats, spacing_mm: float, seed: int = 0) -> Floats:

@@ -242,15 +242,6 @@ class Scheme(NamedTuple):
     """Strength of wall particles. calibrated: they replace the half of the kernel that a wall cuts off. source: 1 /
     W(0)."""
     frozen_answer: float  # Multiplier of a frozen neighbour over the particle's own
-    abreast: float = 4.0
-    """Particles from wall to wall for radius "auto". Four are the paper's. Fewer bridge the walls, more take long."""
-    fall: float = 0.035
-    """Largest fall from rest in one substep, g dt^2 over h, if pressure carries over. A larger one compresses the
-    column. 0.035 gives the shipped trial 3 substeps."""
-    fall_alone: float = 0.03
-    """The same if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is compressed
-    by a tenth, and boils with two-level pressure."""
-    shear_by_frame: bool = False  # True if shear rates are measured once in a frame, not in each substep
 
 
 PACKING = 0.97  # The paper's f of Eq. 6: effective radius of a particle over its radius
@@ -269,8 +260,30 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 ACCURATE = Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0)
 PRESETS = {
     "accurate": ACCURATE,
-    "draft": ACCURATE._replace(abreast=2.6, fall=0.05, fall_alone=0.05, shear_by_frame=True),
+    "draft": ACCURATE,
     "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
+}
+
+
+class Coarseness(NamedTuple):
+    """Sizes of particles and substeps if they are not given."""
+
+    abreast: float = 4.0
+    """Particles from wall to wall for radius "auto". Four are the paper's. Fewer bridge the walls, more take long."""
+    fall: float = 0.035
+    """Largest fall from rest in one substep, g dt^2 over h, if pressure carries over. A larger one compresses the
+    column. 0.035 gives the shipped trial 3 substeps."""
+    fall_alone: float = 0.03
+    """The same if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is compressed
+    by a tenth, and boils with two-level pressure."""
+    shear_by_frame: bool = False  # True if shear rates are measured once in a frame, not in each substep
+
+
+FINE = Coarseness()
+COARSENESS = {
+    "accurate": FINE,
+    "draft": Coarseness(abreast=2.6, fall=0.05, fall_alone=0.05, shear_by_frame=True),
+    "paper": FINE,
 }
 
 LEAST_TWO_LEVEL_ITERATIONS = 4
@@ -366,7 +379,7 @@ class Solver(Settings):
         """Return a copy in which radius "auto" is a number, for a crack of this mean width and at most the nozzle's."""
         if self.radius_mm != "auto":
             return self
-        radius_mm = min(width_mm / self.scheme.abreast / 2, nozzle.diameter_mm / 2)
+        radius_mm = min(width_mm / COARSENESS[self.preset].abreast / 2, nozzle.diameter_mm / 2)
         return self.model_copy(update={"radius_mm": float(f"{radius_mm:.3g}")})
 
     @property

@@ -9,7 +9,7 @@ import warp as wp
 
 from sealtwin.core.records import Floats
 from simulate.kernels import viscosity as device_code
-from simulate.settings import ACCURATE
+from simulate.settings import FINE
 
 LAW = 0.1185
 """Factor of nu = LAW U h^4 / dt. It is half the second moment of the weight over h^4, with lengths in cm. Shear waves
@@ -102,7 +102,7 @@ def added_viscosity(radius: float, step_s: float) -> float:
 
     With substeps shorter than those of preset accurate particles push more often, and add more.
     """
-    usual_s = math.sqrt(ACCURATE.fall * 4 * radius / 981.0)
+    usual_s = math.sqrt(FINE.fall * 4 * radius / 981.0)
     return RUBS * radius**2 / step_s * max(1.0, usual_s / step_s) ** 0.75
 
 
