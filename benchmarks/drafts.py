@@ -1,0 +1,109 @@
+"""What a draft costs: levels of drafts against the mean of accurate runs, in eight pours, and the time of both.
+
+    python -m benchmarks.drafts [--only shipped] [--seeds 3]
+
+Nothing is measured. Levels are compared every 2.5 mm along the crack. Drafts and accurate runs take turns in one
+process, and the figures of time are ratios of processor time within it. All pours take twenty minutes.
+"""
+
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from benchmarks.against import processor
+from benchmarks.table import Row, one_of, run_benchmark
+from sealtwin.core import record_files
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats, Sample
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.draft import drafted
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import Trial, load_trial
+from simulate.profile import volume_ratio
+from simulate.run import fill
+from validate.wording.headline import DRAFTED_MM
+
+TRIAL = Path("fixtures/paper-trial/trial.toml")
+STEP_MM = 2.5
+PASTE = {"fluid.viscosity_pa_s": 0.3, "fluid.yield_stress_pa": 12.0}
+POURS: Mapping[str, dict[str, Any]] = {
+    "shipped": {},
+    "less": {"path.volume_ml": 4.0},
+    "paste": PASTE,
+    "soft": {"fluid.viscosity_pa_s": 0.1, "fluid.yield_stress_pa": 3.0, "path.volume_ml": 5.2},
+    "stiff": {"fluid.viscosity_pa_s": 1.0, "fluid.yield_stress_pa": 25.0, "path.volume_ml": 4.4},
+    "oil": {"fluid.viscosity_pa_s": 0.5, "fluid.yield_stress_pa": 0.0, "path.volume_ml": 5.0},
+    "thinning": {"fluid.consistency_pa_s_n": 2.0, "fluid.flow_index": 0.5, "fluid.yield_stress_pa": 8.0},
+    "fast": {**PASTE, "path.speed_mm_s": 12.0, "crack.depth_mm": 10.0, "path.volume_ml": 2.8},
+}
+"""Settings of each pour that replace the shipped trial's."""
+
+
+class Poured(NamedTuple):
+    level_mm: Floats  # (seeds, places)
+    volume_ratio: float  # Mean of the seeds
+    cpu_s: float  # Mean of a run
+
+
+def main(only: Annotated[str | None, one_of(POURS)] = None, seeds: int = 3) -> list[Row]:
+    print(f"{processor()}; {seeds} seeds", flush=True)
+    return list(_rows([only] if only else list(POURS), seeds))
+
+
+def _rows(names: list[str], seeds: int) -> Iterator[Row]:
+    off_mm, paces = list[Floats](), list[float]()
+    for name in names:
+        sample, trial = _digitised(POURS[name])
+        accurate, draft = pour(sample, trial, seeds), pour(sample, drafted(trial, sample), seeds)
+        apart_mm = draft.level_mm.mean(axis=0) - accurate.level_mm.mean(axis=0)
+        off_mm.append(np.abs(draft.level_mm - accurate.level_mm.mean(axis=0)).ravel())
+        paces.append(draft.cpu_s / accurate.cpu_s)
+        yield Row(f"{name}: means of {seeds} runs, RMS", float(np.sqrt((apart_mm**2).mean())), "mm", *_bar(name, 0.22))
+        yield Row(f"{name}: mean level", float(np.abs(apart_mm.mean())), "mm", *_bar(name, 0.05))
+        yield Row(f"{name}: one draft off the mean of accurate runs, nine of ten", _nine(off_mm[-1]), "mm")
+        yield Row(f"{name}: one accurate run off that mean, nine of ten", _nine(_own(accurate)), "mm")
+        yield Row(f"{name}: volume of a draft over the dispensed", draft.volume_ratio, "", 0.98, 1.02)
+        yield Row(f"{name}: processor time of a draft over an accurate run", paces[-1], "")
+    yield Row(
+        "all: one draft off the mean of accurate runs, nine of ten", _nine(np.concatenate(off_mm)), "mm", 0, DRAFTED_MM
+    )
+    yield Row("all: processor time of a draft over an accurate run", float(np.exp(np.mean(np.log(paces)))), "", 0, 0.35)
+
+
+def _bar(name: str, high: float) -> tuple[float, float]:
+    return (0.0, high if name == "shipped" else np.inf)
+
+
+def _nine(off_mm: Floats) -> float:
+    return float(np.quantile(np.abs(off_mm), 0.9))
+
+
+def _own(poured: Poured) -> Floats:
+    return (poured.level_mm - poured.level_mm.mean(axis=0)).ravel()
+
+
+def pour(sample: Sample, trial: Trial, seeds: int) -> Poured:
+    levels, ratios, began_s = [], [], time.process_time()
+    at_mm = np.arange(STEP_MM / 2, sample.outline.length_mm, STEP_MM)
+    for seed in range(seeds):
+        run, profile = fill(sample, *trial.physics, seed=seed)
+        levels.append(np.interp(at_mm, profile.s_mm, profile.level_mm))
+        ratios.append(volume_ratio(run, sample.solid))
+    return Poured(np.array(levels), float(np.mean(ratios)), (time.process_time() - began_s) / seeds)
+
+
+def _digitised(settings: Mapping[str, Any]) -> tuple[Sample, Trial]:
+    trial = load_trial(TRIAL, settings)
+    with tempfile.TemporaryDirectory() as folder:
+        with open_folder(Path(folder) / "sample", create=True) as home:
+            run_stages(start_job(trial, TRIAL.parent, home, "cpu", Progress()), ("digitise",))
+        return record_files.read_sample(Path(folder) / "sample"), trial
+
+
+if __name__ == "__main__":
+    run_benchmark(main)
