@@ -19,7 +19,7 @@ from sealtwin.trial.trial_file import load_trial
 from tests.pages import leave_out_pages
 from tests.pictures import mortar, with_crack, write_png
 
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
+HERE = SweepOptions(device="cpu", jobs=0, batch=1, drafts=False)
 """Runs one by one in this process: starting others takes seconds."""
 TRIAL = """
 name = "tiny"

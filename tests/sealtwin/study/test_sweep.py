@@ -153,7 +153,7 @@ def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
     assert liquid.kin != paste.kin
     at, _ = _first(out)
     trials = [liquid.checked_trial, paste.checked_trial]
-    assert [_prepared(at, each).engine.substeps for each in trials] == [6, 4]
+    assert [_prepared(at, each).engine.substeps for each in trials] == [6, 5]
     alone = [runner.seal(at, [each], device="cpu", keep_runs=False)[0] for each in trials]
     together = runner.seal(at, trials, device="cpu", keep_runs=False)
     for one, other in zip(alone, together, strict=True):
