@@ -28,7 +28,9 @@ class BandLimits:
     Chosen on 86 drawn roads: a lower ``least`` or ``worth_saying``, or levels farther apart, warns of more plain roads.
     """
 
-    spacing: int = 2  # Stations of the outline from one profile to the next
+    spacing_px: float = 5.0  # From one profile to the next, or ``spacing`` widths if that is more
+    spacing: float = 0.2
+    sample: float = 0.05  # Widths from one sample of a profile to the next, at least 1 px
     reach: float = 1.2  # Widths beside a wall, plus ``reach_px``, that are searched
     reach_px: float = 6.0
     ground: float = 0.35  # Widths beside a wall, plus ``ground_px``, from which on is ground
@@ -41,6 +43,7 @@ class BandLimits:
     least: float = 0.2  # Widths, or ``least_px``, by which a band is thicker than the crack's usual edge
     least_px: float = 3.0
     run: float = 0.75  # Least length of a band in widths
+    least_profiles: int = 6  # A shorter crack has no usual edge
     least_contrast: float = 6.0  # Of lightness
     worth_saying: float = 0.05  # Difference between both mean widths, over the width, from which on a warning says so
     sure: float = 0.05  # Half of the interval of the mean width over it, beyond both widths
@@ -69,16 +72,17 @@ class _Band(NamedTuple):
 
 def find_bands(photo: Photo, outline: Outline, strokes: Strokes) -> Bands | None:
     """Return the bands along an outline's walls; None if they matter little. A stroke decides those beside it."""
-    thin = slice(None, None, LIMITS.spacing)
+    mm_per_px, width_px = photo.mm_per_px, max(outline.mean_width_mm / photo.mm_per_px, 4.0)
+    own_px = outline.length_mm / mm_per_px / (len(outline.centreline_mm) - 1)
+    thin = slice(None, None, max(1, round(max(LIMITS.spacing_px, LIMITS.spacing * width_px) / own_px)))
     line_mm, left_mm, right_mm = (
         each[thin] for each in (outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm)
     )
-    mm_per_px, s_mm = photo.mm_per_px, arc_length(line_mm)
-    width_px = max(outline.mean_width_mm / mm_per_px, 4.0)
+    s_mm = arc_length(line_mm)
+    if len(line_mm) < LIMITS.least_profiles:
+        return None
     station_px = float(s_mm[-1]) / (len(s_mm) - 1) / mm_per_px
     run = int(max(3, LIMITS.run * width_px / station_px)) | 1
-    if len(line_mm) < 2 * run:
-        return None
     ray = left_normals(smoothed(line_mm, width_px / station_px))
     walls_px = np.stack([((left_mm - line_mm) * ray).sum(axis=1), ((line_mm - right_mm) * ray).sum(axis=1)]) / mm_per_px
     inner_px, outer_px = _sides_px(photo, line_mm, ray, walls_px, width_px, station_px)
@@ -119,7 +123,8 @@ def _sides_px(
     mm_per_px = photo.mm_per_px
     reach_px = float(np.percentile(walls_px, 98)) + LIMITS.reach * width_px + LIMITS.reach_px
     patch = patch_around(photo, photo.to_px(line_mm), reach_px)
-    strip = straighten(photo, patch, line_mm, ray, mm_per_px, reach_px * mm_per_px)
+    step_mm = max(1.0, LIMITS.sample * width_px) * mm_per_px
+    strip = straighten(photo, patch, line_mm, ray, step_mm, reach_px * mm_per_px)
     light, valid = (
         np.stack([each[:, strip.middle :], each[:, strip.middle :: -1]]) for each in (strip.light, strip.valid)
     )

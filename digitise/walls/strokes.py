@@ -15,7 +15,7 @@ from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import listed, snap_px
 from digitise.geometry.polyline import depth_inside, left_normals, resampled, smoothed
-from digitise.image.raster import lightness
+from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.settings import PhotoInput
 from digitise.walls.straightened import Strip, patch_around, straighten
@@ -38,6 +38,7 @@ class StrokeLimits:
 
     most_points: int = 5000  # Points in which a stroke is read: a pixel apart, or farther in a longer one
     brush_px: float = 1.0  # Half the width of a stroke
+    least_beyond_px: float = 3.0  # From a ground stroke to a wall; if less is left, that wall is on its side
     most_away: float = 3.0  # Widths from the line, or twice ``snap_px``, within which a crack stroke must be
     beyond: float = 0.5  # Widths, or ``beyond_px``, past the crack's ends within which a stroke may be
     beyond_px: float = 6.0
@@ -49,9 +50,9 @@ class StrokeLimits:
     ground: float = 1.0  # Widths beside a wall, plus ``ground_px``, that give the ground's lightness
     ground_px: float = 4.0
     least_contrast: float = 6.0  # Of lightness, that must be left beside a wall for a new level there
-    least_share: float = 0.3  # The same as a share of the contrast without strokes
-    same: float = 0.06  # Widths, or ``same_px``, by which a wall that agrees may be off; it moves from twice as much on
-    same_px: float = 1.5
+    least_share: float = 0.2  # The same as a share of the contrast without strokes
+    same: float = 0.1  # Widths, or ``same_px``, by which a wall that agrees may be off; it moves from twice as much on
+    same_px: float = 2.0
     sharp_px: float = 1.2  # Sigma of an edge's blur
     wall_smoothing_px: float = 2.0  # Sigma of moved walls, as of followed ones
     centre_smoothing: float = 0.25  # Sigma of the moved centreline in widths, and its corrections
@@ -101,11 +102,7 @@ class _Placed(NamedTuple):
     station: Integers
     offset_px: Floats  # To the left of the line
     place_px: Floats
-
-    @property
-    def side(self) -> int:
-        """0 if most of it is to the left of the line, else 1."""
-        return int(self.offset_px.mean() < 0)
+    side: int = 0  # For ground: 0 if it is to the left of the crack, else 1
 
 
 def by_strokes(
@@ -127,6 +124,8 @@ def by_strokes(
     placed, warnings = _placed(photo, line_mm, ray, strokes, width_px)
     if not placed:
         return stations, warnings
+    reach = max(LIMITS.reach * width_px, LIMITS.reach_px) / station_px
+    placed = [stroke._replace(side=_side(photo, stroke, placed, line_mm, ray, walls_px, reach)) for stroke in placed]
     least_px, most_px = _bounds_px(photo, placed, walls_px)
     shift_px = _shift_px(photo, placed, (least_px, most_px), width_px, station_px)
     placed = [stroke._replace(offset_px=stroke.offset_px - shift_px[stroke.station]) for stroke in placed]
@@ -138,7 +137,7 @@ def by_strokes(
     patch = patch_around(photo, photo.to_px(line_mm), reach_px)
     shifted_mm = line_mm + (shift_px * mm_per_px)[:, None] * ray
     strip = straighten(photo, patch, shifted_mm, ray, mm_per_px, reach_px * mm_per_px)
-    acts = np.stack([_acts(stroke, len(line_mm), station_px, width_px) for stroke in placed])
+    acts = np.stack([_acts(stroke, len(line_mm), reach) for stroke in placed])
     change_px = _followed_px(strip, placed, acts, walls_px, (least_px, most_px), width_px) - walls_px
     same_px = max(LIMITS.same_px, LIMITS.same * width_px)
     change_px *= _eased(np.abs(change_px) / same_px - 1)
@@ -198,6 +197,27 @@ def _placed(
     return placed, warnings
 
 
+def _side(
+    photo: Photo, ground: _Placed, placed: list[_Placed], line_mm: Floats, ray: Floats, walls_px: Floats, reach: float
+) -> int:
+    """Return on which side of the crack a ground stroke is: that of no crack stroke, else the brighter one."""
+    middle = float(np.median(ground.station))
+    cracks = [stroke for stroke in placed if stroke.kind == "crack"]
+    near = [stroke.offset_px[np.abs(stroke.station - middle) <= reach + np.ptp(ground.station)] for stroke in cracks]
+    if (crack_px := np.concatenate([np.empty(0), *near])).size:
+        return int(ground.offset_px.mean() < crack_px.mean())
+    left_px, right_px = walls_px[:, ground.station]
+    beyond_px = np.stack([left_px - ground.offset_px, right_px + ground.offset_px])
+    if (thin := beyond_px.mean(axis=1) < LIMITS.least_beyond_px).any():
+        return int(thin[1])
+    halves_px = (ground.offset_px + left_px) / 2, (ground.offset_px - right_px) / 2
+    at_mm, across = line_mm[ground.station], photo.mm_per_px * ray[ground.station]
+    left, right = (
+        np.median(sampled(photo.brightness, photo.to_px(at_mm + half_px[:, None] * across))) for half_px in halves_px
+    )
+    return int(right > left)
+
+
 def _bounds_px(photo: Photo, placed: list[_Placed], walls_px: Floats) -> tuple[Floats, Floats]:
     """Return the least and the largest distance of both walls from the line, (2, stations), by the strokes."""
     least_px, most_px = np.full(walls_px.shape, -np.inf), np.full(walls_px.shape, np.inf)
@@ -238,11 +258,11 @@ def _shift_px(
     return np.clip(smoothed(shift_px, width_px / station_px / 2, 0), low_px, high_px)
 
 
-def _acts(stroke: _Placed, count: int, station_px: float, width_px: float) -> Floats:
-    """Return the share, 0 to 1, to which a stroke acts at each station."""
+def _acts(stroke: _Placed, count: int, reach: float) -> Floats:
+    """Return the share, 0 to 1, to which a stroke acts at each station; ``reach`` is in stations."""
     station = np.arange(count)
     beyond = np.maximum(np.maximum(stroke.station.min() - station, station - stroke.station.max()), 0)
-    return _eased(2 - beyond * station_px / max(LIMITS.reach * width_px, LIMITS.reach_px))
+    return _eased(2 - beyond / reach)
 
 
 def _eased(share: Floats) -> Floats:
@@ -266,7 +286,8 @@ def _followed_px(
     over = int(max(3, LIMITS.along * width_px / strip.station_px)) | 1
     even = median_filter(lightness(light), (1, over, 1), mode="nearest")
     away_px = np.arange(light.shape[2]) * strip.sample_px
-    middle, contrast = _levels(even, valid, strip, placed, acts, walls_px, width_px)
+    # Within the old walls, what is beyond a ground stroke is no crack.
+    middle, contrast = _levels(even, valid, strip, placed, acts, np.minimum(walls_px, bounds_px[1]), width_px)
     excess = np.where(valid, np.clip((even - middle[..., None]) / contrast[..., None], -0.5, 0.5), 0)
     least_px, most_px = bounds_px
     excess[away_px <= least_px[..., None]] -= LIMITS.surely
