@@ -180,7 +180,8 @@ def _placed(
             station = np.asarray(tree.query(away_px)[1])
             away_px = (away_px - line_mm[station]) / photo.mm_per_px
             offset_px = (away_px * ray[station]).sum(axis=1)
-            beyond_px = np.abs((away_px * along[station]).sum(axis=1))
+            at_end = (station == 0) | (station == len(line_mm) - 1)
+            beyond_px = at_end * np.abs((away_px * along[station]).sum(axis=1))
             beside = beyond_px <= max(LIMITS.beyond * width_px, LIMITS.beyond_px)
             beside &= np.abs(offset_px) <= most_px
             if kind == "crack" and not beside.all():
