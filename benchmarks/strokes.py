@@ -24,11 +24,11 @@ from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.road import Road, road
-from fixtures.generate.road_recipe import KINDS, SIZE_PX
+from fixtures.generate.road_recipe import SIZE_PX, Kind
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline
 
-MISLEADING = tuple(kind for kind in KINDS if kind in ("debris", "oil", "shadow"))
+MISLEADING: tuple[Kind, ...] = ("debris", "oil", "shadow")
 WIDTH_OFF, AREA_OFF = 4.0, 9.0
 """Percent from which walls count as doubtful."""
 MOST_STROKES = 3

@@ -15,7 +15,7 @@ from digitise.image.raster import lightness
 from digitise.photo import Photo
 from digitise.walls.straightened import patch_around, straighten
 from digitise.walls.strokes import Strokes
-from digitise.walls.wall_profile import follow
+from digitise.walls.wall_profile import follow, outward
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import Span
@@ -43,6 +43,7 @@ class BandLimits:
     least: float = 0.2  # Widths, or ``least_px``, by which a band is thicker than the crack's usual edge
     least_px: float = 3.0
     run: float = 0.75  # Least length of a band in widths
+    tip: float = 1.0  # Widths before an end that are left out: past it profiles show ground all across
     least_profiles: int = 6  # A shorter crack has no usual edge
     least_contrast: float = 6.0  # Of lightness
     worth_saying: float = 0.05  # Difference between both mean widths, over the width, from which on a warning says so
@@ -90,6 +91,8 @@ def find_bands(photo: Photo, outline: Outline, strokes: Strokes) -> Bands | None
     thick_px -= np.median(thick_px, axis=1, keepdims=True)
     thick_px = median_filter(thick_px, (1, run), mode="nearest")
     doubtful = thick_px > max(LIMITS.least_px, LIMITS.least * width_px)
+    tip = max(1, round(LIMITS.tip * width_px / station_px))
+    doubtful[:, :tip] = doubtful[:, -tip:] = False
     doubtful &= ~strokes.beside(photo.to_px(line_mm), 2 * width_px)
     low_px = float(np.where(doubtful, np.minimum(inner_px - walls_px, 0), 0).sum(axis=0).mean())
     high_px = float(np.where(doubtful, np.maximum(outer_px - walls_px, 0), 0).sum(axis=0).mean())
@@ -125,9 +128,7 @@ def _sides_px(
     patch = patch_around(photo, photo.to_px(line_mm), reach_px)
     step_mm = max(1.0, LIMITS.sample * width_px) * mm_per_px
     strip = straighten(photo, patch, line_mm, ray, step_mm, reach_px * mm_per_px)
-    light, valid = (
-        np.stack([each[:, strip.middle :], each[:, strip.middle :: -1]]) for each in (strip.light, strip.valid)
-    )
+    light, valid = outward(strip, strip.light), outward(strip, strip.valid)
     even = median_filter(
         lightness(light), (1, int(max(3, LIMITS.along * width_px / station_px)) | 1, 1), mode="nearest"
     )

@@ -19,12 +19,13 @@ from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.settings import PhotoInput
 from digitise.walls.straightened import Strip, patch_around, straighten
-from digitise.walls.wall_profile import follow, refined_to_subpixel
+from digitise.walls.wall_profile import follow, outward, refined_to_subpixel
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 from sealtwin.core.solid_figures import EndKind
 
+Kind = Literal["crack", "ground"]
 Stations = tuple[Floats, Floats, Floats]  # Centreline, left and right wall at the same stations, (n, 2) each
 
 
@@ -97,7 +98,7 @@ NO_STROKES = Strokes()
 class _Placed(NamedTuple):
     """A stroke beside the line along the crack; its places are (m,)."""
 
-    kind: Literal["crack", "ground"]
+    kind: Kind
     name: str
     station: Integers
     offset_px: Floats  # To the left of the line
@@ -170,7 +171,8 @@ def _placed(
     most_px = max(LIMITS.most_away * width_px, 2 * snap_px(photo))
     width, height = photo.size_px
     placed, warnings = list[_Placed](), list[str]()
-    for kind, lines in (("crack", strokes.crack_px), ("ground", strokes.ground_px)):
+    both: tuple[tuple[Kind, tuple[Floats, ...]], ...] = (("crack", strokes.crack_px), ("ground", strokes.ground_px))
+    for kind, lines in both:
         for number, line_px in enumerate(lines, start=1):
             name = f"photo.{kind}_strokes_px, stroke {number}"
             if depth_inside(line_px, (-0.5, -0.5, width - 0.5, height - 0.5)).min() < 0:
@@ -281,9 +283,7 @@ def _followed_px(
     width_px: float,
 ) -> Floats:
     """Return the distance of both walls from the line, (2, stations), by the strokes' levels and within the bounds."""
-    light, valid = (
-        np.stack([all_[:, strip.middle :], all_[:, strip.middle :: -1]]) for all_ in (strip.light, strip.valid)
-    )
+    light, valid = outward(strip, strip.light), outward(strip, strip.valid)
     over = int(max(3, LIMITS.along * width_px / strip.station_px)) | 1
     even = median_filter(lightness(light), (1, over, 1), mode="nearest")
     away_px = np.arange(light.shape[2]) * strip.sample_px
@@ -295,8 +295,8 @@ def _followed_px(
     excess[away_px >= most_px[..., None]] += LIMITS.surely
     place_px = follow(excess, strip.sample_px, strip.station_px)
     steady = int(max(3, width_px / strip.station_px)) | 1
-    least_step, rim = np.zeros((2, *place_px.shape))
-    place_px, _ = refined_to_subpixel(light, valid, place_px, LIMITS.sharp_px, strip.sample_px, steady, least_step, rim)
+    none = np.zeros(place_px.shape)
+    place_px, _ = refined_to_subpixel(light, valid, place_px, LIMITS.sharp_px, strip.sample_px, steady, none, none)
     return np.clip(
         smoothed(place_px.T, LIMITS.wall_smoothing_px / strip.station_px).T, np.maximum(least_px, 0), most_px
     )

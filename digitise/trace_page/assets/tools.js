@@ -58,7 +58,7 @@ export const TOOLS = {
     label: "Crack",
     icon: "M4 12c4-4 5 3 8 0s5-5 8-1M12 18v.01",
     dots: true,
-    guide: (drawn) => `Paint over crack that the lines leave out: drag, or click for a dot.${drawn ? " Click a stroke to erase it." : ""}`,
+    guide: (drawn) => drawn ? "Paint crack that the lines leave out. Click a stroke to erase it." : "Paint crack that the lines leave out: drag, or click for a dot.",
   }),
   ground: drawing({
     key: "g",
@@ -66,7 +66,7 @@ export const TOOLS = {
     label: "Ground",
     icon: "M3 17c5-1 6 1 9 0s5-1 9 0M4 9c3-3 5 2 8 0s5-3 8-1",
     dots: true,
-    guide: (drawn) => `Paint over ground inside the lines: drag, or click for a dot.${drawn ? " Click a stroke to erase it." : ""}`,
+    guide: (drawn) => drawn ? "Paint ground inside the lines. Click a stroke to erase it." : "Paint ground inside the lines: drag, or click for a dot.",
   }),
   wall: drawing({
     key: "w",

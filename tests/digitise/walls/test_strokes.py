@@ -21,8 +21,12 @@ LOWER_PX = {"ground": 157.0, "crack": 169.0}
 def banded_photo(folder, share):
     light = with_crack(mortar(), ENDS, CORE_PX)
     light[157:169, 150:350] *= share
-    photo = evenly_scaled(write_png(folder / "crack.png", cv2.GaussianBlur(light, (0, 0), 0.8)))
+    photo = evenly_scaled(write_png(folder / "crack.png", soft(light, 0.8)))
     return photo, find_path(photo, ENDS)
+
+
+def soft(light, sigma_px):
+    return np.asarray(cv2.GaussianBlur(light, (0, 0), sigma_px), dtype=float)
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +42,8 @@ def pale(tmp_path_factory):
 
 
 def traced(banded, crack=(), ground=()):
-    return trace_outline(*banded, how_traced(crack_strokes_px=crack or None, ground_strokes_px=ground or None))
+    photo, path = banded
+    return trace_outline(photo, path, how_traced(crack_strokes_px=crack or None, ground_strokes_px=ground or None))
 
 
 def lower_px(outline, first, last):
@@ -109,7 +114,7 @@ def test_a_line_along_ground_moves_into_the_crack(tmp_path, crack):
     """Between its walls are a crack and a stain wider than it: ground drawn in the middle leaves the darker part."""
     light = with_crack(mortar(), ENDS, 30)
     light[151:190] = mortar()[151:190] * 0.35
-    photo = evenly_scaled(write_png(tmp_path / "crack.png", cv2.GaussianBlur(light, (0, 0), 0.8)))
+    photo = evenly_scaled(write_png(tmp_path / "crack.png", soft(light, 0.8)))
     path = find_path(photo, ENDS)
     settings = how_traced(ground_strokes_px=[[(100.0, 156.0), (400.0, 156.0)]], crack_strokes_px=crack)
     outline = trace_outline(photo, path, settings)
@@ -122,7 +127,7 @@ def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
     stones = cv2.GaussianBlur(rng.standard_normal((300, 500)), (0, 0), 5)
     light = 0.35 * np.exp(0.25 * stones / stones.std())
     light[140:160] = 0.17 * np.exp(0.25 * stones[140:160] / stones.std())
-    photo = evenly_scaled(write_png(tmp_path / "faint.png", cv2.GaussianBlur(light, (0, 0), 1.0)))
+    photo = evenly_scaled(write_png(tmp_path / "faint.png", soft(light, 1.0)))
     path = find_path(photo, ((20.0, 150.0), (480.0, 150.0)))
     with pytest.raises(InputError, match="crack_strokes_px and ground_strokes_px"):
         trace_outline(photo, path)
@@ -167,7 +172,7 @@ def test_a_stroke_takes_no_longer_than_a_click_and_shows_at_a_glance(banded):
     settings = how_traced(crack_strokes_px=[OVER_BAND])
     assert _seconds(lambda: trace_outline(photo, path, settings)) < 1.5 * plain
     large = evenly_scaled_copy(photo, 3)
-    wide = find_path(large, tuple((3 * x, 3 * y) for x, y in ENDS))
+    wide = find_path(large, ((90.0, 451.0), (1410.0, 451.0)))
     line = [(3 * x, 3 * y) for x, y in OVER_BAND]
     rough = glance(large, wide, how_traced(crack_strokes_px=[line]))
     assert rough is not None
