@@ -14,14 +14,17 @@ from digitise.geometry import polyline
 from digitise.photo import Photo
 from digitise.settings import PhotoInput
 from digitise.smaller_copy import in_copy, smaller
+from digitise.walls.bands import find_bands
 from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit
-from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
-from digitise.walls.islands import find_islands, photo_of_paint
+from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced, WallsMissingError
+from digitise.walls.dark_region import trace_dark_region
+from digitise.walls.islands import RetouchedPhoto, find_islands, photo_of_paint
 from digitise.walls.mended import mended
-from digitise.walls.mouths import trace_past_mouths
-from digitise.walls.side_cracks import find_side_cracks, with_branches
+from digitise.walls.mouths import SideRings, trace_past_mouths
+from digitise.walls.side_cracks import SideCracks, find_side_cracks, with_branches
 from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
+from digitise.walls.strokes import NO_STROKES, Strokes, by_strokes
 from digitise.walls.thin_crack import trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
@@ -46,10 +49,19 @@ class Unconfirmed(str):
     """Warning about a crack that was found automatically. A program recognises it by this type, not by its words."""
 
 
+class DoubtfulWalls(str):
+    """Warning about walls that strokes may move to where they are."""
+
+
 REGION = (
     "the ground is too coarse to follow the walls one by one: they are the rims of the dark region along the path, "
     "each moved as a whole to its share of the contrast (95 % of the mean width: {:.3g} to {:.3g} mm). Look at "
     "overlay.png"
+)
+BAND = (
+    "the fitted width is {:.3g} mm, but the photo is dark over about {:.2g} mm across the crack, perhaps because of "
+    "debris in it or a broken edge: the interval covers both. Look at overlay.png; if the whole band is crack, draw "
+    "over it in crack_strokes_px, or give width_mm"
 )
 PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
 
@@ -81,18 +93,19 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
         return replace(moved, width_source="gauge", width_95_mm=None)
     width_mm = settings.width_stations_mm
-    if settings.walls_px and (settings.path_only or width_mm is not None):
-        raise InputError(f"{photo.file}: photo.walls_px cannot be combined with width_mm or path_only: give one.")
+    by_hand = " and ".join(f"photo.{name}" for name in settings.drawn_by_hand)
+    if by_hand and (settings.path_only or width_mm is not None):
+        raise InputError(f"{photo.file}: {by_hand} cannot be combined with width_mm or path_only: give one.")
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
         return (
             outline_along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
         )
-    if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
+    if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or Strokes.of(settings):
         with suppress(TooThinError):
             return outline_by_walls(photo, path, settings)
-    if settings.walls_px:
-        raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for measured walls; leave walls_px out.")
+    if by_hand:
+        raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
     return _fitted(photo, path)
 
 
@@ -106,25 +119,45 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
     shown, wall_share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
     islands_mm, shown = find_islands(shown, path, wall_share)
     sides = find_side_cracks(shown, path, wall_share)
-    traced, rings_px = trace_past_mouths(shown, path, sides)
+    strokes = Strokes.of(settings)
+    traced, rings_px = _followed(photo, shown, path, sides, strokes)
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
-    outline = outline_along(photo, path, traced, "walls", lines_mm=lines_mm)
+    outline = outline_along(photo, path, traced, "walls", lines_mm=lines_mm, strokes=strokes)
+    if strokes and outline.mean_width_mm < MIN_WIDTH_PX * photo.mm_per_px:
+        raise TooThinError(f"{photo.file}: the crack is under {MIN_WIDTH_PX:g} px wide between its strokes.")
     if (spread := traced.width_spread) is not None:
         interval_mm = outline.mean_width_mm * (1 - spread), outline.mean_width_mm * (1 + spread)
-        warnings = (*outline.warnings, REGION.format(*interval_mm))
+        warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*interval_mm)))
         outline = replace(outline, width_source="region", width_95_mm=interval_mm, warnings=warnings)
+    bands = None if painted else find_bands(photo, outline, strokes)
+    if bands is not None:
+        warnings = (*outline.warnings, DoubtfulWalls(bands.warning))
+        outline = replace(outline, bands_mm=bands.rings_mm, width_95_mm=bands.width_95_mm, warnings=warnings)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     # Paint has no blur that could be mistaken for width.
     least_px = 0.0 if painted else MIN_WIDTH_PX
     if not painted:
         missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
     outline = with_branches(photo, outline, sides, rings_px, settings.branches == "keep", least_px)
-    islands_mm = tuple(ring for ring in islands_mm if points_in_poly(ring, outline.outline_mm).all())
+    within = (ring for ring in islands_mm if points_in_poly(ring, outline.outline_mm).all())
+    islands_mm = tuple(ring for ring in within if not strokes.crack_in(photo.to_px(ring)))
     return replace(
         outline,
         warnings=(*missed, *outline.warnings, *_island_warning(islands_mm)),
         islands_mm=(*islands_mm, *outline.islands_mm),
     )
+
+
+def _followed(
+    photo: Photo, shown: RetouchedPhoto, path: CrackPath, sides: SideCracks, strokes: Strokes
+) -> tuple[Traced, SideRings]:
+    """Return the main crack as ``trace_past_mouths`` does; with strokes, the dark region instead of a refusal."""
+    try:
+        return trace_past_mouths(shown, path, sides)
+    except (WallsMissingError, TooThinError):
+        if not strokes:
+            raise
+    return trace_dark_region(photo, path, sides.wall_share, insisted=True), ((),) * len(sides.lines)
 
 
 def outline_along(
@@ -135,9 +168,14 @@ def outline_along(
     width_95_mm: Span | None = None,
     remarks: tuple[str, ...] = (),
     lines_mm: Sequence[Floats] = (),
+    strokes: Strokes = NO_STROKES,
 ) -> Outline:
-    """Return the outline of a traced crack with drawn stretches of wall, without side cracks and islands."""
-    centreline_mm, left_mm, right_mm, drawn, far = mended(photo, _stations(photo, traced), lines_mm, traced.kinds)
+    """Return the outline of a traced crack, without side cracks and islands.
+
+    Strokes move its walls; then drawn stretches of wall replace them.
+    """
+    stations, doubts = by_strokes(photo, _stations(photo, traced), strokes, traced.kinds)
+    centreline_mm, left_mm, right_mm, drawn, far = mended(photo, stations, lines_mm, traced.kinds)
     if source == "none":
         # The ring of a path runs forth and back, without area.
         left_mm = right_mm = centreline_mm
@@ -149,7 +187,7 @@ def outline_along(
         ends=traced.kinds,
         **photo.facts_of_outline,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *far, *remarks),
+        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *doubts, *far, *remarks),
         width_source=source,
         width_95_mm=width_95_mm,
     )
@@ -181,13 +219,16 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
         f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks and "
         "islands are not searched for"
     )
-    return outline_along(
-        photo, path, traced, "fit", (low_mm, high_mm), (remark, *_judged_band(copy, narrow, traced, fit))
-    )
+    dark_mm = _dark_mm(copy, narrow, traced, fit)
+    remarks = (remark,) if dark_mm is None else (remark, DoubtfulWalls(BAND.format(mean_mm, dark_mm)))
+    return outline_along(photo, path, traced, "fit", (low_mm, max(high_mm, dark_mm or 0.0)), remarks)
 
 
-def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> list[str]:
-    """Return a warning if the dark band is far wider than the fit. Raises InputError if the mask is a line in it."""
+def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> float | None:
+    """Return the width of the dark band along a fitted crack; None if it is not far wider than the fit.
+
+    Raises InputError if the mask is a line in it.
+    """
     dark_px = band_px(photo, photo.to_px(traced.line_mm), fit.mean_px)
     dark_mm = dark_px * photo.mm_per_px
     if path.source == "mask" and is_wider(dark_px, path.width_px):
@@ -197,13 +238,7 @@ def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> 
             "Paint the crack from wall to wall; or leave the mask out and give ends_px, with path_only for its path "
             "alone."
         )
-    if not is_wider(dark_px, fit.mean_px):
-        return []
-    return [
-        f"the fitted width is {fit.mean_px * photo.mm_per_px:.3g} mm, but the photo is dark over about {dark_mm:.2g} "
-        "mm across the crack, perhaps because of debris in it or a broken edge: the interval does not cover that. "
-        "Look at overlay.png, and paint the crack in photo.mask, or give width_mm"
-    ]
+    return dark_mm if is_wider(dark_px, fit.mean_px) else None
 
 
 def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
@@ -238,8 +273,11 @@ def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> 
     factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
     narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
-        drawn_px = [in_copy(np.array(line_px), factor).tolist() for line_px in settings.walls_px or ()]
-        simple = settings.model_copy(update={"walls_px": drawn_px, "branches": "drop"})
+        drawn_px = {
+            name: [in_copy(np.array(line_px), factor).tolist() for line_px in getattr(settings, name)]
+            for name in settings.drawn_by_hand
+        }
+        simple = settings.model_copy(update={**drawn_px, "branches": "drop"})
         return outline_by_walls(smaller(photo, factor), narrow, simple)
     return None
 
@@ -286,7 +324,8 @@ def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
     if drawn:
         doubts.append(f"{max(drawn, 0.01):.0%} of the walls were drawn by hand, not measured")
     if traced.missing > WORTH_SAYING:
-        doubts.append(f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there")
+        missing = f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"
+        doubts.append(DoubtfulWalls(missing))
     if traced.beyond_mm > 0:
         doubts.append(
             f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"

@@ -47,6 +47,11 @@ WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, ma
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each; for more, paint a mask
+MOST_STROKES = 20  # Largest number of strokes of a kind, each with as many points; for more, paint a mask
+Strokes = Annotated[
+    tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MOST_WALL_POINTS)], ...],
+    Field(max_length=MOST_STROKES),
+]
 CHOICE = "photo.crack = 2"  # Words by which a refusal asks for a choice among cracks
 MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
@@ -127,6 +132,13 @@ class PhotoInput(Settings):
     )
     """Stretches of wall drawn by hand, for photos that mislead. Each is a line from one place on a wall, along the true
     wall, to another place on the same wall. Draw them with 'sealtwin trace'."""
+    crack_strokes_px: Strokes | None = None
+    """Strokes over places that are surely crack, each a line or one point. Where walls are doubtful or wrong, a few of
+    them are enough: a wall passes outside them, and near them the lightness under them is crack. Draw them with
+    'sealtwin trace'."""
+    ground_strokes_px: Strokes | None = None
+    """Strokes over places beside the crack that are surely ground. A wall passes between them and the crack, and near
+    them, on their side, the lightness under them is ground."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is relative to the trial file's folder or absolute."""
@@ -177,6 +189,11 @@ class PhotoInput(Settings):
         return self.ends_px, self.via_px, self.roi_px, self.crack
 
     @property
+    def drawn_by_hand(self) -> tuple[str, ...]:
+        """Names of the settings that change the measured walls by hand, among those given."""
+        return tuple(name for name in ("walls_px", "crack_strokes_px", "ground_strokes_px") if getattr(self, name))
+
+    @property
     def width_stations_mm(self) -> Floats | None:
         """The given arc lengths and widths, (k, 2)."""
         return None if self.width_mm is None else by_station(self.width_mm)
@@ -215,8 +232,9 @@ class PhotoInput(Settings):
         stops = [*(self.ends_px or ())[:1], *self.via_px, *(self.ends_px or ())[1:]]
         if twice := next((stop for stop, after in pairwise(stops) if stop == after), None):
             raise ValueError(f"ends_px, via_px: ({twice[0]:g}, {twice[1]:g}) is given twice in a row; give it once")
-        if self.mask is not None and (self.roi_px is not None or self.via_px or self.walls_px):
-            raise ValueError("mask cannot be combined with roi_px, via_px or walls_px: give only ends_px with it")
+        hand = "roi_px", "via_px", "walls_px", "crack_strokes_px", "ground_strokes_px"
+        if self.mask is not None and any(getattr(self, name) for name in hand):
+            raise ValueError(f"mask cannot be combined with {', '.join(hand[:-1])} or {hand[-1]}: give only ends_px")
         return self
 
 

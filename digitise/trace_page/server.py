@@ -25,7 +25,7 @@ DOOR = """<!doctype html>
 <a href="{url}">The trace page</a>
 """
 Content = tuple[bytes, str]  # Body and media type of the answer to a GET
-LARGEST_BODY_BYTES = 250_000  # Largest body of a request: as many drawn walls as a trial may have
+LARGEST_BODY_BYTES = 400_000  # Largest body of a request: as many drawn walls and strokes as a trial may have
 SLOW_S = 10.0  # Longest silence on a connection; requests of the page arrive in milliseconds
 MOST_STRANGERS = 32  # Most connections without a valid request; the oldest is closed, so that they block no other
 SECURITY_HEADERS = {

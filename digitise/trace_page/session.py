@@ -19,9 +19,9 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
-from digitise.outline import Unconfirmed, glance, trace_outline
+from digitise.outline import DoubtfulWalls, Unconfirmed, glance, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
-from digitise.settings import MOST_VIA, MOST_WALL_POINTS, MOST_WALLS, CrackShape, PhotoInput, Pixel, Tilt
+from digitise.settings import MOST_VIA, MOST_WALL_POINTS, MOST_WALLS, CrackShape, PhotoInput, Pixel, Strokes, Tilt
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Pixels
 from sealtwin.core.settings import Settings, checked
@@ -34,6 +34,8 @@ CONTROLS = {  # Labels on the page for the settings and files that messages name
     "via_px": "Via",
     "roi_px": "Box",
     "walls_px": "Wall",
+    "crack_strokes_px": "Crack",
+    "ground_strokes_px": "Ground",
     "ruler_px": "Ruler",
     "ruler_mm": "Distance",
     "face_corners_px": "Face",
@@ -59,6 +61,8 @@ class Hints(Settings):
     walls_px: tuple[Annotated[tuple[Pixel, ...], Field(max_length=MOST_WALL_POINTS)], ...] | None = Field(
         default=None, max_length=MOST_WALLS
     )
+    crack_strokes_px: Strokes | None = None
+    ground_strokes_px: Strokes | None = None
     branches: Literal["drop", "keep"] | None = None
     mm_per_px: float | None = None
     scale_is: Literal["measured", "assumed"] | None = None
@@ -314,6 +318,7 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         "centreline_px": _rounded(photo.to_px(outline.centreline_mm)),
         "outline_px": _rounded(photo.to_px(outline.outline_mm)),
         "islands_px": [_rounded(photo.to_px(ring)) for ring in outline.islands_mm],
+        "bands_px": [_rounded(photo.to_px(ring)) for ring in outline.bands_mm],
         "branches_px": [_rounded(photo.to_px(line)) for line in outline.branches_mm],
         "unit": "mm" if in_mm else "px",
         "length": outline.length_mm,
@@ -323,6 +328,7 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         # Islands run clockwise, so that their area is negative.
         "area": sum(map(signed_area, (outline.outline_mm, *outline.islands_mm))),
         "ends": outline.ends,
+        "doubtful": any(isinstance(text, DoubtfulWalls) for text in outline.warnings),
         # The page itself asks for confirmation.
         "warnings": [_for_page(in_mm, text) for text in outline.warnings if not isinstance(text, Unconfirmed)],
     }

@@ -268,7 +268,8 @@ def _check_found(photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float,
     if missing > most_missing or not walls.both_found.any():
         raise WallsMissingError(
             f"{photo.file}: walls not found on {missing:.0%} of the path (at most {MOST_MISSING:.0%}); look at the "
-            "photo for shadows and dirt along the crack, and give ends_px of a clearer part, or paint the crack by "
+            "photo for shadows and dirt along the crack, and give ends_px of a clearer part; or draw over what is "
+            "surely crack and what is surely ground in crack_strokes_px and ground_strokes_px; or paint the crack by "
             "hand in photo.mask, for example if the ground is coarse."
         )
     return missing

@@ -75,6 +75,7 @@ class RegionLimits:
     darkest: float = 0.36  # Gate: most light inside over beside
     least_step: float = 0.2  # Gate: least 20th percentile of the lesser step from inside to a side, over the ground
     least_dark: float = 0.7  # Gate: least share of the line darker than half
+    insisted: float = 0.2  # Added to the interval, like ``sure``, for a region that does not pass the gate
     sure: float = 0.10  # Half of the 95 % interval of the mean width over the width that no profile can show
 
 
@@ -110,20 +111,23 @@ class DarkRegion:
     fault: str | None  # Why it may not be a crack; None if it passes the gate
 
 
-def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
+def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, insisted: bool = False) -> Traced:
     """Return the crack between the rims of the dark region along ``path``, at ``wall_share`` of the contrast.
 
-    Raises InputError if it is too narrow, or does not stand out from the ground as a crack does.
+    Raises InputError if it is too narrow, or does not stand out from the ground as a crack does, unless a user has
+    ``insisted`` by strokes.
     """
     factor = max(1, int(path.width_px / LIMITS.enough_px))
     if factor > 1:
         # Pixels finer than that add nothing to the mean rim.
         narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
-        traced = trace_dark_region(smaller(photo, factor), narrow, wall_share)
+        traced = trace_dark_region(smaller(photo, factor), narrow, wall_share, insisted)
         return replace(traced, width_px=traced.width_px * factor)
     patch = patch_around(photo, path.points_px, LIMITS.most_reach_px + LIMITS.most_width_px)
     region = dark_region(photo, patch, path.points_px, wall_share)
-    if region.fault is not None:
+    if region.fault is not None and insisted:
+        region = replace(region, spread=float(np.hypot(LIMITS.insisted, region.spread)))
+    elif region.fault is not None:
         raise InputError(f"{photo.file}: {region.fault}")
     return _placed(photo, patch, replace(path, width_px=region.width_px), region)
 

@@ -98,6 +98,9 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     for line_mm in outline.branches_mm:
         joined = np.mean(points_in_poly(line_mm, outline.outline_mm)) > JOINED
         (canvas.line if joined else canvas.dashed)(canvas.at(photo.to_px(line_mm)), CENTRE)
+    for ring_mm in outline.bands_mm:
+        ring_px = canvas.at(photo.to_px(ring_mm))
+        canvas.dashed(np.concatenate([ring_px, ring_px[:1]]), ENDS)
     for wall_px, colour in ((outline.left_wall_px, LEFT), (outline.right_wall_px, RIGHT)):
         canvas.line(canvas.at(_on_face(photo, wall_px)), colour)
     centreline = canvas.at(outline.centreline_px)
@@ -189,6 +192,8 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
     ]
     if outline.width_source != "none":
         lines += [(LEFT, "left wall"), (RIGHT, "right wall"), (ENDS, "rest of the rim")]
+    if outline.bands_mm:
+        lines.append((ENDS, "dashed: crack or ground"))
     if trajectory is not None and len(given := trajectory.s_mm[trajectory.giving]):
         verb = "gives" if trajectory.dispensed_mm3 > 0 else "runs"
         lines.append((NOZZLE, f"nozzle, {verb} from s = {given[0]:.1f} to {given[-1]:.1f} mm"))

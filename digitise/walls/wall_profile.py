@@ -89,7 +89,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = 0.5, both_reac
     # In wide parts of the crack the band next to it includes crack.
     mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
     bright = np.stack([_level(strip, mortar & (sign * strip.offset_mm > 0), over) for sign in (1, -1)])
-    light, valid = _outward(strip, strip.light), _outward(strip, strip.valid)
+    light, valid = outward(strip, strip.light), outward(strip, strip.valid)
     contrast = np.maximum(bright - dark, 1e-6)
     share = np.clip((light - dark[:, None]) / contrast[..., None], 0, 1)
 
@@ -297,7 +297,7 @@ def reached(profile: Floats, at: Floats, level: float) -> float | None:
     return float(np.interp(level, profile[first - 1 : first + 1], at[first - 1 : first + 1]))
 
 
-def _outward(strip: Strip, values: NDArray) -> NDArray:
+def outward(strip: Strip, values: NDArray) -> NDArray:
     """Return the left and right half of a strip, both from the line outward, (2, stations, samples)."""
     return np.stack([values[:, strip.middle :], values[:, strip.middle :: -1]])
 

@@ -128,6 +128,8 @@ class Outline(Shown):
     path_source: PathSource
     warnings: tuple[str, ...] = ()
     islands_mm: tuple[Points, ...] = ()  # Rings inside the outline that are no crack, clockwise
+    bands_mm: tuple[Points, ...] = ()
+    """Rings around bands along the walls that may be crack or ground, as of debris. ``width_95_mm`` covers both."""
     branches_mm: tuple[Points, ...] = ()
     """Centrelines of the side cracks, from the main crack outward."""
     branches_kept: bool = False  # True if the outline includes the side cracks

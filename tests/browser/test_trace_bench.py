@@ -1,12 +1,14 @@
 """The trace page as a workbench: walls drawn, taken back, erased, saved; depth and tilt; a folder of photos."""
 
+import importlib
 import tomllib
 
 import numpy as np
 import pytest
 
+from digitise.geometry.polyline import signed_area
 from sealtwin.core.progress import Progress
-from sealtwin.core.record_files import read_solid
+from sealtwin.core.record_files import read_outline, read_solid
 from sealtwin.core.run_folder import open_folder
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import run_stages
@@ -94,6 +96,79 @@ def test_a_drawn_wall_is_saved_and_there_again(bench, open_page, shot, tmp_path)
         assert again.page.locator("#lines .drawn").count() == 1
     finally:
         trial.unlink()
+
+
+def beside(bench, share, aside_px):
+    """A place so many pixels outward of the left wall, at a share of its length."""
+    wall, middle = (np.array(bench.probe("line", name)) for name in ("left-wall", "way"))
+    place = wall[round(share * (len(wall) - 1))]
+    inward = middle[np.linalg.norm(middle - place, axis=1).argmin()] - place
+    return place - aside_px * inward / np.linalg.norm(inward)
+
+
+def test_strokes_and_dots_move_walls_are_saved_and_give_the_same_walls(open_page, shot, tmp_path):
+    """Painted with the pointer and by keys, taken back, erased by click and in the list; then run from the trial."""
+    photo = tmp_path / "crack.jpg"
+    photo.write_bytes(shot.file.read_bytes())
+    bench = open_page(photo)
+    bench.give_ends(shot)
+    before = bench.number("area")
+    bench.page.keyboard.press("c")
+    draw(bench, [beside(bench, share, 7.0) for share in (0.4, 0.42, 0.44)])
+    bench.await_state("walls")
+    bench.until("window.probe.number('area') > given[0]", before)
+    assert "strokes drawn by hand" in bench.text("#warnings")
+    wider = bench.number("area")
+    bench.page.keyboard.press("g")
+    bench.page.focus("#stage")
+    bench.page.keyboard.press("ArrowUp")
+    bench.page.keyboard.press("Enter")
+    assert bench.page.locator("#lines .ground-stroke").count() == 1
+    bench.page.click("#drawn .ground-stroke button")
+    assert bench.page.locator("#lines .ground-stroke").count() == 0
+    bench.await_state("walls")
+    bench.until("window.probe.number('area') === given[0]", wider)
+    bench.page.keyboard.press("c")
+    line = np.array(bench.probe("line", "crack-stroke-0"))
+    bench.click(line[0])
+    bench.until("window.probe.number('area') === given[0]", before)
+    bench.page.keyboard.press("Control+z")
+    bench.until("window.probe.number('area') === given[0]", wider)
+    bench.give_scale_and_depth()
+    bench.page.locator(":focus").blur()
+    bench.until("document.querySelector('#area').innerText.includes('mm')")
+    bench.await_state("walls")
+    shown_mm2 = bench.number("area")
+    bench.page.keyboard.press("Control+s")
+    bench.page.wait_for_selector("#farewell[open]")
+    trial = load_trial(photo.with_suffix(".toml"))
+    assert trial.photo is not None
+    assert len(trial.photo.crack_strokes_px or ()) == 1
+    with open_folder(tmp_path / "run", create=True) as folder:
+        run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("digitise",))
+    assert abs(signed_area(read_outline(folder.path).outline_mm)) == pytest.approx(shown_mm2, abs=0.51)
+
+
+def test_ground_across_the_crack_is_refused_by_the_tool_s_name(bench, shot):
+    bench.give_ends(shot)
+    bench.page.keyboard.press("g")
+    draw(bench, [beside(bench, 0.5, 15.0), beside(bench, 0.5, -60.0)])
+    bench.await_state("refused")
+    assert "Ground, stroke 1, crosses the crack" in bench.text("#refusal")
+    bench.page.keyboard.press("Control+z")
+    bench.await_state("walls")
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_axe_finds_nothing_serious_beside_strokes(open_page, shot, width):
+    axe = importlib.import_module("axe_playwright_python.sync_playwright").Axe()
+    bench = open_page(shot.file, width=width)
+    bench.give_ends(shot)
+    bench.page.keyboard.press("c")
+    bench.click(beside(bench, 0.5, 5.0))
+    bench.await_state("walls")
+    violations = axe.run(bench.page).response["violations"]
+    assert [one["id"] for one in violations if one["impact"] in ("serious", "critical")] == []
 
 
 def test_a_folder_is_traced_photo_by_photo(open_page, shot, tmp_path):

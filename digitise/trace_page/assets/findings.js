@@ -52,6 +52,7 @@ export class Findings {
     lines.sheet.classList.toggle("proposed", this.automatic);
     lines.set("ring", walls?.outline_px, true);
     lines.setAll("island", walls?.islands_px, true);
+    lines.setAll("band", walls?.bands_px, true);
     lines.setAll("branch", walls?.branches_px);
     lines.set("left-wall", walls?.left_px);
     lines.set("right-wall", walls?.right_px);

@@ -1,6 +1,6 @@
 // The trace page: points go to the server, lines come back.
 
-import { draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, volumeOf, withoutWall } from "./draft.js";
+import { DRAWN, draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, volumeOf, withoutCrack, withoutDrawn } from "./draft.js";
 import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
@@ -67,7 +67,7 @@ function commit(next, kind = null) {
 }
 
 function ask(before) {
-  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, draft.walls_px]);
+  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, DRAWN.map(({ key }) => draft[key])]);
   // Half a ruler, or a width without a height, changes nothing yet.
   if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
@@ -91,7 +91,7 @@ function trace(until) {
 }
 
 function search() {
-  commit({ ...draft, ends_px: [null, null], via_px: [], walls_px: [], crack: null });
+  commit(withoutCrack(draft));
   dismiss();
   trace("walls");
 }
@@ -156,8 +156,8 @@ function refresh() {
   for (const settle of toolbars) settle();
   lines.set("ruler", draft.scale === "ruler" && draft.ruler_px.length === 2 ? draft.ruler_px : null);
   showFace();
-  lines.setAll("drawn", draft.walls_px);
-  showDrawn(draft.walls_px, (index) => commit(withoutWall(draft, index)));
+  for (const { key, shown } of DRAWN) lines.setAll(shown, draft[key]);
+  showDrawn(draft, (key, index) => commit(withoutDrawn(draft, key, index)));
   lines.set("roi", draft.roi_px.length < 2 ? null : draft.roi_px.length === 2 ? boxed(draft.roi_px) : draft.roi_px, true);
   place();
 }
@@ -306,7 +306,7 @@ function step(by) {
 /** Make the ends of a detected line the user's. */
 function take(ends) {
   tool = "via";
-  commit({ ...draft, ends_px: ends, via_px: [], walls_px: [], crack: null });
+  commit({ ...withoutCrack(draft), ends_px: ends });
   stage.focus();
 }
 

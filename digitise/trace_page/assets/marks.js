@@ -26,6 +26,8 @@ export class Lines {
       this.sheet.append(line);
       this.shown.set(name, line);
     }
+    // A line to itself, with round caps, is a dot.
+    if (points.length === 1) points = [...points, ...points];
     line.setAttribute("d", `M${points.map(([x, y]) => `${x} ${y}`).join("L")}${closed ? "Z" : ""}`);
   }
 

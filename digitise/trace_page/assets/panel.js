@@ -1,6 +1,6 @@
 // The panel of findings and fields.
 
-import { replaced } from "./draft.js";
+import { DRAWN, replaced } from "./draft.js";
 import { made, part } from "./page.js";
 
 const numberOf = (text) => Number(text.trim().replace(",", ".") || NaN);
@@ -26,6 +26,7 @@ export function showWalls(walls, rough) {
   const digits = unit === "px" ? [0, 1, 0] : [1, 2, 0];
   part("length").textContent = walls ? inUnit(walls.length, digits[0], unit) : "–";
   part("width").textContent = walls && walls.width_source !== "none" ? meanWidth(walls, digits[1]) : "–";
+  part("doubtful").hidden = !walls?.doubtful;
   part("area").textContent = walls ? inUnit(walls.area, digits[2], `${unit}²`) : "–";
 }
 
@@ -91,14 +92,15 @@ export function showPhotos(photos, turn) {
   part("photos").replaceChildren(...buttons.map((button) => made("li", {}, button)));
 }
 
-/** A row for each stretch of wall that was drawn; `erase(index)`. */
-export function showDrawn(walls, erase) {
-  part("drawn-section").hidden = !walls.length;
-  const rows = walls.map((line, index) => {
-    const [x, y] = line[0].map(Math.round);
-    const gone = made("button", { "aria-label": `Erase drawn wall ${index + 1}`, click: () => erase(index) }, "×");
-    return made("div", {}, made("span", {}, `Wall ${index + 1}, from x ${x}, y ${y}`), gone);
-  });
+/** A row for each line that was drawn; `erase(key, index)`. */
+export function showDrawn(draft, erase) {
+  const rows = DRAWN.flatMap(({ key, name, shown }) =>
+    draft[key].map((line, index) => {
+      const [x, y] = line[0].map(Math.round);
+      const gone = made("button", { "aria-label": `Erase ${name.toLowerCase()} ${index + 1}`, click: () => erase(key, index) }, "×");
+      return made("div", { class: shown }, made("span", {}, `${name} ${index + 1}, from x ${x}, y ${y}`), gone);
+    }));
+  part("drawn-section").hidden = !rows.length;
   part("drawn").replaceChildren(...rows);
 }
 

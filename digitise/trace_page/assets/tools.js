@@ -1,12 +1,29 @@
 // Tools: what a click on the photo places, and what a drag draws.
 
-import { hasEnds, nearestWall, simplified, withCorner, withVia, withoutWall } from "./draft.js";
+import { DRAWN, hasEnds, nearestDrawn, simplified, withCorner, withDrawn, withVia, withoutDrawn } from "./draft.js";
 import { made } from "./page.js";
 
 const MOST_VIA = 50; // As in digitise/settings.py: more would draw the crack.
-const MOST_WALLS = 50; // As in digitise/settings.py.
 
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);
+
+/** A tool that draws lines; a click on one erases it, and with `dots` a click beside them draws a dot. */
+function drawing({ lines, guide, dots, ...rest }) {
+  const { most } = DRAWN.find(({ key }) => key === lines);
+  const open = (draft) => hasEnds(draft) && draft[lines].length < most;
+  return {
+    ...rest,
+    guide: (draft) => {
+      if (!hasEnds(draft)) return "Give both ends first.";
+      return open(draft) ? guide(draft[lines].length) : "No more of these: paint the crack in a mask instead.";
+    },
+    place: (draft, point, { reach }) => {
+      const near = nearestDrawn(draft, lines, point, reach);
+      return dots && near < 0 && open(draft) ? withDrawn(draft, lines, [point]) : withoutDrawn(draft, lines, near);
+    },
+    draw: (draft, trail) => (open(draft) ? withDrawn(draft, lines, simplified(trail)) : draft),
+  };
+}
 
 export const TOOLS = {
   ends: {
@@ -35,21 +52,29 @@ export const TOOLS = {
     place: (draft, point, { path }) =>
       hasEnds(draft) && draft.via_px.length < MOST_VIA ? withVia(draft, point, path) : draft,
   },
-  wall: {
+  crack: drawing({
+    key: "c",
+    lines: "crack_strokes_px",
+    label: "Crack",
+    icon: "M4 12c4-4 5 3 8 0s5-5 8-1M12 18v.01",
+    dots: true,
+    guide: (drawn) => drawn ? "Paint crack that the lines leave out. Click a stroke to erase it." : "Paint crack that the lines leave out: drag, or click for a dot.",
+  }),
+  ground: drawing({
+    key: "g",
+    lines: "ground_strokes_px",
+    label: "Ground",
+    icon: "M3 17c5-1 6 1 9 0s5-1 9 0M4 9c3-3 5 2 8 0s5-3 8-1",
+    dots: true,
+    guide: (drawn) => drawn ? "Paint ground inside the lines. Click a stroke to erase it." : "Paint ground inside the lines: drag, or click for a dot.",
+  }),
+  wall: drawing({
     key: "w",
+    lines: "walls_px",
     label: "Wall",
     icon: "M3 8c4 0 4 3 8 3s5-4 10-4M3 16c5 0 6-2 9-2M15 21l1-4 5-5 3 3-5 5z",
-    guide: (draft) => {
-      if (!hasEnds(draft)) return "Give both ends first.";
-      if (draft.walls_px.length >= MOST_WALLS) return "No more drawn walls: paint the crack in a mask instead.";
-      return draft.walls_px.length
-        ? "Draw along the true wall. Click a drawn stretch to erase it."
-        : "Draw along the true wall, from the line back to it.";
-    },
-    place: (draft, point, { reach }) => withoutWall(draft, nearestWall(draft, point, reach)),
-    draw: (draft, trail) =>
-      hasEnds(draft) && draft.walls_px.length < MOST_WALLS ? { ...draft, walls_px: [...draft.walls_px, simplified(trail)] } : draft,
-  },
+    guide: (drawn) => (drawn ? "Draw along the true wall. Click a drawn stretch to erase it." : "Draw along the true wall, from the line back to it."),
+  }),
   ruler: {
     key: "r",
     label: "Ruler",
