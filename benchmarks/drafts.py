@@ -43,7 +43,7 @@ POURS: Mapping[str, dict[str, Any]] = {
     "fast": {**PASTE, "path.speed_mm_s": 12.0, "crack.depth_mm": 10.0, "path.volume_ml": 2.8},
 }
 """Settings of each pour that replace the shipped trial's."""
-JUDGED = dict.fromkeys(("shipped", "flaring"), (0.22, 0.05))  # Largest RMS and mean of the means of three, mm
+JUDGED: Mapping[str, tuple[float, float]] = dict.fromkeys(("shipped", "flaring"), (0.22, 0.05))  # Largest RMS and mean of the means of three, mm
 WHY = "a heap above a narrow mouth is as wide as two particles of a draft"
 
 
@@ -66,9 +66,10 @@ def _rows(names: list[str], seeds: int) -> Iterator[Row]:
         apart_mm = draft.level_mm.mean(axis=0) - accurate.level_mm.mean(axis=0)
         off_mm.append(np.abs(draft.level_mm - accurate.level_mm.mean(axis=0)).ravel())
         paces.append(draft.cpu_s / accurate.cpu_s)
+        rms_most_mm, mean_most_mm = JUDGED.get(name, (np.inf, np.inf))
         rms_mm, mean_mm = float(np.sqrt((apart_mm**2).mean())), float(np.abs(apart_mm.mean()))
-        yield Row(f"{name}: means of {seeds} runs, RMS", rms_mm, "mm", 0, JUDGED.get(name, (np.inf,))[0], because=WHY)
-        yield Row(f"{name}: their mean level", mean_mm, "mm", 0, JUDGED.get(name, (0, np.inf))[1], because=WHY)
+        yield Row(f"{name}: means of {seeds} runs, RMS", rms_mm, "mm", 0, rms_most_mm, because=WHY)
+        yield Row(f"{name}: their mean level", mean_mm, "mm", 0, mean_most_mm, because=WHY)
         yield Row(f"{name}: one draft off the mean of accurate runs, nine of ten", _nine(off_mm[-1]), "mm")
         yield Row(f"{name}: one accurate run off that mean, nine of ten", _nine(_own(accurate)), "mm")
         yield Row(f"{name}: volume of a draft over the dispensed", draft.volume_ratio, "", 0.98, 1.02)

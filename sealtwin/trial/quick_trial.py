@@ -23,6 +23,7 @@ ASSUMED = {
     if f"{table}.{key}" not in NOT_ASSUMED
 }
 """Settings that are taken from the starter if not given, by dotted name."""
+QUICK = {**ASSUMED, "solver.preset": "draft"}
 NOBODY = "undeclared"  # Origin of a photo, and origin and role of readings, if not declared: they validate nothing
 MARK = "# Written by 'sealtwin quick', as it was while its check is "
 """First line of the file, before a hash of the others. A file that was not edited may be overwritten."""
@@ -45,7 +46,7 @@ def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: P
     if twice := sorted({"photo.file", *sheets} & settings.keys()):
         raise InputError(f"{photo}: {twice[0]} is given twice; give it once.")
     given = seen_from(folder, {"photo.file": photo, **settings, **sheets})
-    defaults = {"photo.data": NOBODY, **ASSUMED, "solver.preset": "draft"}
+    defaults = {"photo.data": NOBODY, **QUICK}
     if sheet is not None:
         defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
     content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), given)

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
-from sealtwin.trial.quick_trial import ASSUMED
+from sealtwin.trial.quick_trial import QUICK
 from tests.pages import leave_out_pages
 from tests.studies import READINGS, tiny_lab
 
@@ -44,7 +44,7 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     text = (out / "trial.toml").read_text()
     trial = tomllib.loads(text)
     assert (trial["photo"]["file"], trial["readings"]["file"]) == ("../crack.png", "../caliper.csv")
-    for name, value in ASSUMED.items():
+    for name, value in QUICK.items():
         table, _, key = name.partition(".")
         assert trial[table][key] == value
         assert f"{name} = " in answer.stderr
