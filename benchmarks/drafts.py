@@ -43,7 +43,8 @@ POURS: Mapping[str, dict[str, Any]] = {
     "fast": {**PASTE, "path.speed_mm_s": 12.0, "crack.depth_mm": 10.0, "path.volume_ml": 2.8},
 }
 """Settings of each pour that replace the shipped trial's."""
-JUDGED: Mapping[str, tuple[float, float]] = dict.fromkeys(("shipped", "flaring"), (0.22, 0.05))  # Largest RMS and mean of the means of three, mm
+JUDGED: Mapping[str, tuple[float, float]] = dict.fromkeys(("shipped", "flaring"), (0.22, 0.05))
+"""Largest RMS and mean difference between the means of three runs, mm."""
 WHY = "a heap above a narrow mouth is as wide as two particles of a draft"
 
 
