@@ -172,12 +172,14 @@ def straight_lines(bones: NDArray[np.bool_], least: float = LIMITS.least_joint) 
     return [line for line in lines if _share_near(near, line) >= LIMITS.joint_covered]
 
 
-def beside_straight(shape: tuple[int, ...], lines: list[Floats]) -> NDArray[np.bool_]:
-    """Return the cells near straight lines, each extended across the whole map as a joint is."""
+def beside_straight(
+    shape: tuple[int, ...], lines: Sequence[Floats], width: float = 2 * LIMITS.beside_joint
+) -> NDArray[np.bool_]:
+    """Return the cells on straight lines of a width, each extended across the whole map as a joint is."""
     mask, reach = np.zeros(shape, dtype=np.uint8), sum(shape)
     for line in lines:
         start, end = np.rint(line + reach * unit(line[1] - line[0]) * np.array([[-1], [1]])).astype(int).tolist()
-        cv2.line(mask, start, end, 255, 2 * round(LIMITS.beside_joint) + 1)
+        cv2.line(mask, start, end, 255, round(width) + 1)
     return mask > 0
 
 
