@@ -1,4 +1,7 @@
-"""Doubt a path that runs along a joint: a line that is straight over much of the photo, as no crack is."""
+"""Doubt lines that are as straight as a joint, and find a path that avoids joints.
+
+A joint is straight over much of the photo, as no crack is.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -6,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from skimage.morphology import skeletonize
 
+from digitise.crack_path.crack_map import LIMITS as MAP_LIMITS
 from digitise.crack_path.crack_map import beside_straight, likely_cells, straight_lines
 from digitise.crack_path.darkness import DarkMap, inner
 from digitise.crack_path.hints import listed
@@ -14,9 +18,8 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 
 CORNER_DEG, BEYOND_CELLS = 25.0, 12.0  # Least turn into a joint, measured that far from it: a crack goes on ahead
-STRAIGHT_CELLS = 1.5  # Largest distance of a straight stretch from its chord
+STRAIGHT_CELLS, STRAIGHT_SHARE = 1.5, 0.004  # Largest distance of a straight stretch from its chord; of a line's length
 LEAST_CELLS, LEAST_SHARE = 24.0, 0.15  # Least length of a straight stretch: cells, and share of the path
-LEAST_JOINT = 0.25  # Least length of a joint over the map's diagonal: a warning may be wrong, a search may not
 ON_JOINT_CELLS = 4.0  # Distance from the middle of a joint within which a path runs along it: joints have width
 
 
@@ -60,11 +63,11 @@ def along_joint(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -
     cells = field.to_work(points_px)
     s = arc_length(cells)
     least = max(LEAST_CELLS, LEAST_SHARE * float(s[-1]))
-    first, last = _longest_straight(cells, s)
+    first, last = _longest_straight(cells, s, STRAIGHT_CELLS)
     if s[last] - s[first] < least or not _turns(cells, s, first, last):
         return None
     clear = np.where(inner(field.allowed), support(), np.float32(0))
-    joints, places = straight_lines(skeletonize(likely_cells(clear)), LEAST_JOINT), []
+    joints, places = straight_lines(skeletonize(likely_cells(clear)), MAP_LIMITS.short_joint), []
     for start, end in joints:
         ahead = (end - start) / np.linalg.norm(end - start)
         aside = np.abs((cells - start) @ np.array([-ahead[1], ahead[0]])) <= ON_JOINT_CELLS
@@ -79,6 +82,13 @@ def along_joint(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -
     return AlongJoint(points_px[[first, last]], float(s[last] - s[first]) / field.scale, tuple(joints))
 
 
+def straight_share(cells: Floats) -> float:
+    """Return the share of a line, (n, 2) in cells, that its longest straight stretch takes."""
+    s = arc_length(cells)
+    first, last = _longest_straight(cells, s, max(STRAIGHT_CELLS, STRAIGHT_SHARE * float(s[-1])))
+    return float(s[last] - s[first]) / max(float(s[-1]), 1.0)
+
+
 def _turns(cells: Floats, s: Floats, first: int, last: int) -> bool:
     """Return True if a path turns into or out of its stretch from point ``first`` to ``last``."""
     for end, other, sign in ((first, last, -1), (last, first, 1)):
@@ -91,12 +101,12 @@ def _turns(cells: Floats, s: Floats, first: int, last: int) -> bool:
     return False
 
 
-def _longest_straight(cells: Floats, s: Floats) -> tuple[int, int]:
-    """Return the first and the last point of the longest stretch that stays near its chord."""
+def _longest_straight(cells: Floats, s: Floats, most: float) -> tuple[int, int]:
+    """Return the first and the last point of the longest stretch that is within ``most`` of its chord."""
     longest, end = (0, 0), 0
     for start in range(0, len(cells) - 1, 2):
         end = max(end, start + 1)
-        while end < len(cells) and _strays(cells[start : end + 1]) <= STRAIGHT_CELLS:
+        while end < len(cells) and _strays(cells[start : end + 1]) <= most:
             end += 1
         longest = max(longest, (start, end - 1), key=lambda stretch: s[stretch[1]] - s[stretch[0]])
     return longest
