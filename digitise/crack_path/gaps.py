@@ -32,7 +32,7 @@ AS_GROUND = 1.0  # Least cost of a gap over the median of these ways for a refus
 
 
 @dataclass(frozen=True)
-class Gap:
+class Bridge:
     """A stretch of a path without a crack."""
 
     first: int
@@ -64,19 +64,19 @@ def bare(dark: Map, width: float) -> NDArray[np.bool_]:
     return near & (dark < usual / 2)
 
 
-def find_gaps(points_px: Floats, inside: NDArray[np.bool_], width_px: float, scale: float) -> list[Gap]:
+def find_gaps(points_px: Floats, inside: NDArray[np.bool_], width_px: float, scale: float) -> list[Bridge]:
     """Return the stretches outside the crack that are several widths long."""
     s_px = np.append(arc_length(points_px), np.inf)
     bounds = np.flatnonzero(np.diff(np.concatenate([[0], ~inside, [0]]))).reshape(-1, 2)
     least_px = max(GAP_WIDTHS * width_px, GAP_CELLS / scale)
     gaps = [
-        Gap(first, last - 1, points_px[[first, last - 1]], float(s_px[last - 1] - s_px[first]))
+        Bridge(first, last - 1, points_px[[first, last - 1]], float(s_px[last - 1] - s_px[first]))
         for first, last in bounds.tolist()
     ]
     return [gap for gap in gaps if np.isfinite(gap.length_px) and gap.length_px > least_px]
 
 
-def doubt_gaps(photo: Photo, field: DarkMap, cells: Integers, gaps: list[Gap], clicks_px: Floats) -> list[str]:
+def doubt_gaps(photo: Photo, field: DarkMap, cells: Integers, gaps: list[Bridge], clicks_px: Floats) -> list[str]:
     """Return a warning about the gaps of a path along ``cells``.
 
     Raises InputError if one does not stand out from the ground beside it, unless a click is near each of its ends.

@@ -18,7 +18,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 
 CORNER_DEG, BEYOND_CELLS = 25.0, 12.0  # Least turn into a joint, measured that far from it: a crack goes on ahead
-STRAIGHT_CELLS, STRAIGHT_SHARE = 1.5, 0.004  # Largest distance of a straight stretch from its chord; of a line's length
+STRAIGHT_CELLS = 1.5  # Largest distance of a straight stretch from its chord
 LEAST_CELLS, LEAST_SHARE = 24.0, 0.15  # Least length of a straight stretch: cells, and share of the path
 ON_JOINT_CELLS = 4.0  # Distance from the middle of a joint within which a path runs along it: joints have width
 
@@ -63,7 +63,7 @@ def along_joint(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -
     cells = field.to_work(points_px)
     s = arc_length(cells)
     least = max(LEAST_CELLS, LEAST_SHARE * float(s[-1]))
-    first, last = _longest_straight(cells, s, STRAIGHT_CELLS)
+    first, last = _longest_straight(cells, s)
     if s[last] - s[first] < least or not _turns(cells, s, first, last):
         return None
     clear = np.where(inner(field.allowed), support(), np.float32(0))
@@ -85,7 +85,7 @@ def along_joint(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -
 def straight_share(cells: Floats) -> float:
     """Return the share of a line, (n, 2) in cells, that its longest straight stretch takes."""
     s = arc_length(cells)
-    first, last = _longest_straight(cells, s, max(STRAIGHT_CELLS, STRAIGHT_SHARE * float(s[-1])))
+    first, last = _longest_straight(cells, s)
     return float(s[last] - s[first]) / max(float(s[-1]), 1.0)
 
 
@@ -101,12 +101,12 @@ def _turns(cells: Floats, s: Floats, first: int, last: int) -> bool:
     return False
 
 
-def _longest_straight(cells: Floats, s: Floats, most: float) -> tuple[int, int]:
-    """Return the first and the last point of the longest stretch that is within ``most`` of its chord."""
+def _longest_straight(cells: Floats, s: Floats) -> tuple[int, int]:
+    """Return the first and the last point of the longest stretch that stays near its chord."""
     longest, end = (0, 0), 0
     for start in range(0, len(cells) - 1, 2):
         end = max(end, start + 1)
-        while end < len(cells) and _strays(cells[start : end + 1]) <= most:
+        while end < len(cells) and _strays(cells[start : end + 1]) <= STRAIGHT_CELLS:
             end += 1
         longest = max(longest, (start, end - 1), key=lambda stretch: s[stretch[1]] - s[stretch[0]])
     return longest
