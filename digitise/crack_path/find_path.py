@@ -96,9 +96,9 @@ class CrackSearch:
         if face_px is not None:
             warnings.insert(0, EDGES_FOUND)
         if fine_map.short_px:
-            # A line is often part joint, part crack. Without the joints, the crack is a line of its own.
-            parted = _long(cracks_on(wire.field, (*fine_map.straight_px, *fine_map.short_px)).cracks, least_px)
-            fine += [crack for crack in parted if not any(_in(crack, other) for other in (*wide, *fine))]
+            # Joints hide fainter cracks: they are most of what differs from plain ground.
+            fainter = _long(cracks_on(wire.field, (*fine_map.straight_px, *fine_map.short_px)).cracks, least_px)
+            fine += [crack for crack in fainter if not any(_in(crack, other) for other in (*wide, *fine))]
         grain = grain_of(wire.field)
         lines = [
             (crack, likeness(photo, crack.line_px, crack.width_px, grain, wire.field.to_work(crack.line_px)))
