@@ -22,7 +22,7 @@ WORST = 10  # Percentile of the step along the line that is its worst stretch
 GRAIN_CELLS, EVEN_CELLS = 1.5, 30.0  # Sigma of the blur before grain is measured, and of the mean that is taken away
 MOST_UNLIKE = 0.20  # Largest difference of both sides over the step of a crack: 93 % of 102 cracks, 29 % of 34 others
 LEAST_WORST = 1.5  # Least worst step over the grain of a line that is taken alone: with both, 82 % and 15 %
-MOST_STRAIGHT = 0.3  # Largest straight share of a line that is surely no joint: 56 of 57 cracks, 4 of 37 others
+MOST_STRAIGHT = 0.3  # Largest straight share of a line that is surely no joint: 56 of 57 cracks, 5 of 37 others
 
 
 @dataclass(frozen=True)
