@@ -17,6 +17,9 @@ Decimal = Literal["point", "comma"]
 Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "µm", "inch"]
+DialUnit = Literal["1/10 mm", "1/100 mm"]
+"""Divisions of a dial gauge, in which only readings are."""
+DIAL = re.compile(r"1\s*/\s*(100?)\s*mm|mm\s*/\s*(100?)", re.IGNORECASE)
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
 AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range")
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
@@ -37,7 +40,9 @@ SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
 def _spelt_once(unit: Any) -> Any:
-    """Return a unit in the spelling of ``Unit``."""
+    """Return a unit in the spelling of ``Unit`` and ``DialUnit``."""
+    if isinstance(unit, str) and (dial := DIAL.fullmatch(unit.strip())) is not None:
+        return f"1/{dial[1] or dial[2]} mm"
     return "µm" if unit in MICROMETRES else unit
 
 
@@ -74,7 +79,7 @@ class Columns(Settings):
     """Direction of the readings: "up" for levels, "down" for depths, like quantity of [readings]."""
     sheet: Text | None = None
     """Name of the worksheet, like sheet of [readings]."""
-    unit: Unit | None = None
+    unit: Unit | DialUnit | None = None
     """Unit of all columns, like unit of [readings]."""
     datum: Datum | None = None
     """Datum of the readings, like datum of [readings]."""
@@ -108,14 +113,15 @@ class Declared(Settings):
     quantity: Quantity | None = None
     """Direction of the readings: level counts upward from the datum, depth downward. Needed if the header names
     neither."""
-    unit: Unit | None = None
-    """Unit of the columns whose header names none."""
+    unit: Unit | DialUnit | None = None
+    """Unit of the columns whose header names none. The divisions of a dial, "1/10 mm" or "1/100 mm", are none of
+    places, whose unit is then ``columns.places``."""
     columns: Columns | None = None
     """Columns of the sheet, if its header does not name them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
     "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place are its repeats, "range"
-    if places outside the range of a transposed sheet are not of this sample."""
+    if places outside the range are not of this sample."""
     datum: Datum = "sample_surface"
     """Datum of the readings. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)

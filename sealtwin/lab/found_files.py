@@ -16,8 +16,8 @@ from typing import Literal
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.lab.sheets import kind_of_text
-from validate.readings.header_words import crack_depth
-from validate.readings.samples import SamplePart, part_of, parts_of, sample_key, sheets_of
+from validate.readings.header_words import crack_depth, sample_key
+from validate.readings.samples import SamplePart, part_of, parts_of, sheets_of
 from validate.readings.table_rows import within
 from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters

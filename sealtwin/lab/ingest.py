@@ -51,7 +51,7 @@ from sealtwin.lab.sample_trials import gather, look_at_sheets, prepare
 from sealtwin.lab.sheet_depths import RANGE
 from sealtwin.study.photos import OWN
 from sealtwin.trial.trial_file import Trial, folder_name, trial_text
-from validate.readings.samples import sample_key
+from validate.readings.header_words import sample_key
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """Folder in which a trial is written first. Ingest deletes it, so its name must be one that no user gives a folder."""

@@ -25,7 +25,8 @@ from sealtwin.lab.found_files import (
     few,
     possible_roles,
 )
-from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table, sample_key
+from validate.readings.header_words import sample_key
+from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table
 from validate.readings.sheet import SheetGrid
 from validate.readings.text_table import number
 

@@ -20,7 +20,8 @@ from validate.readings.columns import read_header
 from validate.readings.header import Header, remarks_where
 from validate.readings.header_words import crack_depth, meaning, names_factor
 from validate.readings.read_readings import TableReader
-from validate.readings.samples import rows_of_sample, sheets_of, tables_of_readings
+from validate.readings.sample_rows import rows_of_sample
+from validate.readings.samples import sheets_of, tables_of_readings
 from validate.readings.screens import ReadCells
 from validate.readings.sheet import FaultList, SheetFaults, SheetGrid, clipped, letters
 from validate.readings.table_rows import columns_named, within

@@ -9,13 +9,13 @@ from itertools import pairwise
 from typing import Literal
 
 from validate.readings.text_table import WORDS, is_missing, number, plain_letters
-from validate.settings import Quantity, Unit
+from validate.settings import DialUnit, Quantity, Unit
 
 Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
 """Role of a column. "mass": mass of a liquid. "repeat": number of a reading within its station. "sample": name of the
 row's sample. "skipped": notes, other quantities, or figures calculated from readings."""
 
-ColumnUnit = Unit | Literal["g", "kg", "1/10 mm", "1/100 mm"]
+ColumnUnit = Unit | DialUnit | Literal["g", "kg"]
 MM: dict[ColumnUnit, float] = {
     "mm": 1.0,
     "cm": 10.0,

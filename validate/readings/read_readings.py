@@ -18,7 +18,8 @@ from validate.readings.crack_limits import CrackLimits
 from validate.readings.header import Column, Header
 from validate.readings.header_words import GRAMS, MM
 from validate.readings.repeats import likely_repeat
-from validate.readings.samples import read_cells, rows_of_sample
+from validate.readings.sample_rows import rows_of_sample
+from validate.readings.samples import read_cells
 from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
 from validate.readings.stations import Reading, Station, cells_of, level_mm
@@ -49,6 +50,7 @@ from validate.settings import Decimal, Declared, Readings
 from validate.units import counted
 
 FACTORS = MM | GRAMS
+PLACE_IN_EVERY_ROW = "Write a place into every row, with the same words around it, if any."
 CLOSEST_MM = 0.01
 """Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
 COMMAS = re.compile(r"[-+]?\d+(?:[.,]\d+)*,\d+(?:[.,]\d+)+")
@@ -236,7 +238,10 @@ class TableReader:
         # A merged header is no problem: its names apply to the line below, or to columns without a name.
         body = {row.number: row for row in header.body}
         used = {column.index for column in header.read}
+        names = header.sample and header.sample.index
         for row, column, last_row, last_column in sorted(self.grid.merged):
+            if column == last_column == names:
+                continue  # Its name is that of all rows.
             rows = [number for number in body if row <= number <= last_row]
             if not rows or not any(column <= index <= last_column for index in used):
                 continue
@@ -337,7 +342,7 @@ class TableReader:
         if filled <= {column.index for column in header.skipped}:
             return None
         cell = merged.get(row.number, row.cell(column.index))
-        s_mm = self._in_mm(row, column, cell, "Write a station into every row.")
+        s_mm = self._in_mm(row, column, cell, PLACE_IN_EVERY_ROW)
         if (
             s_mm is not None
             and self.crack is not None

@@ -18,7 +18,7 @@ from validate.readings.header_words import (
     repeat_number,
     unit_of,
 )
-from validate.readings.place_words import is_place
+from validate.readings.place_words import may_be_place
 from validate.readings.sheet import (
     BLANK,
     MOST_COLUMNS,
@@ -45,6 +45,7 @@ MOST_HEADER_ROWS = 4
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
 DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
+SKIPPED_ROW = re.compile(r"(?:row\s+)?([1-9][0-9]*)", re.IGNORECASE)
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 
 
@@ -61,28 +62,55 @@ class HeaderRows:
 class TableRows(NamedTuple):
     rows: list[SheetRow]
     skipped: list[SheetRow]  # Comments, and declared rows to skip
+    declared: frozenset[int]  # Numbers of the declared ones
     unmet: list[str]  # Declared rows to skip that do not exist
 
 
 def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
-    """Return the rows of a sheet within the declared range."""
-    rows, skipped = [], []
-    skip = {str(one) if isinstance(one, int) else plain_name(one): str(one) for one in given.skip}
-    unmet = dict(skip)
-    for row in within(grid.rows, given.range):
-        first = first_cell(row)
-        if first is None:
-            continue
+    """Return the rows of a sheet within the declared range.
+
+    Raises SheetFaults for a number to skip that may be that of a row, or the first cell of another row.
+    """
+    rows, skipped, declared = list[SheetRow](), list[SheetRow](), set[int]()
+    inside = [row for row in within(grid.rows, given.range) if first_cell(row) is not None]
+    meant = {f"{one}": _skipped_by(one, inside) for one in given.skip}
+    _refuse_ambiguous(grid, meant, inside)
+    for row in inside:
+        first = first_cell(row) or BLANK
         if given.missing:
             cells = (cell._replace(text=without_missing(cell.text, given.missing)) for cell in row.cells)
             row = SheetRow(row.number, tuple(cell if cell.text else BLANK for cell in cells))
-        named = {str(row.number), plain_name(first.text)} & skip.keys()
-        unmet = {key: one for key, one in unmet.items() if key not in named}
+        named = any(row.number in numbers for numbers in meant.values())
+        declared |= {row.number} if named else set()
         # "#5" before numbers may be the name of a row, or a commented-out row: it stays, so that it is a fault.
         comment = first.kind == "text" and is_comment(first.text) and sum(map(is_a_number, row.cells)) < 2
         comment = comment and not _counts_repeats(row)
         (skipped if named or comment else rows).append(row)
-    return TableRows(rows, skipped, list(unmet.values()))
+    return TableRows(rows, skipped, frozenset(declared), [one for one, numbers in meant.items() if not numbers])
+
+
+def _skipped_by(entry: str | int, rows: Sequence[SheetRow]) -> set[int]:
+    """Return the numbers of the rows that an entry of ``skip`` means: 9, "row 9", "cell 9", or a first cell's text."""
+    match = SKIPPED_ROW.fullmatch(f"{entry}".strip())
+    if match is not None:
+        return {row.number for row in rows if f"{row.number}" == match[1]}
+    name = plain_name(f"{entry}")
+    return _beginning_with(name, rows) or _beginning_with(name.removeprefix("cell "), rows)
+
+
+def _beginning_with(name: str, rows: Sequence[SheetRow]) -> set[int]:
+    return {row.number for row in rows if (first := first_cell(row)) is not None and plain_name(first.text) == name}
+
+
+def _refuse_ambiguous(grid: SheetGrid, meant: Mapping[str, set[int]], rows: Sequence[SheetRow]) -> None:
+    """Raise SheetFaults, with every fault, if numbers to skip are also the first cells of other rows."""
+    faults = FaultList()
+    for entry, numbers in meant.items():
+        if (others := _beginning_with(entry.strip(), rows) - numbers) and entry.strip().isdecimal():
+            finding = f"skip has {entry}, which may be row {entry}, or the first cell of row {min(others)}."
+            remedy = f'Write "row {entry}" or "cell {entry}" into skip.'
+            faults.add(grid.place(min(others)), finding, remedy, entry)
+    faults.raise_if_any()
 
 
 def _counts_repeats(row: SheetRow) -> bool:
@@ -170,7 +198,7 @@ def _first_numbers(rows: Sequence[SheetRow], given: Columns) -> int | None:
     levels = {at for level in given.levels or () for at in columns_named({}, level)} - {lettered[0]}
     beside = [_has_number(row, levels) for row in rows]
     along = [
-        _has_number(row, lettered) or (has_level and is_place(row.cell(lettered[0])))
+        _has_number(row, lettered) or (has_level and may_be_place(row.cell(lettered[0])))
         for row, has_level in zip(rows, beside, strict=True)
     ]
     both = [is_along and has_level for is_along, has_level in zip(along, beside, strict=True)]

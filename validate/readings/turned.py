@@ -71,7 +71,7 @@ def _turned(grid: SheetGrid, declared: Sheet, given: Columns) -> tuple[SheetGrid
     if isinstance(given.header_rows, str):
         finding = f'header_rows = "{given.header_rows}" are rows, but here names are in columns.'
         raise refuse(grid.place(), finding, "Give the number of these columns, such as 1, or remove it.")
-    rows, skipped, unmet = table_rows(grid, given)
+    rows, skipped, _, unmet = table_rows(grid, given)
     titles = list(takewhile(_is_title, rows))
     rows = rows[len(titles) :]
     if given.s is not None and (match := OF_ROWS.fullmatch(given.s)) is not None:

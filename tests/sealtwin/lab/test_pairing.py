@@ -16,7 +16,7 @@ from sealtwin.lab.pairing import pair, possible_answers
 from tests.labs import QUIET, answer, edit, fates, question
 from validate.readings.column_units import SET_UNIT
 from validate.readings.columns import ASSIGN
-from validate.readings.samples import sample_key
+from validate.readings.header_words import sample_key
 
 SPELLINGS = {
     "photo": (

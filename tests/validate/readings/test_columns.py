@@ -55,7 +55,7 @@ READ = {
     "no header under a title": ("Riss 4\n\nx;y\n0;1,5\n5;2\n", BY_LETTER, MM_DOWN, [[-1.5], [-2]]),
     "skip by number": ("s_mm,depth_mm\n0,1\n5,2\n9,7\n", {"skip": [4]}, {}, ONE),
     "skip by word": ("s_mm,depth_mm\n0,1\n5,2\nSoll,7\n", {"skip": ["Soll"]}, {}, ONE),
-    "a range of cells": ("s_mm,depth_mm\n0,1\n5,2\n9,7\n", {"range": "A1:B3"}, {}, ONE),
+    "a range of cells": ("s_mm,depth_mm\n0,1\n5,2\n9,7\n", {"range": "A1:B3"}, {"as_written": ("range",)}, ONE),
     "one of two tables": (BESIDE, {"range": "A:B"}, {}, ONE),
     "two header rows": ("u,v\na,b\n0,1\n5,2\n", {"header_rows": 2, "unit": "mm", "sign": "down", **BY_LETTER}, {}, ONE),
     "a header of two rows spans its columns": (SPANNED, None, {}, [[-1, -2], [-3, -4]]),

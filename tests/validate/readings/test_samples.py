@@ -3,8 +3,9 @@
 import openpyxl
 import pytest
 
+from validate.readings.header_words import sample_key
 from validate.readings.read_readings import read_readings
-from validate.readings.samples import SamplePart, parts_of, sample_key
+from validate.readings.samples import SamplePart, parts_of
 from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
