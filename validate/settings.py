@@ -21,7 +21,7 @@ DialUnit = Literal["1/10 mm", "1/100 mm"]
 """Divisions of a dial gauge, in which only readings are."""
 DIAL = re.compile(r"1\s*/\s*(100?)\s*mm|mm\s*/\s*(100?)", re.IGNORECASE)
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
-AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range")
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|dash|minus")
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
 
@@ -121,7 +121,8 @@ class Declared(Settings):
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
     "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place are its repeats, "range"
-    if places outside the range are not of this sample."""
+    if places outside the range are not of this sample, "dash"
+    or "minus" for a dash between the place and the readings of a note."""
     datum: Datum = "sample_surface"
     """Datum of the readings. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
@@ -136,8 +137,8 @@ class Declared(Settings):
         for answer in answers or ():
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
-                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats or '
-                    f"range; found {answer!r:.40}"
+                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats, '
+                    f"range, dash or minus; found {answer!r:.40}"
                 )
         return answers
 

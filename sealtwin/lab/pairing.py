@@ -13,18 +13,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.file_owners import Decisions
-from sealtwin.lab.found_files import (
-    DIGIT,
-    TABLES,
-    UNREAD_TABLES,
-    WORD,
-    FilePlace,
-    Piece,
-    Role,
-    as_label,
-    few,
-    possible_roles,
-)
+from sealtwin.lab.file_parts import Piece
+from sealtwin.lab.found_files import DIGIT, TABLES, UNREAD_TABLES, WORD, FilePlace, Role, as_label, few, possible_roles
 from validate.readings.header_words import sample_key
 from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table
 from validate.readings.sheet import SheetGrid
@@ -103,6 +93,7 @@ def awaiting(samples: Sequence[SampleFiles], place: FilePlace, question: str) ->
     """
     photos = {one.key: one for one in samples if "photo" in one.files}
     names = [sample_key(name) for name in (place.sample, *place.likely) if sample_key(name) in photos]
+    rest_of = {sample_key(place.read_as), *map(sample_key, place.rest_of)}
     words = {_words(one.name) for one in photos.values()}
     if names:
         owners = set(names)
@@ -112,7 +103,7 @@ def awaiting(samples: Sequence[SampleFiles], place: FilePlace, question: str) ->
         owners = set(photos)
     return [
         replace(one, awaits=(*one.awaits, question))
-        if one.key in owners and (place.role not in one.files or one.key == sample_key(place.read_as))
+        if one.key in owners and (place.role not in one.files or one.key in rest_of)
         else one
         for one in samples
     ]
@@ -177,6 +168,8 @@ def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Ma
         return f"{few(pieces)}: no photo of sample {place.sample}. {likely_owner}; if not, set role to ignore."
     of_table = any(piece.part is not None and piece.part.cells is not None for piece in pieces)
     fault = "the sheet gives no sample for this table" if of_table else "its name gives no sample"
+    if place.rest_of:
+        fault = f"outside of the range of {few(place.rest_of)}; if it is of the same sample, extend that range"
     return f"{few(pieces)}: {fault}. {likely_owner}; if not, set role to ignore."
 
 

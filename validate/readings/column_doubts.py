@@ -12,7 +12,7 @@ from validate.readings.place_words import only_number
 from validate.readings.screens import LIMITS, Doubt, ReadCells, row_medians, spread_mm
 from validate.readings.sheet import letters, quoted
 
-LEAST = 3  # Places in a column that is compared
+LEAST = 5  # Places in a column that is compared
 MOST_LABELS = 2  # Labels of repeats, as a multiple of the most readings of a place
 CORRECT = "Correct the columns"
 

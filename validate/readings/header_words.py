@@ -72,6 +72,10 @@ TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\
 ZERO_OF_READINGS, FACE, OF_FACTOR, CHECKED, ON = (
     frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor", "checked", "on")
 )
+PRODUCT = re.compile(
+    r"(?<!\w)(?P<maker>[A-Z]\w+) (?:Reference|Origin) (?P<model>[A-Z]{2,}\w*) \d{1,3}\.\d{1,3}\.\d{1,3}(?![\d.,])"
+)
+"""A word for a zero in the name of a product with its version, such as "Leitz Reference HP 12.10.7"."""
 NUMBERED_SAMPLE = re.compile(rf"\b(?:{'|'.join(SAMPLE)})\W*(?:(?:{'|'.join(COUNTER)})\b\W*)?[^\W\d_]{{0,3}}\W?[0-9]")
 CRACK_DEPTH = re.compile(WORDS["crack_depth"]["sure"].replace("\n", ""))
 CRACK, SEALANT = (frozenset(WORDS["crack_depth"][key].split()) for key in ("crack", "sealant"))
@@ -397,7 +401,7 @@ def holds_no_number(text: str) -> bool:
 
 def names_other_zero(text: str) -> bool:
     """Return whether a remark mentions a zero point in other words than those for the sample's face."""
-    listed = NAME.findall(plain_letters(text[: 5 * LONGEST_NAME]))
+    listed = NAME.findall(plain_letters(PRODUCT.sub(_without_product, text[: 5 * LONGEST_NAME])))
     words = set(listed)
     if not words & ZERO_OF_READINGS or (words & FACE and words <= ZERO_OF_READINGS | FACE | OF_FACE):
         return False
@@ -406,6 +410,12 @@ def names_other_zero(text: str) -> bool:
     before, behind = set(listed[:on]), set(listed[on + 1 :])
     is_face = bool(behind & FACE) and behind <= FACE | OF_FACE
     return not (is_face and before <= ZERO_OF_READINGS | CHECKED | OF_FACE)
+
+
+def _without_product(product: re.Match[str]) -> str:
+    """Return "" for the name of a product; a match with a word of labs may be a remark."""
+    words = {plain_letters(product["maker"]), plain_letters(product["model"])}
+    return product[0] if words & (ALL_WORDS | FACE | ZERO_OF_READINGS | CHECKED) else " "
 
 
 def names_factor(text: str) -> bool:

@@ -77,7 +77,7 @@ def read_readings(
         InputError: The file cannot be opened.
     """
     faults = FaultList()
-    grid, settings = upright(read_cells(path, settings), settings)
+    grid, settings = upright(_with_dashes(read_cells(path, settings), settings, faults), settings)
     header = rows_of_sample(grid, read_header(grid, settings, faults, stand_in=True), settings, faults)
     faults.columns = understood(grid, header)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
@@ -110,6 +110,23 @@ def read_readings(
         doubts=tuple(doubts_of(grid, header, cells, settings, length_mm, depth_mm, filling)),
         columns=faults.columns,
     )
+
+
+def _with_dashes(grid: SheetGrid, settings: Declared, faults: FaultList) -> SheetGrid:
+    """Return a note in which dashes behind places have the declared meaning; a fault asks for it."""
+    answers = settings.as_written or ()
+    if not grid.minus or "dash" in answers:
+        return grid
+    if "minus" not in answers:
+        faults.open.add("decimal")
+        row = min(grid.minus)
+        finding = f"the dash before {quoted(grid.minus[row].lstrip('-'))} separates the place, or is a minus."
+        faults.add(grid.place(row), finding, 'Answer readings.as_written = ["dash"], or ["minus"].')
+    rows = (
+        replace(row, cells=(row.cell(0), SheetCell(grid.minus[row.number]))) if row.number in grid.minus else row
+        for row in grid.rows
+    )
+    return replace(grid, rows=tuple(rows)) if "minus" in answers else grid
 
 
 def take_readings(

@@ -35,7 +35,7 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
         rows = f"{nameless[0].number}" + (f" to {nameless[-1].number}" if len(nameless) > 1 else "")
         finding = f"rows without a sample name, {rows}; places do not begin again at each name."
         remedy = "Write the rows of this sample into the column range of its row in pairing.csv, such as 7:22."
-        faults.add(grid.place(nameless[0].number, at), finding, remedy)
+        faults.add(grid.place(nameless[0].number, at, _name(header, at)), finding, remedy)
     names = ", ".join(quoted(spelt[rows[0].number]) for rows in list(by_sample.values())[:MOST_NAMES])
     if wanted is None:
         if len(by_sample) > 1:
