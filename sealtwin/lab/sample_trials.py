@@ -11,6 +11,7 @@ from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
+from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.note_sentences import quantities, read_sentences
 from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
@@ -130,7 +131,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
 
 def look_at_sheets(folder: Path, outcome: SampleOutcome, defaults: Note) -> None:
     """Ask about the content of sheets that may be a sample's, so that no round is needed for their sample alone."""
-    for piece, answers in outcome.sample.sheets.items():
+    texts = {Piece(text): dict[str, str]() for text in outcome.sample.texts if _may_be_readings(folder / text, outcome)}
+    for piece, answers in {**texts, **outcome.sample.sheets}.items():
         sheet = SampleFiles(
             outcome.sample.name, {"readings": piece.file}, (), piece.part, answers={"readings": answers}
         )
@@ -140,8 +142,18 @@ def look_at_sheets(folder: Path, outcome: SampleOutcome, defaults: Note) -> None
                 _look_at(folder / piece.file, "readings", tables_of(folder, alone), DEEPEST_MM, alone)
             except InputError as fault:
                 alone.faults += str(fault).splitlines()
-        outcome.of_sheets[piece] = alone.faults
+        outcome.of_sheets |= {} if piece in texts else {piece: alone.faults}
         outcome.faults += [fault for fault in alone.faults if fault not in outcome.faults]
+
+
+def _may_be_readings(path: Path, outcome: SampleOutcome) -> bool:
+    """Return whether a text beside a sample without readings has a place and readings in most of its lines."""
+    if "readings" in outcome.sample.files or outcome.sample.questions or path.is_symlink():
+        return False
+    try:
+        return bool(lines_of_readings(path)) and read_cells(path, Declared()).is_note
+    except InputError:
+        return False
 
 
 def _answered(role: Role, given: Mapping[str, str], origin: str) -> dict[str, NoteEntry]:
