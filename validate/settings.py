@@ -56,7 +56,7 @@ class Columns(Settings):
     """Columns of readings: names, letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is
     read."""
     places: Unit | Annotated[tuple[float, ...], Field(min_length=2, max_length=10_000)] | None = None
-    """Meaning of the numbers of the stations, if a word precedes them ("Stelle 5") or they only count: their unit, or
+    """Meaning of the numbers of the stations, if words are around them ("Stelle 5") or they only count: their unit, or
     places in mm, of the lowest and the highest number if stations are evenly spaced, else of each in order."""
     repeat: Text | None = None
     """Column that numbers the readings of a station, if each reading has its own row."""
@@ -70,7 +70,8 @@ class Columns(Settings):
     s_from: Literal["first", "second"] | None = None
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
-    """Rows to ignore: by number from 1, or by the text of their first cell, such as ["Mittelwert", 9]."""
+    """Rows to ignore: by number from 1, or by the text of their first cell, such as ["Mittelwert", 9]. A number that may
+    be both is "row 9" or "cell 9"."""
     missing: tuple[Text, ...] = ()
     """Words of this sheet for a missing reading, in addition to the usual ones, such as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None

@@ -60,8 +60,13 @@ def note_rows(text: str) -> tuple[tuple[SheetRow, ...], dict[int, str]]:
     dashed = [(number, match) for number, match in matches.items() if number >= begins and match and match["dash"]]
     # Behind a dash, another minus or a word shows that the dash is none.
     is_minus = not any(match["readings"][:1] in SIGNS or match["readings"][:1].isalpha() for _, match in dashed)
-    minus = {number: DASH.sub(" -", f" - {match['readings']}").strip() for number, match in dashed if is_minus}
+    minus = {number: _with_minus(f" - {match['readings']}") for number, match in dashed if is_minus}
     return (*rows[:first], SheetRow(rows[first].number, NOTE_HEAD), *rows[first:]), minus
+
+
+def _with_minus(text: str) -> str:
+    """Return readings whose dashes are minus signs; before a word for a missing reading they are none."""
+    return DASH.sub(" ", re.sub(DASH.pattern + r"(?=[\d.,])", " -", text)).strip()
 
 
 def _match(line: str) -> re.Match[str] | None:

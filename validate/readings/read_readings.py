@@ -24,6 +24,7 @@ from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
 from validate.readings.stations import Reading, Station, cells_of, level_mm
 from validate.readings.text_table import (
+    NOTE_HEAD,
     commas_may_separate,
     common_mark,
     decimals_of,
@@ -123,7 +124,9 @@ def _with_dashes(grid: SheetGrid, settings: Declared, faults: FaultList) -> Shee
         finding = f"the dash before {quoted(grid.minus[row].lstrip('-'))} separates the place, or is a minus."
         faults.add(grid.place(row), finding, 'Answer readings.as_written = ["dash"], or ["minus"].')
     rows = (
-        replace(row, cells=(row.cell(0), SheetCell(grid.minus[row.number]))) if row.number in grid.minus else row
+        replace(row, cells=(row.cell(0), SheetCell(grid.minus[row.number])))
+        if row.number in grid.minus and row.cells != NOTE_HEAD
+        else row
         for row in grid.rows
     )
     return replace(grid, rows=tuple(rows)) if "minus" in answers else grid
