@@ -8,6 +8,7 @@ from typing import get_args
 from validate.readings.cell_units import columns_of_units
 from validate.readings.column_units import CORRECT, ColumnUnits
 from validate.readings.header import MOST_SHOWN, Column, Header, Mass, quoted_names
+from validate.readings.header_rows import find_header, header_of_note
 from validate.readings.header_words import (
     ColumnMeaning,
     Role,
@@ -35,16 +36,7 @@ from validate.readings.sheet import (
     refuse,
 )
 from validate.readings.stand_ins import likely_columns
-from validate.readings.table_rows import (
-    blocks,
-    columns_named,
-    find_header,
-    header_of_note,
-    is_a_number,
-    sorted_rows,
-    table_rows,
-    which_table,
-)
+from validate.readings.table_rows import blocks, columns_named, is_a_number, sorted_rows, table_rows, which_table
 from validate.readings.tables import common_lines
 from validate.readings.turned import ASSIGN_ROWS
 from validate.settings import Columns, Declared, Quantity

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from itertools import takewhile
 from typing import TypeVar
 
+from validate.readings.header_rows import find_header
 from validate.readings.header_words import meaning
 from validate.readings.sheet import SheetGrid, SheetRow, letters, refuse
-from validate.readings.table_rows import LETTERS, find_header, is_a_number, plain_name, table_rows, within
+from validate.readings.table_rows import LETTERS, is_a_number, plain_name, table_rows, within
 from validate.readings.tables import common_lines
 from validate.settings import Columns, Declared
 
