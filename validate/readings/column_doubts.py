@@ -9,22 +9,28 @@ import numpy as np
 from validate.readings.header import Column, Header
 from validate.readings.header_words import meaning
 from validate.readings.place_words import only_number
-from validate.readings.screens import LIMITS, Doubt, ReadCells, row_medians, spread_mm
-from validate.readings.sheet import letters, quoted
+from validate.readings.screens import LIMITS, NINES, Doubt, ReadCells, row_medians, spread_mm
+from validate.readings.sheet import SheetGrid, letters, quoted
+from validate.readings.text_table import number
 
 LEAST = 5  # Places in a column that is compared
+MARGIN = 0.1  # Share of the range of readings by which another one may exceed it
 MOST_LABELS = 2  # Labels of repeats, as a multiple of the most readings of a place
 CORRECT = "Correct the columns"
 
 
-def column_doubts(header: Header, cells: ReadCells) -> Iterator[Doubt]:
-    """Yield doubts about columns that an answer chose, by their names and their numbers."""
+def column_doubts(grid: SheetGrid, header: Header, cells: ReadCells, missing: Sequence[str]) -> Iterator[Doubt]:
+    """Yield doubts about columns that an answer chose, by their names and their numbers.
+
+    ``missing`` are the declared words for a missing reading.
+    """
     named = [column for column in header.readings if _is_no_reading(header, column)]
     for column in named:
         yield _doubt(header, column, f"the name of {quoted(column.name)} is that of no readings.")
     yield from (doubt for doubt in _far_columns(header, cells) if doubt.column not in {one.index for one in named})
     yield from _of_places(header)
     yield from _of_repeats(header)
+    yield from _of_missing(grid, header, missing)
 
 
 def _doubt(header: Header, column: Column, finding: str) -> Doubt:
@@ -109,3 +115,20 @@ def _of_repeats(header: Header) -> Iterator[Doubt]:
     if len(labels) > max(MOST_LABELS, MOST_LABELS * most):
         finding = f"column {letters(column.index)} numbers {len(labels)} repeats, but no place has more than {most}."
         yield _doubt(header, column, finding)
+
+
+def _of_missing(grid: SheetGrid, header: Header, missing: Sequence[str]) -> Iterator[Doubt]:
+    """Yield a doubt about a declared word that is a number among the readings, and neither zero nor a code of nines."""
+    columns, rows = [column.index for column in header.readings], {row.number for row in header.body}
+    read = [value for at in columns for value in _numbers(header, at)] or [0.0]
+    margin = MARGIN * (max(read) - min(read))
+    for word in missing:
+        value = number(word, None)
+        if not value or NINES.fullmatch(f"{abs(value):.8g}"):
+            continue
+        own = [row for row in grid.rows if row.number in rows and min(read) - margin <= value <= max(read) + margin]
+        places = [(row.number, at) for row in own for at in columns if row.cell(at).text == word]
+        for row, at in places[:1]:
+            answers = tuple(f"{letters(column)}{row}" for row, column in places)
+            finding = f"missing has {word}, which may be a reading like the others."
+            yield Doubt("column", row, at, answers, finding, "Correct missing")

@@ -96,7 +96,7 @@ def doubts_of(
 ) -> Iterator[str]:
     """Yield a sentence for each open doubt: cell, finding, remedy, and the entry that confirms the value."""
     names = {column.index: column.name for column in header.read}
-    of_header = (*_of_header(grid, header, cells), *counted_stations(cells, length_mm))
+    of_header = (*_of_header(grid, header, cells, declared), *counted_stations(cells, length_mm))
     for doubt in unanswered(_own(grid, (*of_header, *screened(cells, depth_mm, filling))), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
         # A text file has cells when it is opened in a spreadsheet.
@@ -118,7 +118,7 @@ def doubts_beside(
     """
     if open_facts & {"station", "readings"}:
         return
-    doubts = [*_of_header(grid, header, cells)]
+    doubts = [*_of_header(grid, header, cells, declared)]
     if "decimal" not in open_facts and len(cells.s_mm) > 1:
         # Without a unit, readings are in mm here, the smallest one: in others they are further apart.
         own, rest = _of_cells(cells)
@@ -129,8 +129,9 @@ def doubts_beside(
         yield grid.place(doubt.row, doubt.column), doubt
 
 
-def _of_header(grid: SheetGrid, header: Header, cells: ReadCells) -> tuple[Doubt, ...]:
-    return (*_marked(grid, header), *column_doubts(header, cells), *_too_fine(header, cells))
+def _of_header(grid: SheetGrid, header: Header, cells: ReadCells, declared: Declared) -> tuple[Doubt, ...]:
+    missing = () if declared.columns is None else declared.columns.missing
+    return (*_marked(grid, header), *column_doubts(grid, header, cells, missing), *_too_fine(header, cells))
 
 
 def _own(grid: SheetGrid, doubts: Iterable[Doubt]) -> Iterator[Doubt]:
