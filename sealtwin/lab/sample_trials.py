@@ -31,6 +31,7 @@ from validate.readings.table_rows import within
 from validate.readings.tables import common_lines
 from validate.settings import Declared
 
+MARKDOWN = "|"  # Separator of a table in Markdown
 MOST_CELLS = 3  # Cells of a row that may be a title: word, value and unit
 
 
@@ -143,11 +144,12 @@ def look_at_sheets(folder: Path, outcome: SampleOutcome, defaults: Note) -> None
 
 
 def _may_be_readings(path: Path, outcome: SampleOutcome) -> bool:
-    """Return whether a text beside a sample without readings has a place and readings in most of its lines."""
+    """Return whether a text of a sample without readings is a note of readings, or a table in Markdown."""
     if "readings" in outcome.sample.files or outcome.sample.questions or path.is_symlink():
         return False
     try:
-        return bool(lines_of_readings(path)) and read_cells(path, Declared()).is_note
+        grid = read_cells(path, Declared())
+        return bool(lines_of_readings(path)) and (grid.is_note or grid.separator == MARKDOWN)
     except InputError:
         return False
 
