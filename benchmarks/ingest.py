@@ -235,8 +235,12 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     rows = list(csv.DictReader((lab / PAIRING).read_text(encoding="utf-8").splitlines()))
     answered = set[str]()
     for row in rows:
+        stem = Path(row["file"]).stem
+        if not row["sample"] and row["part"] == SHEETS[names.index(stem)].answers.get("range"):
+            row["sample"] = stem
+            answered.add(stem)
         if row["sample"] not in names:
-            # The title of a table beside the readings names a sample that has no photo.
+            # A table beside the readings, whose title may name a sample that has no photo.
             row["role"] = "ignore"
             continue
         sheet = SHEETS[names.index(row["sample"])]

@@ -1,13 +1,14 @@
 """One box calibrates, the other predicts: dam breaks of seven materials without a flow curve, both ways.
 
-    python -m benchmarks.measured_boxes [--only island] [--jobs 2]
+    python -m benchmarks.measured_boxes [--record] [--only island] [--jobs 2]
 
 Yield stress, K and n are calibrated on the fronts of one box by the search and the posterior of 'sealtwin calibrate'.
 The other box's front at outline 8 is predicted with a 90 % band from runs of posterior draws. Nothing else is fitted:
 the shift of the clock and the scatter of a computed front are those of the materials with a flow curve
 (``measured/measured.toml``). The plain way beside it scales the first box's front by the height of the block.
 
-Each finished material is kept in the folder ``reports/measured-boxes``; the same command computes the others.
+The runs are kept in ``benchmarks/measured/boxes``. ``--record`` computes the materials that are not, in 40 minutes on
+both cores, and keeps each as soon as it is finished.
 """
 
 import json
@@ -20,6 +21,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from benchmarks.against import HERE
+from benchmarks.kept_runs import KeptRuns
 from benchmarks.measured import Box, boxes, computed_mm, content, course_of, with_curve
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.calibration.search import Setting, Source, search, settings_at
@@ -30,7 +32,8 @@ from simulate.settings import Fluid, Solver
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
 
-KEPT = HERE / "reports" / "measured-boxes"
+BOXES = HERE / "benchmarks" / "measured" / "boxes"
+KEPT = KeptRuns(BOXES, "python -m benchmarks.measured_boxes --record", ("simulate",))
 MATERIALS = [name for name in content()["materials"] if name not in with_curve()]
 
 
@@ -89,20 +92,27 @@ def calibrated(box: Box, other: Box, jobs: int) -> dict[str, Any]:
 
 
 def both_ways(material: str, jobs: int) -> dict[str, Any]:
-    """Return both predictions of a material, computed or kept."""
-    path = KEPT / f"{material}.json"
+    """Return both predictions of a material, kept or, with ``jobs`` processes, computed."""
+    path = BOXES / f"{material}.json"
     if path.is_file():
         return json.loads(path.read_text(encoding="utf-8"))
+    if not jobs:
+        raise SystemExit(f"{path.relative_to(HERE)}: no such file; '{KEPT.command}' computes it.")
     one, other = boxes([material])
     print(f"{material}: {one.name} -> {other.name}, and back", flush=True)
     kept = {first.name: calibrated(first, second, jobs) for first, second in ((one, other), (other, one))}
-    KEPT.mkdir(parents=True, exist_ok=True)
+    BOXES.mkdir(exist_ok=True)
     write_json(path, kept)
     return kept
 
 
-def main(only: Annotated[list[str] | None, one_of(MATERIALS)] = None, jobs: int = 2) -> list[Row]:
-    return list(_rows(only or MATERIALS, jobs))
+def main(
+    *, only: Annotated[list[str] | None, one_of(MATERIALS)] = None, jobs: int = 2, record: bool = False
+) -> list[Row]:
+    if record:
+        KEPT.begin()
+    KEPT.require()
+    return list(_rows(only or MATERIALS, jobs if record else 0))
 
 
 def _rows(materials: Sequence[str], jobs: int) -> Iterator[Row]:
@@ -131,7 +141,12 @@ def _rows(materials: Sequence[str], jobs: int) -> Iterator[Row]:
         if low and high:
             for setting in low:
                 ratio = low[setting][1] / high[setting][1]
-                yield Row(f"{material}: {setting}, of one box over the other's", ratio, "")
+                # Both posteriors are near lognormal, and independent.
+                factor = np.exp(np.hypot(*(np.log(each[setting][2] / each[setting][0]) / 2 for each in (low, high))))
+                of = f"{material}: {setting}, of one box over the other's"
+                yield Row(of, ratio, "")
+                yield Row(f"{of}: 90 %, from", ratio / factor, "")
+                yield Row(f"{of}: 90 %, to", ratio * factor, "")
     whole = len(ours) == 2 * len(MATERIALS)
     yield Row("fronts in their 90 % band", float(sum(inside)), "of 14", table["least_inside"] if whole else 0.0)
     yield Row("predicted over measured: scatter", 100 * float(np.std(ours)), "%")

@@ -136,7 +136,7 @@ SHEETS = (
     OrdinarySheet("no header at all", ".csv", _text([]), {"s": "A", "levels": "B:D", "unit": "mm", "sign": "down"}),
     OrdinarySheet("a photo, a temperature and a remark in each row", ".xlsx", _book(lambda rows: [["Nr.", *HEAD, "Foto", "Temperatur [°C]", "Bemerkung"], *([n, *row, 400 + n, 21.5, "Luftblase" if n == 2 else None] for n, row in enumerate(rows, 1))])),
     OrdinarySheet("a footnote and a signature", ".csv", _lines(lambda rows: [HEAD, *rows, BLANK, ["gemessen am 3.4. mit Messschieber 150 mm", "", "", ""], ["Müller", "", "", ""]])),
-    OrdinarySheet("another table below", ".csv", _lines(_stacked), {"range": "1:8"}),
+    OrdinarySheet("another table below", ".csv", _lines(_stacked), {"range": "A1:D8"}),
     OrdinarySheet("places merged over their readings", ".xlsx", _book(_merged_places, [f"A{2 + 3 * n}:A{4 + 3 * n}" for n in range(6)])),
     OrdinarySheet("three columns of one name", ".csv", _text([["Abstand [mm]", *["Tiefe [mm]"] * 3]]), {"levels": "B:D"}),
     OrdinarySheet("a page of particulars above", ".xlsx", _book(lambda rows: [["Prüfbericht 12/26"], ["Bearbeiter", "M. Muster"], ["Datum", "3.5.2026"], ["Raumtemperatur", 21.4], [None], HEAD, *rows])),

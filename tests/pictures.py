@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from digitise.geometry.polyline import left_normals
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.specimen import Specimen
@@ -47,6 +49,18 @@ def with_crack(brightness: Floats, points_px: Sequence[tuple[float, float]], wid
     cv2.polylines(cover, [np.array(points_px, dtype=np.int32)], False, 255, width_px, cv2.LINE_AA)
     cover = cv2.GaussianBlur(cover.astype(float) / 255, (0, 0), 1.0)
     return brightness * (1 - 0.93 * cover)
+
+
+def wandering(points_px: Sequence[tuple[float, float]], aside_px: float = 7.0) -> list[tuple[float, float]]:
+    """A polyline that turns every 25 px or so, as cracks do: without ends, a straight line may be a joint."""
+    line_px, turned = np.array(points_px, dtype=float), []
+    for start, end in pairwise(line_px):
+        places = np.linspace(0, 1, max(2, round(float(np.linalg.norm(end - start)) / 25) + 1))
+        normal = left_normals(np.array([start, end]))[0]
+        side = np.where(np.arange(len(places)) % 2, 1.0, -1.0) * aside_px
+        side[[0, -1]] = 0
+        turned += (start + places[:, None] * (end - start) + side[:, None] * normal).tolist()
+    return [(x, y) for x, y in turned]
 
 
 def evenly_scaled(path: Path, mm_per_px: float = 0.1) -> Photo:

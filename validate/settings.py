@@ -17,8 +17,11 @@ Decimal = Literal["point", "comma"]
 Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "µm", "inch"]
+DialUnit = Literal["1/10 mm", "1/100 mm"]
+"""Divisions of a dial gauge, in which only readings are."""
+DIAL = re.compile(r"1\s*/\s*(100?)\s*mm|mm\s*/\s*(100?)", re.IGNORECASE)
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
-AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range")
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|dash|minus")
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
 
@@ -37,7 +40,9 @@ SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
 def _spelt_once(unit: Any) -> Any:
-    """Return a unit in the spelling of ``Unit``."""
+    """Return a unit in the spelling of ``Unit`` and ``DialUnit``."""
+    if isinstance(unit, str) and (dial := DIAL.fullmatch(unit.strip())) is not None:
+        return f"1/{dial[1] or dial[2]} mm"
     return "µm" if unit in MICROMETRES else unit
 
 
@@ -51,7 +56,7 @@ class Columns(Settings):
     """Columns of readings: names, letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is
     read."""
     places: Unit | Annotated[tuple[float, ...], Field(min_length=2, max_length=10_000)] | None = None
-    """Meaning of the numbers of the stations, if a word precedes them ("Stelle 5") or they only count: their unit, or
+    """Meaning of the numbers of the stations, if words are around them ("Stelle 5") or they only count: their unit, or
     places in mm, of the lowest and the highest number if stations are evenly spaced, else of each in order."""
     repeat: Text | None = None
     """Column that numbers the readings of a station, if each reading has its own row."""
@@ -65,7 +70,8 @@ class Columns(Settings):
     s_from: Literal["first", "second"] | None = None
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
-    """Rows to ignore: by number from 1, or by the text of their first cell, such as ["Mittelwert", 9]."""
+    """Rows to ignore: by number from 1, or by the text of their first cell, such as ["Mittelwert", 9]. A number that
+    may be both is "row 9" or "cell 9"."""
     missing: tuple[Text, ...] = ()
     """Words of this sheet for a missing reading, in addition to the usual ones, such as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
@@ -74,7 +80,7 @@ class Columns(Settings):
     """Direction of the readings: "up" for levels, "down" for depths, like quantity of [readings]."""
     sheet: Text | None = None
     """Name of the worksheet, like sheet of [readings]."""
-    unit: Unit | None = None
+    unit: Unit | DialUnit | None = None
     """Unit of all columns, like unit of [readings]."""
     datum: Datum | None = None
     """Datum of the readings, like datum of [readings]."""
@@ -108,14 +114,16 @@ class Declared(Settings):
     quantity: Quantity | None = None
     """Direction of the readings: level counts upward from the datum, depth downward. Needed if the header names
     neither."""
-    unit: Unit | None = None
-    """Unit of the columns whose header names none."""
+    unit: Unit | DialUnit | None = None
+    """Unit of the columns whose header names none. The divisions of a dial, "1/10 mm" or "1/100 mm", are none of
+    places, whose unit is then ``columns.places``."""
     columns: Columns | None = None
     """Columns of the sheet, if its header does not name them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
     "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place are its repeats, "range"
-    if places outside the range of a transposed sheet are not of this sample."""
+    if places outside the range are not of this sample, "dash"
+    or "minus" for a dash between the place and the readings of a note."""
     datum: Datum = "sample_surface"
     """Datum of the readings. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
@@ -130,8 +138,8 @@ class Declared(Settings):
         for answer in answers or ():
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
-                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats or '
-                    f"range; found {answer!r:.40}"
+                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats, '
+                    f"range, dash or minus; found {answer!r:.40}"
                 )
         return answers
 

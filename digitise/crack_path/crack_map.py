@@ -39,6 +39,7 @@ class CrackMapLimits:
     fading: float = 0.5  # Share of a line's median worth; ends below it have left the crack
     least_slenderness: float = 5.0  # Least distance of the ends over the width; holes and rims of stains have less
     least_joint: float = 0.4  # Least length of a joint over the map's diagonal; a shorter crack may be straight
+    short_joint: float = 0.25  # The same of a line that may be a crack as well
     joint_covered: float = 0.8  # Least share of a joint with skeleton within one cell
     largest_gap: float = 0.05  # Longest interruption of a joint, as by a chip, over the diagonal
     beside_joint: float = 16.0  # Distance from a joint that belongs to it: its two rims are up to 14 cells apart
@@ -74,16 +75,24 @@ class CrackMap:
     mask: NDArray[np.bool_]  # Cells of the search map in a crack
     cracks: tuple[FoundCrack, ...]  # Best first
     straight_px: tuple[Floats, ...]  # Ends of lines too straight for a crack, (2, 2): joints, or the sample's edge
+    short_px: tuple[Floats, ...]  # The same of shorter ones that were not left out
 
 
 def cracks_on(field: DarkMap, joints_px: Sequence[Floats] | None = None) -> CrackMap:
     """Find the cracks on a search map, apart from joints. By default every line too straight for a crack is a joint."""
     allowed = field.allowed
     clear, likely = _clear(field, allowed)
-    straight = straight_lines(skeletonize(likely)) if joints_px is None else [field.to_work(line) for line in joints_px]
+    short = list[Floats]()
+    if joints_px is None:
+        bones = skeletonize(likely)
+        straight, short = straight_lines(bones), straight_lines(bones, LIMITS.short_joint)
+    else:
+        straight = [field.to_work(line) for line in joints_px]
     if straight:
         # A joint hides cracks next to it, and its strength would distort the statistics of plain ground.
-        allowed = allowed & ~beside_straight(likely.shape, straight)
+        beside = beside_straight(likely.shape, straight)
+        short = [line for line in short if not beside[tuple(np.rint(line.mean(axis=0)[::-1]).astype(int))]]
+        allowed = allowed & ~beside
         clear, likely = _clear(field, allowed)
     bones = skeletonize(likely)
     cost = cost_of_thin(field, np.argwhere(bones))
@@ -109,6 +118,7 @@ def cracks_on(field: DarkMap, joints_px: Sequence[Floats] | None = None) -> Crac
         mask=mask,
         cracks=tuple(sorted(cracks, key=lambda crack: -crack.score)),
         straight_px=tuple(field.to_photo(line) for line in straight),
+        short_px=tuple(field.to_photo(line) for line in short),
     )
 
 
@@ -172,12 +182,14 @@ def straight_lines(bones: NDArray[np.bool_], least: float = LIMITS.least_joint) 
     return [line for line in lines if _share_near(near, line) >= LIMITS.joint_covered]
 
 
-def beside_straight(shape: tuple[int, ...], lines: list[Floats]) -> NDArray[np.bool_]:
-    """Return the cells near straight lines, each extended across the whole map as a joint is."""
+def beside_straight(
+    shape: tuple[int, ...], lines: Sequence[Floats], width: float = 2 * LIMITS.beside_joint
+) -> NDArray[np.bool_]:
+    """Return the cells on straight lines of a width, each extended across the whole map as a joint is."""
     mask, reach = np.zeros(shape, dtype=np.uint8), sum(shape)
     for line in lines:
         start, end = np.rint(line + reach * unit(line[1] - line[0]) * np.array([[-1], [1]])).astype(int).tolist()
-        cv2.line(mask, start, end, 255, 2 * round(LIMITS.beside_joint) + 1)
+        cv2.line(mask, start, end, 255, round(width) + 1)
     return mask > 0
 
 

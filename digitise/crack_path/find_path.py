@@ -9,7 +9,7 @@ from scipy.spatial import KDTree
 from digitise.crack_path import step_costs
 from digitise.crack_path.crack_map import FoundCrack, cracks_on
 from digitise.crack_path.hints import CrackPath, listed
-from digitise.crack_path.line_likeness import LEAST_WORST, MOST_UNLIKE, Likeness, grain_of, likeness
+from digitise.crack_path.line_likeness import LEAST_WORST, MOST_STRAIGHT, MOST_UNLIKE, Likeness, grain_of, likeness
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.crack_path.standing_out import unlike_length_px, unlike_sides
@@ -25,7 +25,8 @@ EDGES_FOUND = (
 )
 EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05  # Longest stretch with unlike sides without a warning: widths, share of the line
 LEAST_LENGTH = 0.12  # Share of the photo's diagonal between a crack's ends; shorter lines are pores and scratches
-UNLIKE = " (unlike sides)"
+UNLIKE, STRAIGHT = " (unlike sides)", " (as straight as a joint)"
+FOLLOWS_CELLS, MOST_ASTRAY = 5.0, 0.2  # Least distance and largest share of a path off the line that was chosen
 RUNNER_UP = 0.5  # A second line with more than this share of the first one's score makes the choice the user's
 
 
@@ -61,7 +62,7 @@ def find_path(
 class CrackSearch:
     """The lines that are most likely to be the crack, at most ``MOST_RANKED``. The likeliest is first.
 
-    Lines with unlike sides are last.
+    Lines that may be joints are after the others, and lines with unlike sides are last.
     """
 
     photo: Photo
@@ -94,10 +95,17 @@ class CrackSearch:
                 warnings.append(f"{line} is as straight as a joint, and there is no other line")
         if face_px is not None:
             warnings.insert(0, EDGES_FOUND)
+        if fine_map.short_px:
+            # Joints hide fainter cracks: they are most of what differs from plain ground.
+            fainter = _long(cracks_on(wire.field, (*fine_map.straight_px, *fine_map.short_px)).cracks, least_px)
+            fine += [crack for crack in fainter if not any(_in(crack, other) for other in (*wide, *fine))]
         grain = grain_of(wire.field)
-        lines = [(crack, likeness(photo, crack.line_px, crack.width_px, grain)) for crack in [*wide, *fine]]
-        # A marking or an edge may score higher than any crack.
-        lines.sort(key=lambda line: (not line[1].two_sided, -line[0].score))
+        lines = [
+            (crack, likeness(photo, crack.line_px, crack.width_px, grain, wire.field.to_work(crack.line_px)))
+            for crack in (*wide, *fine)
+        ]
+        # A marking, an edge or a joint may score higher than any crack.
+        lines.sort(key=lambda line: (not line[1].two_sided, line[1].may_be_joint, -line[0].score))
         cracks, likenesses = zip(*lines[:MOST_RANKED], strict=True) if lines else ((), ())
         return cls(photo, wire, tuple(cracks), tuple(likenesses), tuple(warnings))
 
@@ -119,7 +127,8 @@ class CrackSearch:
                 "ends_px.",
                 ranked,
             )
-        alike = [one for one, own in zip(ranked, self.likenesses, strict=True) if own.two_sided]
+        pairs = zip(ranked, self.likenesses, strict=True)
+        alike = [one for one, own in pairs if own.two_sided and not own.may_be_joint]
         if number is None and len(rivals := [one for one in alike if one.score > RUNNER_UP * ranked[0].score]) > 1:
             raise RivalCracksError(
                 f"{photo.file}: {len(rivals)} cracks compete (best first, with the score as a share of the highest): "
@@ -134,7 +143,7 @@ class CrackSearch:
         chosen = ranked[(number or 1) - 1]
         ends_px = chosen.line_px[[0, -1]]
         try:
-            path = self.wire.between(ends_px)
+            path = self._along(chosen)
         except InputError:
             # The user has not given these ends, so a message about them would not help.
             raise InputError(
@@ -153,6 +162,15 @@ class CrackSearch:
             warnings += unlike_sides(photo, path)
         return replace(path, source="automatic" if number is None else "choice", warnings=tuple(warnings))
 
+    def _along(self, crack: FoundCrack) -> CrackPath:
+        """Return the path between the ends of a line, past points of the line if it takes another way without them."""
+        line_px = crack.line_px
+        path = self.wire.between(line_px[[0, -1]])
+        near_px = max(crack.width_px, FOLLOWS_CELLS / self.wire.field.scale)
+        if float(np.mean(KDTree(line_px).query(path.points_px)[0] > near_px)) <= MOST_ASTRAY:
+            return path
+        return self.wire.between(line_px[np.linspace(0, len(line_px) - 1, 5).astype(int)])
+
     def _doubt(self) -> str:
         best = self.likenesses[0]
         if not best.two_sided:
@@ -160,6 +178,11 @@ class CrackSearch:
             return (
                 f"both sides of each differ in brightness by {least:.0%} or more of its darkness (at most "
                 f"{MOST_UNLIKE:.0%} along a crack), as at a marking, a patch or a joint"
+            )
+        if best.may_be_joint:
+            return (
+                f"{best.straight:.0%} of the first is straight (at most {MOST_STRAIGHT:.0%} along a crack), as a joint "
+                "between bricks, tiles or slabs is"
             )
         return (
             f"the faintest part of the first is {best.worst:.1f} times as dark as the ground's grain (at least "
@@ -169,9 +192,15 @@ class CrackSearch:
     def _listed(self) -> str:
         best = max(crack.score for crack in self.cracks)
         return "; ".join(
-            f"{rank}. {listed(crack.line_px[[0, -1]])} px, {crack.score / best:.0%}{'' if own.two_sided else UNLIKE}"
+            f"{rank}. {listed(crack.line_px[[0, -1]])} px, {crack.score / best:.0%}{_mark(own)}"
             for rank, (crack, own) in enumerate(zip(self.cracks, self.likenesses, strict=True), 1)
         )
+
+
+def _mark(own: Likeness) -> str:
+    if not own.two_sided:
+        return UNLIKE
+    return STRAIGHT if own.may_be_joint else ""
 
 
 def _in(crack: FoundCrack, other: FoundCrack) -> bool:

@@ -1,11 +1,16 @@
-"""Doubt a path that runs along a joint: a line that is straight over much of the photo, as no crack is."""
+"""Doubt lines that are as straight as a joint, and find a path that avoids joints.
+
+A joint is straight over much of the photo, as no crack is.
+"""
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from skimage.morphology import skeletonize
 
-from digitise.crack_path.crack_map import likely_cells, straight_lines
+from digitise.crack_path.crack_map import LIMITS as MAP_LIMITS
+from digitise.crack_path.crack_map import beside_straight, likely_cells, straight_lines
 from digitise.crack_path.darkness import DarkMap, inner
 from digitise.crack_path.hints import listed
 from digitise.image.raster import Map
@@ -15,12 +20,43 @@ from sealtwin.core.records import Floats
 CORNER_DEG, BEYOND_CELLS = 25.0, 12.0  # Least turn into a joint, measured that far from it: a crack goes on ahead
 STRAIGHT_CELLS = 1.5  # Largest distance of a straight stretch from its chord
 LEAST_CELLS, LEAST_SHARE = 24.0, 0.15  # Least length of a straight stretch: cells, and share of the path
-LEAST_JOINT = 0.25  # Least length of a joint over the map's diagonal: a warning may be wrong, a search may not
 ON_JOINT_CELLS = 4.0  # Distance from the middle of a joint within which a path runs along it: joints have width
 
 
-def along_joints(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -> list[str]:
-    """Return a warning about stretches of a path that run along joints, with their places.
+@dataclass(frozen=True)
+class AlongJoint:
+    """The longest stretch of a path along a joint, and all joints of its map."""
+
+    stretch_px: Floats
+    """First and last point, (2, 2)."""
+    length_px: float
+    joints: tuple[Floats, ...]
+    """Ends of each joint on the map, (2, 2)."""
+
+    @property
+    def doubt(self) -> str:
+        return (
+            f"{self.length_px:.0f} px of the path, from {listed(self.stretch_px)} px, run along a line as straight as "
+            "a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px"
+        )
+
+    @property
+    def avoided(self) -> str:
+        """A notice about a path that avoids all joints instead."""
+        return (
+            f"the darkest way between the points runs along a line as straight as a joint, from "
+            f"{listed(self.stretch_px)} px. The path avoids such lines: if the crack runs along this one, give points "
+            "of it in photo.via_px"
+        )
+
+    def without_joints(self, field: DarkMap) -> DarkMap:
+        """Return the map with all its joints as bright as the ground. A path may cross them, at the price of a gap."""
+        joints = beside_straight(field.dark.shape, self.joints, 2 * ON_JOINT_CELLS)
+        return replace(field, dark=np.where(joints, 0, field.dark), ridge=np.where(joints, 0, field.ridge))
+
+
+def along_joint(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -> AlongJoint | None:
+    """Return where a path runs along a joint; None if it does not.
 
     Joints are searched for only if the path turns into or out of a straight stretch: ``support`` is slow.
     """
@@ -29,10 +65,10 @@ def along_joints(field: DarkMap, points_px: Floats, support: Callable[[], Map]) 
     least = max(LEAST_CELLS, LEAST_SHARE * float(s[-1]))
     first, last = _longest_straight(cells, s)
     if s[last] - s[first] < least or not _turns(cells, s, first, last):
-        return []
+        return None
     clear = np.where(inner(field.allowed), support(), np.float32(0))
-    places = []
-    for start, end in straight_lines(skeletonize(likely_cells(clear)), LEAST_JOINT):
+    joints, places = straight_lines(skeletonize(likely_cells(clear)), MAP_LIMITS.short_joint), []
+    for start, end in joints:
         ahead = (end - start) / np.linalg.norm(end - start)
         aside = np.abs((cells - start) @ np.array([-ahead[1], ahead[0]])) <= ON_JOINT_CELLS
         bounds = np.flatnonzero(np.diff(np.concatenate([[0], aside.astype(int), [0]]))).reshape(-1, 2)
@@ -41,13 +77,16 @@ def along_joints(field: DarkMap, points_px: Floats, support: Callable[[], Map]) 
             (first, last) for first, last in along if s[last] - s[first] >= least and _turns(cells, s, first, last)
         ]
     if not places:
-        return []
+        return None
     first, last = max(places, key=lambda place: s[place[1]] - s[place[0]])
-    length_px = (s[last] - s[first]) / field.scale
-    return [
-        f"{length_px:.0f} px of the path, from {listed(points_px[[first, last]])} px, run along a line as straight as "
-        "a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px"
-    ]
+    return AlongJoint(points_px[[first, last]], float(s[last] - s[first]) / field.scale, tuple(joints))
+
+
+def straight_share(cells: Floats) -> float:
+    """Return the share of a line, (n, 2) in cells, that its longest straight stretch takes."""
+    s = arc_length(cells)
+    first, last = _longest_straight(cells, s)
+    return float(s[last] - s[first]) / max(float(s[-1]), 1.0)
 
 
 def _turns(cells: Floats, s: Floats, first: int, last: int) -> bool:

@@ -11,13 +11,13 @@ from typing import Literal
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial import KDTree
 
 from digitise.crack_path import step_costs
 from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
+from digitise.crack_path.gaps import bare, doubt_gaps, find_gaps
 from digitise.crack_path.hints import CrackPath, check_hints, listed, region_px, snap_px, too_far
-from digitise.crack_path.joints import along_joints
+from digitise.crack_path.joints import along_joint
 from digitise.crack_path.medial_axis import distance_outside, larger_pieces
 from digitise.crack_path.profiles import width_along
 from digitise.crack_path.ridge_filter import support
@@ -34,8 +34,8 @@ from sealtwin.core.records import Floats, Integers
 class PathLimits:
     """Limits of what is a path along a crack. Clearness is in noise units, support in deviations of plain ground.
 
-    Chosen on 180 paths over plain ground and 111 along cracks, and on 55 real cracks for gaps. Lower limits of
-    clearness and support accept fainter cracks and more plain ground; higher limits of gaps accept broken cracks.
+    Chosen on 180 paths over plain ground and 111 along cracks. Lower limits of clearness and support accept fainter
+    cracks and more plain ground; a higher limit of gaps accepts broken cracks.
     """
 
     sure_ridge: float = 3.5  # Median clearness of a sure crack: 1 of the 180 paths has it, 95 of the 111 cracks
@@ -46,10 +46,6 @@ class PathLimits:
     around: float = 0.5  # Room around the box of two points, as a share of their distance
     least_around_px: float = 100.0  # Least such room, in px of the photo
     same: float = 1.5  # Distance in cells within which two paths are the same
-    pale: float = 0.28  # Largest mean darkness of a gap over the path's usual one: cracks have 0.31 and more
-    pale_length: float = 24.0  # Least length of a gap over which that mean is taken, in cells
-    gap_widths: float = 4.0  # Longest gap that is a grain, in widths: at most 3.6 on the 55 cracks
-    least_gap: float = 10.0  # The same in cells
     beside_around: float = 6.0  # Cells from the surroundings within which a path runs along them
     around_widths: float = 3.0  # Widths over which a path may run along them, as at the edge of the sample
     least_beside: float = 40.0  # The same in cells
@@ -110,11 +106,12 @@ class PathSearch:
         points_px = field.to_photo(cells[:, ::-1])
         inside = crack[tuple(cells.T)]
         on_crack = self._from_crack_to_crack(points_px, inside, limit_px)
-        points_px = points_px[on_crack]
+        points_px, cells = points_px[on_crack], cells[on_crack]
         width_px = width_along(self.photo, points_px, width / field.scale)
-        on_dark = inside[on_crack] & ~self._bare(dark[tuple(cells.T)][on_crack], width_px)
+        on_dark = inside[on_crack] & ~bare(dark[tuple(cells.T)], width_px * field.scale)
+        gaps = find_gaps(points_px, on_dark, width_px, field.scale)
         doubts = (
-            *self._gaps(points_px, on_dark, width_px),
+            *doubt_gaps(self.photo, field, cells, gaps, self.points_px),
             *self._along_surroundings(points_px, width_px),
         )
         path = CrackPath(points_px, width_px, "ends", doubts)
@@ -164,36 +161,6 @@ class PathSearch:
         limits += ["without its markers"] if self.photo.markers_px else []
         limits += ["inside roi_px"] if self.in_region else []
         return f"which is {', '.join(limits) or 'the sample'}; check ends_px, via_px{' and roi_px' * self.in_region}"
-
-    def _bare(self, dark: Map, width_px: float) -> NDArray[np.bool_]:
-        """Return True for each place of a path that is in a stretch as bright as the ground.
-
-        ``dark`` is the path's darkness. The line filter does not show such a gap, because it is longer than it is wide
-        and responds between two lines too.
-        """
-        usual = float(np.median(dark))
-        length = round(max(LIMITS.pale_length, LIMITS.gap_widths * width_px * self.field.scale))
-        if len(dark) < 2 * length:
-            return np.zeros(len(dark), dtype=bool)
-        pale = uniform_filter1d(dark, length, mode="nearest") < LIMITS.pale * usual
-        near = maximum_filter1d(pale.astype(np.uint8), length) > 0
-        return near & (dark < usual / 2)
-
-    def _gaps(self, points_px: Floats, inside: NDArray[np.bool_], width_px: float) -> list[str]:
-        """Return a warning about stretches, several widths long, that are as bright as the ground around."""
-        s_px = np.append(arc_length(points_px), np.inf)
-        bounds = np.flatnonzero(np.diff(np.concatenate([[0], ~inside, [0]]))).reshape(-1, 2)
-        least_px = max(LIMITS.gap_widths * width_px, LIMITS.least_gap / self.field.scale)
-        gaps = [(first, last - 1) for first, last in bounds.tolist() if s_px[last - 1] - s_px[first] > least_px]
-        if not gaps:
-            return []
-        places = "; ".join(
-            f"{s_px[last] - s_px[first]:.0f} px from {listed(points_px[[first, last]])} px" for first, last in gaps
-        )
-        return [
-            f"part of the path shows no crack and may cross plain ground to another line or joint: {places}. Look "
-            "there, and give a point of the crack between the ends in photo.via_px"
-        ]
 
     def _border_hint(self, points_px: Floats) -> str:
         """Return a sentence about dark surroundings near the path, or an empty string."""
@@ -330,8 +297,15 @@ class LiveWire:
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
         wire = self._believing(points_px)
         path = wire.between(points_px, "via" if via_px else "ends")
-        doubts = along_joints(wire.field, path.points_px, lambda: wire.support)
-        return replace(path, warnings=(*path.warnings, *doubts))
+        joint = along_joint(wire.field, path.points_px, lambda: wire.support)
+        if joint is None:
+            return path
+        # Between clicks on a crack in a tile, the joints around the tile may be the darkest way.
+        with suppress(InputError):
+            aside = wire._way(joint.without_joints(wire.field), points_px).result()
+            if not aside.warnings:
+                return replace(aside, source=path.source, warnings=(joint.avoided,))
+        return replace(path, warnings=(*path.warnings, joint.doubt))
 
     def between(self, points_px: Floats, source: Literal["ends", "via"] = "ends") -> CrackPath:
         """Find the path past all points, (n, 2), of a line that is known not to be a joint."""
@@ -381,7 +355,7 @@ class LiveWire:
         part = field.window(left, top, right, bottom)
 
         def line_support() -> Map:
-            whole = self.support if field is self.field else support(field.even, field.allowed)
+            whole = self.support if field.even is self.field.even else support(field.even, field.allowed)
             return whole[top:bottom, left:right]
 
         return PathSearch(self._photo, part, points_px, line_support, self._in_region)

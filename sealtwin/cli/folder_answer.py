@@ -17,7 +17,8 @@ from sealtwin.lab.catalogue import (
     read_run,
     revisions,
 )
-from sealtwin.lab.found_files import TRIAL, Piece, few, plain
+from sealtwin.lab.file_parts import Piece
+from sealtwin.lab.found_files import TRIAL, few, plain
 from sealtwin.lab.held_out import earlier_trials
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING

@@ -15,7 +15,7 @@ from sealtwin.lab.file_owners import Decisions
 from sealtwin.lab.found_files import TRIAL, FilePlace, Role
 from sealtwin.lab.sample_outcome import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
-from validate.readings.samples import sample_key
+from validate.readings.header_words import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
 CATALOGUE = "catalogue.json"

@@ -8,7 +8,8 @@ from functools import cache
 from pathlib import PurePath
 from typing import TypeVar
 
-from sealtwin.lab.found_files import DIGIT, LAB_WORDS, WORD, WORDS, FilePlace, Piece
+from sealtwin.lab.file_parts import Piece
+from sealtwin.lab.found_files import DIGIT, LAB_WORDS, WORD, WORDS, FilePlace
 from validate.readings.header_words import sample_key
 from validate.readings.text_table import plain_letters
 

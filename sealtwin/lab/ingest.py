@@ -19,6 +19,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
 from sealtwin.lab.file_owners import Decisions, place_files, with_owners
+from sealtwin.lab.file_parts import Piece, beside_ranges, divide, with_parts
 from sealtwin.lab.found_files import (
     DEFAULTS,
     NOT_READ,
@@ -26,14 +27,10 @@ from sealtwin.lab.found_files import (
     TRIAL,
     FilePlace,
     LeftOut,
-    Piece,
-    beside_ranges,
-    divide,
     few,
     find_files,
     read_name,
     read_names,
-    with_parts,
 )
 from sealtwin.lab.notes import SEEMS, Note, lines_of_readings, read_defaults, text_and_samples
 from sealtwin.lab.pairing import (
@@ -51,7 +48,7 @@ from sealtwin.lab.sample_trials import gather, look_at_sheets, prepare
 from sealtwin.lab.sheet_depths import RANGE
 from sealtwin.study.photos import OWN
 from sealtwin.trial.trial_file import Trial, folder_name, trial_text
-from validate.readings.samples import sample_key
+from validate.readings.header_words import sample_key
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """Folder in which a trial is written first. Ingest deletes it, so its name must be one that no user gives a folder."""

@@ -28,7 +28,7 @@ from sealtwin.lab.note_words import (
     read_value,
     unit_spelt,
 )
-from validate.readings.samples import sample_key
+from validate.readings.header_words import sample_key
 
 SENTENCES = CALLED["sentences"]
 SAMPLE, ABBREVIATIONS = (set(SENTENCES[name].split()) for name in ("sample", "abbreviations"))

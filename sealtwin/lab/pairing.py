@@ -3,36 +3,24 @@
 import re
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path, PurePath
-from typing import Any, get_args
+from typing import get_args
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.file_owners import Decisions
-from sealtwin.lab.found_files import (
-    DIGIT,
-    TABLES,
-    UNREAD_TABLES,
-    WORD,
-    FilePlace,
-    Piece,
-    Role,
-    as_label,
-    few,
-    possible_roles,
-)
-from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table, sample_key
+from sealtwin.lab.file_parts import Piece
+from sealtwin.lab.found_files import DIGIT, TABLES, UNREAD_TABLES, WORD, FilePlace, Role, as_label, few, possible_roles
+from sealtwin.lab.pairing_columns import ANSWERS, COLUMNS, OPTIONAL, possible_answers
+from validate.readings.header_words import sample_key
+from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table
 from validate.readings.sheet import SheetGrid
-from validate.readings.text_table import number
 
 PAIRING = "pairing.csv"
-SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|[0-9]{1,4}(:[0-9]{1,4})?)"
-"""B, or B:D, or rows 4:6; several lower-case letters are more likely a name."""
-SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 MOST_PHOTOS = 12  # Photos in one question
 OF_SEVERAL = (
     "add a row of this file for each, with its range, or with its columns in s and levels, such as A and B:D (if each "
@@ -43,7 +31,6 @@ LOOKALIKES = str.maketrans("oil", "011")
 LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
 UNKNOWN: tuple[Role, ...] = ("text", "readings")  # Roles of a text with another ending
 ROLES: tuple[Role, ...] = get_args(Role)
-CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 
 
 @dataclass(frozen=True)
@@ -102,6 +89,7 @@ def awaiting(samples: Sequence[SampleFiles], place: FilePlace, question: str) ->
     """
     photos = {one.key: one for one in samples if "photo" in one.files}
     names = [sample_key(name) for name in (place.sample, *place.likely) if sample_key(name) in photos]
+    rest_of = {sample_key(place.read_as), *map(sample_key, place.rest_of)}
     words = {_words(one.name) for one in photos.values()}
     if names:
         owners = set(names)
@@ -111,7 +99,7 @@ def awaiting(samples: Sequence[SampleFiles], place: FilePlace, question: str) ->
         owners = set(photos)
     return [
         replace(one, awaits=(*one.awaits, question))
-        if one.key in owners and (place.role not in one.files or one.key == sample_key(place.read_as))
+        if one.key in owners and (place.role not in one.files or one.key in rest_of)
         else one
         for one in samples
     ]
@@ -176,6 +164,8 @@ def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Ma
         return f"{few(pieces)}: no photo of sample {place.sample}. {likely_owner}; if not, set role to ignore."
     of_table = any(piece.part is not None and piece.part.cells is not None for piece in pieces)
     fault = "the sheet gives no sample for this table" if of_table else "its name gives no sample"
+    if place.rest_of:
+        fault = f"outside of the range of {few(place.rest_of)}; if it is of the same sample, extend that range"
     return f"{few(pieces)}: {fault}. {likely_owner}; if not, set role to ignore."
 
 
@@ -249,64 +239,6 @@ def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFile
     columns = [name for name in COLUMNS if name in used or name not in OPTIONAL]
     order = [row for _, row in sorted(rows, key=lambda row: row[0])]
     return sheet_text(columns, [[row.get(name, "") for name in columns] for row in order])
-
-
-def _column(reference: str) -> str:
-    """Return a column's letter as the span "B:B", which cannot be the name of a column."""
-    return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
-
-
-def _levels(text: str) -> list[str]:
-    return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
-
-
-def _places(text: str) -> str | list[float]:
-    numbers = [number(part, None) for part in re.split(r"[\s;]+", text.strip())]
-    return text.lower() if None in numbers else [one for one in numbers if one is not None]
-
-
-def _skip(text: str) -> list[int | str]:
-    return [int(part) if part.isdecimal() else part for part in re.split(r"\s*[;,]\s*", text)]
-
-
-def _as_written(text: str) -> list[str]:
-    cells = re.split(r'[\s,;"]+', text.strip('" ,;'))
-    return [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
-
-
-OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
-    "sheet": str,
-    "s": _column,
-    "places": _places,
-    "levels": _levels,
-    "repeat": _column,
-    "unit": str.lower,
-    "sign": str.lower,
-    "s_from": str.lower,
-    "range": str.upper,
-    "header_rows": lambda text: int(text) if text.isdecimal() else text,
-    "skip": _skip,
-    "missing": lambda text: re.split(r"\s*;\s*", text),
-    "as_written": _as_written,
-}
-"""Columns of the pairing file that describe a sheet, each with the function that reads its text."""
-ANSWERS = (*OF_COLUMNS, "crack", "mass", "settings")
-"""Columns of the pairing file for the user's replies: about a sheet, the number of the crack in a photo, the masses of
-a fill, and other settings."""
-OPTIONAL = ("part", *ANSWERS)
-"""Columns that the pairing file has only if they are needed; a user may add any of them."""
-COLUMNS = ("file", "role", "sample", *OPTIONAL, "question")
-"""All columns of the pairing file. The part is blank unless several samples share the file."""
-
-
-def possible_answers(role: Role) -> list[str]:
-    """Return the columns in which a question about a file with this role can be answered."""
-    return [name for name in ANSWERS if role == {"crack": "photo", "mass": "fill"}.get(name, role)]
-
-
-def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
-    """Return a row's replies about a sheet as the trial's table of columns, including ``as_written`` if it is given."""
-    return {key: read(answers[key]) for key, read in OF_COLUMNS.items() if key in answers}
 
 
 def decided(

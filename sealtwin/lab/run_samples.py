@@ -20,7 +20,7 @@ from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.job import STAGES, shown
 from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
-from validate.readings.samples import sample_key
+from validate.readings.header_words import sample_key
 
 REPORT_S = 4.0  # Time to compare a run and to draw its report, on one core
 

@@ -9,7 +9,8 @@ from textwrap import shorten
 from typing import Any, Literal
 
 from sealtwin.core.records import ReadColumn
-from sealtwin.lab.found_files import Piece, Role
+from sealtwin.lab.file_parts import Piece
+from sealtwin.lab.found_files import Role
 from sealtwin.lab.notes import Note
 from sealtwin.lab.pairing import PAIRING, SampleFiles
 from sealtwin.trial.trial_file import Trial

@@ -1,7 +1,6 @@
 """Make the trial of a sample from its notes and files, or list the faults that prevent it."""
 
-import tomllib
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 from textwrap import shorten
@@ -11,17 +10,19 @@ from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
+from sealtwin.lab.assumed_settings import ANGLE, FILL, assumed_of, fluid_settings, rest_of, solver_settings
+from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.note_sentences import quantities, read_sentences
 from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
 from sealtwin.lab.notes import Note, NoteEntry, lines_of_readings, read_cell, read_note, seems_to_say
-from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
+from sealtwin.lab.pairing import PAIRING, SampleFiles
+from sealtwin.lab.pairing_columns import as_columns
 from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
 from sealtwin.lab.sheet_depths import COLUMNS, LEVELS, RANGE, take_depths
 from sealtwin.lab.sheets import read_fill
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
-from sealtwin.trial.quick_trial import ASSUMED, toml_value
-from sealtwin.trial.starter_files import TRIAL
+from sealtwin.trial.quick_trial import toml_value
 from sealtwin.trial.trial_file import Trial, with_settings
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import read_cells
@@ -30,11 +31,8 @@ from validate.readings.table_rows import within
 from validate.readings.tables import common_lines
 from validate.settings import Declared
 
+MARKDOWN = "|"  # Separator of a table in Markdown
 MOST_CELLS = 3  # Cells of a row that may be a title: word, value and unit
-STARTER = tomllib.loads(TRIAL)
-ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
-UNSEEN = {"crack.tilt": "lean", ANGLE: 11.0}
-"""Settings of the crack's walls that no photo shows, with the values that are used if no note gives any."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +128,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
 
 def look_at_sheets(folder: Path, outcome: SampleOutcome, defaults: Note) -> None:
     """Ask about the content of sheets that may be a sample's, so that no round is needed for their sample alone."""
-    for piece, answers in outcome.sample.sheets.items():
+    texts = {Piece(text): dict[str, str]() for text in outcome.sample.texts if _may_be_readings(folder / text, outcome)}
+    for piece, answers in {**texts, **outcome.sample.sheets}.items():
         sheet = SampleFiles(
             outcome.sample.name, {"readings": piece.file}, (), piece.part, answers={"readings": answers}
         )
@@ -140,8 +139,19 @@ def look_at_sheets(folder: Path, outcome: SampleOutcome, defaults: Note) -> None
                 _look_at(folder / piece.file, "readings", tables_of(folder, alone), DEEPEST_MM, alone)
             except InputError as fault:
                 alone.faults += str(fault).splitlines()
-        outcome.of_sheets[piece] = alone.faults
+        outcome.of_sheets |= {} if piece in texts else {piece: alone.faults}
         outcome.faults += [fault for fault in alone.faults if fault not in outcome.faults]
+
+
+def _may_be_readings(path: Path, outcome: SampleOutcome) -> bool:
+    """Return whether a text of a sample without readings is a note of readings, or a table in Markdown."""
+    if "readings" in outcome.sample.files or outcome.sample.questions or path.is_symlink():
+        return False
+    try:
+        grid = read_cells(path, Declared())
+        return bool(lines_of_readings(path)) and (grid.is_note or grid.separator == MARKDOWN)
+    except InputError:
+        return False
 
 
 def _answered(role: Role, given: Mapping[str, str], origin: str) -> dict[str, NoteEntry]:
@@ -273,7 +283,7 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """
     settings = _settings_of(outcome)
     _weigh(folder, outcome, settings)
-    settings = {"note": assumed_of(outcome)} | _solver() | _fluid(settings.keys()) | settings
+    settings = {"note": assumed_of(outcome)} | solver_settings() | fluid_settings(settings.keys()) | settings
     files = outcome.sample.files
     missing = {key: it for key, it in NEEDED.items() if it.role in files and not settings.keys() & {key, *it.others}}
     outcome.stand_ins = frozenset(missing)
@@ -360,44 +370,6 @@ def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> No
         return
     outcome.remarks.append(shown)
     settings[FILL] = {**table, **columns}
-
-
-def _fluid(settings: Set[str]) -> dict[str, Any]:
-    """Return the fluid's settings as in 'sealtwin init', without those that are given or that a given one excludes."""
-    given = {key: 0 for key in settings if key.startswith("fluid.")}
-    remaining = with_settings({"fluid": STARTER["fluid"]}, given)["fluid"]
-    if "fluid.freeze_after_s" in settings:
-        remaining.pop("yield_stress_pa", None)
-    return {f"fluid.{key}": value for key, value in remaining.items() if f"fluid.{key}" not in settings}
-
-
-def rest_of(outcome: SampleOutcome) -> dict[str, Any]:
-    """Return values of path, nozzle and solver that are not given and that 'sealtwin quick' marks as assumed."""
-    settings = outcome.note.entries
-    tables: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
-    names = [name.partition(".") for name in ASSUMED]
-    values = {f"{table}.{key}": getattr(tables[table], key) for table, _, key in names if table in tables}
-    values |= _solver()
-    replaced = {
-        "path.plan": "path.",
-        "path.weighed": "path.volume_ml",
-        "solver.model": "solver.",  # The fast model has neither particles nor a rest.
-    }
-    without = tuple(prefix for key, prefix in replaced.items() if key in settings)
-    return {key: value for key, value in values.items() if key not in settings and not key.startswith(without)}
-
-
-def _solver() -> dict[str, Any]:
-    return {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
-
-
-def assumed_of(outcome: SampleOutcome) -> str:
-    """Return the trial's note for the report. It lists settings that no note of the lab gives; "" if there are none."""
-    settings = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
-    crack = {key: value for key, value in UNSEEN.items() if key not in settings}
-    assumed = {**crack, **_fluid(settings), **rest_of(outcome)}
-    listed = ", ".join(f"{key} = {toml_value(value)}" for key, value in assumed.items())
-    return f"Assumed, since no note of the lab gives it: {listed}." if listed else ""
 
 
 def origin_of(folder: Path, outcome: SampleOutcome, key: str) -> str:

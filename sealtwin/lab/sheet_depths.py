@@ -18,11 +18,13 @@ from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.trial.quick_trial import toml_value
 from validate.readings.columns import read_header
 from validate.readings.header import Header, remarks_where
-from validate.readings.header_words import crack_depth, meaning, names_factor
-from validate.readings.read_readings import TableReader
-from validate.readings.samples import rows_of_sample, sheets_of, tables_of_readings
+from validate.readings.header_words import crack_depth, meaning
+from validate.readings.remarks import names_factor
+from validate.readings.sample_rows import rows_of_sample
+from validate.readings.samples import sheets_of, tables_of_readings
 from validate.readings.screens import ReadCells
 from validate.readings.sheet import FaultList, SheetFaults, SheetGrid, clipped, letters
+from validate.readings.table_reader import TableReader
 from validate.readings.table_rows import columns_named, within
 from validate.readings.tables import Table, tables_of
 from validate.readings.turned import upright

@@ -12,11 +12,12 @@ from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from sealtwin.lab.note_words import meaning_of
 from validate.readings.columns import Mass, read_header
+from validate.readings.header_rows import find_header
 from validate.readings.header_words import meaning, unit_of
-from validate.readings.read_readings import TableReader
 from validate.readings.samples import read_cells
 from validate.readings.sheet import FaultList, SheetGrid, SheetRow
-from validate.readings.table_rows import find_header, is_a_number
+from validate.readings.table_reader import TableReader
+from validate.readings.table_rows import is_a_number
 from validate.readings.text_table import decoded
 from validate.readings.turned import upright
 from validate.readings.understood import WAYS, understood

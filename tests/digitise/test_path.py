@@ -10,7 +10,7 @@ from digitise.scale.face_scale import see_face
 from digitise.settings import PhotoInput
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen
 from sealtwin.core.errors import InputError
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, with_crack, write_png
+from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, wandering, with_crack, write_png
 from tests.places import FIXTURE
 
 
@@ -90,7 +90,7 @@ def test_a_search_without_ends_blames_no_ends(radius_px, tmp_path):
         # A wide gap between two cracks is no crack.
         ([[(20, 150), (170, 150)], [(330, 150), (480, 150)]], ((30.0, 150.0), (470.0, 150.0)), r"no crack on \d\d%"),
         # Two of like strength are the user's choice.
-        ([[(30, 60), (470, 80)], [(30, 240), (470, 220)]], None, "2 cracks compete"),
+        ([wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])], None, "2 cracks compete"),
     ],
 )
 def test_a_photo_without_one_crack_is_refused(tmp_path, lines, ends_px, says):
@@ -120,7 +120,7 @@ def test_without_markers_and_ends_the_shadow_around_the_sample_is_not_taken_for_
 
 def test_a_line_that_turns_into_the_sample_s_edge_is_remarked_on(tmp_path):
     """A cropped photo: mortar above, a bright board below, a shadow between them into which the crack runs."""
-    crack, edge = [(60, 10), (200, 200)], [(200, 200), (290, 214), (390, 190), (480, 204)]
+    crack, edge = wandering([(60, 10), (200, 200)]), [(200, 200), (290, 214), (390, 190), (480, 204)]
     board = np.zeros((300, 500), dtype=np.uint8)
     cv2.fillPoly(board, [np.array([(0, 200), *edge, (500, 204), (500, 300), (0, 300)], dtype=np.int32)], [1])
     picture = mortar() * np.where(board, 2.7, 1.0)
@@ -141,7 +141,7 @@ def test_a_crack_is_not_followed_along_a_straight_edge(tmp_path):
     picture = mortar()
     picture[200:] *= 2.7
     picture = with_crack(with_crack(picture, [(60, 10), (200, 200)]), [(200, 200), (480, 200)])
-    path = find_path(plain(tmp_path, picture), None)
+    path = find_path(plain(tmp_path, picture), None, crack=1)
     assert distance_to(path.points_px, np.array([(60.0, 10.0), (200.0, 200.0)])).max() < 7
 
 

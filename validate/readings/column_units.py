@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import get_args
 
 from validate.readings.cell_units import (
     UnitCell,
@@ -25,7 +26,7 @@ from validate.readings.header_words import (
 )
 from validate.readings.sheet import FaultList, SheetCell, SheetGrid, SheetRow, letters, quoted
 from validate.readings.table_rows import is_a_number
-from validate.settings import Declared, Unit
+from validate.settings import Declared, DialUnit, Unit
 
 SET_UNIT = 'Set it: [readings] unit = "mm", or in pairing.csv.'
 SET_FILL_UNIT = 'Set it in pairing.csv: unit = mm for levels, mass = "A g" for masses.'
@@ -108,7 +109,8 @@ class ColumnUnits:
         if declared is None:
             nameless = {column.index for column in used if column.unit is None}
             self.units = {at: one for at, one in self._common(beside).items() if at in nameless} | self.units
-        if self.mass is None and (self.places is not None or used[0].index in self.place_words):
+        is_dial = declared in get_args(DialUnit)
+        if self.mass is None and (self.places is not None or is_dial or used[0].index in self.place_words):
             along: ColumnUnit | None = "mm" if isinstance(self.places, tuple) else self.places
             used = [*self._in_unit(used[:1], along), *self._in_unit(used[1:], declared)]
         elif self.mass is None:
@@ -126,6 +128,10 @@ class ColumnUnits:
         nameless = [column for column in nameless if column.index not in self.others]
         if used[0] in nameless and used[0].index in self.place_words:
             self._ask_for_places(used[0])
+            nameless.remove(used[0])
+        elif used[0] in nameless and is_dial:
+            remedy = "Write their unit, such as cm, into the column places of pairing.csv, or into the header."
+            self._add_fault(f"{quoted(used[0].name)}: no unit of the places.", remedy)
             nameless.remove(used[0])
         # Stand-ins that differ may not all be the columns that are meant.
         if "readings" in self.faults.open and set(used[1:]) - set(nameless):

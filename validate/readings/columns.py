@@ -8,6 +8,7 @@ from typing import get_args
 from validate.readings.cell_units import columns_of_units
 from validate.readings.column_units import CORRECT, ColumnUnits
 from validate.readings.header import MOST_SHOWN, Column, Header, Mass, quoted_names
+from validate.readings.header_rows import find_header, header_of_note
 from validate.readings.header_words import (
     ColumnMeaning,
     Role,
@@ -19,7 +20,8 @@ from validate.readings.header_words import (
     quantity_in,
     unit_in,
 )
-from validate.readings.place_words import columns_of_places, is_place_word, without_words
+from validate.readings.place_words import columns_of_places, is_place_word, only_number, without_words
+from validate.readings.range_ends import has_readings, rows_beyond
 from validate.readings.repeats import may_be_readings, numbers_repeats
 from validate.readings.sheet import (
     BLANK,
@@ -34,16 +36,7 @@ from validate.readings.sheet import (
     refuse,
 )
 from validate.readings.stand_ins import likely_columns
-from validate.readings.table_rows import (
-    blocks,
-    columns_named,
-    find_header,
-    header_of_note,
-    is_a_number,
-    sorted_rows,
-    table_rows,
-    which_table,
-)
+from validate.readings.table_rows import blocks, columns_named, is_a_number, sorted_rows, table_rows, which_table
 from validate.readings.tables import common_lines
 from validate.readings.turned import ASSIGN_ROWS
 from validate.settings import Columns, Declared, Quantity
@@ -78,7 +71,7 @@ class _HeaderReader:
         self.assign = ASSIGN_ROWS if grid.turned else ASSIGN
         self.unknown: list[Column] = []  # Columns of numbers under unknown names
         self.given = declared.columns or Columns()
-        self.rows, skipped, unmet = table_rows(grid, self.given)
+        self.rows, skipped, self.left_out, unmet = table_rows(grid, self.given)
         self.skipped, self.unmet = [*skipped, *grid.outside], [*unmet, *grid.unmet]
         self.common = common_lines(grid, self.given.range)
         if len(self.rows) < 2:
@@ -98,10 +91,17 @@ class _HeaderReader:
         lines = (*self.rows[: self.first], *self.common, *grid.outside)
         self.titled = None if grid.is_note else name_in_titles(cell.text for row in lines for cell in row.cells)
         body = self.rows[self.first + header.count :]
-        self.place_words = self._place_words(columns_of_places(body))
-        body = without_words(body, [*self.place_words])
-        units = ColumnUnits(grid, declared, faults, mass, self.number, self.names, header.units, body, self.place_words)
-        self.units, self.body = units, units.body
+        self._set_body(header.units, body, self._place_words(columns_of_places(body)))
+
+    def _set_body(self, units: Sequence[SheetRow], body: Sequence[SheetRow], place_words: Mapping[int, str]) -> None:
+        """Set the rows below the header, without words around places, and their units."""
+        self.below_header, self.place_words = (units, body), place_words
+        body = without_words(body, [*place_words])
+        number, names = self.number, self.names
+        self.units = ColumnUnits(
+            self.grid, self.declared, self.faults, self.mass, number, names, units, body, place_words
+        )
+        self.body = self.units.body
 
     def _place_words(self, words: Mapping[int, str]) -> dict[int, str]:
         """Return the column of stations with the word before its numbers, if it has one; else no column."""
@@ -175,6 +175,7 @@ class _HeaderReader:
             quantity=self._quantity(used[1:]),
             remarks=tuple(remarks),
             passed=tuple(passed),
+            left_out=self.left_out,
             unmet=tuple(self.unmet),
             of_units=tuple(of_units),
         )
@@ -199,15 +200,15 @@ class _HeaderReader:
             self._add_fault(finding, f"List one column for each repeat. {self.assign}", spanned[0].name)
 
     def _check_range(self, columns: Sequence[int]) -> None:
-        """Add a fault if the range of a turned sheet cuts off columns with a place and readings."""
-        station, *readings = columns
-        cut = [
-            row.number
-            for row in self.grid.cut
-            if any(map(str.isdigit, row.cell(station).text)) and any(is_a_number(row.cell(at)) for at in readings)
-        ]
+        """Add a fault if the range cuts off places of this table that have readings."""
+        if self.grid.turned:
+            cut = [row.number for row in self.grid.cut if has_readings(row, columns[0], columns[1:])]
+        else:
+            cut = rows_beyond(self.grid.rows, self.rows, self.given.range, columns, has_header=bool(self.header_rows))
         if cut and "range" not in (self.declared.as_written or ()):
-            span = letters(cut[0] - 1) if len(cut) == 1 else self.grid.span_of_rows(cut[0], cut[-1])
+            span = self.grid.span_of_rows(cut[0], cut[-1])
+            if cut[0] == cut[-1]:
+                span = letters(cut[0] - 1) if self.grid.turned else f"row {cut[0]}"
             finding = f"{counted(len(cut), 'place')} with readings, in {span}, outside of the range."
             remedy = 'Extend the range, or confirm that they are not of this sample: readings.as_written = ["range"].'
             self.faults.add(self.grid.place(cut[0]), finding, remedy)
@@ -230,6 +231,8 @@ class _HeaderReader:
         at = [column.index for column in self.unknown if column.index not in self.units.others]
         likely = likely_columns(self.body, at, with_station=not stations)
         by_index = {column.index: replace(column, **vars(_by_parts(column.name))) for column in self.unknown}
+        if not stations and likely.station is None:
+            stations = self._places_in_texts([*by_index, *(column.index for column in readings)])
         if likely.station is not None:
             stations = [replace(by_index[likely.station], role="station", quantity=None)]
             self.faults.open |= set() if likely.is_sure else {"station"}
@@ -244,6 +247,21 @@ class _HeaderReader:
             self.faults.faults += fault.faults
         self.faults.open.add("columns")
         return stations, readings
+
+    def _places_in_texts(self, taken: Sequence[int]) -> list[Column]:
+        """Return the only column outside ``taken`` whose texts have a place each: "PNT(5)", or "5 mm" in a remark."""
+        units, body = self.below_header
+        words = columns_of_places(body)
+        with_unit = [at for at in self.units.units if any(is_a_number(row.cell(at)) for row in self.body)]
+        likely = [
+            at
+            for at in dict.fromkeys([*words, *with_unit])
+            if at not in taken and len({only_number(row.cell(at)) for row in body}) > 1
+        ]
+        if len(likely) != 1:
+            return []
+        self._set_body(units, body, {at: words[at] for at in likely if at in words})
+        return [Column(role="station", index=at, name=self.names.get(at) or self.grid.name_of(at)) for at in likely]
 
     def _without(self, stations: Sequence[Column]) -> SheetFaults:
         """Return the error on a header without a column of stations or of readings."""

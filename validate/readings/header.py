@@ -36,6 +36,7 @@ class Header:
     remarks: tuple[SheetRow, ...] = ()
     """Rows of text about the sheet: above the header, comments, rows between readings."""
     passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and declared ones
+    left_out: frozenset[int] = frozenset()  # Numbers of the declared rows to skip
     unmet: tuple[str, ...] = ()  # Declared rows to skip that do not exist
     of_units: tuple[int, ...] = ()  # Columns, from 0, that contain the units of rows
 

@@ -9,13 +9,13 @@ from itertools import pairwise
 from typing import Literal
 
 from validate.readings.text_table import WORDS, is_missing, number, plain_letters
-from validate.settings import Quantity, Unit
+from validate.settings import DialUnit, Quantity, Unit
 
 Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
 """Role of a column. "mass": mass of a liquid. "repeat": number of a reading within its station. "sample": name of the
 row's sample. "skipped": notes, other quantities, or figures calculated from readings."""
 
-ColumnUnit = Unit | Literal["g", "kg", "1/10 mm", "1/100 mm"]
+ColumnUnit = Unit | DialUnit | Literal["g", "kg"]
 MM: dict[ColumnUnit, float] = {
     "mm": 1.0,
     "cm": 10.0,
@@ -69,9 +69,7 @@ OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("besi
 ALL_WORDS = frozenset[str]().union(*COLUMNS.values())
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
 """A direction in several words, such as "nach unten"."""
-ZERO_OF_READINGS, FACE, OF_FACTOR, CHECKED, ON = (
-    frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor", "checked", "on")
-)
+ZERO_OF_READINGS, FACE, OF_FACTOR = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor"))
 NUMBERED_SAMPLE = re.compile(rf"\b(?:{'|'.join(SAMPLE)})\W*(?:(?:{'|'.join(COUNTER)})\b\W*)?[^\W\d_]{{0,3}}\W?[0-9]")
 CRACK_DEPTH = re.compile(WORDS["crack_depth"]["sure"].replace("\n", ""))
 CRACK, SEALANT = (frozenset(WORDS["crack_depth"][key].split()) for key in ("crack", "sealant"))
@@ -393,25 +391,6 @@ def is_number(text: str) -> bool:
 def holds_no_number(text: str) -> bool:
     """Return whether a text contains no digit, or marks a missing number."""
     return is_missing(text) or not any(letter.isdigit() for letter in text)
-
-
-def names_other_zero(text: str) -> bool:
-    """Return whether a remark mentions a zero point in other words than those for the sample's face."""
-    listed = NAME.findall(plain_letters(text[: 5 * LONGEST_NAME]))
-    words = set(listed)
-    if not words & ZERO_OF_READINGS or (words & FACE and words <= ZERO_OF_READINGS | FACE | OF_FACE):
-        return False
-    # "zero checked on face", but not "zero on caliper face".
-    on = next((at for at in range(len(listed) - 1, 0, -1) if listed[at] in ON), 0)
-    before, behind = set(listed[:on]), set(listed[on + 1 :])
-    is_face = bool(behind & FACE) and behind <= FACE | OF_FACE
-    return not (is_face and before <= ZERO_OF_READINGS | CHECKED | OF_FACE)
-
-
-def names_factor(text: str) -> bool:
-    """Return whether a remark gives a factor for the readings."""
-    words = set(NAME.findall(plain_letters(text[:LONGEST_NAME])))
-    return bool(words & OF_FACTOR)
 
 
 def sample_key(sample: str) -> str:

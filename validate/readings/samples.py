@@ -11,9 +11,11 @@ from pathlib import Path
 from sealtwin.core.errors import InputError, as_text
 from validate.readings.cell_units import columns_of_units, unit_cells
 from validate.readings.columns import read_header
-from validate.readings.header import Column, Header
-from validate.readings.header_words import crack_depth, meaning, names_sample, sample_key
+from validate.readings.header import Header
+from validate.readings.header_words import crack_depth, meaning, names_sample
 from validate.readings.labelled_rows import LabelledRows, labelled_rows
+from validate.readings.place_words import columns_of_places, is_place_word
+from validate.readings.sample_rows import rows_by_name
 from validate.readings.sheet import (
     SAVE_AGAIN,
     FaultList,
@@ -200,36 +202,6 @@ def sheets_of(path: Path) -> tuple[SheetGrid, ...]:
         return ()
 
 
-def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: FaultList) -> Header:
-    """Return ``header`` with only the rows of the declared sample; ambiguities are added to ``faults``.
-
-    Without a declared sample, the column must name a single sample.
-    """
-    column, place, wanted = header.sample, grid.place(header.row.number), declared.sample
-    if column is None and wanted is not None:
-        finding = f"no column contains sample names, but [readings] sample = {quoted(wanted)}."
-        faults.add(place, finding, "Add a column 'sample', or remove [readings] sample.", wanted)
-    if column is None:
-        return header
-    by_sample = _by_sample(column, header.body)
-    nameless = by_sample.pop("", [])
-    for row in nameless:
-        in_row = grid.place(row.number, column.index, column.name)
-        faults.add(in_row, "the row has no sample name.", "Write it into every row.")
-    names = ", ".join(quoted(rows[0].cell(column.index).text) for rows in list(by_sample.values())[:12])
-    if wanted is None:
-        if len(by_sample) > 1:
-            remedy = "Write the one to read into the trial, such as [readings] sample = "
-            faults.add(place, f"rows of several samples: {names}.", f"{remedy}{names.partition(',')[0]}.")
-        return header
-    key = sample_key(wanted)
-    if key not in by_sample:
-        finding = f"no row of sample {quoted(wanted)}; column {quoted(column.name)} contains {names}."
-        faults.add(place, finding, "Correct the name there, or the file's sample.", wanted)
-    rows = [*nameless, *by_sample.get(key, [])]
-    return replace(header, body=tuple(sorted(rows, key=lambda row: row.number)))
-
-
 def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
     written, (grid, _) = grid, upright(grid, Declared())
     tables = [] if grid.turned else tables_of_readings(grid)
@@ -256,10 +228,8 @@ def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
             if part.headed or sheet is not None or table is not None:
                 yield part
             continue
-        for key, own in _by_sample(column, header.body).items():
-            if key:
-                sha256 = _sha256([header.row, *own], column.index)
-                yield replace(part, rows_of=own[0].cell(column.index).text, sha256=sha256)
+        for name, own in rows_by_name(grid, header, column).items():
+            yield replace(part, rows_of=name, sha256=_sha256([header.row, *own], column.index))
 
 
 def _is_by_sample(table: Table, header: Header | None) -> bool:
@@ -268,7 +238,9 @@ def _is_by_sample(table: Table, header: Header | None) -> bool:
 
 
 def _stations(table: Table) -> list[int]:
-    return [at for at, name in table.names.items() if (what := meaning(name)) is not None and what.role == "station"]
+    """Return the columns of stations, by their names, else by words for places before their numbers."""
+    named = [at for at, name in table.names.items() if (what := meaning(name)) is not None and what.role == "station"]
+    return named or [at for at, words in columns_of_places(table.body).items() if is_place_word(words)]
 
 
 def _by_row(grid: SheetGrid, sheet: str | None) -> Iterator[SamplePart]:
@@ -303,8 +275,9 @@ def _by_column(table: Table, sheet: str | None) -> Iterator[SamplePart]:
         name, labels = table.names[at], table.labels(at)
         if what is not None and what.number is not None and "1" not in numbers:
             labels = (*labels, what.number)
-        is_numeric = any(is_a_number(row.cell(at)) for row in table.body)
-        if is_numeric and crack_depth(name) is None and (what is None or labels or names_sample(name)):
+        # A column of one value, such as a nominal level, has no readings.
+        values = {row.cell(at).text for row in table.body if is_a_number(row.cell(at))}
+        if len(values) > 1 and crack_depth(name) is None and (what is None or labels or names_sample(name)):
             rows = (SheetRow(0, (row.cell(along[0]), row.cell(at))) for row in (*table.header, *table.body))
             sha256 = _sha256(rows, None)
             yield SamplePart(sheet, None, sha256, headed=False, title=labels, names=(name,), levels=letters(at))
@@ -334,14 +307,6 @@ def _header_of(grid: SheetGrid, cells: str | None) -> Header | None:
         return read_header(grid, Declared(columns=Columns(range=cells)), FaultList())
     except SheetFaults:
         return None
-
-
-def _by_sample(column: Column, rows: Iterable[SheetRow]) -> dict[str, list[SheetRow]]:
-    """Return rows by the key of their sample; "" for rows without a name."""
-    by_sample: dict[str, list[SheetRow]] = {}
-    for row in rows:
-        by_sample.setdefault(sample_key(row.cell(column.index).text), []).append(row)
-    return by_sample
 
 
 def _sha256(rows: Iterable[SheetRow], without: int | None) -> str:

@@ -92,7 +92,7 @@ class ReadCells:
 class Doubt:
     """A possible mistake in a sheet, its cell, and the entries of ``readings.as_written`` that confirm the value."""
 
-    kind: Kind | Literal["struck", "hidden"]
+    kind: Kind | Literal["struck", "hidden", "column"]
     row: int  # From 1
     column: int  # From 0
     answers: tuple[str, ...]

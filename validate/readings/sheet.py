@@ -197,6 +197,8 @@ class SheetGrid:
     shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
     """Text that a number's format shows behind it, such as "cm" or "%", by row from 1 and column from 0."""
     is_note: bool = False  # True for a text with a place and its readings in each line
+    minus: Mapping[int, str] = field(default_factory=dict[int, str])
+    """Readings of a note's rows with a dash behind the place, by row number, as they are if the dash is a minus."""
     turned: bool = False  # True if the rows here are the columns of the file
     outside: tuple[SheetRow, ...] = ()  # Of a turned sheet: comments, skipped rows, and lines outside its range
     cut: tuple[SheetRow, ...] = ()  # Of a turned sheet: columns of the file with content outside its range

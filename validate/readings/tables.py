@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from validate.readings.cell_units import bare
+from validate.readings.header_rows import Merged, find_header
 from validate.readings.header_words import NAME, meaning
 from validate.readings.sheet import BLANK, SheetCell, SheetGrid, SheetRow, letters
-from validate.readings.table_rows import Merged, blocks, find_header, is_a_number, plain_name, within
+from validate.readings.table_rows import blocks, is_a_number, plain_name, within
 from validate.readings.text_table import number
 from validate.settings import Columns
 

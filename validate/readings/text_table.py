@@ -40,22 +40,9 @@ BYTE_ORDER_MARKS = (
 SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNORECASE)
 """First line such as "sep=;", which states the separator for Excel."""
 LONGEST_CELL = 200  # Limit on the letters of a cell with several readings
-BETWEEN = (r"\s*;\s*", r"\s*\|\s*", r"\s*/\s*", r"\s*,\s+", ",", r"\s+")
+DOT = r"\s*\u00b7\s*"
+BETWEEN = (r"\s*;\s*", r"\s*\|\s*", r"\s*/\s*", DOT, r"\s*,\s+", ",", r"\s+")
 """Separators of several readings in one cell, as regular expressions; a cell has one of them."""
-ONLY_NUMBERS = re.compile(r"[0-9.,+\-\u2212\s]+")
-MESSAGE = re.compile(
-    r"\u200e?\[?\d{1,2}[./]\d{1,2}[./]\d{2,4},?\s+\d{1,2}:\d{2}(?::\d{2})?(?:\s?[AaPp]\.?[Mm]\.?)?\]?(?:\s+-)?"
-    r"\s+[^:]{1,60}:\s+"
-)
-"""Date, time and sender before a line that was copied from a messenger."""
-NOTE_LINE = re.compile(
-    rf"(?:[-*\u2022]\s+)?(?:\*\*)?(?:[sx]\s*=\s*)?(?P<place>{NUMBER.pattern})\s?(?P<unit>[^\W\d_]{{1,12}}|\")?\s*"
-    r"(?:\*\*)?\s*(?:=|->|\u2192|:(?!\d\d(?![\d.,])))(?:\*\*)?\s*(?P<readings>.*)"
-)
-"""Line of a note: a place, a colon, and its readings. 14:30 is a time."""
-DATE_WORD = re.compile(r"(?<![\d.,])\d{1,4}([./-])\d{1,2}\1(?:\d{2,4})?(?![\d,])")
-DECIMAL = re.compile(r"\d[.,]\d|(?<!\w)[.,]\d")
-WORD_OF_TITLE = re.compile(r"[^\W\d_]{3}")
 NOTE_HEAD = (SheetCell("s"), SheetCell("reading"))
 """Header of a note, whose lines have no names."""
 LOST_LINE = re.compile(r"^\0+\s*$", re.MULTILINE)
@@ -78,13 +65,13 @@ def is_missing(text: str) -> bool:
 def without_missing(text: str, words: Sequence[str]) -> str:
     """Return the text of a cell without declared words for a missing reading: blank, or "?" among other readings."""
     either = "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
-    marked = re.sub(rf"(?<![^\s;,|/])(?:{either})(?![^\s;,|/])", "?", text)
+    marked = re.sub(rf"(?<![^\s;,|/\u00b7])(?:{either})(?![^\s;,|/\u00b7])", "?", text)
     return "" if text in words else marked if several(marked) else text
 
 
 def unread_word(text: str) -> str:
     """Return the word among the readings of a cell that is no number; the whole text if there are no readings."""
-    parts = [part for part in re.split(r"\s*[;|/]\s*|,?\s+", text) if part and not is_missing(part)]
+    parts = [part for part in re.split(r"\s*[;|/\u00b7]\s*|,?\s+", text) if part and not is_missing(part)]
     words = [part for part in parts if not NUMBER.fullmatch(part.translate(MINUS))]
     return words[0] if len(words) == 1 < len(parts) else text
 
@@ -129,8 +116,9 @@ def number(text: str, mark: Decimal | None) -> float | None:
 def several(text: str, *, by_commas: bool = False) -> tuple[str, ...]:
     """Return the readings in a cell that has several, such as "12,3 12,1 n.m."; else ().
 
-    They are separated by blanks, semicolons, slashes, or commas with a blank. Commas alone separate only numbers that
-    all have a decimal point, unless ``by_commas``. A fraction, a date or a number with separated thousands is none.
+    They are separated by blanks, semicolons, slashes, middle dots, or commas with a blank. Commas alone separate only
+    numbers that all have a decimal point, unless ``by_commas``. A fraction, a date or a number with separated thousands
+    is none.
     """
     text = text.strip()
     possible = len(text) <= LONGEST_CELL and any(map(str.isdecimal, text)) and not is_grouped(text)
@@ -140,7 +128,7 @@ def several(text: str, *, by_commas: bool = False) -> tuple[str, ...]:
         # A dash between blanks may mean a range, a slash between whole numbers a fraction or a date.
         words = all(any(map(str.isalpha, part)) or part == "?" for part in parts if part not in numbers)
         marked = any(mark in part for part in numbers for mark in ".,")
-        sound = {",": by_commas or all("." in part for part in parts), r"\s*/\s*": marked, r"\s+": words}
+        sound = {",": by_commas or all("." in part for part in parts), r"\s*/\s*": marked, DOT: marked, r"\s+": words}
         good = all(part in numbers or is_missing(part) for part in parts) and sound.get(separator, True)
         if len(parts) > 1 and numbers and good:
             return tuple(parts)
@@ -176,8 +164,6 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
             where, "NUL bytes, which a logger writes when it loses power.", "Delete them, and check for lost readings."
         )
     stated = SEPARATOR_LINE.match(text)
-    if separator is None and stated is None and (rows := _note_rows(text)):
-        return SheetGrid(path, rows, ("note", encoding, "a place and its readings in each line"), is_note=True)
     if stated is not None:
         text = text[stated.end() :]
     mark = SEPARATORS[separator] if separator is not None else stated[1] if stated is not None else _likeliest(text)
@@ -196,58 +182,6 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
     width = max((_width(fields) for _, fields in lines), default=0)
     rows = tuple(SheetRow(skipped + number, tuple(map(SheetCell, fields[:width]))) for number, fields in lines)
     return SheetGrid(path, rows, ("CSV", encoding, NAMES[mark]), separator=mark)
-
-
-def _note_rows(text: str) -> tuple[SheetRow, ...]:
-    """Return the rows of a note with a place and its readings in each line; () for another text.
-
-    Lines above the first place are titles. A line with numbers that does not fit is a row too, so that it is a fault.
-    """
-    lines = [
-        (number, line)
-        for number, each in enumerate(text.splitlines(), start=1)
-        if (line := MESSAGE.sub("", each.strip(), count=1).strip())
-    ]
-    matches = {number: NOTE_LINE.fullmatch(line) for number, line in lines}
-    fitting = {number for number, match in matches.items() if match is not None and _are_readings(match["readings"])}
-    near = [match for match in matches.values() if match is not None and any(map(str.isdecimal, match["readings"]))]
-    if len(fitting) < 2 or 2 * len(near) <= sum(number >= min(fitting) for number, _ in lines):
-        return ()
-    rows, begins = list[SheetRow](), min(fitting)
-    for number, line in lines:
-        match, (label, _, rest) = matches[number], line.partition(":")
-        is_title = number < begins
-        if match is not None and (not is_title or WORD_OF_TITLE.search(match["readings"]) is None):
-            cells = " ".join(filter(None, (match["place"], match["unit"]))), match["readings"].strip()
-        elif _are_readings(rest) and (not is_title or not label.strip() or any(map(str.isdecimal, label))):
-            cells = label.strip(), rest.strip()
-        elif _may_be_readings(line, is_title=is_title):
-            cells = "", line  # A fault, since its place is missing
-        else:
-            cells = (line,)
-        rows.append(SheetRow(number, tuple(map(SheetCell, cells))))
-    first = next(at for at, row in enumerate(rows) if len(row.cells) > 1)
-    return (*rows[:first], SheetRow(rows[first].number, NOTE_HEAD), *rows[first:])
-
-
-def _may_be_readings(line: str, *, is_title: bool) -> bool:
-    """Return whether a line that does not fit may be one of readings.
-
-    A title with words may state one decimal number.
-    """
-    words = DATE_WORD.sub(" ", line).lstrip("-*\u2022 ").split()
-    numbers = [word for word in words if NUMBER.fullmatch(word.strip(":,;/").translate(MINUS))]
-    decimals = len(DECIMAL.findall(" ".join(words)))
-    if is_title:
-        return decimals > (WORD_OF_TITLE.search(line) is not None) or (len(numbers) > 1 and words[0] == numbers[0])
-    return decimals > 0 or len(numbers) > 1 or len(numbers) == len(words) > 0
-
-
-def _are_readings(text: str) -> bool:
-    """Return whether a text is one or several readings, which may have a unit behind them."""
-    bare = re.sub(r"\s*[^\W\d_]+$", "", text.strip()) or text.strip()
-    is_one = NUMBER.fullmatch(bare.translate(MINUS)) is not None or (bool(bare) and is_missing(bare))
-    return is_one or bool(several(bare)) or ("," in bare and ONLY_NUMBERS.fullmatch(bare) is not None)
 
 
 def _width(fields: list[str]) -> int:

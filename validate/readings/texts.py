@@ -4,8 +4,19 @@ import re
 from collections import Counter
 from pathlib import Path
 
+from validate.readings.note_lines import note_rows
 from validate.readings.sheet import SheetCell, SheetGrid, SheetRow
-from validate.readings.text_table import MINUS, NOTE_HEAD, NUMBER, decoded, is_missing, read_delimited, several
+from validate.readings.text_table import (
+    LOST_LINE,
+    MINUS,
+    NOTE_HEAD,
+    NUMBER,
+    SEPARATOR_LINE,
+    decoded,
+    is_missing,
+    read_delimited,
+    several,
+)
 from validate.settings import Separator
 
 RULE = re.compile(r"\|?\s*:?-{2,}:?\s*(?:\|\s*:?-{2,}:?\s*)*\|?")
@@ -25,6 +36,11 @@ def read_text(path: Path, content: bytes, separator: Separator | None) -> SheetG
             return SheetGrid(path, rows, ("Markdown", encoding, "a table"), separator="|")
         if rows := _listed_rows(text):
             return SheetGrid(path, rows, ("note", encoding, "readings below their place"), is_note=True)
+        is_stated = SEPARATOR_LINE.match(text) is not None or LOST_LINE.search(text) is not None
+        rows, minus = ((), {}) if is_stated else note_rows(text)
+        if rows:
+            written = ("note", encoding, "a place and its readings in each line")
+            return SheetGrid(path, rows, written, is_note=True, minus=minus)
     return read_delimited(path, content, separator)
 
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from itertools import takewhile
 from typing import TypeVar
 
+from validate.readings.header_rows import find_header
 from validate.readings.header_words import meaning
 from validate.readings.sheet import SheetGrid, SheetRow, letters, refuse
-from validate.readings.table_rows import LETTERS, find_header, is_a_number, plain_name, table_rows, within
+from validate.readings.table_rows import LETTERS, is_a_number, plain_name, table_rows, within
 from validate.readings.tables import common_lines
 from validate.settings import Columns, Declared
 
@@ -71,7 +72,7 @@ def _turned(grid: SheetGrid, declared: Sheet, given: Columns) -> tuple[SheetGrid
     if isinstance(given.header_rows, str):
         finding = f'header_rows = "{given.header_rows}" are rows, but here names are in columns.'
         raise refuse(grid.place(), finding, "Give the number of these columns, such as 1, or remove it.")
-    rows, skipped, unmet = table_rows(grid, given)
+    rows, skipped, _, unmet = table_rows(grid, given)
     titles = list(takewhile(_is_title, rows))
     rows = rows[len(titles) :]
     if given.s is not None and (match := OF_ROWS.fullmatch(given.s)) is not None:

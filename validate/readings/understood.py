@@ -7,10 +7,12 @@ from itertools import pairwise
 import numpy as np
 
 from sealtwin.core.records import ReadColumn
+from validate.readings.column_doubts import column_doubts
 from validate.readings.header import Header, remarks_where
-from validate.readings.header_words import names_factor, names_other_zero
+from validate.readings.remarks import names_factor, names_other_zero
 from validate.readings.screens import Doubt, ReadCells, alike_columns, doubtful_cells, mean_rows, scattered_stations
 from validate.readings.sheet import Fact, Place, SheetGrid, letters, quoted, shown
+from validate.readings.table_rows import is_a_number
 from validate.readings.text_table import number
 from validate.readings.whole_sheet import Filling, counted_stations, doubts_of_sheet
 from validate.settings import Decimal, Declared
@@ -21,7 +23,7 @@ OR_ANSWER = "or confirm it: readings.as_written"  # End of a doubt about a reada
 NO_SUCH = "skip: no such row"
 DIAL_UNITS = ("1/10 mm", "1/100 mm")
 FINEST_MM = 0.0075  # Between the last digit of a caliper, 0.01 mm, and that of a dial with thousandths
-MOST_ROWS_SHOWN = 8  # Limit on the listed rows that are not read
+MOST_ROWS_SHOWN = 8  # Limit on the listed rows that are not read, apart from those with readings and those to skip
 
 
 def dialect_of(
@@ -70,7 +72,13 @@ def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadC
         )
         for column in sorted([*header.read, *header.skipped], key=lambda column: column.index)
     ]
-    for row in (*header.remarks, *header.passed)[:MOST_ROWS_SHOWN]:
+    others = 0
+    for row in (*header.remarks, *header.passed):
+        has_readings = any(is_a_number(row.cell(column.index)) for column in header.readings)
+        if row.number not in header.left_out and not has_readings:
+            others += 1
+            if others > MOST_ROWS_SHOWN:
+                continue
         place, what = (f"{row.number}", "row") if not turned else (letters(row.number - 1), "column")
         text = next(cell.text for cell in row.cells if cell.text)
         columns.append(ReadColumn(place, shown(text), f"{what}, not read", "", ""))
@@ -88,7 +96,7 @@ def doubts_of(
 ) -> Iterator[str]:
     """Yield a sentence for each open doubt: cell, finding, remedy, and the entry that confirms the value."""
     names = {column.index: column.name for column in header.read}
-    of_header = (*_marked(grid, header), *_too_fine(header, cells), *counted_stations(cells, length_mm))
+    of_header = (*_of_header(grid, header, cells, declared), *counted_stations(cells, length_mm))
     for doubt in unanswered(_own(grid, (*of_header, *screened(cells, depth_mm, filling))), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
         # A text file has cells when it is opened in a spreadsheet.
@@ -110,7 +118,7 @@ def doubts_beside(
     """
     if open_facts & {"station", "readings"}:
         return
-    doubts = [*_marked(grid, header), *_too_fine(header, cells)]
+    doubts = [*_of_header(grid, header, cells, declared)]
     if "decimal" not in open_facts and len(cells.s_mm) > 1:
         # Without a unit, readings are in mm here, the smallest one: in others they are further apart.
         own, rest = _of_cells(cells)
@@ -119,6 +127,11 @@ def doubts_beside(
             doubts += doubts_of_sheet(rest, None, None)
     for doubt in unanswered(_own(grid, doubts), declared):
         yield grid.place(doubt.row, doubt.column), doubt
+
+
+def _of_header(grid: SheetGrid, header: Header, cells: ReadCells, declared: Declared) -> tuple[Doubt, ...]:
+    missing = () if declared.columns is None else declared.columns.missing
+    return (*_marked(grid, header), *column_doubts(grid, header, cells, missing), *_too_fine(header, cells))
 
 
 def _own(grid: SheetGrid, doubts: Iterable[Doubt]) -> Iterator[Doubt]:

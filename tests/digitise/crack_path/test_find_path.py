@@ -1,10 +1,16 @@
 """The path of a crack: in paint, and in photos that have several cracks, of which a few are offered."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import cv2
 import numpy as np
 import pytest
 
+from digitise.crack_path import find_path as of_this
+from digitise.crack_path.crack_map import FoundCrack, cracks_on
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
+from digitise.crack_path.line_likeness import Likeness
 from digitise.settings import MOST_RANKED
 from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, with_paint, write_png
@@ -115,3 +121,30 @@ def test_a_number_takes_the_crack_of_that_rank(tmp_path):
         assert distance_to(path.points_px, crack.line_px).max() < 6
     with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 .*: 1\. .*; 2\. "):
         find_path(photo, None, crack=3)
+
+
+def test_the_path_of_a_line_follows_it_where_another_way_between_its_ends_is_darker(tmp_path):
+    ends, faint = [(60, 150), (440, 150)], [(60, 150), (150, 206), (250, 214), (350, 204), (440, 150)]
+    dark = [ends[0], (150, 98), (250, 88), (350, 100), ends[1]]
+    photo = photo_of_lines(tmp_path, [(dark, 7), (faint, 4)], size_px=(500, 300))
+    search = CrackSearch.of(photo)
+    line_px = np.concatenate([np.linspace(a, b, 90) for a, b in pairwise(faint)])
+    one = FoundCrack(line_px, line_px, 4.0, 1.0)
+    path = replace(search, cracks=(one,), likenesses=(Likeness(0.0, 9.0, 0.0),)).path(1)
+    assert distance_to(path.points_px, np.array(faint, dtype=float)).max() < 8
+
+
+def test_a_crack_is_offered_that_is_found_without_short_joints_alone(tmp_path, monkeypatch):
+    """Here each line is found only when the joints that the first search names are left out."""
+    searches = []
+
+    def of_joints(field, joints_px=None):
+        whole = cracks_on(field, joints_px)
+        searches.append(joints_px)
+        return whole if joints_px else replace(whole, cracks=(), short_px=(np.array([(30.0, 280.0), (230.0, 282.0)]),))
+
+    monkeypatch.setattr(of_this, "cracks_on", of_joints)
+    crack = [(30, 60), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
+    (only,) = CrackSearch.of(photo_of_lines(tmp_path, [(crack, 8)], size_px=(500, 300))).cracks
+    assert distance_to(only.line_px, np.array(crack, dtype=float)).max() < 12
+    assert len(searches[-1]) == 1

@@ -13,7 +13,7 @@ from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 EDGE = [(30, 220), (130, 236), (240, 214), (350, 232), (470, 218)]
-CRACK = [(40, 60), (150, 86), (260, 52), (360, 90), (460, 66)]
+CRACK = [(40, 60), (95, 78), (150, 68), (205, 80), (260, 60), (310, 76), (360, 70), (410, 86), (460, 66)]
 
 
 def with_patch(picture, lighter=1.9):
@@ -24,7 +24,7 @@ def with_patch(picture, lighter=1.9):
 
 
 def test_a_line_with_unlike_sides_ranks_after_a_crack_and_is_never_taken_alone(tmp_path):
-    both = with_patch(with_crack(mortar(), CRACK, 6))
+    both = with_patch(with_crack(mortar(), CRACK, 5))
     first = CrackSearch.of(evenly_scaled(write_png(tmp_path / "both.png", both)))
     assert distance_to(first.cracks[0].line_px, np.array(CRACK, dtype=float)).max() < 12
     assert [likeness.two_sided for likeness in first.likenesses[:2]] == [True, False]
@@ -34,6 +34,24 @@ def test_a_line_with_unlike_sides_ranks_after_a_crack_and_is_never_taken_alone(t
         first.path(9)
     alone = CrackSearch.of(evenly_scaled(write_png(tmp_path / "alone.png", with_patch(mortar()))))
     with pytest.raises(RivalCracksError, match="both sides"):
+        alone.path()
+    assert alone.path(1).source == "choice"
+
+
+def test_a_line_as_straight_as_a_joint_ranks_after_a_crack_and_is_never_taken_alone(tmp_path):
+    """The joint is as long as a third of the photo, dark, and ends within it: longer ones are left out."""
+    rng = np.random.default_rng(3)
+    x = np.arange(40, 470, 12.0)
+    crack = [(float(a), float(b)) for a, b in zip(x, 60 + 6 * np.cumsum(rng.standard_normal(len(x))), strict=True)]
+    joint = [(40, 225), (170, 232)]
+    both = with_crack(with_crack(mortar(), crack, 3), joint, 12)
+    first = CrackSearch.of(evenly_scaled(write_png(tmp_path / "both.png", both)))
+    assert [likeness.may_be_joint for likeness in first.likenesses[:2]] == [False, True]
+    assert distance_to(first.cracks[0].line_px, np.array(crack)).max() < 12
+    with pytest.raises(InputError, match=r"2\. [^;]*% \(as straight as a joint\)"):
+        first.path(9)
+    alone = CrackSearch.of(evenly_scaled(write_png(tmp_path / "alone.png", with_crack(mortar(), joint, 12))))
+    with pytest.raises(RivalCracksError, match="of the first is straight"):
         alone.path()
     assert alone.path(1).source == "choice"
 
@@ -60,7 +78,8 @@ def test_a_line_whose_part_is_as_faint_as_the_grain_is_asked_about(tmp_path):
     line_px, both = np.array(CRACK, dtype=float), list[Likeness]()
     for name, picture in (("black", black), ("faint", faint)):
         photo = evenly_scaled(write_png(tmp_path / f"{name}.png", picture))
-        both.append(likeness(photo, line_px, 6.0, grain_of(LiveWire(photo).field)))
+        field = LiveWire(photo).field
+        both.append(likeness(photo, line_px, 6.0, grain_of(field), field.to_work(line_px)))
     whole, parted = both
     assert whole.two_sided
     assert parted.two_sided

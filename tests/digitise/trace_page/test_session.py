@@ -16,7 +16,7 @@ from digitise.settings import PhotoInput
 from digitise.trace_page import session as page_session
 from digitise.trace_page.session import Hints, OutdatedError, TraceSession
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+from tests.pictures import evenly_scaled, mortar, wandering, with_crack, write_png
 from tests.places import FIXTURE
 
 ENDS = ((50.0, 201.0), (450.0, 101.0))
@@ -137,9 +137,10 @@ def test_via_points_and_region_are_followed(session):
     assert "Box" in away["refused"]
 
 
-def test_without_ends_the_crack_is_proposed(session):
+def test_without_ends_the_crack_is_proposed(tmp_path):
     """The page asks itself whether a proposal is the crack; it has no overlay, of which a run would tell."""
-    answers = _asked(session, Hints(mm_per_px=0.1))
+    picture = with_crack(mortar(), wandering([(50, 200), (180, 150), (300, 160), (450, 100)]))
+    answers = _asked(_session(write_png(tmp_path / "crack.png", picture)), Hints(mm_per_px=0.1))
     assert answers["path"]["source"] == "automatic"
     assert answers["walls"]["warnings"] == []
     ends = np.array([answers["path"]["points_px"][0], answers["path"]["points_px"][-1]])

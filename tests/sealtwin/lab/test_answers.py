@@ -212,3 +212,16 @@ def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small,
 def test_a_text_is_told_by_what_it_holds(tmp_path, text, kind):
     (tmp_path / "a.txt").write_text(text)
     assert kind_of_text(tmp_path / "a.txt") == kind
+
+
+@pytest.mark.parametrize("text", ["1 — 1,5\n5 — 1,4\n11 — 1,6\n", "|a|b|\n|--|--|\n|1|1.5|\n|5|1.4|\n|11|1.6|\n"])
+def test_a_note_in_markdown_is_asked_about_in_the_first_round(small, tmp_path, text):
+    lab = tmp_path / "lab"
+    (small / "P01.csv").unlink()
+    (small / "P01.md").write_text(text)
+    ingest(small, lab, QUIET)
+    assert "set its role to readings" in question(lab, "P01.md")
+    assert "no unit" in question(lab, "P01.md")
+    columns = {"s": "A", "levels": "B"} if "|" in text else {}
+    answer(lab, {"P01.md": {"role": "readings", "unit": "mm", "sign": "down", **columns}})
+    assert fates(ingest(small, lab, QUIET))["P01"] != "failed"

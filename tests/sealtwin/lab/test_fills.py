@@ -11,7 +11,7 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.settings import checked
 from sealtwin.lab.found_files import read_names
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.pairing import as_columns
+from sealtwin.lab.pairing_columns import as_columns
 from sealtwin.lab.sheets import read_fill
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, answer, pairing_rows, question, sealtwin

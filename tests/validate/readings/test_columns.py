@@ -1,5 +1,7 @@
 """Columns that are declared, headers of several rows, and rows that are no readings: read, or asked about."""
 
+import re
+
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -54,8 +56,9 @@ READ = {
     "no header": ("0;1,5\n5;2\n", BY_LETTER, MM_DOWN, [[-1.5], [-2]]),
     "no header under a title": ("Riss 4\n\nx;y\n0;1,5\n5;2\n", BY_LETTER, MM_DOWN, [[-1.5], [-2]]),
     "skip by number": ("s_mm,depth_mm\n0,1\n5,2\n9,7\n", {"skip": [4]}, {}, ONE),
+    "skip a first cell": ("s_mm,depth_mm\n0,1\n5,2\n4,7\n9,3\n", {"skip": ["cell 4", "row 5"]}, {}, ONE),
     "skip by word": ("s_mm,depth_mm\n0,1\n5,2\nSoll,7\n", {"skip": ["Soll"]}, {}, ONE),
-    "a range of cells": ("s_mm,depth_mm\n0,1\n5,2\n9,7\n", {"range": "A1:B3"}, {}, ONE),
+    "a range of cells": ("s_mm,depth_mm\n0,1\n5,2\n9,7\n", {"range": "A1:B3"}, {"as_written": ("range",)}, ONE),
     "one of two tables": (BESIDE, {"range": "A:B"}, {}, ONE),
     "two header rows": ("u,v\na,b\n0,1\n5,2\n", {"header_rows": 2, "unit": "mm", "sign": "down", **BY_LETTER}, {}, ONE),
     "a header of two rows spans its columns": (SPANNED, None, {}, [[-1, -2], [-3, -4]]),
@@ -66,6 +69,21 @@ READ = {
     "a word before numbers of places": (
         *(EXPORT.format("Stelle", 1, 2), {"places": [0, 5], "s": "B", "levels": ["C"]}, {"quantity": "level"}),
         TWO,
+    ),
+    **{
+        f"words around {words}": (CALLED.format("Element", *words * 2), {"s": "A"} | given, {"quantity": "level"}, ONE)
+        for words, given in (
+            (("Surface point ", " mm"), {}),
+            (("Section A ", " mm"), {}),
+            (("PNT(", ")"), {"places": "mm"}),
+            (("Punkt Nr. ", ""), {"places": "mm"}),
+            (("Point_", ""), {"places": [0, 5]}),
+        )
+    },
+    "words before a unit": (CALLED.format("Element", *("Cursor point ", " mm") * 2), None, {}, ONE),
+    "a unit of a dial": (
+        *("Ort;a\n0;-100\n0,5;-200\n", {"s": "A", "levels": ["B"], "places": "cm", "unit": "mm/100", "sign": "up"}),
+        *({}, ONE),
     ),
     "places of numbers, each": ("Ort;Tiefe [mm]\n1;1\n2;2\n3;3\n", {"places": [0, 5, 9]}, {}, [[-1], [-2], [-3]]),
     "places of numbers, evenly spaced": (
@@ -158,6 +176,15 @@ def test_a_table_is_read_as_it_is_meant(read, text, columns, declared, repeats_m
         (PASSED, None, {}, "2 row, not read|5 row, not read|6 row, not read|7 row, not read"),
         (ROWED.format("2,0"), None, {"unit": "mm"}, "row 2 s|row 3 depth downward, 1|row 4 depth downward, 2"),
         ("s_mm;depth_mm\n0;1\n5;2\n", {"skip": ["Soll", 9]}, {}, "Soll skip: no such row|9 skip: no such row"),
+        (
+            "s_mm;depth_mm\n" + "".join(f"{s};{s % 3}\n" for s in range(20, 60, 2)),
+            {"skip": [f"row {row}" for row in range(4, 17)]},
+            *({}, "|".join(f"{row} row, not read" for row in range(4, 17))),
+        ),
+        (
+            "s_mm;depth_mm\n0;1\n5;2\n" + "ab;\n" * 9 + "Mittelwert;1,5\n",
+            *(None, {}, "13 row, not read"),
+        ),
         ("s_mm;depth_mm;;min;Ofen\n0;1;;0;20\n5;2;;10;21\n", None, {}, "D not read|E not read"),
     ],
 )
@@ -168,6 +195,13 @@ def test_each_column_and_row_is_named_with_its_role(read, text, columns, declare
 
 REFUSED = {
     "a direction left open": ("x;Tiefe von oben Mai;x\n0;1;2\n5;3;4\n", {"s": "A", "levels": ["B"]}, "upward or down"),
+    "a row, or a first cell": ("s_mm;depth_mm\n4;1\n5;2\n9;3\n", {"skip": [4]}, '"row 4" or "cell 4"'),
+    "a first cell, or no row": ("s_mm;depth_mm\n4;1\n5;2\n9;3\n", {"skip": [9]}, '"row 9" or "cell 9"'),
+    "a range that ends early": ("s_mm;depth_mm\n0;1\n5;2\n9;3\n", {"range": "1:3"}, 'as_written = ["range"]'),
+    "a range that begins late": (
+        *("0;1,5\n5;2\n9;3\n", {**BY_LETTER, "range": "2:3", "sign": "down"}),
+        "1 place with readings, in row 1",
+    ),
     "a letter that is a name": (LETTERED, {"s": "A", "levels": ["B", "C"]}, "is a letter and also a name"),
     "a row taken out": ("s_mm;depth_1_mm;depth_2_mm\n0;1;1\n5;2;2\n#9;7;7\n", None, "'#9' is not a number"),
     "a unit above the numbers of repeats": (
@@ -242,6 +276,18 @@ AT_ONCE = {
         *(EXPORT.format("Stelle", 0, 5), None),
         ["'Stelle 0' to 'Stelle 5'", "'Messwert': nothing states"],
     ),
+    "a unit of a dial is none of places": (
+        *("Ort;a\n0;-100\n0,5;-200\n", {**BY_LETTER, "unit": "1/100 mm", "sign": "up"}),
+        ["'Ort': no unit of the places. Write their unit, such as cm, into the column places"],
+    ),
+    "places in remarks, several times": (
+        *("Date;Value;Unit;Note\n" + "3.5.;1,5;mm;0 mm\n3.5.;2,5;mm;5 mm\n3.5.;1,6;mm;0 mm\n", None),
+        [PLACES, WAY, "0 mm occurs twice"],
+    ),
+    "words around the number of each place": (
+        *(CALLED.format("Element", *("PNT(", ")") * 2), None),
+        [PLACES, "'PNT 0' to 'PNT 5'"],
+    ),
     "unknown names": (
         *("x;a;b\n0;1,234;2,345\n5;n. lesbar;2,345\n9;1,234;2,335\n", None),
         [PLACES, f"'x', 'a', 'b'{UNIT}", "'a', 'b': nothing states", MARK, MISSING],
@@ -297,6 +343,29 @@ def test_a_fault_of_a_sheet_with_stations_in_a_row_keeps_its_place(refused):
     assert (fault.place.row, fault.place.column, fault.value) == (3, 2, "tief")
 
 
+ROWS = ((0, 15.0, 12.1, 0.2), (5, 12.1, 9.2, 0.1), (9, 4.4, 4.1, 0.3), (15, 4.5, 4.2, 0.2), (20, -0.9, -0.8, 0.1))
+MEASURED = "Abst;x1;x2;x3;{}\n" + "".join(f"{s};{a};{a + 0.1:.2f};{b};{c}\n" for s, a, b, c in ROWS)
+LOGGED_ROWS = "Zeit;Ort;Wert\n" + "".join(f"10:{at:02d};{at % 5};{1 + at % 5}.{at}\n" for at in range(15))
+WRONG = re.compile("Correct (the columns|missing)")
+CHOSEN = {
+    "readings": (MEASURED.format("e"), {"s": "A", "levels": ["B:C"]}, ""),
+    "a name of a calculated value": (MEASURED.format("Sigma"), {"s": "A", "levels": ["B:C", "E"]}, "E"),
+    "readings far from the others": (MEASURED.format("e"), {"s": "A", "levels": ["B:C", "E"]}, "E"),
+    "readings as places": (MEASURED.format("e"), {"s": "B", "levels": ["D"]}, "B"),
+    "places that are not read": (MEASURED.format("e").replace("4.5;", "4.3;"), {"s": "B", "levels": ["D"]}, "B"),
+    "a reading as a missing one": (MEASURED.format("e"), {"s": "A", "levels": ["B:C"], "missing": ["4.4"]}, "B4"),
+    "times as repeats": (LOGGED_ROWS, {"s": "B", "levels": ["C"], "repeat": "A"}, "A"),
+}
+
+
+@pytest.mark.parametrize(("text", "columns", "answer"), CHOSEN.values(), ids=CHOSEN)
+def test_a_chosen_column_that_may_be_another_is_asked_about(read, text, columns, answer):
+    asked = [doubt for doubt in read(text, columns=columns, **MM_DOWN).doubts if WRONG.search(doubt)]
+    assert [doubt.rpartition(" = ")[2] for doubt in asked] == ([f'["{answer}"].'] if answer else [])
+    doubts = read(text, columns=columns, as_written=(answer or "A",), **MM_DOWN).doubts
+    assert not any(map(WRONG.search, doubts))
+
+
 def test_what_columns_gives_is_not_given_twice():
     with pytest.raises(InputError, match="columns gives"):
         Declared(unit="mm", columns=Columns(unit="cm"))
@@ -311,6 +380,9 @@ def test_what_columns_gives_is_not_given_twice():
         ("caliper zero checked on face", False),
         ("zero on caliper face", True),
         ("zero not checked on face", True),
+        ("Z zero: plane fit on top face", False),
+        ("QUINDOS 7.16   Leitz Reference HP 12.10.7", False),
+        ("Height Reference OK 12.10.26", True),
     ],
 )
 def test_a_remark_on_another_zero_is_asked_about(read, zero, asked):

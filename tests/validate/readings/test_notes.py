@@ -37,9 +37,21 @@ Tiefe ab Oberkante in mm
 | 1      | 11.4 | 11.2 | 11.3 |
 | 2      | 10.9 | -    | 11.0 |
 """
+BEHIND = (" \u2014 ", " · ", " | ", "  ", " = ")
 CELLS = "s [mm];Tiefe [mm]\n0;{}\n10;11,4/11.2/11,3\n20;10,9 n.m. 11,0\n"
 
+DASHED = "0 - 11,1 - 11,1 - 10.8\n10 - 11,4 - 11.2 - 11,3\n20 - 10,9 - n.m. - 11,0\n"
+SIGNED = "0 - 1,0 / 1,1\n10 - -1,0 / 1,1\n20 - 1,0 / 1,2\n"
+
 READ = {
+    **{f"{mark!r} behind a place": (LINES.replace(": ", f" mm{mark}"), MM_DOWN, LEVELS) for mark in BEHIND},
+    "dots between readings": (
+        *("- 0 mm \u2014 11,1 · 11,1 · 10.8\n- 10 mm \u2014 11,4 · 11.2 · 11,3\n- 20 mm \u2014 10,9 · n.m. · 11,0\n",),
+        *(MM_DOWN, LEVELS),
+    ),
+    "a dash, as answered": (DASHED, {**MM_DOWN, "as_written": ("dash",)}, LEVELS),
+    "a minus, as answered": (DASHED, {"unit": "mm", "quantity": "level", "as_written": ("minus",)}, LEVELS),
+    "a dash before a minus": (SIGNED, MM_DOWN, [[-1.0, -1.1], [1.0, -1.1], [-1.0, -1.2]]),
     "lines alone": (LINES, MM_DOWN, LEVELS),
     "a title with quantity and unit": ("S14 Tiefe mm\n" + LINES, {"unit": "mm"}, LEVELS),
     "a title with a part that explains the sign": (
@@ -99,6 +111,7 @@ def test_a_note_is_read_with_its_repeats(read, text, declared, levels_mm):
 
 
 REFUSED = {
+    "a dash or a minus": (DASHED, MM_DOWN, ['as_written = ["dash"], or ["minus"]']),
     "no unit and no direction": (LINES, {}, ["'s', 'reading': no unit", "upward or downward"]),
     "a unit of readings is not that of places": ("S14 Tiefe mm\n" + LINES, {}, ["'s': no unit"]),
     "titles with two units": (

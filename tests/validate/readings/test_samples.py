@@ -1,12 +1,16 @@
 """Sheets of several samples: a column names the sample of each row."""
 
+import csv
+import json
+
 import openpyxl
 import pytest
 
+from validate.readings.header_words import sample_key
 from validate.readings.read_readings import read_readings
-from validate.readings.samples import SamplePart, parts_of, sample_key
+from validate.readings.samples import SamplePart, parts_of
 from validate.readings.sheet import SheetFaults
-from validate.settings import Declared
+from validate.settings import Columns, Declared
 
 TABLE = "sample,s_mm,level_1_mm\nP08,0,-1\np 08,5,-1.5\nP09,5,-2.5\nP09,0,-2\n"
 
@@ -27,6 +31,30 @@ def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
     assert [str(part) for part in parts_of(path)] == ["rows of P08", "rows of P09"]
 
 
+BLANKS = "sample,s_mm,level_mm\nP08,0,-1\n,5,-1.5\nP09,0,-2\n,5,-2.5\n"
+
+
+@pytest.mark.parametrize("columns", [None, {"range": "B1:C5", "s": "B", "levels": ["C"]}])
+@pytest.mark.parametrize("is_merged", [False, True])
+def test_a_name_goes_on_below_it(tmp_path, is_merged, columns):
+    """A range of an answer may leave out the column of the names."""
+    path = _written(tmp_path, BLANKS)
+    if is_merged:
+        book = openpyxl.Workbook()
+        for row in csv.reader(BLANKS.splitlines()):
+            book.worksheets[0].append(
+                [float(text) if text[-1:].isdecimal() and text[:1] != "P" else text for text in row]
+            )
+        for cells in ("A2:A3", "A4:A5"):
+            book.worksheets[0].merge_cells(cells)
+        path = tmp_path / "all.xlsx"
+        book.save(path)
+    given = Columns.model_validate_json(json.dumps(columns)) if columns else None
+    first, second = (read_readings(path, Declared(sample=sample, columns=given)) for sample in ("P08", "P09"))
+    assert (first.level_mm.tolist(), second.level_mm.tolist()) == ([-1.0, -1.5], [-2.0, -2.5])
+    assert [str(part) for part in parts_of(path)] == ["rows of P08", "rows of P09"]
+
+
 @pytest.mark.parametrize(
     ("text", "sample", "words"),
     [
@@ -37,6 +65,8 @@ def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
         ),
         (TABLE, "P10", "no row of sample 'P10'; column 'sample' contains 'P08', 'P09'"),
         (TABLE + ",10,-3\n", "P09", "line 6, column sample"),
+        (BLANKS.replace("P09,0", "P09,7").replace(",5,-2.5", ",9,-2.5"), "P09", "column range of its row"),
+        ("sample,s_mm,level_mm\nP08,0,-1\nP09,0,-2\nP08,5,-1\n,5,-2\n", "P09", "column range of its row"),
         ("s_mm,level_1_mm\n0,-1\n5,-1\n", "P08", "no column contains sample names, but [readings] sample = 'P08'"),
         (TABLE.replace("-2.5", "deep"), "P09", "'deep' is not a number"),
     ],

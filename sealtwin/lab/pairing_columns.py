@@ -1,0 +1,71 @@
+"""Columns of the pairing file, and how the answers in them are read."""
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from sealtwin.lab.found_files import Role
+from validate.readings.text_table import number
+
+SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|[0-9]{1,4}(:[0-9]{1,4})?)"
+"""B, or B:D, or rows 4:6; several lower-case letters are more likely a name."""
+SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
+CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
+
+
+def _column(reference: str) -> str:
+    """Return a column's letter as the span "B:B", which cannot be the name of a column."""
+    return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
+
+
+def _levels(text: str) -> list[str]:
+    return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
+
+
+def _places(text: str) -> str | list[float]:
+    numbers = [number(part, None) for part in re.split(r"[\s;]+", text.strip())]
+    return text.lower() if None in numbers else [one for one in numbers if one is not None]
+
+
+def _skip(text: str) -> list[int | str]:
+    return [int(part) if part.isdecimal() else part for part in re.split(r"\s*[;,]\s*", text)]
+
+
+def _as_written(text: str) -> list[str]:
+    cells = re.split(r'[\s,;"]+', text.strip('" ,;'))
+    return [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
+
+
+OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
+    "sheet": str,
+    "s": _column,
+    "places": _places,
+    "levels": _levels,
+    "repeat": _column,
+    "unit": str.lower,
+    "sign": str.lower,
+    "s_from": str.lower,
+    "range": str.upper,
+    "header_rows": lambda text: int(text) if text.isdecimal() else text,
+    "skip": _skip,
+    "missing": lambda text: re.split(r"\s*;\s*", text),
+    "as_written": _as_written,
+}
+"""Columns of the pairing file that describe a sheet, each with the function that reads its text."""
+ANSWERS = (*OF_COLUMNS, "crack", "mass", "settings")
+"""Columns of the pairing file for the user's replies: about a sheet, the number of the crack in a photo, the masses of
+a fill, and other settings."""
+OPTIONAL = ("part", *ANSWERS)
+"""Columns that the pairing file has only if they are needed; a user may add any of them."""
+COLUMNS = ("file", "role", "sample", *OPTIONAL, "question")
+"""All columns of the pairing file. The part is blank unless several samples share the file."""
+
+
+def possible_answers(role: Role) -> list[str]:
+    """Return the columns in which a question about a file with this role can be answered."""
+    return [name for name in ANSWERS if role == {"crack": "photo", "mass": "fill"}.get(name, role)]
+
+
+def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
+    """Return a row's replies about a sheet as the trial's table of columns, including ``as_written`` if it is given."""
+    return {key: read(answers[key]) for key, read in OF_COLUMNS.items() if key in answers}
