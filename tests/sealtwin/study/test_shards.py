@@ -125,7 +125,8 @@ def scheduler():
 
 
 def test_a_cluster_gives_what_this_machine_gives(lab, unbroken, tmp_path, scheduler):
-    answer = sealtwin("sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", scheduler, "--quiet")
+    given = ("--device", "cpu", "--scheduler", scheduler, "--quiet", "--accurate")
+    answer = sealtwin("sweep", lab, "--out", tmp_path / "out", *given)
     assert answer.exit_code == 0, answer.output
     assert results_of(tmp_path / "out") == results_of(unbroken)
 
