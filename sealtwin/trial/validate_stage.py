@@ -185,7 +185,7 @@ def _crack(job: Job) -> tuple[Outline, Solid]:
 
 @lru_cache(maxsize=1)
 def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
-    """Read a crack. It is cached by its files' hashes, since the areas of its cavity are computed once for an object."""
+    """Read a crack, cached by its files' hashes: the areas of its cavity are computed once for each object."""
     return record_files.read_outline(folder), record_files.read_solid(folder)
 
 
