@@ -67,8 +67,11 @@ def fill_each(
     seed: int,
     device: str,
     slope: SampleSlope = LEVEL,
+    watchers: Sequence[Watcher] = (),
 ) -> list[Filled | NumericalError]:
     """Fill one crack with each of several fluids in one launch. The results are those of ``fill`` for each fluid.
+
+    ``watchers`` see the first run only; the fast model ignores them.
 
     Raises InputError if one of the fluids cannot be run, and NumericalError if all runs have a fault.
     """
@@ -79,7 +82,7 @@ def fill_each(
     # freezing: a replay launches rows for the largest number that can move.
     if all(fluid.freezes for fluid in fluids) and solver.viscosity_solve == "implicit":
         injection.engine.replays = True
-    follow(injection, Progress())
+    follow(injection, Progress(), watchers)
     filled: list[Filled | NumericalError] = []
     for outcome in injection.outcomes():
         try:

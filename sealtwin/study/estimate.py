@@ -31,6 +31,7 @@ MOVER_BYTES = 1810.0
 ALIKE = 0.1  # Runs whose expected times differ by less than this share count as of one size
 OVERDUE = 0.1  # A run that takes longer than expected is expected to take this share of its time so far in addition
 RUN_BYTES = 25e3  # Files of a run without its particles
+FILL_PARTICLE_BYTES = 25  # Of fill.npz, which has some moments of the run; measured, per particle
 PARTICLE_ROW_BYTES = 75  # One line of particles.csv
 
 
@@ -144,7 +145,8 @@ def estimate(
         processor_s=sum(expected_s),
         measured=bool(timed),
         memory_bytes=jobs * (PROCESS_BYTES + largest.particles * WALLS_BYTES + batch * largest.bytes),
-        disk_bytes=len(waiting) * (RUN_BYTES + keep_runs * largest.particles * PARTICLE_ROW_BYTES),
+        disk_bytes=len(waiting)
+        * (RUN_BYTES + largest.particles * (FILL_PARTICLE_BYTES + keep_runs * PARTICLE_ROW_BYTES)),
     )
 
 

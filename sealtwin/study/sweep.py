@@ -119,7 +119,7 @@ def brought_up_to_date(
     if options.scheduler is None:
         require_memory(expected, free_bytes(options.device), options.device, options.batch)
     if expected.runs and not options.dry_run:
-        runs = compute(folder, runs, options, "Sweeping", progress)
+        runs = compute(folder, runs, replace(options, keep_fills=True), "Sweeping", progress)
     return replace(plan, runs=runs)
 
 
