@@ -20,7 +20,6 @@ SETUP_S = 0.2
 """Time to set up walls and distances and to measure the profile. This and the next two times are for one core of the
 machine in docs/accuracy.md."""
 FAST_S = 0.2  # Time of a run of the fast model
-PARTICLE_S = 2e-6  # Time of one moving particle in one substep
 PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done some runs
 WALLS_BYTES = 18e3
 """Memory of the distance grid and the wall particles, divided by the number of particles of sealant. In total it is 270
@@ -78,7 +77,7 @@ def size_of(trial: Trial, sample: Sample) -> RunSize:
     """
     if not trial.solver.has_particles:
         return RunSize(0, 0, FAST_S)
-    from simulate.setup.release_schedule import course_of
+    from simulate.setup.release_schedule import PARTICLE_S, course_of
     from simulate.setup_checks import solved_as
 
     solver, schedule = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle), _releases(trial, sample)
@@ -205,6 +204,12 @@ class Forecast:
                 taken_s = now_s - begun_s
                 busy_s.append(max(expected_s - taken_s, OVERDUE * taken_s))
         return time_of_all(waiting_s, busy_s + [0.0] * (self._jobs - len(busy_s)))
+
+    def scaled_s(self, model_s: float) -> float:
+        """Return a time by the model, corrected by all finished runs."""
+        if not self._timings:
+            return model_s
+        return model_s * sum(wall for _, wall in self._timings) / sum(work for work, _ in self._timings)
 
 
 def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:

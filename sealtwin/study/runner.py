@@ -59,6 +59,7 @@ class Computing:
     batch: int = 1  # Largest number of runs in one launch
     keep_runs: bool = False
     keep_fills: bool = False  # Keep how the crack fills, of launches of one run by particles
+    later_s: float = 0.0  # Expected time of what follows these runs in the command, by the model of ``estimate``
     scheduler: str | None = None  # Address of a Dask scheduler whose workers compute instead
 
 
@@ -111,6 +112,7 @@ def launch(
     launches = {group[0].key: group for group in _groups(runs, how.batch)}
     jobs = min(how.jobs, len(launches))
     forecast = Forecast(jobs, [*timings, *timings_of(runs)])
+    progress.later(forecast.scaled_s(how.later_s))
 
     def tasks() -> Iterator[tuple[list[StudyRun], tuple[Any, ...]]]:
         for key, group in [*launches.items()]:
@@ -128,10 +130,12 @@ def launch(
         forecast.finish(group[0].key, (current[run.key] for run in group))
         if how.scheduler is None:
             progress.expect(forecast.left_s(launches.values(), time.monotonic()))
+            progress.later(forecast.scaled_s(how.later_s))
         waiting_s = sum(run.work_s for run in current.values() if run.state == "waiting")
         states = [run.state for run in current.values()]
         counts = ", ".join(f"{states.count(state)} {state}" for state in STATES if state in states)
         progress.advance(round(100 * (work_s - waiting_s)), counts)
+    progress.later(0.0)
     return list(current.values())
 
 

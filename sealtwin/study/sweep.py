@@ -87,6 +87,7 @@ def sweep(
     with holding(folder), progress:
         adopt(folder, study.name)
         files.write_if_new(folder / "study.toml", files.read_bytes(file))
+        options = replace(options, keep_fills=True)
         return report(folder, brought_up_to_date(study.name, planned, base.parent, folder, options, progress))
 
 
@@ -119,7 +120,7 @@ def brought_up_to_date(
     if options.scheduler is None:
         require_memory(expected, free_bytes(options.device), options.device, options.batch)
     if expected.runs and not options.dry_run:
-        runs = compute(folder, runs, replace(options, keep_fills=True), "Sweeping", progress)
+        runs = compute(folder, runs, options, "Sweeping", progress)
     return replace(plan, runs=runs)
 
 

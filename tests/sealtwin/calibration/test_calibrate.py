@@ -122,7 +122,13 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     with one.open("a", encoding="utf-8") as trial:
         trial.write("\n[uncertainty]\nrepeatability_mm = 5.0\npass_mm = 0.0\n")
     ranges = {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)}
-    content = calibrate([one], ranges, tmp_path / "out", HERE, Progress(), held_out=[other], budget=14).content
+    progress, later_s = Progress(), list[float]()
+    progress.later = later_s.append
+    content = calibrate([one], ranges, tmp_path / "out", HERE, progress, held_out=[other], budget=14).content
+    # During the first eight runs, six more and six of the held-out trial are left; in the last launch, none.
+    assert later_s[-1] == 0.0
+    assert later_s[1] == max(later_s[1:]) > 0
+    assert later_s[0] > 0
     assert content["possible"]
     roles = {one["trial"]: one["role"] for one in content["predictions"]}
     assert roles == {"tiny": "calibrated", "other": "held out"}
