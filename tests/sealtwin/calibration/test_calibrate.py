@@ -125,10 +125,10 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     progress, later_s = Progress(), list[float]()
     progress.later = later_s.append
     content = calibrate([one], ranges, tmp_path / "out", HERE, progress, held_out=[other], budget=14).content
-    # During the first eight runs, six more and six of the held-out trial are left; in the last launch, none.
+    # Six more runs and six of the held-out trial follow the first eight; six follow the last two; then nothing does.
+    some_s = [left_s for left_s in later_s if left_s > 0]
+    assert some_s[0] > 1.5 * some_s[-1]
     assert later_s[-1] == 0.0
-    assert later_s[1] == max(later_s[1:]) > 0
-    assert later_s[0] > 0
     assert content["possible"]
     roles = {one["trial"]: one["role"] for one in content["predictions"]}
     assert roles == {"tiny": "calibrated", "other": "held out"}
