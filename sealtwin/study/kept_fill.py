@@ -1,4 +1,4 @@
-"""How a run filled its crack: what the pictures of a map need, small enough for each run of a sweep to keep."""
+"""The fill of a run as the pictures of a map need it: small enough for each run of a sweep to keep."""
 
 import io
 import zipfile
@@ -10,12 +10,14 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.frames import Frame
+from sealtwin.core.plain_files import opened
 from simulate.watchers import PAST_THE_END, ROWS_EVERY, Moments, Watcher, take_frame
 
 if TYPE_CHECKING:
     from simulate.injection import Injection
     from validate.figures.map_figures import Watched
 
+LARGEST_FILL_BYTES = 1_000_000_000  # Of a million particles at forty moments
 GRAIN_MM = 0.01  # Positions are rounded to it: a tenth of a pixel of a picture, and half the bytes
 
 
@@ -65,7 +67,7 @@ def read_fill(path: Path, differs_mm: float | None = None) -> "Watched":
     from validate.figures.map_figures import Watched
 
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with opened(path, LARGEST_FILL_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
             content = {name: arrays[name] for name in arrays.files}
         at = np.cumsum(content["particles"])[:-1]
         places, ages, states = (np.split(content[name].T, at) for name in ("place", "age_s", "state"))
@@ -82,5 +84,5 @@ def read_fill(path: Path, differs_mm: float | None = None) -> "Watched":
         )
         moved = content["moving"] > 0
         return Watched(frames, content["moving"][moved], content["frame_ms"][moved], differs_mm)
-    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+    except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
         raise InputError(f"{path}: damaged ({fault}). Delete it; 'sealtwin map' then computes the run again.") from None
