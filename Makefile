@@ -25,7 +25,7 @@ test-slow: $(DEVELOPING)
 	$(BIN)/pytest -m 'slow or broad'
 
 test-browser: $(DEVELOPING)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
 	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/pytest -m browser
 
@@ -54,7 +54,7 @@ benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.time_left
 
 benchmark-validate: $(DEVELOPING)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
 	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/python benchmarks/ingest.py
 	$(BIN)/python -m benchmarks.fuzz
@@ -67,7 +67,7 @@ benchmark-gpu: $(DEVELOPING)
 
 # Every benchmark; what ran on this very code is not run again.
 results: $(DEVELOPING)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser,baselines]' --constraint constraints.txt
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser,baselines]' --constraint constraints.txt
 	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/python -m benchmarks.results
 
@@ -79,7 +79,7 @@ picture: demo
 
 # GALLERY=1 also runs the examples and shows their figures.
 docs: $(DEVELOPING)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]' --constraint constraints.txt
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[docs]' --constraint constraints.txt
 	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_build/html
 	@echo "Documentation: docs/_build/html/index.html"
 
@@ -96,12 +96,12 @@ lint: $(DEVELOPING)
 # What running needs, and no development tool.
 $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable . --constraint constraints.txt
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable . --constraint constraints.txt
 	touch $@
 
 # What tests, lints and benchmarks need beside it.
 $(DEVELOPING): $(INSTALLED)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]' --constraint constraints.txt
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[dev]' --constraint constraints.txt
 	touch $@
 
 clean:

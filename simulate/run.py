@@ -6,18 +6,20 @@ from functools import lru_cache
 from typing import Any
 
 from sealtwin.core.errors import NumericalError
-from sealtwin.core.progress import Progress
+from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Outline, Profile, Run, Sample, Solid
 from simulate.device import start_warp
 from simulate.injection import Injection, prepare
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.setup.release_schedule import PARTICLE_S
 from simulate.setup.signed_distance import surface_of
 from simulate.setup.wall_particles import Enclosure, enclose
 from simulate.setup_case import case_of
 from simulate.slot.run import pour
 from simulate.watchers import Watcher
 
+WORTH_SAYING_S = 20.0  # Time above which a run says at its start how long it takes
 Filled = tuple[Run, Profile]  # A run, with its volume ratio, and its level
 
 
@@ -67,8 +69,11 @@ def fill_each(
     seed: int,
     device: str,
     slope: SampleSlope = LEVEL,
+    watchers: Sequence[Watcher] = (),
 ) -> list[Filled | NumericalError]:
     """Fill one crack with each of several fluids in one launch. The results are those of ``fill`` for each fluid.
+
+    ``watchers`` see the first run only; the fast model ignores them.
 
     Raises InputError if one of the fluids cannot be run, and NumericalError if all runs have a fault.
     """
@@ -79,7 +84,7 @@ def fill_each(
     # freezing: a replay launches rows for the largest number that can move.
     if all(fluid.freezes for fluid in fluids) and solver.viscosity_solve == "implicit":
         injection.engine.replays = True
-    follow(injection, Progress())
+    follow(injection, Progress(), watchers)
     filled: list[Filled | NumericalError] = []
     for outcome in injection.outcomes():
         try:
@@ -135,6 +140,9 @@ def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher]
         watcher.begin(injection)
     work = injection.work
     progress.start("Simulating", work[-1], work[injection.done])
+    model_s = PARTICLE_S * injection.engine.substeps * float(work[-1] - work[injection.done]) + progress.later_s
+    if model_s > WORTH_SAYING_S and injection.engine.state.device == "cpu":
+        progress.note(f"All of it takes about {in_words(model_s)}, by a model; the first tenth will correct it.")
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
         for watcher in reversed(watchers):

@@ -36,6 +36,7 @@ PAST_THE_READER = {
     "digitise/drawing/read_dxf.py": "asks for a plain file and its size itself, with words for drawings",
     "validate/readings/samples.py": "asks for a plain file and its size itself, with words for sheets",
     "simulate/watchers.py": "hands NumPy what the reader has opened",
+    "sealtwin/study/kept_fill.py": "hands NumPy what the reader has opened",
     "sealtwin/cli/answer.py": "opens the null device",
     "sealtwin/cli/photo_tools.py": "opens a browser",
 }

@@ -8,7 +8,7 @@ import numpy as np
 
 from sealtwin.api.shared import FilePath, path_or_none, warn
 from sealtwin.core import files
-from sealtwin.core.progress import progress_for_stderr
+from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Floats
 from sealtwin.plan.loop_model import read_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, RemainingPlan
@@ -56,7 +56,7 @@ def plan_flow(
     keep_speed: bool = False,
     accurate: bool = False,
     device: str = "auto",
-    quiet: bool = True,
+    progress: bool | None = None,
 ) -> FlowPlan:
     """Plan flow and speed along a crack, as ``sealtwin plan`` does.
 
@@ -77,8 +77,10 @@ def plan_flow(
         True plans only the flow.
     accurate
         True computes all runs with the trial's solver settings; otherwise all but the last are drafts.
-    device, quiet
-        Device of the particle runs; ``quiet=False`` shows progress on stderr.
+    device
+        Device of the particle runs.
+    progress
+        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
 
     Returns
     -------
@@ -104,7 +106,7 @@ def plan_flow(
         Path(trial),
         path_or_none(out),
         options,
-        progress_for_stderr(quiet),
+        progress_for_stderr(quiet=not wanted(progress)),
         device=choose_device(device),
         cell_file=path_or_none(cell),
         posterior=path_or_none(posterior),

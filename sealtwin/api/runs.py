@@ -8,7 +8,7 @@ from typing import Literal
 from digitise.settings import NozzlePath
 from sealtwin.api.shared import content_of, settings_from, warn
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import progress_for_stderr
+from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Outline, Profile, Run, Sample, Solid, Trajectory
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
@@ -99,7 +99,7 @@ def inject(
     seed: int = 0,
     device: str = "cpu",
     threads: int = 1,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Run:
     """Inject the sealant along the path and let it settle.
 
@@ -118,7 +118,7 @@ def inject(
     threads
         Number of CPU threads; the result does not depend on it.
     progress
-        Show progress on stderr.
+        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def inject(
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
-    with progress_for_stderr(quiet=not progress) as shown:
+    with progress_for_stderr(quiet=not wanted(progress)) as shown:
         how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
         run, _ = fill(Sample(crack, solid, path), fluid, solver, nozzle, progress=shown, **how)
     warn(run_warnings(run, run.health.volume_ratio or 0.0))
@@ -227,7 +227,7 @@ def release_block(
     gradient_deg: float | None = None,
     seed: int = 0,
     device: str = "cpu",
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> BlockRelease:
     """Release a block of fluid behind a gate, as in a dam break, an L-box or a mini-slump. It sticks to all walls.
 
@@ -243,7 +243,7 @@ def release_block(
     device
         "cpu" (default), "cuda:0", or "auto": the first GPU, or the CPU without a GPU.
     progress
-        Show progress on stderr.
+        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
 
     Returns
     -------
@@ -265,7 +265,7 @@ def release_block(
     _require_kinds("release_block", (fluid, Fluid), (solver, Solver))
     if not 0 <= seed < SEEDS:
         raise InputError(f"release_block: seed = {seed}: must be 0 to {SEEDS - 1}.")
-    with progress_for_stderr(quiet=not progress) as shown:
+    with progress_for_stderr(quiet=not wanted(progress)) as shown:
         how = {"slope": slope, "seed": seed, "device": choose_device(device), "progress": shown}
         return release(block, fluid.loaded(Path()), solver, **how)
 

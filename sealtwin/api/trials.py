@@ -17,7 +17,7 @@ from sealtwin.api.shared import FilePath, WarnedProgress, path_or_none, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
-from sealtwin.core.progress import progress_for_stderr
+from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.settings import as_json, checked
 from validate.result import TrialResult
@@ -94,7 +94,7 @@ def run_trial(
     device: str = "cpu",
     threads: int = 1,
     source: FilePath | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> TrialRun:
     """Bring a whole trial up to date in its run folder, as ``sealtwin run`` does.
 
@@ -109,7 +109,7 @@ def run_trial(
     source
         Folder of photo and readings if the trial is not a file; default: the current folder.
     progress
-        Show progress on stderr.
+        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def run_trial(
         settings, home = load_trial(Path(trial)), Path(trial).parent
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     warned = WarnedProgress()
-    with progress_for_stderr(quiet=False) if progress else warned as shown:
+    with progress_for_stderr(quiet=False) if wanted(progress) else warned as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads, facts_above(settings, home))
     warn(dict.fromkeys([*warned.sentences, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
@@ -187,7 +187,7 @@ def sweep(
     device: str = "cpu",
     jobs: int | None = None,
     accurate: bool = False,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> SweepResult:
     """Run a trial once for each combination of the given settings.
 
@@ -214,7 +214,7 @@ def sweep(
         True computes with the trial's solver settings; otherwise the runs are drafts (solver.preset), unless ``grid``
         or ``fixed`` sets another setting of the solver than model and settle_s.
     progress
-        Show progress on stderr.
+        Show progress on stderr; default: if stderr is a terminal, or in a notebook.
 
     Returns
     -------
@@ -277,7 +277,7 @@ def calibrate(
     device: str = "cpu",
     jobs: int | None = None,
     accurate: bool = False,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> CalibrationResult:
     """Determine settings from the readings of one trial or several, and predict others.
 
@@ -341,7 +341,7 @@ def write_map(
     any_volume: bool = False,
     fills: bool = False,
     device: str = "cpu",
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Path:
     """Draw a sweep of two settings as a page: levels, map of the error, influences, cost.
 
@@ -356,8 +356,8 @@ def write_map(
     any_volume
         True includes runs whose volume error is over 5 %.
     fills, device, progress
-        ``fills=True`` computes about nine runs again on ``device``, to draw how they fill; ``progress=True`` shows
-        progress on stderr.
+        ``fills=True`` draws how about nine runs fill; those whose fill was not kept are computed again on ``device``.
+        ``progress`` as in ``run_trial``.
 
     Returns
     -------
@@ -380,7 +380,7 @@ def write_map(
 
     folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
     target, caliper = path_or_none(out), path_or_none(readings)
-    shown = progress_for_stderr(quiet=not progress)
+    shown = progress_for_stderr(quiet=not wanted(progress))
     mapped = map_study(folder, target, caliper, data, device if fills else None, shown, any_volume=any_volume)
     warn([*mapped.content["other_versions"], *mapped.content["fluid_warnings"]])
     if caliper is not None:
@@ -393,7 +393,7 @@ def _accurate(accurate: bool) -> list[str]:
 
 
 def _command(
-    words: Sequence[FilePath], out: FilePath | None, device: str, jobs: int | None, progress: bool
+    words: Sequence[FilePath], out: FilePath | None, device: str, jobs: int | None, progress: bool | None
 ) -> dict[str, Any]:
     """Run a command of sealtwin with this interpreter; return its JSON output.
 
@@ -403,8 +403,9 @@ def _command(
     line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--device", device, "--json"]
     line += [] if out is None else ["--out", str(out)]
     line += [] if jobs is None else ["--jobs", str(jobs)]
-    line += [] if progress else ["--quiet"]
-    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=None if progress else subprocess.PIPE, check=False)
+    shows = wanted(progress)
+    line += [] if shows else ["--quiet"]
+    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=None if shows else subprocess.PIPE, check=False)
     try:
         answer = json.loads(done.stdout)
     except ValueError:

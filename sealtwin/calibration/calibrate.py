@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sealtwin.calibration.search import DRAWS, SearchResult, Source, search, settings_at
+from sealtwin.calibration.search import DRAWS, SearchResult, Setting, Source, search, settings_at
 from sealtwin.calibration.twin import Twin
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
@@ -91,12 +91,25 @@ def calibrate(
         for twin in twins:
             twin.require(frees)
 
-        def say(text: str) -> None:
-            spent_s = [run.wall_s for twin in twins for run in twin.plan.runs if run.wall_s is not None]
-            rest_s = sum(budget - len(twin.plan.runs) for twin in twins) * float(np.mean(spent_s)) / max(1, how.jobs)
-            progress.note(f"{text} The remaining runs take about {in_words(rest_s)}.")
+        def left_s(done: Mapping[Path, int]) -> float:
+            """Return the time of all runs after ``done`` runs of each trial, by the model."""
+            runs = {twin: budget - done.get(twin.folder, 0) for twin in twins} | dict.fromkeys(others, PREDICTING)
+            return sum(count * twin.work_s for twin, count in runs.items()) / max(1, how.jobs)
 
-        result = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
+        done: dict[Path, int] = {}
+
+        def source(twin: Twin) -> Source:
+            def run(wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
+                done[twin.folder] = len(wanted)
+                return twin.run(wanted, left_s(done))
+
+            return Source(twin.name, twin.evidence, run)
+
+        progress.note(
+            f"{budget} runs of {counted(len(twins), 'trial')}, and {PREDICTING * len(others)} runs of held-out trials: "
+            f"about {in_words(left_s(done))} in all, from a model; the first runs will correct it."
+        )
+        result = search(frees, [source(twin) for twin in twins], budget, progress.note)
         predictions = list[Prediction]()
         if (draws := result.draws) is not None:
             for emulator, twin in zip(result.posterior.emulators, twins, strict=True):

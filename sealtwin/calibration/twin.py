@@ -105,8 +105,17 @@ class Twin:
             for end in (free.low, free.high):
                 self._planned(1, {free.name: end}, 0)
 
-    def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
-        """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used."""
+    @property
+    def work_s(self) -> float:
+        """Expected computing time of one run, by the model of ``sealtwin.study.estimate``."""
+        return self.plan.runs[0].work_s
+
+    def run(self, wanted: Sequence[tuple[Setting, int]], later_s: float = 0.0) -> Sequence[Floats | None]:
+        """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used.
+
+        ``later_s`` is the expected time of the runs of the calibration after these.
+        """
+        self._how = replace(self._how, later_s=later_s)
         planned = [self._planned(number, *one) for number, one in enumerate(wanted, start=1)]
         self.plan = self._plan(planned)
         runs = {run.number: run for run in self.plan.runs}

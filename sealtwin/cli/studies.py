@@ -61,7 +61,9 @@ def map(
     any_volume: Annotated[
         bool, flag("--any-volume", 'Include runs whose volume error is over 5 %, as with preset "paper".')
     ] = False,
-    fills: Annotated[bool, option("Compute about nine runs again, to draw how the crack fills.")] = True,
+    fills: Annotated[
+        bool, option("Draw how the crack fills in about nine runs; runs whose fill was not kept are computed again.")
+    ] = True,
 ) -> None:
     """Draw a study of two settings with the paper's figures: levels, map of the error, influences, fills, cost.
 

@@ -132,6 +132,9 @@ def quick(
 ) -> None:
     """Go from a photo and a depth to mesh, path, fluid run and report, with the fluid and nozzle of 'sealtwin init'.
 
+    Level, underfill and overfill by the fast model are printed within seconds, for screening; then the particles are
+    computed, as a draft.
+
     Settings that you do not give are assumed. They are printed, marked in DIR/trial.toml and listed in the report.
     Correct them there and continue with 'sealtwin run'.
 
@@ -147,7 +150,23 @@ def quick(
     run = folder / "run"
     command.warn(f"Assumed, because you did not give them: {', '.join(assumed)}.")
     command.say(f"Correct them in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
+    _answer_fast(command, trial, run)
     run_trial(command, trial, run, ALL_STAGES)
+
+
+def _answer_fast(command: Command, file: Path, run: Path) -> None:
+    """Digitise a trial, and print what the fast model says of it."""
+    from sealtwin.core.record_files import read_outline, read_sample
+    from sealtwin.trial import pipeline
+    from sealtwin.trial.fast_answer import fast_answer
+    from sealtwin.trial.trial_file import load_trial
+
+    trial = load_trial(file)
+    with command.progress() as progress:
+        pipeline.run_trial(trial, file.parent, run, ("digitise",), command.device, progress)
+    if read_outline(run).width_source != "none":
+        for sentence in fast_answer(trial.loaded(file.parent), read_sample(run)):
+            command.say(sentence)
 
 
 @answers(device=True)

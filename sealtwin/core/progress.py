@@ -51,6 +51,12 @@ class Progress(AbstractContextManager["Progress"]):
     def advance(self, done: int, note: str = "") -> None:
         """Report that ``done`` steps of the current work are finished."""
 
+    later_s = 0.0
+    """Expected time of what the command does after the current work; it is part of the time left."""
+
+    def later(self, left_s: float) -> None:
+        self.later_s = left_s
+
     def note(self, text: str) -> None:
         """Show a line to the user at once."""
 
@@ -79,13 +85,13 @@ class _Timed(Progress):
         self._expected = left_s, time.monotonic()
 
     def _left(self, done: int) -> str:
-        """Return the remaining time in words, or an empty text if there is no estimate or the work is done."""
+        """Return the command's remaining time in words, or an empty text without an estimate or if the work is done."""
         now_s = time.monotonic()
         left_s = self._pace.left_s(done, now_s)
         if self._expected is not None:
             given_s, at_s = self._expected
             left_s = max(0.0, given_s - (now_s - at_s))
-        return "" if left_s is None or done >= self._total else f"about {in_words(left_s)} left"
+        return "" if left_s is None or done >= self._total else f"about {in_words(left_s + self.later_s)} left"
 
 
 class QuietProgress(Progress):
@@ -156,6 +162,13 @@ def progress_for_stderr(quiet: bool) -> Progress:
     if quiet:
         return Progress()
     return RichProgress() if sys.stderr.isatty() else PlainProgress()
+
+
+def wanted(progress: bool | None) -> bool:
+    """Return ``progress``; if it is None, True if a person looks: stderr is a terminal, or this is a notebook."""
+    if progress is not None:
+        return progress
+    return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
 
 
 def in_words(time_s: float) -> str:

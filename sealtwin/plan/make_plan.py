@@ -14,7 +14,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
-from sealtwin.core.progress import Progress
+from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Sample, Trajectory
 from sealtwin.core.replicates import require_different
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
@@ -45,6 +45,11 @@ class Options:
     margin_mm: float = 0.0  # Depth below the face of the level that the plan aims at
     flow_max_mm3_s: float | None = None
     keep_speed: bool = False
+
+    def launches(self, jobs: int, rounds: int = 0) -> list[bool]:
+        """Return whether each launch of particle runs after ``rounds`` rounds is of drafts, for the time left."""
+        seeds = -(-(self.seeds - 1) // max(1, jobs))
+        return [*[self.drafts] * (self.rounds - rounds + seeds), *[False] * self.drafts]
 
 
 @dataclass(frozen=True)
@@ -97,7 +102,12 @@ def plan_on(
         for name, flow in (("constant flow", "constant"), ("flow by local area", "cross_section"))
     }
     of_baselines = [(name, path, trial.seed) for name, path in paths.items()]
-    levels = verifier.levels("Baselines by particles", of_baselines, drafts=options.drafts)
+    later = options.launches(verifier.jobs)
+    progress.note(
+        f"Two baselines, {options.rounds} rounds and {options.seeds} seeds: about "
+        f"{in_words(verifier.left_s([options.drafts, *later]))} in all, from a model; the first runs will correct it."
+    )
+    levels = verifier.levels("Baselines by particles", of_baselines, drafts=options.drafts, later=later)
     baselines = [
         Round(name, path, level, missed(level.s_mm, level.level_mm))
         for (name, path), level in zip(paths.items(), levels, strict=True)
@@ -107,12 +117,14 @@ def plan_on(
     rounds = list[Round]()
     for number in range(1, options.rounds + 1):
         name = f"round {number}"
+        later = options.launches(verifier.jobs, number)
         progress.start(f"Searching, {name}", searching.MOST_STEPS)
+        progress.later(verifier.left_s([options.drafts, *later]))
         plan = searching.search(few, knots, limits, goal, plan, progress.advance)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         bed = nominal.fill(plan_trajectory(sample.outline, path))
         predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
-        (level,) = verifier.levels(f"Particles, {name}", [(name, path, trial.seed)], drafts=options.drafts)
+        (level,) = verifier.levels(f"Particles, {name}", [(name, path, trial.seed)], drafts=options.drafts, later=later)
         off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
         it = missed(level.s_mm, level.level_mm)
         rounds.append(Round(name, path, level, it, off_mm))
@@ -127,7 +139,9 @@ def plan_on(
     ]
     levels = [best.level]
     if seeds:
-        levels += verifier.levels("The plan with other seeds", seeds, drafts=options.drafts)
+        levels += verifier.levels(
+            "The plan with other seeds", seeds, drafts=options.drafts, later=[False] * options.drafts
+        )
     s_mm = best.level.s_mm
     levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
     names = [f"with seed = {trial.seed + number}" for number in range(len(levels))]

@@ -16,7 +16,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Outline, Profile, Sample, Solid, Trajectory
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import size_of
+from sealtwin.study.estimate import Forecast, size_of, timings_of
 from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import stage_settings
@@ -124,11 +124,16 @@ class Verifier:
     _runs: list[study_folder.StudyRun] = field(default_factory=list)
 
     def levels(
-        self, title: str, paths: Sequence[tuple[str, NozzlePath, int]], *, drafts: bool = False
+        self,
+        title: str,
+        paths: Sequence[tuple[str, NozzlePath, int]],
+        *,
+        drafts: bool = False,
+        later: Sequence[bool] = (),
     ) -> list[Profile]:
         """Return the level by particles for each of ``paths``, which has a short name, a path and a seed.
 
-        ``drafts``: by drafts of the trial.
+        ``drafts``: by drafts of the trial. ``later`` has the ``drafts`` of each launch after these, for the time left.
         Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
         from simulate.setup_checks import check_fit
@@ -159,12 +164,25 @@ class Verifier:
         self._runs = study_folder.resume(self.folder, plan, self.progress.note, retry=True)
         if any(run.state == "waiting" for run in self._runs):
             waiting = sum(run.state == "waiting" for run in self._runs)
-            how = Computing(self.device, min(self.jobs, waiting) if self.jobs > 1 else 0)
+            jobs = min(self.jobs, waiting) if self.jobs > 1 else 0
+            how = Computing(self.device, jobs, later_s=self._model_s(later))
             self._runs = compute(self.folder, self._runs, how, title, self.progress)
         for run in self._runs:
             if run.state == "failed":
                 raise NumericalError(f"{self.folder}: the run of {run.settings['path']} failed: {run.reason}")
         return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
+
+    def left_s(self, launches: Sequence[bool]) -> float:
+        """Return the expected time of launches, whose values are the ``drafts`` of ``levels``."""
+        return Forecast(1, timings_of(self._runs)).scaled_s(self._model_s(launches))
+
+    def _model_s(self, launches: Sequence[bool]) -> float:
+        by = {drafts: self._own_work_s(drafts=drafts) for drafts in set(launches)}
+        return sum(by[drafts] for drafts in launches)
+
+    def _own_work_s(self, *, drafts: bool) -> float:
+        trial = drafted(self.trial, self.sample) if drafts else self.trial
+        return size_of(trial, self.sample).work_s
 
     @property
     def fluid_warnings(self) -> list[str]:

@@ -20,7 +20,6 @@ SETUP_S = 0.2
 """Time to set up walls and distances and to measure the profile. This and the next two times are for one core of the
 machine in docs/accuracy.md."""
 FAST_S = 0.2  # Time of a run of the fast model
-PARTICLE_S = 2e-6  # Time of one moving particle in one substep
 PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done some runs
 WALLS_BYTES = 18e3
 """Memory of the distance grid and the wall particles, divided by the number of particles of sealant. In total it is 270
@@ -31,6 +30,7 @@ MOVER_BYTES = 1810.0
 ALIKE = 0.1  # Runs whose expected times differ by less than this share count as of one size
 OVERDUE = 0.1  # A run that takes longer than expected is expected to take this share of its time so far in addition
 RUN_BYTES = 25e3  # Files of a run without its particles
+FILL_PARTICLE_BYTES = 25  # Of fill.npz, which has some moments of the run; measured, per particle
 PARTICLE_ROW_BYTES = 75  # One line of particles.csv
 
 
@@ -77,7 +77,7 @@ def size_of(trial: Trial, sample: Sample) -> RunSize:
     """
     if not trial.solver.has_particles:
         return RunSize(0, 0, FAST_S)
-    from simulate.setup.release_schedule import course_of
+    from simulate.setup.release_schedule import PARTICLE_S, course_of
     from simulate.setup_checks import solved_as
 
     solver, schedule = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle), _releases(trial, sample)
@@ -144,7 +144,8 @@ def estimate(
         processor_s=sum(expected_s),
         measured=bool(timed),
         memory_bytes=jobs * (PROCESS_BYTES + largest.particles * WALLS_BYTES + batch * largest.bytes),
-        disk_bytes=len(waiting) * (RUN_BYTES + keep_runs * largest.particles * PARTICLE_ROW_BYTES),
+        disk_bytes=len(waiting)
+        * (RUN_BYTES + largest.particles * (FILL_PARTICLE_BYTES + keep_runs * PARTICLE_ROW_BYTES)),
     )
 
 
@@ -203,6 +204,12 @@ class Forecast:
                 taken_s = now_s - begun_s
                 busy_s.append(max(expected_s - taken_s, OVERDUE * taken_s))
         return time_of_all(waiting_s, busy_s + [0.0] * (self._jobs - len(busy_s)))
+
+    def scaled_s(self, model_s: float) -> float:
+        """Return a time by the model, corrected by all finished runs."""
+        if not self._timings:
+            return model_s
+        return model_s * sum(wall for _, wall in self._timings) / sum(work for work, _ in self._timings)
 
 
 def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:

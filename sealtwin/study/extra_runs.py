@@ -26,6 +26,7 @@ from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_
 from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.draft import Resolution, at_resolution
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
+from sealtwin.trial.pipeline import REPORT_S
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
@@ -141,7 +142,7 @@ def _compute(
     runs, largest, remarks = _runs(folder, variants, device, inputs)
     plan = study_folder.Plan(UNCERTAINTY, runs, len(runs), numbers=numbers_up_to("simulate"))
     runs = study_folder.resume(folder, plan, progress.note, retry=True)
-    how = Computing(device, cores() if device == "cpu" else 1)
+    how = Computing(device, cores() if device == "cpu" else 1, later_s=REPORT_S)
     timings = _own_timing(base)
     expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False, timings=timings)
     if expected.runs:

@@ -16,6 +16,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.study.estimate import Forecast, Timing, timings_of
 from sealtwin.study.study_folder import (
+    FILL,
     OUTCOME,
     PROFILE,
     STATES,
@@ -46,6 +47,7 @@ class Sealing:
     figures: RunFigures
     wall_s: float
     run: Run | None  # The particles; None unless they are written too
+    fill: bytes | None = None  # Content of fill.npz, if it is written too
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,8 @@ class Computing:
     jobs: int  # Worker processes on this machine; 0 computes in the calling process
     batch: int = 1  # Largest number of runs in one launch
     keep_runs: bool = False
+    keep_fills: bool = False  # Keep how the crack fills, of launches of one run by particles
+    later_s: float = 0.0  # Expected time of what follows these runs in the command, by the model of ``estimate``
     scheduler: str | None = None  # Address of a Dask scheduler whose workers compute instead
 
 
@@ -108,6 +112,7 @@ def launch(
     launches = {group[0].key: group for group in _groups(runs, how.batch)}
     jobs = min(how.jobs, len(launches))
     forecast = Forecast(jobs, [*timings, *timings_of(runs)])
+    progress.later(forecast.scaled_s(how.later_s))
 
     def tasks() -> Iterator[tuple[list[StudyRun], tuple[Any, ...]]]:
         for key, group in [*launches.items()]:
@@ -125,19 +130,25 @@ def launch(
         forecast.finish(group[0].key, (current[run.key] for run in group))
         if how.scheduler is None:
             progress.expect(forecast.left_s(launches.values(), time.monotonic()))
+            progress.later(forecast.scaled_s(how.later_s))
         waiting_s = sum(run.work_s for run in current.values() if run.state == "waiting")
         states = [run.state for run in current.values()]
         counts = ", ".join(f"{states.count(state)} {state}" for state in STATES if state in states)
         progress.advance(round(100 * (work_s - waiting_s)), counts)
+    progress.later(0.0)
     return list(current.values())
 
 
-def seal_in_worker(sample: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Outcome]:
+def seal_in_worker(
+    sample: bytes, trials: Sequence[Trial], device: str, keep_runs: bool, keep_fills: bool
+) -> list[Sealing | Outcome]:
     """Call ``seal`` with a pickled ``Sample``. A process caches the last sample, with its wall particles."""
-    return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs)
+    return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs, keep_fills=keep_fills)
 
 
-def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool) -> list[Sealing | Outcome]:
+def seal(
+    sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool, keep_fills: bool = False
+) -> list[Sealing | Outcome]:
     """Compute runs that differ only in the fluid, in one launch. A run's result is the same as in a launch of its own.
 
     If a launch raises an exception, its runs are computed one by one, and an exception fails only its own run.
@@ -146,11 +157,12 @@ def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: boo
     # With the explicit solve the stiffest fluid sets the number of passes, which would change the other results.
     if len(trials) == 1 or trials[0].solver.viscosity_solve == "implicit":
         try:
-            return [*_seal(sample, trials, device, keep_runs)]
+            return [*_seal(sample, trials, device, keep_runs, keep_fills)]
         except Exception as fault:
             if len(trials) == 1:
                 return [_failure(fault, time.monotonic() - began)]
-    return [outcome for trial in trials for outcome in seal(sample, [trial], device=device, keep_runs=keep_runs)]
+    how: dict[str, Any] = {"device": device, "keep_runs": keep_runs, "keep_fills": keep_fills}
+    return [outcome for trial in trials for outcome in seal(sample, [trial], **how)]
 
 
 def _groups(runs: Sequence[StudyRun], batch: int) -> list[list[StudyRun]]:
@@ -167,7 +179,7 @@ def _arguments(folder: Path, group: Sequence[StudyRun], how: Computing) -> tuple
     trials = [run.checked_trial for run in group]
     readings = trials[0].readings
     sample = _pickled(folder / "samples" / group[0].sample, "" if readings is None else readings.model_dump_json())
-    return sample, trials, how.device, how.keep_runs
+    return sample, trials, how.device, how.keep_runs, how.keep_fills
 
 
 @lru_cache(maxsize=1)
@@ -204,6 +216,8 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> Stu
         record_files.write_profile(home, outcome.profile)
         if outcome.run is not None:
             record_files.write_run(home, outcome.run)
+        if outcome.fill is not None:
+            files.write_bytes(home / FILL, outcome.fill)
         figures = outcome.figures.model_dump(exclude_unset=True)
         files.write_json(home / SUMMARY, {"settings": run.settings, "figures": figures})
         hashed = StudyFigures(**figures, profile_sha256=files.sha256(home / PROFILE))
@@ -212,13 +226,20 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> Stu
     return with_outcome(folder, run)
 
 
-def _seal(sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Outcome]:
+def _seal(
+    sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool, keep_fills: bool
+) -> list[Sealing | Outcome]:
     """Compute one launch. Raises InputError if settings of a run cannot be used, and NumericalError if all diverge."""
+    from sealtwin.study.kept_fill import KeptFill
     from simulate.run import fill_each
 
     began, first = time.monotonic(), trials[0]
+    kept = (
+        KeptFill(first.output.snapshots_s) if keep_fills and len(trials) == 1 and first.solver.has_particles else None
+    )
     fluids, how = [trial.given_fluid for trial in trials], {"device": device, "slope": first.sample}
-    outcomes = fill_each(sample, fluids, first.solver, first.nozzle, seed=first.seed, **how)
+    watchers = () if kept is None else (kept,)
+    outcomes = fill_each(sample, fluids, first.solver, first.nozzle, seed=first.seed, watchers=watchers, **how)
     launch_s = (time.monotonic() - began) / len(trials)
     judged: list[Sealing | Outcome] = []
     for trial, outcome in zip(trials, outcomes, strict=True):
@@ -231,7 +252,8 @@ def _seal(sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool)
         except SealtwinError as fault:
             judged.append(_failure(fault, launch_s + time.monotonic() - began))
         else:
-            judged.append(Sealing(profile, figures, launch_s + time.monotonic() - began, run if keep_runs else None))
+            particles, fill = run if keep_runs else None, None if kept is None else kept.content()
+            judged.append(Sealing(profile, figures, launch_s + time.monotonic() - began, particles, fill))
     return judged
 
 

@@ -26,6 +26,7 @@ from validate.metrics.verdict import kept_volume
 from validate.wording.of_runs import sentences_of_runs
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
+FILL = "fill.npz"  # How a run filled its crack, for the pictures of a map
 AGAIN = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes what is missing."
 State = Literal["waiting", "done", "failed"]
 STATES: tuple[State, ...] = ("waiting", "done", "failed")

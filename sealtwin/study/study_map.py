@@ -11,14 +11,14 @@ import numpy as np
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.errors import InputError, NumericalError, present
-from sealtwin.core.frames import Frame
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Profile
 from sealtwin.core.run_folder import holding
 from sealtwin.core.stage_keys import other_numbers
-from sealtwin.core.vtk_files import read_frame, write_frame
+from sealtwin.study.kept_fill import KeptFill, read_fill
 from sealtwin.study.runner import INPUTS
 from sealtwin.study.study_folder import (
+    FILL,
     Plan,
     StudyRun,
     fluid_warnings,
@@ -30,10 +30,8 @@ from sealtwin.study.study_folder import (
 )
 from sealtwin.study.sweep import screening
 from sealtwin.trial.job import check_sheet, shown
-from sealtwin.trial.simulate_stage import HEALTH
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
-from simulate.watchers import PAST_THE_END, HealthLog, Moments, read_health, take_frame
 from validate.figures.chart import (
     UNFIT,
     VOLUME_OFF,
@@ -56,8 +54,8 @@ from validate.settings import Readings
 MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
 FEWEST = 4  # Fewest runs of a map: three would span a triangle with nothing inside
-WATCHED, SEEN = "watched", "seen.json"
-"""Folder in a run's folder with the frames of the repeated run, and the file that is written last in it."""
+WATCHED, SEEN = "watched", "again.json"
+"""Folder in a run's folder with the fill of the repeated run, and the file that is written last in it."""
 DIGITS = {"mean_error_mm": 4, "bias_mm": 4, "worst_error_mm": 4, "worst_at_mm": 2, "share_under_1_mm": 4}
 """Decimals of a run's errors in map.json."""
 NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
@@ -85,9 +83,10 @@ def map_study(
 ) -> Mapped:
     """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out`` (default: map/ in its folder).
 
-    Runs are compared with the sheet ``caliper`` of origin ``data`` (default: the readings of the study's trial). Some
-    runs are computed again on ``device`` to draw how they fill the crack, unless it is None. Runs whose volume is off
-    by over 5 %, and runs outside the domain of the fast model, are excluded unless ``any_volume`` is True.
+    Runs are compared with the sheet ``caliper`` of origin ``data`` (default: the readings of the study's trial). How
+    some runs fill the crack is drawn as the sweep kept it, or computed again on ``device``; nothing is drawn if it is
+    None. Runs whose volume is off by over 5 %, and runs outside the domain of the fast model, are excluded unless
+    ``any_volume`` is True.
 
     Raises:
         InputError: The folder is not a study, it cannot be mapped, or the readings cannot be read.
@@ -109,10 +108,11 @@ def map_study(
     if device is not None:
         # The fast model has no particles to draw.
         chosen = [run for run in chosen_few(chart) if not done[run.number].fast]
-        if chosen and (other := other_numbers(plan.numbers, numbers_up_to("simulate"))):
+        other = other_numbers(plan.numbers, numbers_up_to("simulate"))
+        if chosen and other:
             progress.warn(f"{folder}: its runs were computed by {other}; the drawn fills may differ from them.")
         with holding(folder), progress:
-            watched = watch_runs(folder, [done[run.number] for run in chosen], device, progress)
+            watched = watch_runs(folder, [done[run.number] for run in chosen], device, progress, other)
         for letter, run, frames in zip(ascii_lowercase, chosen, watched, strict=False):
             scene = _scene(folder, done[run.number])
             fills.append(Fill(run, f"{letter}  {chart.said(run)}", scene, frames))
@@ -126,19 +126,24 @@ def map_study(
     return Mapped(content, chart, sheet, target)
 
 
-def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Progress) -> list[Watched]:
-    """Compute finished runs again to get their frames, since a sweep writes none. Frames of an earlier call are reused.
+def watch_runs(
+    folder: Path, runs: Sequence[StudyRun], device: str, progress: Progress, other: str = ""
+) -> list[Watched]:
+    """Return how finished runs filled the crack: as the sweep kept it, or computed again.
 
-    On a CPU the second run equals the first to the last bit. There is a frame for each time in the trial's [output],
-    and one at the end. Raises NumericalError if a second run fails.
+    They are computed again if the sweep kept nothing, as in launches of several runs, or if ``other`` names the version
+    that computed them. On a CPU the second run equals the first to the last bit. What is computed is kept for the next
+    call. Raises NumericalError if a second run fails.
     """
-    waiting = [run for run in runs if not (run_path(folder, run.key) / WATCHED / SEEN).is_file()]
+    kept = [] if other else [run for run in runs if (run_path(folder, run.key) / FILL).is_file()]
+    waiting = [run for run in runs if run not in kept and not (run_path(folder, run.key) / WATCHED / SEEN).is_file()]
     if waiting:
         jobs = min(cores() if device == "cpu" else 1, len(waiting))
         time_s = sum(run.wall_s or 0.0 for run in waiting) / max(1, jobs)
+        why = "they were computed by another version" if other else "the sweep kept no pictures of them"
         progress.note(
-            f"Computing {len(waiting)} runs again to draw how the crack fills, because a sweep writes no frames. This "
-            f"takes about {in_words(time_s)}."
+            f"Computing {len(waiting)} runs again to draw how the crack fills, since {why}. This takes about "
+            f"{in_words(time_s)}."
         )
         progress.start("Computing again", len(waiting))
         tasks = ((run, (folder.resolve(), run, device)) for run in waiting)
@@ -146,16 +151,15 @@ def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Pr
             if lost is not None:
                 raise NumericalError(f"{folder}: run {run.number}, computed again to be drawn, failed: {lost.reason}.")
             progress.advance(done, f"run {run.number}")
-    return [_watched(run_path(folder, run.key) / WATCHED) for run in runs]
+    return [_watched(run_path(folder, run.key), again=run not in kept) for run in runs]
 
 
-def _watched(home: Path) -> Watched:
-    written = files.read_json(home / SEEN)
+def _watched(home: Path, *, again: bool) -> Watched:
+    if not again:
+        return read_fill(home / FILL)
+    home = home / WATCHED
     with files.understood(home / SEEN):
-        health = read_health(home / HEALTH)
-        moved = health["moving"] > 0
-        frames = tuple(read_frame(home / name) for name in written["frames"])
-        return Watched(frames, health["moving"][moved], health["ms_a_frame"][moved], float(written["differs_mm"]))
+        return read_fill(home / FILL, float(files.read_json(home / SEEN)["differs_mm"]))
 
 
 def _watch(folder: Path, run: StudyRun, device: str) -> None:
@@ -167,23 +171,16 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
     sample = record_files.read_sample(folder / "samples" / run.sample)
     fluid, solver, nozzle = trial.physics
     injection = ready(sample, [fluid], solver, nozzle, seed=trial.seed, device=device, slope=trial.sample)
-    end_s = injection.frames * injection.schedule.frame_s
-    wanted_s = sorted(t_s for t_s in set(trial.output.snapshots_s) if t_s * PAST_THE_END < end_s)
-    frames: list[Frame] = []
-    home.mkdir(parents=True, exist_ok=True)
-    watchers = [Moments(wanted_s, lambda _, frame: frames.append(frame)), HealthLog(home / HEALTH)]
-    follow(injection, Progress(), watchers)
+    kept = KeptFill(trial.output.snapshots_s)
+    follow(injection, Progress(), [kept])
     (outcome,) = injection.results()
-    frames.append(take_frame(injection))
-    names = [f"{number}.vtp" for number in range(len(frames))]
-    for name, frame in zip(names, frames, strict=True):
-        write_frame(home / name, frame)
     again = measure_profile(outcome, sample.outline, sample.solid)
     before = record_files.read_profile(run_path(folder, run.key))
     # profile.csv is rounded to 1e-6 mm.
     level_mm = np.round(np.interp(before.s_mm, again.s_mm, again.level_mm), 6)
     differs_mm = float(np.abs(level_mm - before.level_mm).mean())
-    files.write_json(home / SEEN, {"version": 1, "frames": names, "differs_mm": differs_mm})
+    files.write_bytes(home / FILL, kept.content())
+    files.write_json(home / SEEN, {"version": 2, "differs_mm": differs_mm})
 
 
 def chart_of(

@@ -87,6 +87,7 @@ def sweep(
     with holding(folder), progress:
         adopt(folder, study.name)
         files.write_if_new(folder / "study.toml", files.read_bytes(file))
+        options = replace(options, keep_fills=True)
         return report(folder, brought_up_to_date(study.name, planned, base.parent, folder, options, progress))
 
 

@@ -17,7 +17,7 @@ def sets_resolution(names: Iterable[str]) -> bool:
 
 
 class Resolution(NamedTuple):
-    """What U and D depend on, besides the fluid."""
+    """Radius of the particles and duration of a frame, on which U and D depend."""
 
     radius_mm: float
     frame_s: float

@@ -41,6 +41,7 @@ from validate.result import (
 )
 from validate.uncertainty.validation import with_time
 
+REPORT_S = 5.0  # Time of pictures and report after the last frame, on the machine in docs/accuracy.md
 Part = TypeVar("Part", PredictedLevel, EarlierTrials)
 
 
@@ -110,6 +111,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         # Read the sheet first, so that a typo is found before minutes of simulation.
         if both and (readings := validate_stage.readings_of(job)) is not None:
             validate_stage.note_doubts(job, readings)
+        job.progress.later(REPORT_S if both else 0.0)
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)

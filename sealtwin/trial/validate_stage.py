@@ -3,11 +3,12 @@
 import time
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sealtwin.core import files, record_files
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Outline, Profile, Solid
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.core.vtk_files import read_frame
 from sealtwin.trial.job import (
@@ -76,7 +77,7 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.uncertainty.earlier_trials import foresee
     from validate.uncertainty.validation import predict
 
-    outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
+    outline, solid = _crack(job)
     run, profile = record_files.read_run(job.path), record_files.read_profile(job.path)
     with files.understood(job.path / "simulation.json"):
         ratio = record_files.read_simulation(job.path).volume_ratio
@@ -167,7 +168,7 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     from validate.readings.whole_sheet import Filling
     from validate.uncertainty.contradictions import refuse_contradicted
 
-    outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
+    outline, solid = _crack(job)
     # Readings are checked against a declared volume only.
     declared = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
     dispensed_mm3 = record_files.read_trajectory(job.path).dispensed_mm3 if declared else 0.0
@@ -175,6 +176,17 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
     refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
     return readings
+
+
+def _crack(job: Job) -> tuple[Outline, Solid]:
+    hashes = tuple(files.sha256(job.path / name) for name in DIGITISED if (job.path / name).is_file())
+    return _read_crack(job.path, hashes)
+
+
+@lru_cache(maxsize=1)
+def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
+    """Read a crack, cached by its files' hashes: the areas of its cavity are computed once for each object."""
+    return record_files.read_outline(folder), record_files.read_solid(folder)
 
 
 def note_doubts(job: Job, readings: Profile) -> None:

@@ -18,6 +18,7 @@ RELEASED_AT_MOST = 100_000
 LEAST_SHIFT = 0.25
 """Largest shift of a lone particle, divided by its radius. It applies if the bore of the nozzle allows less."""
 ROUNDING = 1e-9  # Tolerance that keeps a whole number of frames from being rounded up
+PARTICLE_S = 2e-6  # Time of one moving particle in one substep, on one core of the machine in docs/accuracy.md
 
 
 class Outlet:

@@ -2,12 +2,18 @@
 
 import json
 import tomllib
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
+from sealtwin.core.record_files import read_sample
+from sealtwin.trial.fast_answer import fast_answer
 from sealtwin.trial.quick_trial import QUICK
+from sealtwin.trial.trial_file import Trial, load_trial
+from simulate.slot.run import pour
+from tests.fluids import path, sample_of, slot
 from tests.pages import leave_out_pages
 from tests.studies import READINGS, tiny_lab
 
@@ -35,6 +41,13 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     answer = _quick(lab, "--caliper", str(lab / "caliper.csv"), "--json")
     assert answer.exit_code == 0, answer.output
     out = lab / "out"
+    # The fast model's answer comes before the particles.
+    trial, sample = load_trial(out / "trial.toml"), read_sample(out / "run")
+    for sentence in (fast := fast_answer(trial, sample)):
+        assert 0 < answer.stderr.index(sentence) < answer.stderr.index("Simulating")
+    solver = trial.solver.model_copy(update={"model": "slot"})
+    _, profile = pour(sample, trial.given_fluid, solver, trial.nozzle, seed=trial.seed)
+    assert f"{profile.level_mm.mean():.2f} mm" in fast[0]
     assert {"crack.stl", "trajectory.csv", "particles.csv", "report.json"} <= {
         file.name for file in (out / "run").iterdir()
     }
@@ -59,6 +72,21 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     assert refused.exit_code == 3
     assert "edited by you, and not overwritten" in refused.stderr
     assert written.read_text() == edited
+
+
+@pytest.mark.parametrize(
+    ("fluid", "named"), [({"freeze_after_s": 3.0}, "fluid.freeze_after_s"), ({"yield_stress_pa": 40.0}, "0151")]
+)
+def test_the_fast_model_gives_the_reason_if_it_is_unfit(fluid, named):
+    case = Trial.model_validate(
+        {
+            "name": "tiny",
+            "mesh": {"file": Path("crack.stl"), "data": "synthetic", "units": "mm"},
+            "fluid": {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never", **fluid},
+        }
+    )
+    crack = slot(40.0)
+    assert named in " ".join(fast_answer(case, sample_of(crack, path(crack[1], 1.2, trim_mm=6.0))))
 
 
 @pytest.mark.parametrize(

@@ -192,12 +192,14 @@ def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
 
 @dataclass(frozen=True)
 class Watched:
-    """Frames and times of a run that was repeated to draw it."""
+    """Frames and times of a run."""
 
     frames: tuple[Frame, ...]  # Frames in the order of time; the last one is the end of the run
     particles: Floats  # Number of moving particles, every few frames, (k,)
     frame_ms: Floats  # Computing time of a frame at the same moments, (k,)
-    differs_mm: float  # Mean distance of its level from that in the study; 0 on the same kind of device
+    differs_mm: float | None
+    """Mean distance of the level of a repeated run from that in the study, 0 on the same kind of device; None if it is
+    the study's own run."""
 
 
 @dataclass(frozen=True)

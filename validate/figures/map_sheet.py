@@ -145,12 +145,16 @@ def _influences(chart: Chart) -> SheetSection:
 
 
 def _again(fills: Sequence[map_figures.Fill]) -> str:
-    differing = [fill.course.differs_mm for fill in fills if fill.course.differs_mm > SAME_MM]
+    repeated = [fill.course.differs_mm for fill in fills if fill.course.differs_mm is not None]
+    if not repeated:
+        return "These pictures were kept when the runs were computed."
+    which = "These runs were" if len(repeated) == len(fills) else f"{len(repeated)} of these {len(fills)} runs were"
+    differing = [differs_mm for differs_mm in repeated if differs_mm > SAME_MM]
     if not differing:
-        return "These runs were repeated to draw them; their levels are the same to the last digit."
+        return f"{which} repeated to draw them; their levels are the same to the last digit."
     return (
-        f"These runs were repeated to draw them; the levels of {len(differing)} of {len(fills)} changed, by at most "
-        f"{max(differing):.2g} mm on average."
+        f"{which} repeated to draw them; the levels of {len(differing)} changed, by at most {max(differing):.2g} mm on "
+        "average."
     )
 
 

@@ -6,6 +6,7 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cached_property
 from importlib.resources import files as resources
 from pathlib import Path
 from typing import Literal, Self
@@ -17,6 +18,7 @@ from fpdf.enums import MethodReturnValue
 from fpdf.fonts import FontFace, TTFFont
 from markupsafe import Markup
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -123,9 +125,14 @@ class First:
     caption: str
     table: StationRows
 
+    @cached_property
+    def wide_figure(self) -> Figure:
+        """The figure of a wide page, drawn once for the page and the PDF."""
+        return self.shown.draw(WIDE)
+
     @property
     def wide(self) -> Markup:
-        return in_page(as_svg(self.shown.draw(WIDE), "first-wide", PIXELS_DPI), ALT)
+        return in_page(as_svg(self.wide_figure, "first-wide", PIXELS_DPI), ALT)
 
     @property
     def narrow(self) -> Markup:
@@ -185,7 +192,7 @@ def _write_pdf(path: Path, data: ReportData, first: First, content: Sequence[Cha
         paper.paragraph(" ".join(page.lead), size_pt=10)
         for word, text in page.labels:
             paper.paragraph(f"{word} {text}", colour=MUTED)
-        picture = as_picture(first.shown.draw(WIDE), FIGURE_DPI)
+        picture = as_picture(first.wide_figure, FIGURE_DPI)
         paper.pictures([(picture, f"Figure 1. {first.wide_scale} {first.caption}".rstrip())])
         paper.tiles(page.tiles)
         if first.table:

@@ -23,6 +23,7 @@ from sealtwin.calibration.twin import Twin
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
+from sealtwin.study.estimate import Forecast
 from sealtwin.trial.trial_file import Trial
 from simulate.material_file import read_material
 from simulate.settings import Fluid, Nozzle, Solver
@@ -122,7 +123,15 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     with one.open("a", encoding="utf-8") as trial:
         trial.write("\n[uncertainty]\nrepeatability_mm = 5.0\npass_mm = 0.0\n")
     ranges = {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)}
-    content = calibrate([one], ranges, tmp_path / "out", HERE, Progress(), held_out=[other], budget=14).content
+    progress, later_s = Progress(), list[float]()
+    progress.later = lambda left_s: later_s.append(left_s)
+    # By the model alone, since the times of these small runs are of the machine.
+    monkeypatch.setattr(Forecast, "scaled_s", lambda _, model_s: model_s)
+    content = calibrate([one], ranges, tmp_path / "out", HERE, progress, held_out=[other], budget=14).content
+    # Six more runs and six of the held-out trial follow the first eight; six follow the last two; then nothing does.
+    some_s = [left_s for left_s in later_s if left_s > 0]
+    assert some_s[0] > 1.5 * some_s[-1]
+    assert later_s[-1] == 0.0
     assert content["possible"]
     roles = {one["trial"]: one["role"] for one in content["predictions"]}
     assert roles == {"tiny": "calibrated", "other": "held out"}

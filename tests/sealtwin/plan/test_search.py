@@ -130,7 +130,7 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
 class FastModelItself(Verifier):
     """Stands for particles that do what the fast model says."""
 
-    def levels(self, title, paths, *, drafts=False):
+    def levels(self, title, paths, *, drafts=False, later=()):
         case, solid = case_of(self.sample, self.trial, OWN), (SOLID.cavity_volume_mm3, SOLID.sections)
         beds = [case.fill(plan_trajectory(OUTLINE, path, *solid)) for _, path, _ in paths]
         return [Profile(bed.sections.s_mm, bed.level_mm) for bed in beds]
@@ -149,6 +149,18 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path, monkeypatch):
     assert planned.half_width_mm is None
     with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
         plan_on(particles, Options(knots=3, rounds=1, seeds=2), [])
+
+
+@pytest.mark.parametrize(
+    ("options", "jobs", "rounds", "drafts"),
+    [
+        (Options(rounds=3, seeds=3), 1, 0, [True] * 5 + [False]),
+        (Options(rounds=3, seeds=3), 2, 1, [True] * 3 + [False]),
+        (Options(rounds=2, seeds=1, drafts=False), 0, 1, [False]),
+    ],
+)
+def test_the_time_left_of_a_plan_is_of_all_its_launches(options, jobs, rounds, drafts):
+    assert options.launches(jobs, rounds) == drafts
 
 
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():

@@ -13,7 +13,15 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
 from sealtwin.study import study_map
-from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, run_path, write_outcome, write_plan
+from sealtwin.study.study_folder import (
+    FILL,
+    forget_outcome,
+    profile_path,
+    read_plan,
+    run_path,
+    write_outcome,
+    write_plan,
+)
 from sealtwin.study.study_map import map_study, watch_runs
 from tests.labs import sealtwin
 
@@ -46,16 +54,22 @@ def test_errors_are_those_of_the_ledger(unbroken, tmp_path):
     assert all((tmp_path / name).is_file() for name in content["files"])
 
 
-@pytest.mark.broad
-def test_a_run_seen_once_more_is_the_same_run(study, here):
-    """On a CPU to the last bit, so to the last digit of profile.csv; and seen before, it is not computed again."""
+@pytest.mark.parametrize("other", ["", "simulate 1"])
+def test_a_run_seen_once_more_is_the_same_run(study, here, other):
+    """As the sweep kept it; or computed again if another version did, on a CPU to the last bit, and then only once."""
     run = read_plan(study).runs[0]
-    (seen,) = watch_runs(study, [run], "cpu", Progress())
-    assert seen.differs_mm < 1e-6
+    (kept,) = watch_runs(study, [run], "cpu", Progress())
+    (seen,) = watch_runs(study, [run], "cpu", Progress(), other)
+    assert kept.differs_mm is None
+    assert (seen.differs_mm is None) == (not other)
+    assert (seen.differs_mm or 0.0) < 1e-6
     assert seen.frames[-1].t_s >= seen.frames[0].t_s > 0
     assert len(seen.frames[-1].position_mm) == present(run.figures, "figures").particles
+    for one, two in zip(kept.frames, seen.frames, strict=True):
+        assert one.t_s == two.t_s
+        assert (one.position_mm == two.position_mm).all()
     profile_path(study, run.key).unlink()  # computed again, it would be missed
-    assert watch_runs(study, [run], "cpu", Progress())[0].differs_mm == seen.differs_mm
+    assert watch_runs(study, [run], "cpu", Progress(), other)[0].differs_mm == seen.differs_mm
 
 
 @pytest.fixture
@@ -64,14 +78,21 @@ def here(monkeypatch):
     monkeypatch.setattr(study_map, "cores", lambda: 0)
 
 
-def test_fills_of_chosen_runs_are_drawn(study, here):
+@pytest.mark.parametrize(
+    ("lost", "computed", "origin"),
+    [(0, [], "pictures were kept"), (4, [1, 2, 3, 4], "their levels are the same to the last digit")],
+)
+def test_fills_of_chosen_runs_are_drawn(study, here, lost, computed, origin):
+    """As the sweep kept them; what it did not keep is computed again."""
+    for run in read_plan(study).runs[:lost]:
+        (run_path(study, run.key) / FILL).unlink()
     progress, steps = Progress(), []
     progress.advance = lambda done, note="": steps.append((done, note))
     mapped = map_study(study, None, None, None, "cpu", progress, any_volume=True)
-    assert [done for done, _ in steps] == [1, 2, 3, 4]
-    assert {note for _, note in steps} == {"run 1", "run 2", "run 3", "run 4"}
+    assert [done for done, _ in steps] == computed
+    assert {note for _, note in steps} == {f"run {number}" for number in computed}
     page = (study / "map" / "map.html").read_text(encoding="utf-8")
-    assert "their levels are the same to the last digit" in page
+    assert origin in page
     assert {"figures/fills.svg", "figures/thumbnails.svg"} <= set(mapped.content["files"])
 
 
@@ -157,10 +178,11 @@ def test_the_command_answers_with_one_object(unbroken, tmp_path):
 @pytest.mark.slow
 def test_fills_are_computed_by_several_processes_to_the_same_frames(study, tmp_path, here, monkeypatch):
     shutil.copytree(study, tmp_path / "other")
-    alone = watch_runs(study, read_plan(study).runs, "cpu", Progress())
+    alone = watch_runs(study, read_plan(study).runs, "cpu", Progress(), "simulate 1")
     monkeypatch.setattr(study_map, "cores", lambda: 2)
-    other = watch_runs(tmp_path / "other", read_plan(study).runs, "cpu", Progress())
+    other = watch_runs(tmp_path / "other", read_plan(study).runs, "cpu", Progress(), "simulate 1")
     for one, two in zip(alone, other, strict=True):
-        assert two.differs_mm == one.differs_mm < 1e-6
+        assert two.differs_mm == one.differs_mm
+        assert present(one.differs_mm, "differs_mm") < 1e-6
         assert [frame.t_s for frame in two.frames] == [frame.t_s for frame in one.frames]
         assert (two.frames[-1].position_mm == one.frames[-1].position_mm).all()

@@ -76,11 +76,11 @@ def test_a_shard_that_cannot_be_is_refused(lab, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def _killed_at_300(bench, trials, device, keep_runs):
+def _killed_at_300(bench, trials, device, keep_runs, keep_fills):
     """Kill the worker at two of the four runs, as the operating system does if memory runs out."""
     if trials[0].fluid.U == 300.0 and trials[0].fluid.D_cm == 0.3:
         os.kill(os.getpid(), signal.SIGKILL)
-    return runner.seal(runner._unpickled(bench), trials, device=device, keep_runs=keep_runs)
+    return runner.seal(runner._unpickled(bench), trials, device=device, keep_runs=keep_runs, keep_fills=keep_fills)
 
 
 def _lost_at_300(function, tasks, *_):
@@ -125,8 +125,9 @@ def scheduler():
 
 
 def test_a_cluster_gives_what_this_machine_gives(lab, unbroken, tmp_path, scheduler):
-    given = ("--device", "cpu", "--scheduler", scheduler, "--quiet", "--accurate")
-    answer = sealtwin("sweep", lab, "--out", tmp_path / "out", *given)
+    answer = sealtwin(
+        "sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--accurate", "--scheduler", scheduler, "--quiet"
+    )
     assert answer.exit_code == 0, answer.output
     assert results_of(tmp_path / "out") == results_of(unbroken)
 
