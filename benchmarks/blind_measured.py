@@ -24,7 +24,7 @@ from sealtwin.material.by_spread import COURSE, LIFT_ERROR_S, viscosity
 from sealtwin.material.paste import DENSITY_ERROR
 from sealtwin.study.moved_inputs import Base
 from sealtwin.trial.trial_file import Trial
-from simulate.settings import ABREAST, Nozzle
+from simulate.settings import FINE, Nozzle
 from simulate.slot.run import pour
 from simulate.slump import STEP, Slump, slump
 from simulate.spread_law import GRAVITY_M_S2
@@ -134,7 +134,7 @@ def measured(seed: int, number: int, folder: Path) -> Measured:
             "density_kg_m3": DENSITY_KG_M3,
             "freeze_after_s": "never",
         },
-        "solver": {"radius_mm": round(width_mm / 2 / ABREAST, 3), "settle_s": SETTLE_S},
+        "solver": {"radius_mm": round(width_mm / 2 / FINE.abreast, 3), "settle_s": SETTLE_S},
         "nozzle": Nozzle(diameter_mm=2.4).model_dump(mode="json"),
         "uncertainty": {
             "width_mm": WIDTH_SD_MM,
