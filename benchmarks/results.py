@@ -56,7 +56,6 @@ COMMANDS = {
     "material_by_bead": "-m benchmarks.material_by_bead",
     "measured": "-m benchmarks.measured",
     "drafts": "-m benchmarks.drafts",
-    "measured_boxes": "-m benchmarks.measured_boxes",
     "pbf_step": "benchmarks/pbf_step.py",
     "paper_run": "benchmarks/paper_run.py",
     "physics": "benchmarks/physics.py",
