@@ -25,7 +25,7 @@ from digitise.walls.mouths import SideRings, trace_past_mouths
 from digitise.walls.side_cracks import SideCracks, find_side_cracks, with_branches
 from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
 from digitise.walls.strokes import NO_STROKES, Strokes, by_strokes
-from digitise.walls.thin_crack import trace_line, trace_thin
+from digitise.walls.thin_crack import NotFittedError, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
@@ -199,7 +199,14 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
     copy = photo if factor == 1 else smaller(photo, factor)
     narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
-    traced, fit = trace_thin(copy, narrow)
+    try:
+        traced, fit = trace_thin(copy, narrow)
+    except NotFittedError as unfitted:
+        if path.source not in CLICKED:
+            raise
+        why = str(unfitted).removeprefix(f"{photo.file}: ")
+        alone = f"the result is a path, without walls or solid: {why}"
+        return outline_along(photo, path, trace_line(copy, narrow), "none", remarks=(alone,))
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
             f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width: the result "
