@@ -279,3 +279,17 @@ def test_the_search_map_is_made_once_for_a_face_and_a_region(file, monkeypatch):
     assert len(made) == 2
     _asked(session, Hints(ends_px=ENDS, mm_per_px=0.1, roi_px=((0.0, 0.0), (499.0, 299.0))), until="path")
     assert len(made) == 3
+
+
+def test_a_stroke_costs_its_own_work_alone_and_gives_what_a_new_session_gives(file):
+    """Followed again, path and walls are most of a click's time; a via point makes both anew."""
+    session, plain = _session(file), Hints(ends_px=ENDS)
+    stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
+    times_s, answers = list[float](), list[dict]()
+    for hints in (plain, stroked, stroked.model_copy(update={"via_px": ((300.0, 160.0),)})):
+        began = time.process_time()
+        answers.append(_asked(session, hints))
+        times_s.append(time.process_time() - began)
+        assert answers[-1] == _asked(_session(file), hints)
+    assert any("strokes drawn by hand" in warning for warning in answers[1]["walls"]["warnings"])
+    assert times_s[1] < 0.5 * times_s[0]
