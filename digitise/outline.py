@@ -126,7 +126,7 @@ def outline_by_walls(walls: FollowedWalls, settings: PhotoInput) -> Outline:
         interval_mm = outline.mean_width_mm * (1 - spread), outline.mean_width_mm * (1 + spread)
         warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*interval_mm)))
         outline = replace(outline, width_source="region", width_95_mm=interval_mm, warnings=warnings)
-    bands = None if painted else find_bands(photo, outline, strokes)
+    bands = None if painted else find_bands(photo, outline, strokes, walls.sides)
     if bands is not None:
         warnings = (*outline.warnings, DoubtfulWalls(bands.warning))
         outline = replace(outline, bands_mm=bands.rings_mm, width_95_mm=bands.width_95_mm, warnings=warnings)
