@@ -17,25 +17,22 @@ from digitise.smaller_copy import in_copy, smaller
 from digitise.walls.bands import find_bands
 from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit
-from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced, WallsMissingError
-from digitise.walls.dark_region import trace_dark_region
-from digitise.walls.islands import RetouchedPhoto, find_islands, photo_of_paint
+from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
+from digitise.walls.followed_walls import Follow, FollowedWalls
+from digitise.walls.islands import photo_of_paint
 from digitise.walls.mended import mended
-from digitise.walls.mouths import SideRings, trace_past_mouths
-from digitise.walls.side_cracks import SideCracks, find_side_cracks, with_branches
+from digitise.walls.side_cracks import with_branches
 from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
 from digitise.walls.strokes import NO_STROKES, Strokes, by_strokes
-from digitise.walls.thin_crack import trace_line, trace_thin
+from digitise.walls.thin_crack import NotFittedError, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, WidthSource
 from sealtwin.core.solid_figures import Span
 
-RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
 WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: it removes noise of grain, and keeps a sand grain's edge
 MOST_TRIMMED = 0.02  # Largest share of the crack's area that is cut off where its walls cross each other
-GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Width of the crack in the smaller copy: walls are within 0.1 mm of the final ones
 TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of widths without a warning: ends are uncertain by as much
 CLICKED = ("ends", "via", "mask")  # Sources of paths with ends that a person chose
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
@@ -66,14 +63,17 @@ BAND = (
 PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
 
 
-def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
+def trace_outline(
+    photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT, follow: Follow = FollowedWalls
+) -> Outline:
     """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
-    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set,
-    or the crack is too thin for the fit. Raises InputError if ``outline_by_walls`` does, if a thin crack or the ground
-    next to it is hidden, or if walls were drawn for an outline without walls.
+    Only the settings on how a crack is measured are used. ``follow`` may return walls that it remembers. The outline is
+    a path without walls if ``path_only`` is set, the crack is too thin for the fit, or a fit is impossible between
+    clicks. Raises InputError if ``outline_by_walls`` does, if a thin crack or the ground next to it is hidden, or if
+    walls were drawn for an outline without walls.
     """
-    outline = _measured(photo, path, settings)
+    outline = _measured(photo, path, settings, follow)
     if path.source not in CLICKED:
         return outline
     shown = photo_of_paint(photo, path) if path.source == "mask" else photo
@@ -81,10 +81,10 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
     return replace(outline, warnings=(*outline.warnings, *beyond))
 
 
-def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
+def _measured(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follow) -> Outline:
     """Return the outline for ``trace_outline``, which then checks the ground beyond its ends."""
     if settings.mean_width_mm is not None:
-        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
+        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}), follow)
         if shown.width_source == "none" or shown.branches_kept:
             raise InputError(
                 f"{photo.file}: photo.mean_width_mm: only a crack with walls and without side cracks can be scaled to "
@@ -97,30 +97,27 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     if by_hand and (settings.path_only or width_mm is not None):
         raise InputError(f"{photo.file}: {by_hand} cannot be combined with width_mm or path_only: give one.")
     if settings.path_only or width_mm is not None:
-        traced = _middle(photo, path, settings)
+        traced = _middle(photo, path, settings, follow)
         return (
             outline_along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
         )
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or Strokes.of(settings):
         with suppress(TooThinError):
-            return outline_by_walls(photo, path, settings)
+            return outline_by_walls(follow(photo, path, settings.edge_fraction), settings)
     if by_hand:
         raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
     return _fitted(photo, path)
 
 
-def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
-    """Measure the walls along ``path``, which may be painted. The ring includes side cracks if they are kept.
+def outline_by_walls(walls: FollowedWalls, settings: PhotoInput) -> Outline:
+    """Measure a crack between its walls. The ring includes side cracks if they are kept.
 
     At an open end the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short or
     its walls are not found, and TooThinError if blur would decide its width.
     """
+    photo, path, strokes = walls.photo, walls.path, Strokes.of(settings)
     painted = path.source == "mask"
-    shown, wall_share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
-    islands_mm, shown = find_islands(shown, path, wall_share)
-    sides = find_side_cracks(shown, path, wall_share)
-    strokes = Strokes.of(settings)
-    traced, rings_px = _followed(photo, shown, path, sides, strokes)
+    traced, rings_px = walls.main(insisted=bool(strokes))
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
     outline = outline_along(photo, path, traced, "walls", lines_mm=lines_mm, strokes=strokes)
     if strokes and outline.mean_width_mm < MIN_WIDTH_PX * photo.mm_per_px:
@@ -129,7 +126,7 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
         interval_mm = outline.mean_width_mm * (1 - spread), outline.mean_width_mm * (1 + spread)
         warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*interval_mm)))
         outline = replace(outline, width_source="region", width_95_mm=interval_mm, warnings=warnings)
-    bands = None if painted else find_bands(photo, outline, strokes)
+    bands = None if painted else find_bands(photo, outline, strokes, walls.sides)
     if bands is not None:
         warnings = (*outline.warnings, DoubtfulWalls(bands.warning))
         outline = replace(outline, bands_mm=bands.rings_mm, width_95_mm=bands.width_95_mm, warnings=warnings)
@@ -138,26 +135,14 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
     least_px = 0.0 if painted else MIN_WIDTH_PX
     if not painted:
         missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
-    outline = with_branches(photo, outline, sides, rings_px, settings.branches == "keep", least_px)
-    within = (ring for ring in islands_mm if points_in_poly(ring, outline.outline_mm).all())
+    outline = with_branches(photo, outline, walls.sides, rings_px, settings.branches == "keep", least_px)
+    within = (ring for ring in walls.islands_mm if points_in_poly(ring, outline.outline_mm).all())
     islands_mm = tuple(ring for ring in within if not strokes.crack_in(photo.to_px(ring)))
     return replace(
         outline,
         warnings=(*missed, *outline.warnings, *_island_warning(islands_mm)),
         islands_mm=(*islands_mm, *outline.islands_mm),
     )
-
-
-def _followed(
-    photo: Photo, shown: RetouchedPhoto, path: CrackPath, sides: SideCracks, strokes: Strokes
-) -> tuple[Traced, SideRings]:
-    """Return the main crack as ``trace_past_mouths`` does; with strokes, the dark region instead of a refusal."""
-    try:
-        return trace_past_mouths(shown, path, sides)
-    except (WallsMissingError, TooThinError):
-        if not strokes:
-            raise
-    return trace_dark_region(photo, path, sides.wall_share, insisted=True), ((),) * len(sides.lines)
 
 
 def outline_along(
@@ -199,7 +184,14 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
     copy = photo if factor == 1 else smaller(photo, factor)
     narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
-    traced, fit = trace_thin(copy, narrow)
+    try:
+        traced, fit = trace_thin(copy, narrow)
+    except NotFittedError as unfitted:
+        if path.source not in CLICKED:
+            raise
+        why = str(unfitted).removeprefix(f"{photo.file}: ")
+        alone = f"the result is a path, without walls or solid: {why}"
+        return outline_along(photo, path, trace_line(copy, narrow), "none", remarks=(alone,))
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
             f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width: the result "
@@ -241,11 +233,12 @@ def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> floa
     return dark_mm if is_wider(dark_px, fit.mean_px) else None
 
 
-def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
+def _middle(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follow) -> Traced:
     """Return the line down the middle of a crack, between its walls if they are found, without the walls."""
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(InputError):
-            outline = outline_by_walls(photo, path, settings.model_copy(update={"branches": "drop"}))
+            walls = follow(photo, path, settings.edge_fraction)
+            outline = outline_by_walls(walls, settings.model_copy(update={"branches": "drop"}))
             line_mm = outline.centreline_mm
             return Traced(line_mm, line_mm, line_mm, outline.ends, (0.0, outline.length_mm), 0.0, 0.0, 0.0)
     return trace_line(photo, path)
@@ -266,19 +259,20 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     return outline_along(photo, path, traced, "gauge", remarks=tuple(remarks))
 
 
-def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline | None:
+def glance(
+    photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT, follow: Follow = FollowedWalls
+) -> Outline | None:
     """Trace the outline in a smaller copy of the photo; its pixels are the copy's. None if the walls are not found."""
-    if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
+    walls = follow(photo, path, settings.edge_fraction).glanced
+    if walls is None:
         return None
-    factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
-    narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
+    factor = round(path.width_px / walls.path.width_px)
     with suppress(InputError):
         drawn_px = {
             name: [in_copy(np.array(line_px), factor).tolist() for line_px in getattr(settings, name)]
             for name in settings.drawn_by_hand
         }
-        simple = settings.model_copy(update={**drawn_px, "branches": "drop"})
-        return outline_by_walls(smaller(photo, factor), narrow, simple)
+        return outline_by_walls(walls, settings.model_copy(update={**drawn_px, "branches": "drop"}))
     return None
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import KDTree
 from skimage.morphology import skeletonize
 
 from digitise.crack_path.crack_map import LIMITS as MAP_LIMITS
@@ -48,6 +49,11 @@ class AlongJoint:
             f"{listed(self.stretch_px)} px. The path avoids such lines: if the crack runs along this one, give points "
             "of it in photo.via_px"
         )
+
+    def is_left_by(self, points_px: Floats, width_px: float) -> bool:
+        """Return True if another path leaves the joint by a crack width. The rims of a wide crack are no other way."""
+        places_px = np.linspace(self.stretch_px[0], self.stretch_px[1], max(2, round(self.length_px)))
+        return float(np.median(KDTree(points_px).query(places_px)[0])) > width_px
 
     def without_joints(self, field: DarkMap) -> DarkMap:
         """Return the map with all its joints as bright as the ground. A path may cross them, at the price of a gap."""

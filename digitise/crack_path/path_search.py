@@ -303,7 +303,7 @@ class LiveWire:
         # Between clicks on a crack in a tile, the joints around the tile may be the darkest way.
         with suppress(InputError):
             aside = wire._way(joint.without_joints(wire.field), points_px).result()
-            if not aside.warnings:
+            if not aside.warnings and joint.is_left_by(aside.points_px, path.width_px):
                 return replace(aside, source=path.source, warnings=(joint.avoided,))
         return replace(path, warnings=(*path.warnings, joint.doubt))
 

@@ -17,6 +17,7 @@ from sealtwin.core.records import Floats
 
 NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the path; reach: widths, plus px
 NOT_DARK = 0.93  # Light of a path over its darker side, above which it is not dark; hairlines have 0.88
+FAR_DARKER = 0.5  # The same ratio, below which a path between unlike sides is a crack: at one wall of a gap it is 1
 BRIGHT = 1.25  # Least light of a bright line along a path over the ground's
 SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, plus px, between which the sides of a found line are compared
 MOST_UNLIKE = 0.4  # Largest difference of both sides over the smaller step to the line: up to 0.33 on real cracks
@@ -30,9 +31,8 @@ GROUND = 75  # Percentile of the light across a stretch taken for the ground's
 
 def require_dark(photo: Photo, path: CrackPath) -> None:
     """Raise InputError if a path is not darker than its darker side, and something far brighter runs along it."""
-    width_px = path.width_px
-    light, own, left, right = _own_and_sides(photo, path, width_px / 2 + NEAR_PX + 1, FAR[0] * width_px + FAR[1])
-    ratio = finite_median(own / np.fmax(np.fmin(left, right), 1e-6))
+    light, own, left, right = _own_and_sides(photo, path, *_right_beside(path.width_px))
+    ratio = _over_darker(own, left, right)
     brightest = finite_median(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
     if ratio > NOT_DARK and brightest > BRIGHT:
         raise InputError(
@@ -43,16 +43,35 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
         )
 
 
+def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
+    """Return True if a path is far darker than its darker side, as a crack between unlike materials is."""
+    _, *lights = _own_and_sides(photo, path, *_right_beside(path.width_px))
+    return _over_darker(*lights) < FAR_DARKER
+
+
+def _over_darker(own: Floats, left: Floats, right: Floats) -> float:
+    """Return the light of a path over that of its darker side, as a median along it; NaN if no side is in view."""
+    return finite_median(own / np.fmax(np.fmin(left, right), 1e-6))
+
+
+def _right_beside(width_px: float) -> tuple[float, float]:
+    """Return the distances from a path at which the ground beside it begins and ends."""
+    return width_px / 2 + NEAR_PX + 1, FAR[0] * width_px + FAR[1]
+
+
 def _own_and_sides(photo: Photo, path: CrackPath, beside_px: float, reach_px: float) -> tuple[Floats, ...]:
     """Return for each stretch the light at each distance, its minimum on the path, and its median to left and right.
 
-    The sides begin ``beside_px`` from the path.
+    The sides begin ``beside_px`` from the path. A side of which less than half a width is in the photo is NaN: it may
+    show the crack alone.
     """
     profiles = profiles_across(photo, path.points_px, path.width_px, reach_px)
     light, away_px = profiles.mean(), np.abs(profiles.offset_px)
     own = light[:, away_px <= path.width_px / 2 + NEAR_PX].min(axis=1)
-    sides = ((away_px > beside_px) & (sign * profiles.offset_px > 0) for sign in (1, -1))
-    return light, own, *(row_medians(light[:, side]) for side in sides)
+    sides = (light[:, (away_px > beside_px) & (sign * profiles.offset_px > 0)] for sign in (1, -1))
+    least = max(path.width_px / 2, NEAR_PX)
+    in_view = ((side, np.isfinite(side).sum(axis=1) >= least) for side in sides)
+    return light, own, *(np.where(seen, row_medians(side), np.nan) for side, seen in in_view)
 
 
 def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:

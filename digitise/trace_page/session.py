@@ -2,12 +2,12 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from threading import Lock
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Generic, Literal, NamedTuple, Self, TypeVar
 
 import cv2
 import numpy as np
@@ -22,6 +22,7 @@ from digitise.geometry.polyline import signed_area
 from digitise.outline import DoubtfulWalls, Unconfirmed, glance, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
 from digitise.settings import MOST_VIA, MOST_WALL_POINTS, MOST_WALLS, CrackShape, PhotoInput, Pixel, Strokes, Tilt
+from digitise.walls.followed_walls import LastWalls
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Pixels
 from sealtwin.core.settings import Settings, checked
@@ -48,6 +49,7 @@ CHOOSE_ONE = (
     "This line may be the crack, but it is not sure: click its number, press its key, or click the crack's ends."
 )
 Answer = dict[str, Any]
+T = TypeVar("T")
 Until = Literal["scale", "path", "glance", "walls"]
 
 
@@ -166,6 +168,19 @@ class _Scaled(NamedTuple):
     refused: str | None  # Reason why the given scale cannot be used
 
 
+class _Last(Generic[T]):
+    """The last result that was made of an object and hints. It is returned again for the same ones."""
+
+    def __init__(self) -> None:
+        self._last: tuple[object, tuple[object, ...], T] | None = None
+
+    def of(self, source: object, hints: tuple[object, ...], make: Callable[[], T]) -> T:
+        last = self._last
+        if last is None or last[0] is not source or last[1] != hints:
+            last = self._last = source, hints, make()
+        return last[2]
+
+
 class TraceSession:
     """Traces one photo. Any thread may call it; of simultaneous requests only the newest is finished."""
 
@@ -185,6 +200,8 @@ class TraceSession:
         self._clicking, self._searching = Lock(), Lock()
         self._last_scale: tuple[Hints, _Scaled] | None = None
         self._last_wire: tuple[Photo, tuple[Pixel, ...] | None, LiveWire] | None = None
+        # A stroke changes neither the path nor the walls that it moves.
+        self._last_search, self._last_path, self._last_walls = _Last[CrackSearch](), _Last[CrackPath](), LastWalls()
         # The search map is made before the first click. A bad region is reported with the first answer.
         with suppress(InputError):
             self._wire(self._scaled(hints).photo, hints.roi_px)
@@ -222,19 +239,18 @@ class TraceSession:
             self._check_newest(revision)
             try:
                 settings = path_settings(self._rest, hints)
-                if with_scale.photo.drawn is not None:
-                    path = painted_path(with_scale.photo, settings.ends_px)
-                elif settings.ends_px is not None:
-                    path = self._wire(with_scale.photo, settings.roi_px).path(settings.ends_px, settings.via_px)
-                else:
-                    search = CrackSearch.of(with_scale.photo, settings.roi_px)
+                photo, roi_px = with_scale.photo, settings.roi_px
+                if settings.ends_px is None and photo.drawn is None:
+                    search = self._last_search.of(photo, (roi_px,), lambda: CrackSearch.of(photo, roi_px))
                     yield "cracks", [_crack_answer(crack) for crack in search.cracks]
-                    path = search.path(settings.crack)
+                    path = self._last_path.of(search, (settings.crack,), lambda: search.path(settings.crack))
+                else:
+                    path = self._last_path.of(photo, settings.hints, lambda: self._path(photo, settings))
                 yield "path", _path_answer(path, with_scale.in_mm)
-                rough = glance(with_scale.photo, path, settings)
-                yield "glance", None if rough is None else _walls_answer(with_scale.photo, rough, with_scale.in_mm)
-                outline = trace_outline(with_scale.photo, path, settings)
-                yield "walls", _walls_answer(with_scale.photo, outline, with_scale.in_mm)
+                rough = glance(photo, path, settings, self._last_walls.along)
+                yield "glance", None if rough is None else _walls_answer(photo, rough, with_scale.in_mm)
+                outline = trace_outline(photo, path, settings, self._last_walls.along)
+                yield "walls", _walls_answer(photo, outline, with_scale.in_mm)
             except RivalCracksError as rivals:
                 count = len(rivals.cracks)
                 yield "refused", CHOOSE_ONE if count == 1 else CHOOSE.format(count=count)
@@ -264,6 +280,11 @@ class TraceSession:
             return _Scaled(photo or self._plain, in_mm=photo is not None, refused=None)
         except InputError as fault:
             return _Scaled(self._plain, in_mm=False, refused=str(fault))
+
+    def _path(self, photo: Photo, settings: PhotoInput) -> CrackPath:
+        if photo.drawn is not None or settings.ends_px is None:
+            return painted_path(photo, settings.ends_px)
+        return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
 
     def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
         """Return the search map, which is cached for a face and a region: it takes longer to make than a query."""

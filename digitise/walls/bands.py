@@ -13,6 +13,7 @@ from digitise.crack_path.hints import listed
 from digitise.geometry.polyline import left_normals, smoothed
 from digitise.image.raster import lightness
 from digitise.photo import Photo
+from digitise.walls.side_cracks import SideCracks
 from digitise.walls.straightened import patch_around, straighten
 from digitise.walls.strokes import Strokes
 from digitise.walls.wall_profile import follow, outward
@@ -71,8 +72,11 @@ class _Band(NamedTuple):
     wide_mm: float
 
 
-def find_bands(photo: Photo, outline: Outline, strokes: Strokes) -> Bands | None:
-    """Return the bands along an outline's walls; None if they matter little. A stroke decides those beside it."""
+def find_bands(photo: Photo, outline: Outline, strokes: Strokes, sides: SideCracks) -> Bands | None:
+    """Return the bands along an outline's walls; None if they matter little. A stroke decides those beside it.
+
+    The mouth of a side crack is no band.
+    """
     mm_per_px, width_px = photo.mm_per_px, max(outline.mean_width_mm / photo.mm_per_px, 4.0)
     own_px = outline.length_mm / mm_per_px / (len(outline.centreline_mm) - 1)
     thin = slice(None, None, max(1, round(max(LIMITS.spacing_px, LIMITS.spacing * width_px) / own_px)))
@@ -93,7 +97,7 @@ def find_bands(photo: Photo, outline: Outline, strokes: Strokes) -> Bands | None
     doubtful = thick_px > max(LIMITS.least_px, LIMITS.least * width_px)
     tip = max(1, round(LIMITS.tip * width_px / station_px))
     doubtful[:, :tip] = doubtful[:, -tip:] = False
-    doubtful &= ~strokes.beside(photo.to_px(line_mm), 2 * width_px)
+    doubtful &= ~strokes.beside(photo.to_px(line_mm), 2 * width_px) & ~sides.opens_beside(photo.to_px(line_mm))
     low_px = float(np.where(doubtful, np.minimum(inner_px - walls_px, 0), 0).sum(axis=0).mean())
     high_px = float(np.where(doubtful, np.maximum(outer_px - walls_px, 0), 0).sum(axis=0).mean())
     if high_px - low_px < LIMITS.worth_saying * width_px:

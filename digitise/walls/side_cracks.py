@@ -51,6 +51,15 @@ class SideCracks:
     width_px: float
     wall_share: float
 
+    def opens_beside(self, points_px: Floats) -> NDArray[np.bool_]:
+        """Return True for points along the crack, (n,), in the photo, that are within a side crack's mouth."""
+        inside = np.zeros(len(points_px), dtype=bool)
+        for side in self.lines:
+            for end_px in (side.line_px[0], side.line_px[-1])[: 1 + side.comes_back]:
+                away_px = np.linalg.norm(points_px - end_px - self.levels.patch.offset_px, axis=1)
+                inside |= away_px <= self.width_px + 2 * side.half_px
+        return inside
+
 
 def find_side_cracks(photo: Photo, path: CrackPath, wall_share: float) -> SideCracks:
     """Find the side cracks of a path: side lines darker than ``wall_share`` of the contrast."""

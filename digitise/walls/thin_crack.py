@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter
 
 from digitise.crack_path.darkness import WORK_PX
 from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
-from digitise.crack_path.standing_out import unlike_length_px
+from digitise.crack_path.standing_out import is_darker_than_both_sides, unlike_length_px
 from digitise.geometry.polyline import depth_inside, left_normals, resampled, smoothed, unit
 from digitise.image.raster import sampled
 from digitise.photo import Photo
@@ -55,6 +55,10 @@ class ThinLimits:
 LIMITS = ThinLimits()
 
 
+class NotFittedError(InputError):
+    """The path is along a crack whose width cannot be fitted."""
+
+
 def trace_line(photo: Photo, path: CrackPath) -> Traced:
     """Follow the darkest line along ``path``; both walls are that line."""
     patch = _patch(photo, path)
@@ -64,7 +68,8 @@ def trace_line(photo: Photo, path: CrackPath) -> Traced:
 def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     """Follow the darkest line along ``path`` and fit the crack's width.
 
-    Raises InputError if too little is in view, or if one side of most of the path is far brighter than the other.
+    Raises NotFittedError if too little is in view or the sides of the crack differ, and InputError if the path is at an
+    edge: one side is far brighter, and the path is about as dark as the other.
     """
     line_px, patch = _line_px(photo, path), _patch(photo, path)
     reach = round((LIMITS.reach * path.width_px + LIMITS.reach_px) / STEP_PX)
@@ -74,17 +79,23 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     beside_px = (2 * reach + 1) * STEP_PX
     grounds = (_windows(photo, patch, line_px, places_px + side * beside_px, cuts) for side in (1, -1))
     ground = np.concatenate([values[in_view] for values, in_view in grounds])
-    if min(np.count_nonzero(shown), len(ground)) < LIMITS.least_windows:
-        raise InputError(
-            f"{photo.file}: the crack is {path.width_px:.1f} px wide, and too little of it and of the ground beside it "
-            f"is in view to fit its width: {LIMITS.least_windows} stretches of {LIMITS.window * STATION_PX:g} px are "
-            "needed. Move the camera closer, or give width_mm or path_only."
-        )
     length_px = float(arc_length(path.points_px)[-1])
     if unlike_length_px(photo, path.points_px, path.width_px) > LIMITS.most_unlike * length_px:
+        if is_darker_than_both_sides(photo, path):
+            raise NotFittedError(
+                f"{photo.file}: the ground on one side of the crack is far brighter than on the other, so that its "
+                f"width of about {path.width_px:.1f} px cannot be fitted. Give width_mm, or path_only if the path is "
+                "enough."
+            )
         raise InputError(
             f"{photo.file}: one side of the path is far brighter than the other, as if the path followed "
             f"one wall of a wide gap or the sample's edge; {IN_ITS_MIDDLE}."
+        )
+    if min(np.count_nonzero(shown), len(ground)) < LIMITS.least_windows:
+        raise NotFittedError(
+            f"{photo.file}: the crack is {path.width_px:.1f} px wide, and too little of it and of the ground beside it "
+            f"is in view to fit its width: {LIMITS.least_windows} stretches of {LIMITS.window * STATION_PX:g} px are "
+            "needed. Move the camera closer or give width_mm, or path_only if the path is enough."
         )
     fit = fit_box(light[shown], ground, places_px, path.width_px)
     middle, station = (cuts[1:] + cuts[:-1] - 1) / 2, np.arange(len(line_px))

@@ -8,8 +8,10 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
-from digitise.outline import GLANCE_WIDTH_PX, glance, smaller, trace_outline
+from digitise.outline import glance, trace_outline
 from digitise.scale.view import Lens, View
+from digitise.smaller_copy import smaller
+from digitise.walls.followed_walls import GLANCE_WIDTH_PX
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 ENDS = ((60.0, 430.0), (940.0, 210.0))

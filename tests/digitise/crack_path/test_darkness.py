@@ -5,7 +5,7 @@ import pytest
 
 from digitise.crack_path.darkness import surroundings
 from digitise.crack_path.find_path import find_path
-from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+from tests.pictures import distance_to, evenly_scaled, mortar, wandering, with_crack, write_png
 
 
 def picture(dark, rows=slice(220, 300), columns=slice(0, 500)):
@@ -39,7 +39,7 @@ def test_shadows_holes_and_cracks_that_leave_the_photo_are_part_of_it(shown):
 @pytest.mark.broad
 def test_a_crack_that_runs_to_the_edge_does_not_turn_along_it(tmp_path):
     """Seen on a cropped photo of a sample over black cloth, whose edge is the longest dark line there."""
-    crack = [(60.0, 5.0), (150.0, 90.0), (210.0, 215.0)]
+    crack = wandering([(60.0, 5.0), (150.0, 90.0), (210.0, 215.0)])
     scene = with_crack(mortar(), crack)
     x, y = np.meshgrid(np.arange(500), np.arange(300))
     scene = np.where(y > 218 + 0.01 * x, 0.004, scene)

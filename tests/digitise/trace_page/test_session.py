@@ -15,6 +15,7 @@ from digitise.outline import trace_outline
 from digitise.settings import PhotoInput
 from digitise.trace_page import session as page_session
 from digitise.trace_page.session import Hints, OutdatedError, TraceSession
+from digitise.walls import followed_walls
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, mortar, wandering, with_crack, write_png
 from tests.places import FIXTURE
@@ -279,3 +280,19 @@ def test_the_search_map_is_made_once_for_a_face_and_a_region(file, monkeypatch):
     assert len(made) == 2
     _asked(session, Hints(ends_px=ENDS, mm_per_px=0.1, roi_px=((0.0, 0.0), (499.0, 299.0))), until="path")
     assert len(made) == 3
+
+
+def test_a_stroke_costs_its_own_work_alone_and_gives_what_a_new_session_gives(file, monkeypatch):
+    """Followed again, path and walls are most of a click's time; a via point makes both anew."""
+    made, follow = [], followed_walls.trace_past_mouths
+    monkeypatch.setattr(followed_walls, "trace_past_mouths", lambda *given: made.append(given) or follow(*given))
+    session, plain = _session(file), Hints(ends_px=ENDS)
+    stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
+    followed, answers = list[int](), list[dict]()
+    for hints in (plain, stroked, stroked.model_copy(update={"via_px": ((300.0, 160.0),)})):
+        made.clear()
+        answers.append(_asked(session, hints))
+        followed.append(len(made))
+        assert answers[-1] == _asked(_session(file), hints)
+    assert any("strokes drawn by hand" in warning for warning in answers[1]["walls"]["warnings"])
+    assert followed[0] == followed[2] > followed[1] == 0

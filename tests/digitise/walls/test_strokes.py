@@ -1,7 +1,5 @@
 """Strokes over crack and ground move the walls beside them; bands between two plausible walls are named."""
 
-import time
-
 import cv2
 import numpy as np
 import pytest
@@ -155,22 +153,19 @@ def test_strokes_are_bounded(given, named):
         how_traced(**given)
 
 
-def test_as_many_strokes_as_there_may_be_take_no_longer_than_a_second(banded):
+def test_as_many_strokes_as_there_may_be_are_taken(banded):
     photo, path = banded
     zigzag = [(float(x), float(y)) for x, y in zip(np.linspace(40, 460, 200), 100 * [0, 130], strict=True)]
     settings = how_traced(
         crack_strokes_px=[[(40.0 + x, 150.0) for x in np.linspace(0, 400, 200)]] * MOST_STROKES,
         ground_strokes_px=[zigzag] * MOST_STROKES,
     )
-    plain = _seconds(lambda: trace_outline(photo, path, how_traced()))
-    assert _seconds(lambda: trace_outline(photo, path, settings)) < plain + 1.0
+    outline = trace_outline(photo, path, settings)
+    assert any("strokes drawn by hand" in warning for warning in outline.warnings)
 
 
-def test_a_stroke_takes_no_longer_than_a_click_and_shows_at_a_glance(banded):
-    photo, path = banded
-    plain = _seconds(lambda: trace_outline(photo, path, how_traced()))
-    settings = how_traced(crack_strokes_px=[OVER_BAND])
-    assert _seconds(lambda: trace_outline(photo, path, settings)) < 1.5 * plain
+def test_a_stroke_shows_at_a_glance(banded):
+    photo, _ = banded
     large = evenly_scaled_copy(photo, 3)
     wide = find_path(large, ((90.0, 451.0), (1410.0, 451.0)))
     line = [(3 * x, 3 * y) for x, y in OVER_BAND]
@@ -184,13 +179,3 @@ def evenly_scaled_copy(photo, times):
     file = photo.file.with_name("large.png")
     cv2.imwrite(str(file), picture)
     return evenly_scaled(file)
-
-
-def _seconds(work):
-    """The least of three: other processes only add to it."""
-    times = []
-    for _ in range(3):
-        began = time.process_time()
-        work()
-        times.append(time.process_time() - began)
-    return min(times)

@@ -15,6 +15,7 @@ from digitise.outline import trace_outline
 from digitise.photo import Photo
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_outline, write_outline
 from tests.pictures import distance_to, evenly_scaled, how_traced, mortar, with_crack, write_png
@@ -107,7 +108,26 @@ def test_a_thin_path_along_an_edge_is_no_crack(tmp_path):
         trace_outline(photo, CrackPath(np.array([[40.0, 150.0], [460.0, 150.0]]), 4.0, "ends"))
 
 
-def test_too_little_of_a_crack_is_not_fitted(tmp_path):
-    photo, path = seen(tmp_path, 5)
-    with pytest.raises(InputError, match="5 stretches of 10 px"):
-        trace_outline(photo, replace(path, points_px=path.points_px[:35]))
+def _little_in_view(folder: Path) -> tuple[Photo, CrackPath]:
+    photo, path = seen(folder, 5)
+    return photo, replace(path, points_px=path.points_px[:35])
+
+
+def _between_unlike_sides(folder: Path) -> tuple[Photo, CrackPath]:
+    """A crack between a brick and pale mortar."""
+    picture = mortar()
+    picture[150:] *= 0.4
+    photo = evenly_scaled(write_png(folder / "photo.png", with_crack(picture, [(40, 150), (460, 150)], 5)))
+    return photo, find_path(photo, ((40.0, 150.0), (460.0, 150.0)))
+
+
+@pytest.mark.parametrize("of", [_little_in_view, _between_unlike_sides])
+def test_a_width_that_cannot_be_fitted_leaves_the_path_between_clicks_alone(tmp_path, of):
+    """A line that was not clicked is refused: it may be no crack."""
+    photo, path = of(tmp_path)
+    outline = trace_outline(photo, path)
+    assert outline.width_source == "none"
+    assert outline.length_mm == pytest.approx(arc_length(path.points_px)[-1] * photo.mm_per_px, rel=0.05)
+    assert any("width_mm" in warning for warning in outline.warnings)
+    with pytest.raises(InputError, match="width_mm"):
+        trace_outline(photo, replace(path, source="automatic"))
