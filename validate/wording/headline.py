@@ -26,7 +26,7 @@ MUCH_SPILLED = 0.05
 """Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
 ML = 1000.0  # mm³
 NOT_A_VALIDATION = "Not a validation:"
-DRAFTED_MM = 0.8
+DRAFTED_MM = 1.1
 """A draft's level is this near to the mean of accurate runs at nine of ten places (benchmarks/drafts.py)."""
 DRAFT = (
     "This run is a draft, with larger particles and longer substeps than a run of preset accurate: its level is within "
