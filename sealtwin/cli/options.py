@@ -35,7 +35,7 @@ Number = float | None
 File = Path | None
 Accurate = Annotated[
     bool,
-    flag("--accurate", "Compute with the trial's own solver settings, which takes about three times as long as drafts."),
+    flag("--accurate", "Compute with the trial's own solver settings, which takes three times as long as drafts."),
 ]
 Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
 
