@@ -313,7 +313,7 @@ def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
 def screening(runs: Sequence[study_folder.StudyRun]) -> str:
     """Return a sentence on the runs of the fast model, or on drafts; empty if all runs are by particles, accurately."""
     if not (fast := [run for run in runs if run.fast]):
-        drafts = sum(run.trial["solver"]["preset"] == "draft" for run in runs)
+        drafts = sum(run.trial.get("solver", {}).get("preset") == "draft" for run in runs)
         return f"{drafts} of {len(runs)} runs are drafts: {DRAFTS}" if drafts else ""
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
     which = f"{unfit} of them, which are not ranked" if unfit else "none of them"

@@ -17,7 +17,7 @@ import pytest
 import typer
 
 from sealtwin.cli.answer import Command, ending
-from tests.pictures import mortar, with_crack, write_png
+from tests.pictures import mortar, wandering, with_crack, write_png
 from tests.places import FIXTURE
 from tests.programs import refusal, sealtwin, start_interruptible
 from tests.studies import tiny_lab
@@ -197,7 +197,7 @@ def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
         assert str(tmp_path) not in text
         assert str(Path.home()) not in text
     photo, out = (
-        write_png(tmp_path / "crack.png", with_crack(mortar(), [(40, 150), (460, 140)])),
+        write_png(tmp_path / "crack.png", with_crack(mortar(), wandering([(40, 150), (460, 140)]))),
         tmp_path / "automatic",
     )
     proposed = sealtwin("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--json")

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageCms, PngImagePlugin, TiffImagePlugin
 
 from sealtwin.core.records import Floats
-from tests.pictures import mortar, with_crack, write_png
+from tests.pictures import mortar, wandering, with_crack, write_png
 from tests.wrong_inputs.table import WrongInput, answers
 
 SIZE_PX = (420, 260)
@@ -22,6 +22,10 @@ MASKED = f"{DIGITISE} --mask {{given}}/mask.png"
 
 def _crack(width_px: int = 14) -> Floats:
     return with_crack(mortar(SIZE_PX), CRACK, width_px)
+
+
+def _wandering() -> Floats:
+    return with_crack(mortar(SIZE_PX), wandering(CRACK), 14)
 
 
 def _paint(width_px: int = 14) -> np.ndarray:
@@ -225,7 +229,7 @@ CASES: list[WrongInput] = [
     clicked("photo of which somebody says where it comes from", lit(_crack), "mm long",
         more=" --set photo.data=reconstructed", code=0, lacks=("undeclared",), broad=True),
     answers(DIGITISE.replace("/photo.png", ""))("photos of which nobody says where they come from",
-        lambda at: [write_png(at / f"{name}.png", _crack()) for name in "ab"], "2 photos of undeclared origin",
+        lambda at: [write_png(at / f"{name}.png", _wandering()) for name in "ab"], "2 photos of undeclared origin",
         "photo.data", code=0, broad=True),
     masked("mask turned by 180 degrees", lambda: _paint()[::-1, ::-1], "photo.mask", "EXIF"),
     masked("mask mirrored", lambda: _paint()[::-1], "photo.mask", "0%", "mirrored"),
@@ -272,7 +276,8 @@ CASES: list[WrongInput] = [
     digitised("soft wide crack at the border, clicked at its wall", partial(_wedge, blur_px=3.0),
         "along a dark region", "border", "photo.mask", "photo.roi_px", more=" --ends 2,66 540,363", code=0),
     digitised("edge of a marking", _marking, "sides", "photo.crack", "ends_px"),
-    clicked("debris beside a thin crack", _debris, "dark over about 3", "photo.mask", "width_mm", code=0, broad=True),
+    clicked("debris beside a thin crack", _debris, "dark over about 3", "crack_strokes_px", "width_mm", code=0,
+        broad=True),
     clicked("black crack in coarse ground", _coarse, "too coarse", "overlay.png", code=0),
     digitised("ends on a part of the crack", lit(_crack), "continues beyond the end (10", more=" --ends 100,78 390,107",
         code=0, broad=True),

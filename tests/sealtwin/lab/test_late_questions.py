@@ -12,7 +12,7 @@ from sealtwin.lab.ingest import ingest
 from sealtwin.lab.run_checks import check_runs
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
-from tests.pictures import mortar, with_crack, write_png
+from tests.pictures import mortar, wandering, with_crack, write_png
 
 
 def _ingest(folder, lab):
@@ -22,8 +22,8 @@ def _ingest(folder, lab):
 @pytest.fixture
 def late(small, tmp_path):
     """Two cracks in the photo of P02, of which nobody says the ends; a reading of P01 beyond its crack's end."""
-    one = with_crack(mortar((200, 200), seed=1), [(40, 51), (80, 47), (120, 53), (160, 48)], 12)
-    write_png(small / "P02.png", with_crack(one, [(40, 151), (80, 147), (120, 153), (160, 148)], 12))
+    one = with_crack(mortar((200, 200), seed=1), wandering([(40, 50), (160, 50)], 5.0), 12)
+    write_png(small / "P02.png", with_crack(one, wandering([(40, 150), (160, 150)], 5.0), 12))
     edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.3")
     (small / "P02_Notiz.csv").write_text("Tiefe;8 mm\n")
     with (small / "P01.csv").open("a") as sheet:
