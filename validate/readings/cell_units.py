@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from validate.readings.header_words import (
     OTHER_UNITS,
+    PREPOSITIONS,
     ColumnUnit,
     holds_no_number,
     is_scaled_unit,
@@ -96,6 +97,9 @@ def _holds_units(name: str, cells: Sequence[SheetCell]) -> bool:
     texts = [cell.text for cell in cells if not is_missing(cell.text)]
     if names_unit(name):
         return bool(texts)
+    if name and any(plain_letters(text) in PREPOSITIONS for text in texts):
+        # Status = "In" means within its tolerance.
+        return False
     units = [text for text in texts if unit_of(text) is not None or plain_letters(text) in OTHER_UNITS]
     return bool(texts) and len(units) == len(texts) and all(len(text.strip("[]()")) >= LETTERED for text in units)
 

@@ -40,6 +40,11 @@ CALLED = "{};Level [mm]\n{}0{};-1\n{}5{};-2\n"
 DATES = ["Datum: 3.5.2026;;\n", "Datum;3.5.2026;\n", "03.05.2026;;\n", ";;\n3. 5. 2026\n"]
 
 READ = {
+    # It was once taken for inches.
+    "a status of In": (
+        *("s_mm;Value 1;Value 2;Status\n0;1,5;1,6;In\n5;2;2,1;In\n", None, MM_DOWN),
+        TWO,
+    ),
     "columns by name": (WIDE, {"s": "Ort", "levels": ["x1", "x2"]}, MM_DOWN, TWO),
     "columns by letter": (WIDE, {"s": "A", "levels": ["B", "C"]}, MM_DOWN, TWO),
     "a range of columns": (WIDE, {"s": "ort", "levels": ["B:C"]}, MM_DOWN, TWO),
