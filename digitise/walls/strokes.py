@@ -96,7 +96,7 @@ NO_STROKES = Strokes()
 
 
 class _Placed(NamedTuple):
-    """A stroke beside the line along the crack; its places are (m,)."""
+    """A stroke beside the line along the crack. Its arrays have one value for each of its m places, (m,)."""
 
     kind: Kind
     name: str

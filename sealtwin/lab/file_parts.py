@@ -129,7 +129,7 @@ def _divided(
     folder: Path, file: PurePath, place: FilePlace, photographed: Set[str], has_range: bool
 ) -> dict[Piece, FilePlace]:
     samples = {part: _sample(file, part, photographed) for part in parts_of(folder / file)}
-    # Columns, or rows, are parts only if they name several samples; their sheet as a whole then is none.
+    # Columns or rows are parts only if they name several samples. The whole sheet is then no part.
     levels = defaultdict[tuple[str | None, bool], set[str]](set)
     for part, sample in samples.items():
         # A row of places that names a sample is one of readings.

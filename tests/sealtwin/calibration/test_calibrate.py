@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
@@ -224,3 +225,20 @@ def _holds(lab, answer):
     check_fit(twin.outline, twin.solid, fluid, Solver(radius_mm=0.45), Nozzle(), trial.sample)
     with pytest.raises(InputError, match=r"solver.radius_mm is 0.4.*calibrated at 0.45"):
         check_fit(twin.outline, twin.solid, fluid, Solver(radius_mm=0.4), Nozzle(), trial.sample)
+
+
+@pytest.mark.parametrize(
+    ("given", "drafts"), [({}, True), ({"solver.settle_s": 0.1}, True), ({"solver.radius_mm": 0.5}, False)]
+)
+def test_runs_are_drafts_unless_the_solvers_resolution_is_given(lab, monkeypatch, given, drafts):
+    chosen = []
+
+    def twin(_file, _library, how, *_):
+        chosen.append(how.drafts)
+        raise InputError("computes nothing")
+
+    monkeypatch.setattr(calibrating, "Twin", twin)
+    how = replace(HERE, drafts=True)
+    with pytest.raises(InputError, match="computes nothing"):
+        calibrate([lab / "trial.toml"], YIELD, lab / "out", how, Progress(), settings=given)
+    assert chosen == [drafts]
