@@ -97,14 +97,14 @@ def test_constants_out_of_their_range_are_refused(table):
         Solver.model_validate(table)
 
 
-def test_a_draft_has_fewer_substeps_and_measures_shear_once_a_frame():
+def test_a_draft_has_fewer_substeps_and_measures_shear_once_a_frame(monkeypatch):
     """In the crack and by the radius of an accurate run, whose frames are as long."""
     crack, paste = slot(12.0), sealant(viscosity_pa_s=0.3, yield_stress_pa=12.0)
     seen = []
     for preset in ("accurate", "draft"):
         injection = injected(crack, path(crack[1], 0.1), paste, preset=preset, radius_mm=0.6)
-        engine, measured = injection.engine, []
-        engine.viscosity.measure_shear = measured.append
+        engine, measured = injection.engine, list[int]()
+        monkeypatch.setattr(engine.viscosity, "measure_shear", measured.append)
         for frame in range(3):
             engine.advance(frame)
         seen.append((engine.substeps, len(measured)))
