@@ -1,67 +1,89 @@
-"""Whether the time that a run says it still takes is right: the paper's trial, as a paste that sleeps and as a liquid.
+"""The whole time that six long commands name while they run, over the time that they took; by the clock.
 
-    python -m benchmarks.time_left [--radius-mm 0.7]
+    python -m benchmarks.time_left [--only plan]
 
-After the first tenth of its time, what a run tells is divided by the truth, which is known when it ends. Time is that
-of the processor, so that nothing else which the machine computes counts.
+Each command computes the shipped trial, or a crack drawn for it, in a process of its own, and its lines are read as a
+person reads them: the time so far, with the time left, is the whole time. Judged is what is said between a tenth and
+nine tenths of the work. The first line counts too, but is by a model and not judged. Nothing else may run beside it.
 """
 
+import re
+import subprocess
+import sys
 import tempfile
 import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Annotated, NamedTuple
 
-from benchmarks.table import Row, run_benchmark
-from sealtwin.core import record_files
-from sealtwin.core.progress import TENTH, Pace, Progress
-from sealtwin.core.run_folder import open_folder
-from sealtwin.trial.job import start_job
-from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.trial_file import Trial, load_trial
-from simulate.run import fill
+from benchmarks.against import HERE, processor
+from benchmarks.table import Row, one_of, run_benchmark
 
-TRIAL = Path(__file__).parent.parent / "fixtures" / "paper-trial" / "trial.toml"
-FACTOR = 2.0
-LAST = 0.95  # Share of the time after which a second either way is a large part of what is left
-PASTES = {"a paste that sleeps": 12.0, "a liquid": 0.0}
-"""Name and yield stress in Pa."""
-
-
-class Told(Progress):
-    """The times left that a run would have shown, and when."""
-
-    def start(self, title: str, total: int, done: int = 0) -> None:
-        self._pace, self._began_s = Pace(total, done), time.process_time()
-        self.times_s: list[tuple[float, float]] = []
-
-    def advance(self, done: int, note: str = "") -> None:
-        now_s = time.process_time()
-        if (left_s := self._pace.left_s(done, now_s)) is not None:
-            self.times_s.append((now_s - self._began_s, left_s))
-
-    def ratios(self) -> list[float]:
-        end_s, _ = self.times_s[-1]
-        return [left_s / (end_s - at_s) for at_s, left_s in self.times_s if TENTH * end_s <= at_s <= LAST * end_s]
-
-
-def main(radius_mm: float = 0.7) -> list[Row]:
-    trial = load_trial(TRIAL)
-    rows = []
-    with tempfile.TemporaryDirectory() as name, open_folder(Path(name, "run"), create=True) as folder:
-        run_stages(start_job(trial, TRIAL.parent, folder, "cpu", Progress()), ("digitise",))
-        for paste, yield_stress_pa in PASTES.items():
-            ratios = _told(trial, folder.path, radius_mm, yield_stress_pa).ratios()
-            rows.append(Row(f"{paste}: least time told over the truth", min(ratios), "", 1 / FACTOR))
-            rows.append(Row(f"{paste}: most", max(ratios), "", 0.0, FACTOR))
-    return rows
+FIXTURE = HERE / "fixtures" / "paper-trial"
+FACTOR = 1.5
+FROM, TO = 0.1, 0.9  # Shares of the time between which the lines are judged
+SHORT_S = 20.0  # A command that takes less need not say how long
+LEFT = re.compile(r"about (\d+(?:\.\d+)?) (s|min|h)\b")
+UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
+STUDY = """
+trial = "trial.toml"
+[grid]
+"fluid.yield_stress_pa" = [6, 12, 24]
+"fluid.U" = [10, 30]
+"""
+PASTE = ("--set", "fluid={viscosity_pa_s=1.0,yield_stress_pa=5.0,freeze_after_s='never'}")
+FREE = ("--free", "fluid.yield_stress_pa=3:60", "--free", "fluid.U=5:60")
+COMMANDS: Mapping[str, tuple[str, ...]] = {
+    "run": ("run", "trial.toml"),
+    "quick": ("quick", "photo.jpg", "--depth-mm", "16", "--mm-per-px", "0.1375", "--ends", "719,658", "1403,259"),
+    "sweep": ("sweep", "study.toml"),
+    "validate": ("validate", "coarser", "--uncertainty"),
+    "calibrate": ("calibrate", "trial.toml", *FREE),
+    "plan": ("plan", "trial.toml", *PASTE, "--set", "path.trim_mm=3", "--flow-max-mm3-s", "680"),
+}
+BEFORE: Mapping[str, tuple[str, ...]] = {
+    "validate": ("run", "trial.toml", "--set", "solver.radius_mm=0.6", "--out", "coarser"),
+}
+"""Commands whose results another one needs; they are not timed."""
 
 
-def _told(trial: Trial, sample: Path, radius_mm: float, yield_stress_pa: float) -> Told:
-    assert trial.fluid is not None, "the shipped trial has a fluid"
-    fluid = trial.fluid.model_copy(update={"yield_stress_pa": yield_stress_pa})
-    solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
-    progress = Told()
-    fill(record_files.read_sample(sample), fluid, solver, trial.nozzle, seed=trial.seed, progress=progress)
-    return progress
+class Line(NamedTuple):
+    at_s: float
+    whole_s: float  # Time so far and the time left
+
+
+def main(only: Annotated[list[str] | None, one_of(COMMANDS)] = None) -> list[Row]:
+    print(processor(), flush=True)
+    with tempfile.TemporaryDirectory() as name:
+        home = Path(name)
+        for file in FIXTURE.iterdir():
+            (home / file.name).write_bytes(file.read_bytes())
+        (home / "study.toml").write_text(STUDY, encoding="utf-8")
+        return [row for each in only or COMMANDS for row in _rows(each, home)]
+
+
+def _rows(name: str, home: Path) -> Iterator[Row]:
+    sealtwin = sys.executable, "-m", "sealtwin"
+    if name in BEFORE:
+        subprocess.run([*sealtwin, *BEFORE[name]], cwd=home, check=True, capture_output=True)
+    command = [*sealtwin, *COMMANDS[name]]
+    began_s, lines = time.monotonic(), list[Line]()
+    with subprocess.Popen(command, cwd=home, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        for text in process.stderr:
+            at_s = time.monotonic() - began_s
+            if left := LEFT.search(text):
+                lines.append(Line(at_s, at_s + float(left[1]) * UNITS_S[left[2]]))
+            print(f"{at_s:6.0f} s  {text.rstrip()}", flush=True)
+    took_s = time.monotonic() - began_s
+    if process.returncode not in (0, 5):  # A calibration that finds its readings impossible has done all its work.
+        raise SystemExit(f"{' '.join(command)}: exit code {process.returncode}")
+    yield Row(f"{name}: time", took_s, "s", SHORT_S)
+    yield Row(f"{name}: first line at", lines[0].at_s if lines else took_s, "s")
+    yield Row(f"{name}: whole time of the first line over the truth", lines[0].whole_s / took_s if lines else 0.0, "")
+    ratios = [line.whole_s / took_s for line in lines if FROM * took_s <= line.at_s <= TO * took_s]
+    yield Row(f"{name}: least whole time over the truth, after a tenth", min(ratios, default=0.0), "", 1 / FACTOR)
+    yield Row(f"{name}: most", max(ratios, default=0.0), "", 0.0, FACTOR)
 
 
 if __name__ == "__main__":

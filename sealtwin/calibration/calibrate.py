@@ -3,12 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date as day
+from math import ceil
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from sealtwin.calibration.search import DRAWS, SearchResult, Setting, Source, search, settings_at
+from sealtwin.calibration.search import DRAWS, SearchResult, Setting, Source, launches_after, search, settings_at
 from sealtwin.calibration.twin import Twin
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
@@ -93,8 +94,10 @@ def calibrate(
 
         def left_s(done: Mapping[Path, int]) -> float:
             """Return the time of all runs after ``done`` runs of each trial, by the model."""
-            runs = {twin: budget - done.get(twin.folder, 0) for twin in twins} | dict.fromkeys(others, PREDICTING)
-            return sum(count * twin.work_s for twin, count in runs.items()) / max(1, how.jobs)
+            counts = {twin: launches_after(done.get(twin.folder, 0), budget) for twin in twins}
+            counts |= {twin: [PREDICTING] for twin in others}
+            # A launch begins when all runs of the one before are done.
+            return sum(twin.work_s * ceil(count / max(1, how.jobs)) for twin in counts for count in counts[twin])
 
         done: dict[Path, int] = {}
 

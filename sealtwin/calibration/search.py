@@ -8,6 +8,7 @@ likely setting. The emulator models the profile, not its error (Astudillo and Fr
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -135,6 +136,13 @@ class _Search:
                 open_mm2 += variance.sum(axis=1)
             chosen.append(draws[open_mm2.argmax()])
         return np.array(chosen)
+
+
+def launches_after(done: int, budget: int) -> list[int]:
+    """Return the number of runs of each launch of a trial that follows ``done`` runs, if the search does not stop."""
+    rounds = range(FIRST + AGAIN, budget - CONFIRM, ROUND)
+    ends = [FIRST, *rounds, budget - CONFIRM, budget]
+    return [end - max(begin, done) for begin, end in pairwise([0, *ends]) if end > done]
 
 
 def settings_at(frees: Sequence[Free], point: Floats) -> Setting:

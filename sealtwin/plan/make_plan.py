@@ -32,6 +32,7 @@ from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, tr
 REPORT, TABLE, PAGE, LEVEL = "plan.json", "plan.csv", "plan.html", "level.csv"
 VERIFICATION, SAMPLE = "verification", "sample"
 SEARCHED, JUDGED = 4, 24  # Number of draws of a posterior for a search, and for counting chances
+SEARCH_S = 3.0  # Time of a search on one draw, on one core of the machine in docs/accuracy.md
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above the face whose chances are counted
 Z_95 = 1.96
 
@@ -102,12 +103,18 @@ def plan_on(
         for name, flow in (("constant flow", "constant"), ("flow by local area", "cross_section"))
     }
     of_baselines = [(name, path, trial.seed) for name, path in paths.items()]
-    later = options.launches(verifier.jobs)
+
+    def later_s(rounds: int, searches: int) -> float:
+        """Return the time by the model of what follows ``rounds`` particle runs and ``searches``."""
+        launches = options.launches(verifier.jobs, rounds)
+        return verifier.model_s(launches) + (options.rounds - searches) * len(few) * SEARCH_S
+
+    whole_s = verifier.model_s([options.drafts]) + later_s(0, 0)
     progress.note(
         f"Two baselines, {options.rounds} rounds and {options.seeds} seeds: about "
-        f"{in_words(verifier.left_s([options.drafts, *later]))} in all, from a model; the first runs will correct it."
+        f"{in_words(verifier.corrected_s(whole_s))} in all, from a model; the first runs will correct it."
     )
-    levels = verifier.levels("Baselines by particles", of_baselines, drafts=options.drafts, later=later)
+    levels = verifier.levels("Baselines by particles", of_baselines, drafts=options.drafts, later_s=later_s(0, 0))
     baselines = [
         Round(name, path, level, missed(level.s_mm, level.level_mm))
         for (name, path), level in zip(paths.items(), levels, strict=True)
@@ -117,14 +124,15 @@ def plan_on(
     rounds = list[Round]()
     for number in range(1, options.rounds + 1):
         name = f"round {number}"
-        later = options.launches(verifier.jobs, number)
         progress.start(f"Searching, {name}", searching.MOST_STEPS)
-        progress.later(verifier.left_s([options.drafts, *later]))
+        progress.later(verifier.corrected_s(later_s(number - 1, number)))
         plan = searching.search(few, knots, limits, goal, plan, progress.advance)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         bed = nominal.fill(plan_trajectory(sample.outline, path))
         predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
-        (level,) = verifier.levels(f"Particles, {name}", [(name, path, trial.seed)], drafts=options.drafts, later=later)
+        (level,) = verifier.levels(
+            f"Particles, {name}", [(name, path, trial.seed)], drafts=options.drafts, later_s=later_s(number, number)
+        )
         off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
         it = missed(level.s_mm, level.level_mm)
         rounds.append(Round(name, path, level, it, off_mm))
@@ -139,9 +147,8 @@ def plan_on(
     ]
     levels = [best.level]
     if seeds:
-        levels += verifier.levels(
-            "The plan with other seeds", seeds, drafts=options.drafts, later=[False] * options.drafts
-        )
+        last_s = verifier.model_s([False] * options.drafts)
+        levels += verifier.levels("The plan with other seeds", seeds, drafts=options.drafts, later_s=last_s)
     s_mm = best.level.s_mm
     levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
     names = [f"with seed = {trial.seed + number}" for number in range(len(levels))]

@@ -129,11 +129,12 @@ class Verifier:
         paths: Sequence[tuple[str, NozzlePath, int]],
         *,
         drafts: bool = False,
-        later: Sequence[bool] = (),
+        later_s: float = 0.0,
     ) -> list[Profile]:
         """Return the level by particles for each of ``paths``, which has a short name, a path and a seed.
 
-        ``drafts``: by drafts of the trial. ``later`` has the ``drafts`` of each launch after these, for the time left.
+        ``drafts``: by drafts of the trial. ``later_s`` is the expected time of what follows, by the model of
+        ``sealtwin.study.estimate``.
         Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
         from simulate.setup_checks import check_fit
@@ -165,18 +166,19 @@ class Verifier:
         if any(run.state == "waiting" for run in self._runs):
             waiting = sum(run.state == "waiting" for run in self._runs)
             jobs = min(self.jobs, waiting) if self.jobs > 1 else 0
-            how = Computing(self.device, jobs, later_s=self._model_s(later))
+            how = Computing(self.device, jobs, later_s=later_s)
             self._runs = compute(self.folder, self._runs, how, title, self.progress)
         for run in self._runs:
             if run.state == "failed":
                 raise NumericalError(f"{self.folder}: the run of {run.settings['path']} failed: {run.reason}")
         return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
 
-    def left_s(self, launches: Sequence[bool]) -> float:
-        """Return the expected time of launches, whose values are the ``drafts`` of ``levels``."""
-        return Forecast(1, timings_of(self._runs)).scaled_s(self._model_s(launches))
+    def corrected_s(self, model_s: float) -> float:
+        """Return a time by the model, corrected by the runs that are finished."""
+        return Forecast(1, timings_of(self._runs)).scaled_s(model_s)
 
-    def _model_s(self, launches: Sequence[bool]) -> float:
+    def model_s(self, launches: Sequence[bool]) -> float:
+        """Return the time by the model of launches, whose values are the ``drafts`` of ``levels``."""
         by = {drafts: self._own_work_s(drafts=drafts) for drafts in set(launches)}
         return sum(by[drafts] for drafts in launches)
 

@@ -1,10 +1,12 @@
 """The search over runs, on a profile that takes no time: what it finds, and when it gives up."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sealtwin.calibration import search as searching
-from sealtwin.calibration.search import FEWEST, FIRST, Source, search
+from sealtwin.calibration.search import FEWEST, FIRST, Source, launches_after, search
 from sealtwin.core.errors import InputError, NumericalError
 from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import ReadLevels
@@ -79,3 +81,18 @@ def test_seeds_that_change_nothing_are_no_replicates():
         InputError, match=r"toy: the runs \d+ \(seed \+ \d+\) and 17 \(seed \+ 16\) .* solver.radius_mm"
     ):
         search(FREES, [copies], FEWEST, lambda _: None)
+
+
+def test_the_launches_that_follow_are_those_of_the_search():
+    """The time left of a calibration counts them."""
+    twin, ends = Twin(), list[int]()
+
+    def run(wanted):
+        ends.append(len(wanted))
+        return twin.run(wanted)
+
+    budget = FEWEST + 2
+    search(FREES, [replace(_source(twin), run=run)], budget, lambda _: None)
+    assert launches_after(0, budget) == np.diff([0, *ends]).tolist()
+    assert launches_after(FIRST + 1, budget) == [2, *np.diff(ends)[1:]]
+    assert launches_after(budget, budget) == []

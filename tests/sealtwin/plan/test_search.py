@@ -130,7 +130,7 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
 class FastModelItself(Verifier):
     """Stands for particles that do what the fast model says."""
 
-    def levels(self, title, paths, *, drafts=False, later=()):
+    def levels(self, title, paths, *, drafts=False, later_s=0.0):
         case, solid = case_of(self.sample, self.trial, OWN), (SOLID.cavity_volume_mm3, SOLID.sections)
         beds = [case.fill(plan_trajectory(OUTLINE, path, *solid)) for _, path, _ in paths]
         return [Profile(bed.sections.s_mm, bed.level_mm) for bed in beds]
