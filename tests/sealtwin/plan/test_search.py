@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from digitise.robots.pump import PumpTable
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
+from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
@@ -161,6 +163,22 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path, monkeypatch):
 )
 def test_the_time_left_of_a_plan_is_of_all_its_launches(options, jobs, rounds, drafts):
     assert options.launches(jobs, rounds) == drafts
+
+
+@pytest.mark.parametrize(
+    ("given", "drafts"),
+    [([], True), (["--accurate"], False), (["--set", "solver.radius_mm=0.6"], False), (["--set", "seed=3"], True)],
+)
+def test_a_plan_is_searched_by_drafts_unless_accurate_or_a_resolution_is_given(monkeypatch, given, drafts):
+    asked = list[Options]()
+
+    def make(_trial, _out, options, *_, **__):
+        asked.append(options)
+        raise InputError("seen")
+
+    monkeypatch.setattr("sealtwin.plan.make_plan.make_plan", make)
+    CliRunner().invoke(app, ["plan", "trial.toml", *given])
+    assert [options.drafts for options in asked] == [drafts]
 
 
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
