@@ -56,10 +56,16 @@ def main(only: Annotated[list[str] | None, one_of(COMMANDS)] = None) -> list[Row
     print(processor(), flush=True)
     with tempfile.TemporaryDirectory() as name:
         home = Path(name)
-        for file in FIXTURE.iterdir():
-            (home / file.name).write_bytes(file.read_bytes())
-        (home / "study.toml").write_text(STUDY, encoding="utf-8")
+        lay_out(home)
         return [row for each in only or COMMANDS for row in _rows(each, home)]
+
+
+def lay_out(home: Path) -> None:
+    """Write the files that ``COMMANDS`` read."""
+    home.mkdir(exist_ok=True)
+    for file in FIXTURE.iterdir():
+        (home / file.name).write_bytes(file.read_bytes())
+    (home / "study.toml").write_text(STUDY, encoding="utf-8")
 
 
 def _rows(name: str, home: Path) -> Iterator[Row]:
