@@ -149,6 +149,7 @@ def _rows(materials: Sequence[str], jobs: int) -> Iterator[Row]:
                 yield Row(f"{of}: 90 %, to", ratio * factor, "")
     whole = len(ours) == 2 * len(MATERIALS)
     yield Row("fronts in their 90 % band", float(sum(inside)), "of 14", table["least_inside"] if whole else 0.0)
+    yield Row("predicted over measured: bias", float(np.exp(np.mean(ours))), "")
     yield Row("predicted over measured: scatter", 100 * float(np.std(ours)), "%")
     yield Row("scaled by the height over measured: scatter", 100 * float(np.std(plain)), "%")
 

@@ -55,6 +55,7 @@ COMMANDS = {
     "beads": "-m benchmarks.beads",
     "material_by_bead": "-m benchmarks.material_by_bead",
     "measured": "-m benchmarks.measured",
+    "measured_boxes": "-m benchmarks.measured_boxes",
     "drafts": "-m benchmarks.drafts",
     "pbf_step": "benchmarks/pbf_step.py",
     "paper_run": "benchmarks/paper_run.py",
