@@ -1,6 +1,6 @@
 """Flow between plane walls against closed forms, with the settings of a trial file and nothing else.
 
-    python -m benchmarks.channels [--only momentum|channel|thin|bingham|herschel|plugs|fronts]
+    python -m benchmarks.channels [--only momentum|channel|thin|bingham|herschel|walls|plugs|fronts]
 
 Fluids have a density of 1000 kg/m3, stick to the walls since no D is given, and move as in a run: pressure, viscosity,
 collisions. A channel repeats itself along x and z, its walls are planes in y; a push takes the place of gravity.
@@ -86,6 +86,19 @@ class Channel:
             flow = {"consistency_pa_s_n": thickness, "flow_index": self.index}
         stress_pa = 1e-6 * DENSITY_KG_M3 * stress_mm2_s2
         return sealant(density_kg_m3=DENSITY_KG_M3, yield_stress_pa=stress_pa, **flow)
+
+    def slides(self, seconds: float, wall_share: float) -> float:
+        """Mean speed at last of a fluid that begins at rest, on walls that take up a share of its stress."""
+        radius_mm, step_s = self.radius_mm, substep_s(self.radius_mm)
+        place_mm, side_mm = _filled(self.width_mm, radius_mm, 0)
+        fluid = self.fluid.model_copy(update={"wall_share": wall_share})
+        box = Endless(place_mm, side_mm, radius_mm=radius_mm, step_s=step_s, walled=True, fluid=fluid)
+        box.push_mm_s2 = np.array([self.push_mm_s2, 0.0, 0.0])
+        steps = round(seconds / step_s)
+        box.wait(round((1 - LAST) * steps))
+        before_mm, last = box.place_mm, round(LAST * steps)
+        box.wait(last)
+        return float(box.moved_mm(before_mm)[:, 0].mean()) / step_s / last
 
     def flow(self, seconds: float, seed: int = 0, **solver: Any) -> tuple[float, float]:
         """Mean speed at last, and that of the closed form at the same places; it starts as the closed form has it.
@@ -232,8 +245,19 @@ def herschel() -> Iterator[Row]:
             yield flow.row(name, 0.3, seeds=MANY if (index, yields) == (0.5, 0.8) else 1)
 
 
+def walls() -> Iterator[Row]:
+    """Walls that take up a share of the paste's stress: it stands below that share, and slides above as one plug.
+
+    The push gives a stress at the walls of 0.45 to 0.7 of the yield stress, at which nothing inside is sheared.
+    """
+    for stress, share, slides in ((0.7, 0.8, False), (0.7, 0.6, True), (0.45, 0.5, False), (0.55, 0.5, True)):
+        speed = Channel(8.0, 32.0, 1 / stress, radius_mm=0.25, mean_mm_s=6.0).slides(0.25, share)
+        low, high = (0.1, np.inf) if slides else (0, 0.01)
+        yield Row(f"stress of {stress:g} of the yield stress, walls take up {share:g}: speed", speed, "mm/s", low, high)
+
+
 CASES: dict[str, Callable[[], Iterator[Row]]] = {
-    case.__name__: case for case in (momentum, channel, thin, bingham, herschel, plugs, fronts)
+    case.__name__: case for case in (momentum, channel, thin, bingham, herschel, walls, plugs, fronts)
 }
 
 

@@ -58,6 +58,9 @@ class FreshPaste(NamedTuple):
     yield_stress_pa: float
 
 
+LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
+
+
 class Fluid(Settings):
     """The sealant, given by the paper's U and D, a viscosity, Herschel and Bulkley's K and n, a curve or a material."""
 
@@ -68,6 +71,10 @@ class Fluid(Settings):
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
     """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. With any other
     viscosity the default is that the fluid sticks to the walls."""
+    wall_share: float | None = Field(default=None, ge=LEAST_WALL_SHARE, le=1)
+    """Stress that walls and floor take up, divided by the paste's own stress at the same shear rate. Default: 1, rough
+    walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress. A
+    strip test measures it. It cannot be combined with D_cm, which is a drag of its own."""
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
     """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
     to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
@@ -208,6 +215,11 @@ class Fluid(Settings):
             )
         elif (self.U is None) == (self.viscosity_pa_s is None):
             raise ValueError("give either U (with D_cm) or viscosity_pa_s, and not both")
+        if self.wall_share is not None and self.D_cm is not None:
+            raise ValueError(
+                f"wall_share is {self.wall_share:g} and D_cm is {self.D_cm:g}, which already is the drag of the walls: "
+                "give either, with viscosity_pa_s in place of U for wall_share"
+            )
         if self.freeze_after_s != "never" and self.freeze_after_s <= 0:
             raise ValueError(f'freeze_after_s is {self.freeze_after_s}: give a number above 0, or "never"')
         if self.curve is None and self.most_yield_stress_pa < self.yield_stress_pa:

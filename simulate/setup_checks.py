@@ -147,7 +147,8 @@ def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float
     """Return D as given or, if the fluid sticks to walls, the D with the total drag of no-slip walls."""
     if fluid.D_cm is not None:
         return fluid.D_cm
-    return no_slip_weight(paste.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    no_slip = no_slip_weight(paste.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    return paste.wall_share * no_slip
 
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST_AGES) -> Rheology:
@@ -167,6 +168,7 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
         fluid.D_cm or 0.0,
         viscosity_pa_s=viscosity_pa_s,
         sticks=fluid.D_cm is None,
+        wall_share=1.0 if fluid.wall_share is None else fluid.wall_share,
         flow_index=fluid.flow_index or 1.0,
         yield_cm2_s2=fresh_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
         stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,

@@ -280,6 +280,8 @@ class Uncertainty(Settings):
     """Uncertainty of the viscosity, or of U, in percent of its value. Default: that of fluid.material."""
     yield_stress_pa: Standard | None = None
     """Uncertainty of the yield stress. Default: that of fluid.material."""
+    wall_share: Annotated[float, Field(gt=0, le=0.5)] | None = None
+    """Uncertainty of fluid.wall_share, the part of the paste's stress that the walls take up."""
     station_mm: Standard | None = None
     """Uncertainty of the origin of the readings' s: all stations shift together."""
     station_each_mm: Standard | None = None

@@ -41,6 +41,10 @@ class Base:
         """Standard uncertainty of each moved input, by name."""
         return self.trial.known_inputs(self.sample.outline, self.sample.solid).moved
 
+    @property
+    def wall_share(self) -> float:
+        return self.trial.given_fluid.wall_share or 1.0
+
     def changed(self, changes: Mapping[str, Any]) -> Trial:
         """Return the trial with ``changes`` by dotted name; None unsets a setting. Raises InputError if invalid."""
         where = Path(f"{self.path / 'trial.toml'}, moved by its [uncertainty]")
@@ -64,6 +68,10 @@ def refuse_immovable(base: Base) -> None:
         )
     elif crack is not None and crack.tilt == "vertical" and ANGLE in walls:
         fault = f"{ANGLE}: the walls are vertical. Leave it out, or set crack.tilt to one that has an angle."
+    elif "wall_share" in inputs and base.trial.given_fluid.D_cm is not None:
+        fault = (
+            "wall_share: fluid.D_cm is the drag of the walls. Leave it out, or give fluid.viscosity_pa_s, not U and D."
+        )
     if fault is not None:
         raise InputError(f"{base.path / 'trial.toml'}: [uncertainty] {fault}")
 
@@ -150,6 +158,8 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
     thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
     # The material file has the measured numbers, not the moved ones.
     changes: dict[str, Any] = {"fluid.material": None}
+    if "wall_share" in steps:
+        changes["fluid.wall_share"] = base.wall_share + steps["wall_share"]
     if not isinstance(curve := fluid.curve, MaterialCurve):
         thickness = "fluid.viscosity_pa_s" if fluid.consistency_pa_s_n is None else "fluid.consistency_pa_s_n"
         changes |= {"fluid.U": None, thickness: _fresh_pa_s(base) * thicker}

@@ -67,7 +67,7 @@ class Viscosity:
         self._particles = state.particles
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
-        sticks = np.repeat(paste.sticks.numpy(), state.particles_per_run)
+        sticks = np.repeat(paste.sticks.numpy() * paste.wall_share.numpy(), state.particles_per_run)
         self.system, self._search = code.System(), code.Search()
         """The linear system that was solved last, and its search."""
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)

@@ -36,6 +36,7 @@ class Paste:
     flow_index: wp.array[float]  # Power of the shear in the stress: 1 for a viscosity independent of shear
     drag: wp.array[float]  # D of Eq. 5 in a substep over h sqrt(pi).
     sticks: wp.array[float]  # 1 for a fluid that sticks to walls by its viscosity, 0 for one with a given D
+    wall_share: wp.array[float]  # Stress at a wall over the fluid's own
     stiffens_by: wp.array[float]  # Yield stress over density that a second of age adds
     yields_at_most: wp.array[float]
     per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
@@ -141,7 +142,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
             yields = paste.per_viscosity * tau / not_slower(paste, gamma)
             particles.volume_and_viscosity[i] = wp.vec2(particles.volume_and_viscosity[i][0], thin + yields)
             thin = paste.sticks[run] * aged[0] * thinning(paste, run, at_wall)
-            system.at_walls[i] = thin + paste.per_viscosity * tau / not_slower(paste, at_wall)
+            thick = thin + paste.per_viscosity * tau / not_slower(paste, at_wall)
+            system.at_walls[i] = paste.wall_share[run] * thick
 
     @wp.kernel(enable_backward=False, module=module)
     def weigh_pairs(

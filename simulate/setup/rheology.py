@@ -32,6 +32,7 @@ class Rheology(NamedTuple):
     wall_weight_cm: float  # D of Eq. 5.
     viscosity_pa_s: float = 0.0  # Viscosity of fresh paste at a shear of 1/s, given or equivalent to U
     sticks: bool = False  # True if it sticks to walls by its viscosity; D is then 0
+    wall_share: float = 1.0  # Stress at a wall over the fluid's own
     flow_index: float = 1.0
     yield_cm2_s2: float = 0.0  # Yield stress of fresh paste
     stiffening_cm2_s3: float = 0.0
@@ -137,6 +138,7 @@ def paste_on_device(
     paste.by_age = wp.array(by_age, dtype=wp.vec2, device=device)
     paste.drag = by_run([fluid.wall_weight_cm / substeps / shape for fluid in fluids])
     paste.sticks = by_run([float(fluid.sticks) for fluid in fluids])
+    paste.wall_share = by_run([fluid.wall_share for fluid in fluids])
     paste.flow_index = by_run([fluid.flow_index for fluid in fluids])
     paste.stiffens_by = by_run([fluid.stiffening_cm2_s3 for fluid in fluids])
     paste.yields_at_most = by_run([fluid.yield_most_cm2_s2 for fluid in fluids])

@@ -147,8 +147,8 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
     sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
     fill = trajectory.dispensed_mm3 / sections_mm3
     held_mm = paste.yield_stress_pa / paste.weight_pa_mm
-    slope, mound_mm = _held(sections, min(fill, 1.0), held_mm)
-    allowed = _held(sections, min(fill, FULLEST), held_mm)
+    slope, mound_mm = _held(sections, min(fill, 1.0), held_mm, paste.wall_share)
+    allowed = _held(sections, min(fill, FULLEST), held_mm, paste.wall_share)
     narrow = narrows(outline, solid, sections, fill)
     excess = max(allowed[0] / STEEPEST, allowed[1] / TALLEST_MM)
     if narrow.drags_mm <= MOST_DRAGGED * outline.length_mm:
@@ -168,14 +168,14 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
     )
 
 
-def _held(sections: Trapezoids, fill: float, held_mm: float) -> tuple[float, float]:
+def _held(sections: Trapezoids, fill: float, held_mm: float, wall_share: float) -> tuple[float, float]:
     """Return the slope that walls support and the height of the mound, in sections filled to a share.
 
     ``held_mm`` is tau / rho g of the paste.
     """
     area_mm2 = fill * sections.full_mm2
     height_mm = sections.height_mm(area_mm2)
-    slope = held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
+    slope = wall_share * held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
     return float(slope.mean()), max(float((slope * height_mm).mean()), MOUND * held_mm)
 
 

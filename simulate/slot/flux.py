@@ -25,6 +25,8 @@ class HerschelBulkley:
     flow_index: float = 1.0
     friction: float = 0.0
     """Share of the pressure that resists shear, as it does between grains. It is 0 for paste."""
+    wall_share: float = 1.0
+    """Stress at a wall over the paste's own."""
 
     @property
     def weight_pa_mm(self) -> float:
@@ -71,12 +73,12 @@ def conduits(
     wetted_mm = sections.wetted_mm(height_mm)
     # The mean pressure on the walls is half of that at the floor.
     pressure_pa = paste.weight_pa_mm * np.maximum(height_mm, 0.0) * (1 + sections.floor_mm / wetted_mm) / 2
-    holds_pa = paste.yield_stress_pa + paste.friction * pressure_pa
+    holds_pa = paste.wall_share * paste.yield_stress_pa + paste.friction * pressure_pa
     with np.errstate(divide="ignore", invalid="ignore"):
         threshold = np.where(area_mm2 > 0, holds_pa / sections.holding_mm(area_mm2, wetted_mm), np.inf)
     m = 1 / paste.flow_index
     radius_mm = area_mm2 / wetted_mm * np.sqrt(_rounder(sections.slenderness(area_mm2, height_mm)))
-    rate = radius_mm ** (m + 1) / (m + 2) / paste.consistency_pa_s_n**m
+    rate = radius_mm ** (m + 1) / (m + 2) / (paste.wall_share * paste.consistency_pa_s_n) ** m
     return Conduits(area_mm2[at], threshold[at], rate[at], m)
 
 

@@ -142,7 +142,9 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
     if viscosity_pa_s == 0:
         raise InputError('solver.model = "slot" needs a viscosity; give fluid.viscosity_pa_s above 0.')
     index = fluid.flow_index or 1.0
-    return HerschelBulkley(fluid.density_kg_m3, fluid.yield_stress_pa, viscosity_pa_s, index, PARTICLES_RUB)
+    return HerschelBulkley(
+        fluid.density_kg_m3, fluid.yield_stress_pa, viscosity_pa_s, index, PARTICLES_RUB, fluid.wall_share or 1.0
+    )
 
 
 def _changes(

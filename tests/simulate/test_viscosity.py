@@ -13,7 +13,8 @@ from simulate.fluid.state import State
 from simulate.settings import Fluid
 from simulate.setup.rheology import Rheology, kinematic_viscosity, viscous_weight
 from simulate.setup.signed_distance import CM
-from tests.fluids import FRAME_S, engine_with, lattice, prepared, slot
+from simulate.setup_checks import rheology_of
+from tests.fluids import FRAME_S, engine_with, lattice, prepared, sealant, slot
 from tests.launches import SPOILED, ready
 
 SUPPORT_CM = 0.16
@@ -131,8 +132,9 @@ def test_drag_alone_is_solved_exactly():
     assert velocity_of(engine) == pytest.approx(before / (1 + drag[:, None]), abs=1e-2)
 
 
-def test_a_plug_feels_the_whole_stress_of_rough_walls():
-    """Two walls a width apart, sticky paste that slides as one: the walls take 2 tau / width of it.
+@pytest.mark.parametrize("wall_share", [1.0, 0.4])
+def test_a_plug_feels_the_share_of_its_stress_that_walls_take_up(wall_share):
+    """Two walls a width apart, sticky paste that slides as one: rough walls take 2 tau / width of it.
 
     To 10 %: five layers stand for an integral, and the walls' particles are scattered.
     """
@@ -140,15 +142,15 @@ def test_a_plug_feels_the_whole_stress_of_rough_walls():
     rows = lattice(np.array([2.0, -0.3, -12.0]), np.array([4.0, 0.3, -4.0]), 0.6)
     layers = np.linspace(-1, 1, 5) * (width_mm / 2 - 0.86 * 0.4)
     points = np.concatenate([np.column_stack([rows[:, 0], np.full(len(rows), y), rows[:, 2]]) for y in layers])
-    paste = Rheology(0.0, 0.0, sticks=True, yield_cm2_s2=stress_cm2_s2, yield_most_cm2_s2=stress_cm2_s2)
-    engine = engine_with(points, slot(), fluid=paste)
+    fluid = sealant(viscosity_pa_s=0.0, yield_stress_pa=7.0, density_kg_m3=1000.0, wall_share=wall_share)
+    engine = engine_with(points, slot(), fluid=rheology_of(fluid, SUPPORT_CM, FRAME_S))
     engine.begin_frame(1)
     prepared(engine)
     set_velocity(engine, np.tile([speed_cm_s, 0.0, 0.0], (engine.state.count, 1)))
     engine.viscosity.measure_shear(engine.rows)
     engine.viscosity.solve_implicit(engine.rows)
     taken = engine.viscosity.system.drag.numpy().mean() * speed_cm_s / STEP_S
-    assert taken * width_mm * CM / (2 * stress_cm2_s2) == pytest.approx(1.0, abs=0.1)
+    assert taken * width_mm * CM / (2 * stress_cm2_s2) == pytest.approx(wall_share, rel=0.1)
 
 
 def test_a_fluid_at_rest_stays_so():

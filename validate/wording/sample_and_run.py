@@ -163,10 +163,13 @@ def assumptions(evidence: Evidence) -> list[str]:
     sentences += [*_curve(fluid), *_measured(fluid)]
     curing_pa_s, yield_stress_pa = fluid.get("structuration_pa_per_s", 0.0), fluid.get("yield_stress_pa", 0.0)
     if yield_stress_pa or curing_pa_s:
+        walls = "along the walls, which are assumed to be rough"
+        if (share := fluid.get("wall_share")) is not None:
+            walls = f"below {share:g} of it along the walls, on which it slides (fluid.wall_share)"
         grows = f", and {curing_pa_s:g} Pa more each second" if curing_pa_s else ""
         sentences.append(
             f"The paste is a Bingham fluid: it does not flow below a yield stress of {yield_stress_pa:g} Pa{grows}, "
-            "inside and along the walls, which are assumed to be rough. This preserves the slope of the bed."
+            f"inside and {walls}. This preserves the slope of the bed."
         )
     if fluid.get("D_from") == "no slip":
         sentences.append(

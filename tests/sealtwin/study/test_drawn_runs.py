@@ -1,5 +1,6 @@
 """Inputs drawn by the fast model: a linear one gives the closed form, a kill loses no part, and the report names it."""
 
+from dataclasses import replace
 from functools import partial
 from math import hypot
 from pathlib import Path
@@ -14,7 +15,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.study import drawn_runs, extra_runs
 from sealtwin.study.drawn_runs import PART, draw, takes_draws
 from sealtwin.study.extra_runs import vary
-from sealtwin.study.moved_inputs import Base
+from sealtwin.study.moved_inputs import Base, refuse_immovable
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.validate_stage import SPREAD
 from tests.pages import leave_out_pages
@@ -100,11 +101,31 @@ def test_the_fast_model_itself_is_moved(fast):
     )
     assert (drawn_runs.level_of(base, {"depth_mm": 0.5}, s_mm) - own).mean() == pytest.approx(-0.5, abs=0.05)
     # Without yield stress there is none to draw below 0, and a viscosity is never below 0 either.
-    huge = base.trial.uncertainty.model_copy(update={"yield_stress_pa": 50.0, "viscosity_percent": 80.0})
-    unsure = Base(base.path, base.trial.model_copy(update={"uncertainty": huge}), base.sample, base.run, base.profile)
+    unsure = _unsure(base, yield_stress_pa=50.0, viscosity_percent=80.0)
     steps = drawn_runs._steps(unsure, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
     assert steps == {"yield_stress_pa": -1.0, "viscosity_percent": pytest.approx(100 * (1.8**-3 - 1))}
     drawn_runs.level_of(unsure, steps, s_mm)
+
+
+def test_walls_are_moved_to_take_up_less_stress_and_never_more_than_all_of_it(fast):
+    """Paste that slides levels out further."""
+    base, (low, high) = _unsure(base_of(fast), wall_share=0.2), ({"wall_share": -2.0}, {"wall_share": 1.0})
+    assert drawn_runs._steps(base, low) == {"wall_share": pytest.approx(-0.4)}
+    assert drawn_runs._steps(base, high) == {"wall_share": 0.0}
+    s_mm = np.linspace(0, base.sample.outline.length_mm, 101)
+    own_mm, slides_mm = (drawn_runs.level_of(base, steps, s_mm) for steps in ({}, {"wall_share": -0.4}))
+    assert np.ptp(slides_mm) < 0.95 * np.ptp(own_mm)
+
+
+def test_the_share_of_the_walls_is_refused_beside_their_drag(tmp_path):
+    own = TRIAL + "\n[uncertainty]\nwall_share = 0.1\n"
+    with pytest.raises(InputError, match=r"\[uncertainty\] wall_share: fluid.D_cm"):
+        refuse_immovable(base_of(run_tiny(tmp_path, own)))
+
+
+def _unsure(base: Base, **uncertainty: float) -> Base:
+    trial = base.trial.model_copy(update={"uncertainty": base.trial.uncertainty.model_copy(update=uncertainty)})
+    return replace(base, trial=trial)
 
 
 def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):

@@ -43,6 +43,7 @@ def _trial(tmp_path, *changes):
         ('volume_ml = "cavity"', "volume_ml = -1.0", ["volume_ml", "-1"]),
         ("viscosity_pa_s = 0.3 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
         ("# U = 30.0 ", "U = 30.0 ", ["fluid", "viscosity_pa_s", "U"]),
+        ("# U = 30.0 ", "D_cm = 0.3\nwall_share = 0.5 # ", ["fluid: wall_share is 0.5 and D_cm is 0.3"]),
         ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
         ('preset = "accurate"', 'preset = "exact"', ["solver.preset = 'exact'", "paper"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
