@@ -51,6 +51,7 @@ COMMANDS = {
     "planning": "-m benchmarks.planning",
     "slumps": "-m benchmarks.slumps",
     "material_by_scale": "-m benchmarks.material_by_scale",
+    "wall_and_volume": "-m benchmarks.wall_and_volume",
     "material_by_rheometer": "-m benchmarks.material_by_rheometer",
     "beads": "-m benchmarks.beads",
     "material_by_bead": "-m benchmarks.material_by_bead",

@@ -339,10 +339,11 @@ class MeshInput(Settings):
 
 
 class Dispensed(Settings):
-    """The table [path.weighed]: the dispensed sealant, from the cartridge's weight before and after."""
+    """The table [path.weighed]: the sealant that arrived or was dispensed, by weight."""
 
     mass_g: float = Field(gt=0, le=1e4)
-    """Mass of the cartridge before less its mass after."""
+    """Mass of the sample after the pour less its mass before: the sealant that arrived, whatever the pump did. Or mass
+    of the cartridge before less its mass after, if nothing drips beside the sample."""
     mass_sd_g: float = Field(gt=0, le=100)
     """Standard uncertainty of mass_g: 1.4 times that of one weighing."""
     density_kg_m3: float = Field(ge=500, le=5000)

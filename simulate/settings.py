@@ -21,7 +21,7 @@ from simulate.material_curve import (
     fault_of,
     read_table,
 )
-from simulate.material_file import Material, read_material
+from simulate.material_file import LEAST_WALL_SHARE, Material, read_material
 
 STIFFEST_U = 1e6
 """Largest U that is accepted: a hundred times that of the paper's stiffest fluid, and as stiff as a solid. A run may be
@@ -56,9 +56,6 @@ class FreshPaste(NamedTuple):
 
     viscosity_pa_s: float | None  # None if U is given
     yield_stress_pa: float
-
-
-LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
 
 
 class Fluid(Settings):
@@ -145,7 +142,13 @@ class Fluid(Settings):
                     f"{measured}, but fluid.viscosity_pa_s is {self.viscosity_pa_s:g}: leave fluid.viscosity_pa_s out"
                 )
             raise InputError(f"{file}: has {problem}.")
+        if material.wall_share is not None and self.wall_share not in (None, material.wall_share):
+            raise InputError(
+                f"{file}: has wall_share {material.wall_share:g}, but fluid.wall_share is {self.wall_share:g}: leave "
+                "fluid.wall_share out."
+            )
         numbers = {
+            "wall_share": material.wall_share or self.wall_share,
             "viscosity_pa_s": self.viscosity_pa_s or material.viscosity_pa_s,
             **{key: getattr(material, key) for key in OF_MATERIAL},
         }

@@ -1,4 +1,4 @@
-"""Command that measures a paste: from a photo of its spread or of a bead, or from a rheometer's table."""
+"""Command that measures a paste: from a photo of its spread or of a bead, or from a table."""
 
 from collections.abc import Callable
 from datetime import date as day
@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from sealtwin.cli.answer import Answer, Command, answers
-from sealtwin.cli.options import Given, Number, Text, argument, number_option, option, read_number, spelt, two_numbers
+from sealtwin.cli.options import (
+    File,
+    Given,
+    Number,
+    Text,
+    argument,
+    number_option,
+    option,
+    read_number,
+    spelt,
+    two_numbers,
+)
 from sealtwin.core.errors import InputError, present
 
 if TYPE_CHECKING:
@@ -17,10 +28,12 @@ if TYPE_CHECKING:
     from simulate.material_file import Material
 
 CONE = "38x19x57 for Kantro's mini-cone"
-ALL, OF_PHOTO = ("spread", "bead", "rheometer"), ("spread", "bead")
+OF_PASTE, OF_PHOTO = ("spread", "bead", "rheometer"), ("spread", "bead")
 METHODS = {
-    **dict.fromkeys(("density_kg_m3", "density_error_kg_m3"), ALL),
-    **dict.fromkeys(("mass_g", "mass_error_g", "edge_n_m", "edge_error_n_m"), OF_PHOTO),
+    **dict.fromkeys(("density_kg_m3", "density_error_kg_m3"), OF_PASTE),
+    **dict.fromkeys(("mass_g", "edge_n_m", "edge_error_n_m"), OF_PHOTO),
+    "mass_error_g": (*OF_PHOTO, "strip"),
+    **dict.fromkeys(("side_error_mm", "rise_error_mm"), ("strip",)),
     **dict.fromkeys(("cone_mm", "early"), ("spread",)),
     **dict.fromkeys(("asked_mm3_s", "speed_mm_s", "start_mm"), ("bead",)),
     **dict.fromkeys(("nozzle_mm", "flow_mm3_s", "width_mm", "shear_rates", "rows"), ("rheometer",)),
@@ -32,16 +45,23 @@ OF_POUR = ("nozzle_mm", "flow_mm3_s", "width_mm")
 @answers("markers", "face_mm")
 def material(
     command: Command,
-    method: Annotated[Literal["spread", "bead", "rheometer"], argument("spread|bead|rheometer")],
+    method: Annotated[Literal["spread", "bead", "rheometer", "strip"], argument("spread|bead|rheometer|strip")],
     source: Annotated[
         Path,
-        argument("PHOTO|SHEET", "Photo of the paste on the plate, or a rheometer's export of rate and stress."),
-    ],
-    density_kg_m3: Annotated[
-        float, number_option("Density of the paste, for example from a weighed syringe.", 100, 20_000)
+        argument(
+            "PHOTO|SHEET",
+            "Photo of the paste on the plate, a rheometer's export of rate and stress, or a table of strips that slid.",
+        ),
     ],
     data: Annotated[Literal["measured", "reconstructed", "synthetic"], option("Origin of the photo or table.")],
     settings: Given,
+    density_kg_m3: Annotated[
+        Number,
+        number_option(
+            "Density of the paste, for example from a weighed syringe. Needed by all methods but strip.", 100, 20_000
+        ),
+    ] = None,
+    of: Annotated[File, option("The measured paste of which strips were tested.", "material.toml")] = None,
     out: Annotated[Path, option("The file to write, for fluid.material of a trial.", "FILE")] = Path("material.toml"),
     cone_mm: Annotated[
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
@@ -50,7 +70,16 @@ def material(
         Number, number_option("Mass of the paste on the plate; default: the mass of the full cone.", 0.001, 100_000)
     ] = None,
     mass_error_g: Annotated[
-        Number, number_option("Standard uncertainty of the mass; default: 0.1 g, or 0.03 g for a bead.", 1e-6, 10_000)
+        Number,
+        number_option(
+            "Standard uncertainty of the mass; default: 0.1 g, 0.03 g for a bead, 0.05 g for a strip.", 1e-6, 10_000
+        ),
+    ] = None,
+    side_error_mm: Annotated[
+        Number, number_option("Standard uncertainty of a strip's length and width; default: 0.3 mm.", 1e-6, 100)
+    ] = None,
+    rise_error_mm: Annotated[
+        Number, number_option("Standard uncertainty of the rise at which strips slide; default: 0.3 mm.", 1e-6, 100)
     ] = None,
     density_error_kg_m3: Annotated[
         Number, number_option("Standard uncertainty of the density; default: 1 % of the density.", 1e-6, 20_000)
@@ -107,16 +136,25 @@ def material(
     --asked-mm3-s 320 --speed-mm-s 5 --data measured
 
     sealtwin material rheometer curve.csv --density-kg-m3 1690 --data measured
+
+    sealtwin material strip strips.csv --of material.toml --data measured --out with-walls.toml
     """
     given = locals()
     when = day_of(date)
     paste = {name: given[name] for name in METHODS if given[name] is not None}
     others = [spelt(name) for name in paste if method not in METHODS[name]]
-    if method == "rheometer":
+    if method not in OF_PHOTO:
         others = [*settings, *others]
+    if (of is not None) != (method == "strip"):
+        others = [*others, "--of"]
     if others:
-        raise typer.BadParameter(f"{others[0]} is not an option of {method}")
-    if method == "rheometer":
+        fault = "is needed by" if others[0] == "--of" and of is None else "is not an option of"
+        raise typer.BadParameter(f"{others[0]} {fault} {method}")
+    if method != "strip" and density_kg_m3 is None:
+        raise typer.BadParameter(f"--density-kg-m3 is needed by {method}")
+    if of is not None:
+        measured = _of_strips(source, of, paste, data, when)
+    elif method == "rheometer":
         measured = _of_curve(source, paste, data, when)
     else:
         if "photo.data" in settings:
@@ -133,6 +171,9 @@ def material(
     ]
     if identified.thickness is not None:
         lines.append(_in_words(identified))
+    if identified.wall_share is not None and identified.wall_share_95 is not None:
+        low, high = identified.wall_share_95
+        lines.append(f"Walls take up {identified.wall_share:.2f} of the paste's stress, 95 % {low:.2f} to {high:.2f}.")
     lines += [f"{text[0].upper()}{text[1:]}." for text in identified.basis] + [*measured.sentences]
     lines.append(f'{out}: to use it, write [fluid] material = "{out.name}" in a trial.')
     content = {"version": 1, "file": out.as_posix(), **identified.model_dump(mode="json"), **measured.figures}
@@ -148,6 +189,14 @@ def _in_words(paste: "Material") -> str:
         for ends in (paste.consistency_95_pa_s_n, paste.flow_index_95)
     )
     return f"Consistency K {paste.consistency_pa_s_n:.3g} Pa s^n, {k_95}; flow index n {paste.flow_index:.3g}, {n_95}."
+
+
+def _of_strips(source: Path, of: Path, given: dict[str, Any], data: "DataKind", when: day) -> "MeasuredPaste":
+    from sealtwin.core.settings import checked
+    from sealtwin.material.by_strip import StripErrors, material_of_strips
+    from simulate.material_file import read_material
+
+    return material_of_strips(source, read_material(of), checked(StripErrors, source, given), data, when)
 
 
 def _of_curve(source: Path, given: dict[str, Any], data: "DataKind", when: day) -> "MeasuredPaste":

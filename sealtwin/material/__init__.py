@@ -1,1 +1,1 @@
-"""Measure a paste with a photo of a cone's spread or of a bead, or with a rheometer, and write a file for trials."""
+"""Measure a paste by a cone's spread, a bead, a rheometer or strips that slide, and write a file for trials."""

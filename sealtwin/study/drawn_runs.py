@@ -14,7 +14,7 @@ from sealtwin.core.record_files import read_record
 from sealtwin.core.records import Floats, Numbers
 from sealtwin.core.run_figures import PARTICLES
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
-from simulate.settings import LEAST_WALL_SHARE
+from simulate.material_file import LEAST_WALL_SHARE
 from validate.settings import ANGLE
 from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 

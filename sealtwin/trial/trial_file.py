@@ -134,7 +134,9 @@ class Trial(Settings):
         if fluid is not None:
             fluid = fluid.loaded(folder)
             if isinstance(measured := fluid.material, Material):
-                uncertainty = uncertainty.with_paste(measured.yield_stress_error_pa, measured.viscosity_error_percent)
+                uncertainty = uncertainty.with_paste(
+                    measured.yield_stress_error_pa, measured.viscosity_error_percent, measured.wall_share_error
+                )
         loaded = {"crack": crack, "path": self.path.loaded(folder), "fluid": fluid, "uncertainty": uncertainty}
         return self.model_copy(update=loaded)
 
