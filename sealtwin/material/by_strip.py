@@ -33,14 +33,14 @@ LEAST_DEGREES = 2.0  # Degrees of freedom of the interval, at least; with fewer 
 
 
 class StripErrors(Settings):
-    """Standard uncertainties that all strips share."""
+    """Errors that all strips share."""
 
     mass_error_g: float = Field(default=0.05, gt=0, le=100)
-    """Of a strip's mass: that of the scale and of paste that stays on the mould."""
+    """Standard uncertainty of a strip's mass: of the scale, and of paste that stays on the mould."""
     side_error_mm: float = Field(default=0.3, gt=0, le=100)
-    """Of a strip's length and width."""
+    """Standard uncertainty of a strip's length and width."""
     rise_error_mm: float = Field(default=0.3, gt=0, le=100)
-    """Of the rise: how late the motion is seen, and the ruler."""
+    """Standard uncertainty of the rise: the motion is seen late, and a ruler is read."""
 
 
 @dataclass(frozen=True)
