@@ -23,6 +23,7 @@ from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced
 from simulate.material_file import Material
+from validate.calibration.discrepancy import SMOOTH_ERRORS_MM
 from validate.calibration.free import Free, Marginal
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
 from validate.figures.calibration_sheet import calibration_sheet
@@ -281,6 +282,7 @@ def _written(
         "least_implausibility": round(calibrated.least_implausibility, 4),
         "mixing": round(calibrated.mixing, 4),
         "discrepancy_mm": None if calibrated.discrepancy_mm is None else round(calibrated.discrepancy_mm, 4),
+        "smooth_errors_mm": SMOOTH_ERRORS_MM,
         "trials": [
             {
                 "trial": twin.name,

@@ -7,7 +7,7 @@ likely setting. The emulator models the profile, not its error (Astudillo and Fr
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -126,6 +126,7 @@ class _Search:
 
         The certainty is computed as if the points before had been run.
         """
+        posterior = replace(posterior, smooth=False)
         draws, _ = posterior.draws(DRAWS, STEPS_OF_A_ROUND)
         chosen = [draws[posterior.log_density(draws).argmax()]]
         while len(chosen) < count:

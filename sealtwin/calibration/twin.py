@@ -20,6 +20,7 @@ from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
 from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, with_settings
+from validate.calibration.discrepancy import smooth_errors_mm2
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
 from validate.metrics.baselines import are_compared
@@ -72,7 +73,9 @@ class Twin:
         errors_mm = budget.at_stations_mm
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
         # A reading is the level plus an error, whose mean may differ from 0.
-        self.evidence = ReadLevels(s_mm, self.readings.level_mm - errors_mm.mean(axis=0), covariance_mm2)
+        level_mm, path = self.readings.level_mm - errors_mm.mean(axis=0), self._sample.trajectory
+        path_mm = float(path.s_mm[path.giving].min()), float(path.s_mm[path.giving].max())
+        self.evidence = ReadLevels(s_mm, level_mm, covariance_mm2, smooth_errors_mm2(s_mm, path_mm))
 
     @property
     def name(self) -> str:

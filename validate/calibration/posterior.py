@@ -30,6 +30,7 @@ class ReadLevels:
     s_mm: Floats  # (n,)
     level_mm: Floats  # (n,)
     covariance_mm2: Floats  # (n, n) of their errors
+    smooth_mm2: Floats | float = 0.0  # (n, n) of smooth errors of readings and model, whose sizes are stated
 
 
 @dataclass(frozen=True)
@@ -76,9 +77,9 @@ def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisRe
 class _Misfit:
     """An emulator compared with readings, for one size of the model discrepancy."""
 
-    def __init__(self, emulator: Emulator, evidence: ReadLevels, discrepancy_mm: float) -> None:
+    def __init__(self, emulator: Emulator, evidence: ReadLevels, discrepancy_mm: float, smooth: bool) -> None:
         apart = (evidence.s_mm[:, None] - evidence.s_mm) / ALIKE_MM
-        own_mm2 = discrepancy_mm**2 * np.exp(-(apart**2) / 2)
+        own_mm2 = discrepancy_mm**2 * np.exp(-(apart**2) / 2) + (evidence.smooth_mm2 if smooth else 0.0)
         root = np.linalg.cholesky(INFLATED**2 * evidence.covariance_mm2 + own_mm2 + 1e-8 * np.eye(len(apart)))
         # In these coordinates this covariance is the unit matrix, and the scatter of runs, of any size, is diagonal.
         scattered = np.linalg.solve(root, np.linalg.solve(root, INFLATED**2 * emulator.run_noise_mm2).T)
@@ -107,16 +108,23 @@ class Posterior:
     frees: Sequence[Free]
     emulators: Sequence[Emulator]  # One for each trial
     evidence: Sequence[ReadLevels]
+    smooth: bool = True
+    """False without the smooth errors of stated size: for a search, which must come close to the readings."""
 
     @cached_property
     def discrepancies_mm(self) -> Floats:
-        """Sizes of the model discrepancy to average over: only several trials can separate it from the settings."""
+        """Sizes of a further model discrepancy to average over: only several trials can separate it from settings."""
         return DISCREPANCIES_MM if len(self.evidence) > 1 else DISCREPANCIES_MM[:1]
 
     @cached_property
     def _misfits(self) -> list[list[_Misfit]]:
         pairs = list(zip(self.emulators, self.evidence, strict=True))
-        return [[_Misfit(*pair, float(size)) for pair in pairs] for size in self.discrepancies_mm]
+        return [[_Misfit(*pair, float(size), self.smooth) for pair in pairs] for size in self.discrepancies_mm]
+
+    @cached_property
+    def _exact(self) -> list[_Misfit]:
+        pairs = zip(self.emulators, self.evidence, strict=True)
+        return [_Misfit(*pair, 0.0, smooth=False) for pair in pairs]
 
     def _expected(self, points: Floats) -> list[tuple[Floats, Floats, Floats]]:
         return [(*one.processes.at(points), one.scatter.relative(points)) for one in self.emulators]
@@ -142,13 +150,13 @@ class Posterior:
         """Return each point's squared misfit, divided by the bound that true settings satisfy, (m,).
 
         True settings satisfy the bound with the probability ``POSSIBLE``. The result is the largest over the trials,
-        without model discrepancy (Vernon et al. 2010, Bayesian Anal. 5:619).
+        without model discrepancy or smooth errors (Vernon et al. 2010, Bayesian Anal. 5:619).
         """
         from scipy.stats import chi2
 
         ratios = [
             fit.misfit(*one)[0] / chi2.ppf(POSSIBLE, len(fit.off))
-            for fit, one in zip(self._misfits[0], self._expected(points), strict=True)
+            for fit, one in zip(self._exact, self._expected(points), strict=True)
         ]
         return np.max(ratios, axis=0)
 

@@ -59,7 +59,7 @@ def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Float
     levels_mm = emulator.levels_mm(draws)
     open_mm2 = emulator.processes.at(draws)[1].mean(axis=0) @ emulator.basis_mm**2
     relative = emulator.scatter.relative(draws).mean()
-    noise_mm2 = (relative * emulator.run_noise_mm2 + evidence.covariance_mm2).diagonal()
+    noise_mm2 = (relative * emulator.run_noise_mm2 + evidence.covariance_mm2 + evidence.smooth_mm2).diagonal()
     return levels_mm.mean(axis=0), ndtri((1 + SHARE) / 2) * np.sqrt(levels_mm.var(axis=0) + open_mm2 + noise_mm2)
 
 
@@ -68,7 +68,8 @@ def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, 
     from scipy.special import stdtrit
 
     runs = len(levels_mm)
-    spread_mm2 = levels_mm.var(axis=0, ddof=1) * (1 + 1 / runs) + evidence.covariance_mm2.diagonal()
+    spread_mm2 = levels_mm.var(axis=0, ddof=1) * (1 + 1 / runs)
+    spread_mm2 += (evidence.covariance_mm2 + evidence.smooth_mm2).diagonal()
     return levels_mm.mean(axis=0), stdtrit(runs - 1, (1 + SHARE) / 2) * np.sqrt(spread_mm2)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from sealtwin.core.records import Floats
+from validate.calibration.discrepancy import SMOOTH_ERRORS_MM, SMOOTH_LENGTH_MM
 from validate.calibration.free import Marginal
 from validate.calibration.summary import Calibrated, Prediction
 from validate.figures import theme
@@ -159,8 +160,15 @@ def _gates(calibrated: Calibrated) -> SheetSection:
         f"The error of the best setting within the ranges is {calibrated.least_implausibility:.2f} times what the "
         "uncertainty of readings, runs and emulator allows; above 1, no setting is possible.",
     ]
+    sizes = SMOOTH_ERRORS_MM
+    sentences.append(
+        "The intervals allow for smooth errors of readings and model together, which no setting stands for and which "
+        f"one profile cannot show: {sizes['common']:g} mm at all stations alike, {sizes['tilt']:g} mm of tilt at "
+        f"either end, {sizes['smooth']:g} mm over {SMOOTH_LENGTH_MM:g} mm, and {sizes['ends']:g} mm at each end of the "
+        "path, as standard uncertainties."
+    )
     if calibrated.discrepancy_mm is not None:
         sentences.append(
-            f"Error of the model itself, estimated from all trials together: {calibrated.discrepancy_mm:.2f} mm."
+            f"Further error of the model, estimated from all trials together: {calibrated.discrepancy_mm:.2f} mm."
         )
     return SheetSection("Gates", sentences, [FigureTable("Trials", head, rows, "gates")])

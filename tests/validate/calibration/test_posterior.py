@@ -1,10 +1,12 @@
 """The posterior against closed forms, and its gates."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from validate.calibration.discrepancy import COMMON_MM, smooth_errors_mm2
 from validate.calibration.emulator import Emulator, Processes, Scatter
 from validate.calibration.free import Free
 from validate.calibration.posterior import INFLATED, Posterior, ReadLevels, reach_of
@@ -101,3 +103,18 @@ def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
     rare = reach_of(points, many_mm, ReadLevels(S_MM, 4 * shapes[5], covariance / 4))
     assert rare.possible
     assert rare.components == 6
+
+
+def test_a_smooth_error_of_stated_size_widens_what_makes_its_shape():
+    """An error alike at all stations is one that the setting of the mean makes; one of a station by itself is not."""
+    exact = _posterior((0.4, 0.6))
+    smooth_mm2 = smooth_errors_mm2(S_MM, (S_MM[0], S_MM[-1]))
+    assert smooth_mm2.diagonal().min() > COMMON_MM**2
+    evidence = [replace(one, smooth_mm2=smooth_mm2) for one in exact.evidence]
+    points = np.array([[0.4, 0.6], [0.7, 0.6]])
+    allowed = replace(exact, evidence=evidence)
+    falls, exact_falls = (-np.diff(one.log_density(points))[0] for one in (allowed, exact))
+    assert 0 < falls < 0.2 * exact_falls
+    # Neither the search nor the judgement of what is possible makes allowance for it.
+    assert replace(allowed, smooth=False).log_density(points) == pytest.approx(exact.log_density(points))
+    assert allowed.implausibility(points) == pytest.approx(exact.implausibility(points))
