@@ -19,7 +19,7 @@ from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
 from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import check_sheet, require_sample
-from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, with_settings
+from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, refuse_seeds, with_settings
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
 from validate.metrics.baselines import are_compared
@@ -53,6 +53,7 @@ class Twin:
 
         self.file, self._how, self._progress = file, how, progress
         trial = load_trial(file, settings)
+        refuse_seeds(trial, file)
         sheet_settings = _fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
         self.data: DataKind = sheet_settings.data
