@@ -14,6 +14,7 @@ from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
 from validate.units import signed
+from validate.wording.seeds import levels_in_words
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,8 @@ class FirstLayout:
 WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0, whole_titles=True)
 NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5, whole_titles=False)
 HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Shown above the highest level or reading, and below the floor
-BAND_READ, BAND_PREDICTED = "their own error, 19 of 20", "19 of 20 simulated levels"
-BAND_NEXT = "one further run, 19 of 20 places"
-"""Names of the 95 % bands of all readings together, of the predicted level, and of a run with another seed: "band" is
-taken for a tolerance."""
+BAND_READ, BAND_NEXT = "their own error, 19 of 20", "one further run, 19 of 20 places"
+"""Names of the 95 % bands of all readings together, and of a run with another seed: "band" is taken for a tolerance."""
 LABELLED_MM = 0.5  # Least error at a station that has a number
 NEAR_END = 0.06  # Share of the length at each end in which a label is beside its place
 OBLIQUE = 0.3  # Largest distance of a wall's point along the crack, over that across it, at which it is drawn
@@ -157,7 +156,8 @@ class FirstFigure:
         axes.axhline(0.0, color=theme.INK, linewidth=1.0)
         if (prediction := self.prediction) is not None:
             whole_mm = prediction.profile_band_95_mm
-            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.MUTED, 0.28, BAND_PREDICTED)
+            name = f"19 of 20 {levels_in_words(self.seeds, 'simulated level')}"
+            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.MUTED, 0.28, name)
         if readings is not None:
             if comparison is not None and comparison.uncertainty is not None:
                 bands = comparison.uncertainty.levels

@@ -40,6 +40,7 @@ from validate.wording.comparison import (
 )
 from validate.wording.headline import verdict_in_full
 from validate.wording.prediction import prediction_table
+from validate.wording.seeds import levels_in_words
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,8 @@ def scale_words(shown: FirstFigure, layout: FirstLayout) -> str:
 def first_caption(evidence: Evidence) -> str:
     """Return a text on the bands of the first figure, and on the places in them; empty without bands."""
     if evidence.prediction is not None:
-        return "Grey: 19 of 20 simulated levels lie in this band along the whole crack. It is no tolerance."
+        levels = levels_in_words(evidence.seeds, "simulated level")
+        return f"Grey: 19 of 20 {levels} lie in this band along the whole crack. It is no tolerance."
     further = "" if evidence.seeds is None else "Blue: one further run, at 19 of 20 places. "
     comparison = evidence.comparison
     uncertainty = None if comparison is None else comparison.uncertainty

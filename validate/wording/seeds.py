@@ -13,6 +13,11 @@ def names_of(seeds: SeedRuns) -> str:
     return f"{', '.join(map(str, seeds.seeds[:-1]))} and {last}"
 
 
+def levels_in_words(seeds: SeedRuns | None, one: str) -> str:
+    """Return the plural of ``one``, a simulated level, of which several may be averaged."""
+    return f"{one}s" if seeds is None else f"means of {len(seeds.seeds)} {one}s"
+
+
 def mean_sentence(seeds: SeedRuns) -> str:
     """Return the sentence on the mean and its band."""
     return (

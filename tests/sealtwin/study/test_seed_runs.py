@@ -9,15 +9,17 @@ import pytest
 
 from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
 from sealtwin.lab.held_out import facts_above
 from sealtwin.study import extra_runs, run_comparison, runner, variants
+from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import read_plan, run_path
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import SEEDS, resume_job
 from sealtwin.trial.pipeline import FinishedStages, run_stages
 from sealtwin.trial.seed_levels import OF_SEEDS
+from sealtwin.trial.stage_numbers import StageName
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import read_spread
 from tests.labs import edit
@@ -42,7 +44,7 @@ def three(single, tmp_path_factory) -> Path:
     path = shutil.copytree(single, tmp_path_factory.mktemp("three") / "run")
     with pytest.MonkeyPatch.context() as patch:
         given = leave_out_pages(patch)
-        finished = _validate(path, seeds=3)
+        finished = _validate(path, settings={"seeds": 3})
     assert finished.redone == ("validate",)
     (path / "given.json").write_text(report_data(given[0]).model_dump_json(), encoding="utf-8")
     return path
@@ -54,15 +56,17 @@ def path(three, tmp_path, monkeypatch) -> Path:
     return shutil.copytree(three, tmp_path / "run")
 
 
-def _validate(path: Path, progress: Narration | None = None, stage="validate", **settings) -> FinishedStages:
+def _validate(
+    path: Path, progress: Narration | None = None, stage: StageName = "validate", settings: dict | None = None
+) -> FinishedStages:
     with open_folder(path, create=False) as folder:
         job = resume_job(folder, "cpu", progress or Narration(), settings)
-        return run_stages(replace(job, above=facts_above(job.trial, job.source)), (stage,))
+        return run_stages(replace(job, above=facts_above(job.trial, job.source)), [stage])
 
 
 def _levels(path: Path) -> dict[str, np.ndarray]:
     table = np.genfromtxt(path / "level.csv", delimiter=",", names=True)
-    return {name: table[name] for name in table.dtype.names}
+    return {name: table[name] for name in present(table.dtype.names, "names")}
 
 
 def test_the_level_is_the_mean_of_runs_that_differ_in_the_seed_alone(single, three):
@@ -73,6 +77,7 @@ def test_the_level_is_the_mean_of_runs_that_differ_in_the_seed_alone(single, thr
     with job_in(single) as job:
         sample, trial = record_files.read_sample(job.path), job.trial.model_copy(update={"seed": 2, "readings": None})
     (alone,) = runner.seal(sample, [trial], device="cpu", keep_runs=False)
+    assert isinstance(alone, Sealing)
     assert levels["seed_2_mm"] == pytest.approx(alone.profile.level_mm, abs=5.1e-7), "as 'sealtwin run --seed 2'"
     runs_mm = np.array([levels[f"seed_{seed}_mm"] for seed in range(3)])
     assert levels["level_mm"] == pytest.approx(runs_mm.mean(axis=0), abs=1e-6)
@@ -129,7 +134,7 @@ def test_a_killed_command_computes_the_remaining_runs_alone(three, path, monkeyp
 def test_one_seed_again_leaves_nothing_of_the_mean(single, path):
     once = shutil.copytree(single, path.parent / "once")
     _validate(once)
-    assert _validate(path, seeds=1).redone == ("validate",)
+    assert _validate(path, settings={"seeds": 1}).redone == ("validate",)
     assert not any((path / name).exists() for name in OF_SEEDS)
     for name in ("comparison.json", "trial.toml", "profile.csv"):
         assert (path / name).read_bytes() == (once / name).read_bytes(), name
@@ -140,7 +145,7 @@ def test_one_seed_again_leaves_nothing_of_the_mean(single, path):
 def test_new_particles_clear_the_old_mean(path):
     """A run of another fluid does not keep the mean of the earlier one's seeds."""
     before = _levels(path)["level_mm"]
-    finished = _validate(path, stage="simulate", **{"fluid.D_cm": 0.03})
+    finished = _validate(path, stage="simulate", settings={"fluid.D_cm": 0.03})
     assert finished.redone == ("simulate",)
     assert finished.result.seeds is not None
     assert finished.result.stages == ("digitise", "simulate", SEEDS)
@@ -153,7 +158,7 @@ def test_copies_are_refused(single, tmp_path, monkeypatch):
     own = record_files.read_profile(path)
     monkeypatch.setattr(record_files, "read_profile", lambda _: own)
     with pytest.raises(InputError, match="the runs with seed = 0 and with seed = 1 have the same level"):
-        _validate(path, seeds=3)
+        _validate(path, settings={"seeds": 3})
     assert SEEDS not in look_into(path).finished()
     assert not (path / "report.html").exists()
 
