@@ -30,14 +30,20 @@ class Base:
     sample: Sample
     run: Run
     profile: Profile
-    levels_mm: Floats  # Level of each of the trial's seeds, (seeds, k), that of this run first
+    others_mm: Floats | None = None  # Levels of the trial's other seeds, (seeds - 1, k)
 
     @classmethod
     def of(cls, job: Job) -> "Base":
         """Read a finished run."""
         run, profile, seeds = record_files.read_run(job.path), record_files.read_profile(job.path), read_seeds(job)
-        levels_mm = profile.level_mm[None] if seeds is None else record_files.read_levels(job.path, seeds.seeds)
-        return cls(job.path, job.trial, record_files.read_sample(job.path), run, profile, levels_mm)
+        others_mm = None if seeds is None else record_files.read_levels(job.path, seeds.seeds[1:])
+        return cls(job.path, job.trial, record_files.read_sample(job.path), run, profile, others_mm)
+
+    @property
+    def levels_mm(self) -> Floats:
+        """Level of each of the trial's seeds, (seeds, k), that of this run first."""
+        own_mm = self.profile.level_mm[None]
+        return own_mm if self.others_mm is None else np.vstack([own_mm, self.others_mm])
 
     @property
     def inputs(self) -> dict[str, float]:
