@@ -40,7 +40,7 @@ from validate.wording.comparison import (
 )
 from validate.wording.headline import verdict_in_full
 from validate.wording.prediction import prediction_table
-from validate.wording.seeds import levels_in_words
+from validate.wording.seeds import levels_in_words, mean_sentence
 
 
 @dataclass(frozen=True)
@@ -127,14 +127,14 @@ def first_caption(evidence: Evidence) -> str:
     if evidence.prediction is not None:
         levels = levels_in_words(evidence.seeds, "simulated level")
         return f"Grey: 19 of 20 {levels} lie in this band along the whole crack. It is no tolerance."
-    further = "" if evidence.seeds is None else "Blue: one further run, at 19 of 20 places. "
+    mean = "" if evidence.seeds is None else mean_sentence(evidence.seeds)
     comparison = evidence.comparison
     uncertainty = None if comparison is None else comparison.uncertainty
     if uncertainty is None or uncertainty.stations is None:
-        return further.rstrip()
+        return mean
     stations = uncertainty.stations
     inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
-    return further + (
+    return f"{mean} ".lstrip() + (
         "Grey: the readings' own error, no tolerance; a perfect model would be inside all along in 19 of 20 repeats. "
         f"This one is at {inside} places. Bars: single readings."
     )

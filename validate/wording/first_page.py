@@ -10,7 +10,7 @@ from validate.result import Comparison, PredictedLevel
 from validate.units import counted, setting_name, signed
 from validate.wording.comparison import volumes_mm3
 from validate.wording.headline import faults, headline, not_measured
-from validate.wording.seeds import levels_in_words, mean_sentence
+from validate.wording.seeds import levels_in_words
 
 ML = 1000.0  # mm³
 MOST_NAMED = 6  # Most fitted settings that the page names
@@ -143,7 +143,6 @@ def _verdict(evidence: Evidence) -> str:
 
 def _lead(evidence: Evidence) -> tuple[str, ...]:
     volume = f"{evidence.run.dispensed_volume_mm3 / ML:.1f} ml of sealant"
-    mean = () if evidence.seeds is None else (mean_sentence(evidence.seeds),)
     how = "fast model" if evidence.run.fast_fill is not None else "program"
     where = f"The line shows where the {how} computes that {volume} come to rest in this crack"
     if evidence.comparison is None:
@@ -152,9 +151,8 @@ def _lead(evidence: Evidence) -> tuple[str, ...]:
         return (
             f"The program pours {volume} into this crack; the line shows where the sealant comes to rest.",
             f"Along the crack its level is from {low} to {high}.",
-            *mean,
         )
-    return f"{where}; the dots are the readings.", _places(evidence, evidence.comparison), *mean
+    return f"{where}; the dots are the readings.", _places(evidence, evidence.comparison)
 
 
 def _places(evidence: Evidence, comparison: Comparison) -> str:
@@ -335,17 +333,15 @@ def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
             signed(float(value), 1) if there else "-" for value, there in zip(np.asarray(values), which, strict=True)
         )
 
+    simulated, seeds = "simulated, mm", evidence.seeds
+    if seeds is not None:
+        simulated = f"mean of {len(seeds.seeds)} ± {seeds.band_95_mm:.1f}, mm"
     rows = [
         ("along, mm", tuple(f"{s_mm:.4g}" for s_mm in readings.s_mm)),
         ("read, mm", row(readings.level_mm)),
-        ("simulated, mm", row(level_mm, inside)),
+        (simulated, row(level_mm, inside)),
         ("error, mm", row(level_mm - readings.level_mm, inside)),
     ]
-    if (seeds := evidence.seeds) is not None:
-        rows[2:3] = [
-            (f"mean of {len(seeds.seeds)}, mm", rows[2][1]),
-            ("± next run, mm", row(np.full(len(readings.s_mm), seeds.band_95_mm), inside)),
-        ]
     if half_mm is not None:
         rows.insert(2, ("± in 19 of 20, mm", tuple(f"{value:.1f}" for value in half_mm)))
     return tuple(rows)

@@ -21,8 +21,8 @@ def levels_in_words(seeds: SeedRuns | None, one: str) -> str:
 def mean_sentence(seeds: SeedRuns) -> str:
     """Return the sentence on the mean and its band."""
     return (
-        f"The level is the mean of {len(seeds.seeds)} runs, with seeds {names_of(seeds)}; one further run is within "
-        f"± {seeds.band_95_mm:.2f} mm of it at 19 of 20 places, by the scatter of these runs alone."
+        f"The level is the mean of {len(seeds.seeds)} runs, with seeds {names_of(seeds)}; by their scatter alone, one "
+        f"further run is within ± {seeds.band_95_mm:.2f} mm at 19 of 20 places."
     )
 
 

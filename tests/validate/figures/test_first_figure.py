@@ -47,7 +47,8 @@ def test_the_mean_of_several_runs_has_the_band_of_one_more(evidence, tmp_path):
         assert edge == pytest.approx((s_mm[5], level_mm[5] + side * 0.75))
     labels = [str(line.get_label()) for line in axes.lines]
     assert "simulated, mean of 3 runs" in labels
-    assert "Blue" in first_caption(alone)
+    assert "mean of 3 runs, with seeds 0 to 2" in first_caption(alone)
+    assert "± 0.75 mm" in first_caption(replace(evidence, seeds=SEEDS))
     spread = Spread(s_mm, None, (Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1)),), 0.0, 0.5)
     predicted = replace(alone, prediction=predict(evidence.profile, spread, Uncertainty(volume_ml=0.1)))
     labels = [str(each.get_label()) for each in first_figure(predicted).draw(NARROW).axes[1].collections]
