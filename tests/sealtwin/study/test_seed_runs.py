@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sealtwin.calibration.twin import Twin
 from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
 from sealtwin.lab.held_out import facts_above
+from sealtwin.plan.verify import require_plannable
 from sealtwin.study import extra_runs, run_comparison, runner, variants
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import read_plan, run_path
@@ -213,9 +215,16 @@ def test_seeds_that_a_trial_cannot_have(tmp_path, change, expected):
         load_trial(tmp_path / "trial.toml")
 
 
-def test_a_sweep_of_a_trial_with_seeds_is_refused(tmp_path):
-    """Its runs have one seed each; 'plan' and 'calibrate' refuse in the same words."""
-    study = tiny_lab(tmp_path)
+@pytest.mark.parametrize(
+    "begin",
+    {
+        "sweep": lambda lab: sweep(lab / "study.toml", lab / "out", HERE, Narration()),
+        "calibrate": lambda lab: Twin(lab / "trial.toml", lab / "out", HERE, Narration()),
+        "plan": lambda lab: require_plannable(load_trial(lab / "trial.toml"), "trial.toml"),
+    }.values(),
+)
+def test_runs_of_one_seed_each_refuse_a_trial_with_seeds(tmp_path, begin):
+    tiny_lab(tmp_path)
     (tmp_path / "trial.toml").write_text("seeds = 3\n" + TRIAL, encoding="utf-8")
     with pytest.raises(InputError, match=r"trial\.toml: seeds = 3 is for 'sealtwin run'"):
-        sweep(study, tmp_path / "out", HERE, Narration())
+        begin(tmp_path)
