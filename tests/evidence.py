@@ -19,6 +19,7 @@ from tests.shapes import straight_slot
 from validate.compare import compare
 from validate.metrics.baselines import flat_levels
 from validate.report_input import Evidence
+from validate.result import SeedRuns
 from validate.settings import Gate
 
 FAST_FILL = FastFill(
@@ -95,6 +96,11 @@ def make_evidence(
         "commands": ("sealtwin run trial.toml",),
     }
     return Evidence(**content | changes)
+
+
+SEEDS = SeedRuns(
+    seeds=(0, 1, 2), mean_level_mm=-3.5, scatter_mm=0.33, band_95_mm=0.75, warnings=("1 of 3 runs: lost.",)
+)
 
 
 def slope(s_mm):

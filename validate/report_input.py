@@ -10,7 +10,7 @@ from typing import Any
 from sealtwin.core.frames import Frame
 from sealtwin.core.records import DataKind, JsonRecord, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.stage_keys import number_words
-from validate.result import Comparison, EarlierTrials, PredictedLevel
+from validate.result import Comparison, EarlierTrials, PredictedLevel, SeedRuns
 
 
 class ReadingsSheet(JsonRecord):
@@ -88,7 +88,8 @@ class Evidence:
     solid: Solid
     trajectory: Trajectory
     run: Run
-    profile: Profile
+    profile: Profile  # The simulated level
+    seeds: SeedRuns | None = None  # Runs whose mean is ``profile``; None for a single run
     readings: Profile | None = None  # None without a caliper sheet; the report then shows only the simulation
     comparison: Comparison | None = None  # Comparison of profile and readings; None without readings
     prediction: PredictedLevel | None = None  # Of a run without readings; None without extra runs

@@ -16,6 +16,8 @@ from validate.comparison import ErrorUncertainty, InputEffect, LevelMetrics, Sta
 from validate.settings import Gate
 
 COMPARISON, PREDICTION, EARLIER, RESULT = "comparison.json", "prediction.json", "earlier_trials.json", "run.json"
+IF_SEVERAL = Field(default=None, exclude_if=lambda value: value is None)
+"""Default of a field that is not written for a trial of one run."""
 Outcome = Literal["passed", "failed", "undecided", "open"]
 """The result of a comparison (decision 0079).
 
@@ -80,6 +82,21 @@ class FluidFigures(JsonRecord):
     """Device that computed the run."""
     warnings: tuple[str, ...]
     """Sentences on faults of the fluid."""
+
+
+class SeedRuns(JsonRecord):
+    """Runs of a trial that differ only in the seed. The level of the trial is their mean."""
+
+    seeds: tuple[int, ...]
+    """Seed of each run. Particles, volumes and pictures are those of the first."""
+    mean_level_mm: float
+    """Mean of the level along the crack and over the runs."""
+    scatter_mm: float
+    """Standard deviation of a single run's level at one place: root mean square along the crack."""
+    band_95_mm: float
+    """Half-width of the 95 % band about the mean that holds one further run, at a place."""
+    warnings: tuple[str, ...]
+    """Sentences on faults of the fluid in the other runs, without those that the first run has as well."""
 
 
 class PredictedPart(JsonRecord):
@@ -254,6 +271,8 @@ class TrialResult(JsonRecord):
     """Figures of the digitised sample."""
     fluid: FluidFigures | None = None
     """Figures of the fluid run."""
+    seeds: SeedRuns | None = IF_SEVERAL
+    """Runs that differ only in the seed; left out if there is one run."""
     report: str | None = None
     """Path of the report's page."""
     comparison: Comparison | None = None

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from sealtwin.api.shared import FilePath, path_or_none, warn
-from sealtwin.core import files
+from sealtwin.core import files, record_files
 from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Floats
 from sealtwin.plan.loop_model import read_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, RemainingPlan
 from sealtwin.plan.loop_step import step as loop_step
 from sealtwin.plan.make_loop import TABLES, loop_versions
-from sealtwin.plan.make_plan import LEVEL, TABLE, Options, make_plan
+from sealtwin.plan.make_plan import TABLE, Options, make_plan
 
 __all__ = ["FlowPlan", "LevelFrame", "LoopModel", "LoopState", "RemainingPlan", "loop_step", "plan_flow", "read_loop"]
 
@@ -114,7 +114,7 @@ def plan_flow(
     warn(content["fluid_warnings"])
     folder = Path(content["folder"])
     path = files.read_table(folder / TABLE, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
-    level = files.read_table(folder / LEVEL, ("s_mm", "level_mm", "low_95_mm", "high_95_mm"))
+    level = files.read_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS)
     half_width_mm = np.asarray(level[:, 3] - level[:, 1])
     return FlowPlan(
         folder=folder,

@@ -78,13 +78,14 @@ class TrialRun:
 
     @cached_property
     def run(self) -> Run:
-        """The particles at the end of the run."""
+        """The particles at the end of the run; of several seeds, in that of the first."""
         return record_files.read_run(self.folder)
 
     @cached_property
     def level(self) -> Profile:
-        """The simulated level along the crack."""
-        return record_files.read_profile(self.folder)
+        """The simulated level along the crack: of the run, or the mean of the runs in ``result.seeds``."""
+        read = record_files.read_profile if self.result.seeds is None else record_files.read_level
+        return read(self.folder)
 
 
 def run_trial(
@@ -94,6 +95,7 @@ def run_trial(
     device: str = "cpu",
     threads: int = 1,
     source: FilePath | None = None,
+    seeds: int | None = None,
     progress: bool | None = None,
 ) -> TrialRun:
     """Bring a whole trial up to date in its run folder, as ``sealtwin run`` does.
@@ -108,6 +110,10 @@ def run_trial(
         Device of the fluid run: "cpu" (default), "cuda:0" or "auto"; and the number of CPU threads.
     source
         Folder of photo and readings if the trial is not a file; default: the current folder.
+    seeds
+        Runs with the seeds from the trial's own, 1 to 20, in place of the trial's ``seeds``. The level is their mean,
+        and ``result.seeds.band_95_mm`` the half-width of the band of one further run. They run in this process, one
+        after the other; ``sealtwin run`` computes them side by side.
     progress
         Show progress on stderr; default: if stderr is a terminal, or in a notebook.
 
@@ -146,6 +152,9 @@ def run_trial(
                 "run_trial: names in a trial file are relative to its own folder, so source has no effect. Omit source."
             )
         settings, home = load_trial(Path(trial)), Path(trial).parent
+    if seeds is not None:
+        content = settings.model_dump(mode="json", exclude_none=True)
+        settings = checked(Trial, Path("run_trial"), {**content, "seeds": seeds})
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     warned = WarnedProgress()
     with progress_for_stderr(quiet=False) if wanted(progress) else warned as shown:

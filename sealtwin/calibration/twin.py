@@ -19,7 +19,7 @@ from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
 from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import check_sheet, require_sample
-from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, with_settings
+from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, refuse_seeds, with_settings
 from validate.calibration.discrepancy import smooth_errors_mm2
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
@@ -54,6 +54,7 @@ class Twin:
 
         self.file, self._how, self._progress = file, how, progress
         trial = load_trial(file, settings)
+        refuse_seeds(trial, file)
         sheet_settings = _fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
         self.data: DataKind = sheet_settings.data

@@ -197,10 +197,11 @@ OPTIONS = {
     "units": Everyday("mesh.units", None),
     "preset": Everyday("solver.preset", None),
     "seed": Everyday("seed", "COUNT", _count),
+    "seeds": Everyday("seeds", "COUNT", _count),
 }
 """Everyday options by the name of their parameter."""
 PHOTO = ("depth_mm", "mm_per_px", "face_mm", "markers", "ends", "via", "roi", "mask", "width_mm")
-FLUID = ("preset", "seed")
+FLUID = ("preset", "seed", "seeds")
 SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)
 SET = typer.Option(
     "--set",

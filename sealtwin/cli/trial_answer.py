@@ -31,12 +31,13 @@ def run_trial(
 
     If ``trial`` is given, ``file`` is the photo or the mesh for which it was made.
     """
+    from sealtwin.core.cluster import cores
     from sealtwin.lab.held_out import facts_above
     from sealtwin.trial import pipeline
     from sealtwin.trial.trial_file import load_trial
 
     trial = trial or load_trial(file, settings)
-    above = facts_above(trial, file.parent, compared="validate" in stages)
+    above = facts_above(trial, file.parent, compared="validate" in stages, jobs=cores())
     with command.progress() as progress:
         result = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, above).result
     _reply(command, result, stages)
@@ -55,6 +56,7 @@ def resume(
 
     ``settings`` by dotted name replace those of RUN/trial.toml, which then records them.
     """
+    from sealtwin.core.cluster import cores
     from sealtwin.core.run_folder import open_folder
     from sealtwin.lab.held_out import facts_above
     from sealtwin.trial.job import resume_job
@@ -62,7 +64,8 @@ def resume(
 
     with open_folder(path, create=False) as folder, command.progress() as progress:
         job = resume_job(folder, command.device, progress, settings)
-        job = replace(job, above=facts_above(job.trial, job.source, compared=stage == "validate"), threads=threads)
+        above = facts_above(job.trial, job.source, compared=stage == "validate", jobs=cores())
+        job = replace(job, above=above, threads=threads)
         if uncertainty:
             from sealtwin.study.extra_runs import vary
 
@@ -84,6 +87,10 @@ def result_lines(result: "TrialResult", last: "StageName") -> list[str]:
         lines += _sample(result.sample)
     if result.fluid is not None and last != "digitise":
         lines += _fluid(result.fluid)
+        if result.seeds is not None:
+            from validate.wording.seeds import mean_sentence
+
+            lines.append(mean_sentence(result.seeds))
     if last != "validate" or result.report is None:
         return [*lines, f"Folder: {result.folder}"]
     if result.comparison is not None:

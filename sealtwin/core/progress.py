@@ -51,11 +51,12 @@ class Progress(AbstractContextManager["Progress"]):
     def advance(self, done: int, note: str = "") -> None:
         """Report that ``done`` steps of the current work are finished."""
 
-    later_s = 0.0
-    """Expected time of what the command does after the current work; it is part of the time left."""
+    later_s, later_times = 0.0, 0
+    """Expected time of what the command does after the current work, in s and in times of the current work's own time.
+    Both are part of the time left."""
 
-    def later(self, left_s: float) -> None:
-        self.later_s = left_s
+    def later(self, left_s: float, times: int = 0) -> None:
+        self.later_s, self.later_times = left_s, times
 
     def note(self, text: str) -> None:
         """Show a line to the user at once."""
@@ -91,7 +92,10 @@ class _Timed(Progress):
         if self._expected is not None:
             given_s, at_s = self._expected
             left_s = max(0.0, given_s - (now_s - at_s))
-        return "" if left_s is None or done >= self._total else f"about {in_words(left_s + self.later_s)} left"
+        if left_s is None or done >= self._total:
+            return ""
+        whole_s = left_s * self._total / (self._total - done)
+        return f"about {in_words(left_s + self.later_times * whole_s + self.later_s)} left"
 
 
 class QuietProgress(Progress):

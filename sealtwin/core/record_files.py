@@ -1,5 +1,6 @@
 """Write records to the files of a run folder, and read them back."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
@@ -12,13 +13,16 @@ from typing_extensions import TypedDict
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import load_trimesh, read_mesh
-from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Sample, Sections, Solid, Trajectory
+from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Sample, Sections, Solid, Trajectory
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import SolidFigures
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
 PROFILE_COLUMNS = ("s_mm", "level_mm")
+LEVEL = "level.csv"
+LEVEL_COLUMNS = (*PROFILE_COLUMNS, "low_95_mm", "high_95_mm")
+"""Columns of the mean level of several runs, with its band; the level of each run may follow."""
 
 Positive = Annotated[float, Field(gt=0)]
 Amount = Annotated[float, Field(ge=0)]
@@ -248,6 +252,29 @@ def read_profile(folder: Path) -> Profile:
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
         raise InputError(f"{path}: expected two rows or more, with s_mm increasing from row to row. Simulate again.")
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
+
+
+def write_level(folder: Path, s_mm: Floats, levels_mm: Mapping[int, Floats], half_mm: float) -> None:
+    """Write the mean of the level of each seed, with its band of half-width ``half_mm``, and each level."""
+    mean_mm = np.mean([*levels_mm.values()], axis=0)
+    columns = (*LEVEL_COLUMNS, *map(_column_of, levels_mm))
+    rows = np.column_stack([s_mm, mean_mm, mean_mm - half_mm, mean_mm + half_mm, *levels_mm.values()])
+    files.write_table(folder / LEVEL, columns, rows)
+
+
+def read_level(folder: Path) -> Profile:
+    """Read the mean level of a run folder's seeds."""
+    rows = files.read_table(folder / LEVEL, PROFILE_COLUMNS, finite=True)
+    return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
+
+
+def read_levels(folder: Path, seeds: Sequence[int]) -> Floats:
+    """Read the level of each of ``seeds`` from the table of their mean, (seeds, k)."""
+    return files.read_table(folder / LEVEL, [*map(_column_of, seeds)], finite=True).T
+
+
+def _column_of(seed: int) -> str:
+    return f"seed_{seed}_mm"
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Check of replicates: copies of a run do not scatter, and would make every interval too narrow."""
+"""Replicates: runs that differ only in the seed, the band that they give, and a check that they are no copies."""
 
 from collections.abc import Iterable, Sequence
 
@@ -6,6 +6,18 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
+
+Z_95 = 1.96
+"""Half-width of a 95 % band in standard deviations. The variance of the band is averaged over the places along the
+crack, of which a run has some 50 independent ones, so two runs determine it (decision 0177)."""
+
+
+def further_run_mm2(levels_mm: Floats, mean_of: int) -> float:
+    """Return the variance of a further run's level about the mean of ``mean_of`` runs, averaged over the places.
+
+    ``levels_mm``, (runs, k), are the levels that show the scatter.
+    """
+    return float(levels_mm.var(axis=0, ddof=1).mean() * (1 + 1 / mean_of))
 
 
 def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: str) -> None:

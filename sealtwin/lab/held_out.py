@@ -15,6 +15,7 @@ from sealtwin.core.stage_keys import other_numbers
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, is_lab, read_run
 from sealtwin.lab.found_files import TRIAL
 from sealtwin.study.extra_runs import time_of_extra_runs
+from sealtwin.study.seed_runs import announce_seeds, compute_other_seeds
 from sealtwin.study.study_file import load_study
 from sealtwin.trial.job import Above, Job, shown
 from sealtwin.trial.stage_numbers import NUMBERS
@@ -154,12 +155,13 @@ def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
     )
 
 
-def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
+def facts_above(trial: Trial, source: Path, *, compared: bool = True, jobs: int = 0) -> Above:
     """Return the facts that the lab and its studies add to a trial whose files are in ``source``.
 
-    If a part of the lab cannot be read, the facts contain a caution and the lab counts as not searched. Raises
-    InputError if ``compared`` is True and the trial declares its readings as held out, although a study or a
-    calibration of the lab used them for choosing settings.
+    ``jobs`` is the number of worker processes of extra runs; 0 computes them in this process. If a part of the lab
+    cannot be read, the facts contain a caution and the lab counts as not searched. Raises InputError if ``compared`` is
+    True and the trial declares its readings as held out, although a study or a calibration of the lab used them for
+    choosing settings.
     """
     searched, cautions = False, list[str]()
     readings, lab = trial.readings, lab_of(source)
@@ -173,7 +175,13 @@ def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
             )
         searched = not cautions
     return Above(
-        lab_searched=searched, extra_runs=_time_of_extra_runs, cautions=tuple(cautions), earlier=_earlier_trials
+        lab_searched=searched,
+        extra_runs=_time_of_extra_runs,
+        cautions=tuple(cautions),
+        earlier=_earlier_trials,
+        other_seeds=compute_other_seeds,
+        announce_seeds=announce_seeds,
+        jobs=jobs,
     )
 
 

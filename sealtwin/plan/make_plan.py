@@ -16,7 +16,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Sample, Trajectory
-from sealtwin.core.replicates import require_different
+from sealtwin.core.replicates import Z_95, further_run_mm2, require_different
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
@@ -29,12 +29,11 @@ from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
 
-REPORT, TABLE, PAGE, LEVEL = "plan.json", "plan.csv", "plan.html", "level.csv"
+REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"
 SEARCHED, JUDGED = 4, 24  # Number of draws of a posterior for a search, and for counting chances
 SEARCH_S = 3.0  # Time of a search on one draw, on one core of the machine in docs/accuracy.md
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above the face whose chances are counted
-Z_95 = 1.96
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,7 @@ def plan_on(
     chances, variance = None, np.zeros(len(s_mm))
     if len(levels) > 1:
         # Variance of a further run about the mean of these. Drafts scatter at least as much as accurate runs.
-        variance += levels_mm.var(axis=0, ddof=1).mean() * (1 + 1 / runs)
+        variance += further_run_mm2(levels_mm, runs)
     if draws:
         drawn_mm = np.array(
             [
@@ -294,9 +293,8 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
     files.write_table(folder / TABLE, COLUMNS, rows)
     half_mm = np.full(len(planned.s_mm), np.nan) if planned.half_width_mm is None else planned.half_width_mm
     level_mm = planned.level_mm
-    columns = ("s_mm", "level_mm", "low_95_mm", "high_95_mm")
     rows = np.column_stack([planned.s_mm, level_mm, level_mm - half_mm, level_mm + half_mm])
-    files.write_table(folder / LEVEL, columns, rows)
+    files.write_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS, rows)
     return {
         "version": 1,
         "name": name,

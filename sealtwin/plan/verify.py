@@ -21,7 +21,7 @@ from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
-from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.trial_file import Trial, refuse_seeds
 from simulate.slot.sections import sections_of
 
 LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Least depth and length of a low stretch that a plan's sentence names
@@ -196,6 +196,7 @@ def require_plannable(trial: Trial, where: str) -> Trial:
     """Return the trial with particles and without readings, for verification. Raises InputError if it is unsuitable."""
     if trial.fluid is None:
         raise InputError(f"{where}: a plan needs a [fluid] table: give viscosity_pa_s and yield_stress_pa in it.")
+    refuse_seeds(trial, where)
     if trial.path.plan is not None:
         raise InputError(f"{where}: path.plan is already a plan. Remove it, and give path.speed_mm_s for a new plan.")
     if trial.fluid.U is not None:

@@ -9,29 +9,27 @@ import shutil
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores
-from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.progress import Progress
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.drawn_runs import PLACES, draw, level_of, takes_draws
-from sealtwin.study.estimate import RunSize, Timing, checked_size, estimate, in_words, size_of
+from sealtwin.study.estimate import estimate, in_words, size_of
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
-from sealtwin.study.runner import Computing, compute
+from sealtwin.study.runner import Computing
+from sealtwin.study.seed_runs import compute_other_seeds
+from sealtwin.study.variants import Variant, compute_variants, inputs_of, with_seed
 from sealtwin.trial.draft import Resolution, at_resolution
-from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
+from sealtwin.trial.job import Job
 from sealtwin.trial.pipeline import REPORT_S
-from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
 from validate.uncertainty.computed import RUNS, Effect, InputDraws, SizeRuns, Spread, effects_of, two_level_design
-from validate.wording.of_runs import sentences_of_runs
 
 RATIO = 1.3
 """Ratio of neighbouring particle sizes. It is the least that Celik et al. 2008 recommend: a finer run already takes
@@ -39,13 +37,7 @@ four times the computing time, and of larger particles too few would fit across 
 REPLICATES = 3
 """Runs of each particle size, with different seeds. With two runs the error would have 4 instead of 7 degrees of
 freedom and sqrt(3/2) times the noise: an interval 1.4 times as wide."""
-SEEDS = 2**31  # Number of seeds that a trial may have
 A_LITTLE = 0.1  # Share of its standard uncertainty by which each input is moved in the timed run
-
-
-_Variant = tuple[dict[str, float], Trial, Sample]
-"""An extra run: the settings in which it differs from the trial (particle size and seed, or steps of inputs), its own
-trial, and its sample."""
 
 
 def vary(job: Job) -> bool:
@@ -58,12 +50,9 @@ def vary(job: Job) -> bool:
     """
     from simulate.device import choose_device
 
-    inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
-    if other := job.other_numbers("simulate"):
-        raise InputError(
-            f"{job.path}: its level was computed by {other}, so extra runs would come from another solver. Run "
-            f"'sealtwin run TRIAL --out {job.path}' first."
-        )
+    if job.trial.seeds is not None:
+        compute_other_seeds(job)
+    inputs = inputs_of(job)
     base, settings = Base.of(job), varied_settings(job.trial)
     particles = job.trial.solver.has_particles
     device = choose_device(job.device) if particles else ""
@@ -83,7 +72,11 @@ def vary(job: Job) -> bool:
     # Draws take seconds: an input that cannot be moved is refused before particles run for minutes.
     draws = draw(base, folder / f"drawn-{key[:12]}", cores(), job.progress) if drawn else None
     drew_s = time.monotonic() - began
-    runs = _compute(base, folder, device, inputs, job.progress, designed=not drawn) if particles else []
+    runs = list[study_folder.StudyRun]()
+    if particles:
+        how = Computing(device, cores() if device == "cpu" else 1, later_s=REPORT_S)
+        variants = _variants(base, designed=not drawn)
+        runs = compute_variants(folder, variants, base, how, inputs, job.progress, UNCERTAINTY, "the uncertainty")
     spread = _spread(base, [record_files.read_profile(study_folder.run_path(folder, run.key)) for run in runs], draws)
     job.folder.clear(UNCERTAINTY)
     files.write_json(job.path / SPREAD, spread.content())
@@ -118,9 +111,10 @@ def time_of_extra_runs(job: Job) -> str:
             # There are too many particles, or the sealant is too stiff for them; 'sealtwin validate' reports which.
             return ""
         runs += [replace(waiting, work_s=sizes[-1].work_s)] * number
-    # One run of the trial's own size is done.
+    # Runs of the trial's own size are done.
     wall_s = job.folder.manifest["stages"]["simulate"]["wall_time_s"]
-    runs[REPLICATES] = replace(runs[REPLICATES], state="done", wall_s=wall_s)
+    for number in range(REPLICATES, REPLICATES + min(len(base.levels_mm), REPLICATES)):
+        runs[number] = replace(runs[number], state="done", wall_s=wall_s)
     jobs = cores() if run.device.startswith("CPU") else 1
     return in_words(drawn_s + estimate(runs, sizes[0], jobs, 1, keep_runs=False).time_s)
 
@@ -132,46 +126,19 @@ def _time_of_a_draw_s(base: Base) -> float:
     return time.perf_counter() - began_s
 
 
-def _compute(
-    base: Base, folder: Path, device: str, inputs: Mapping[str, str], progress: Progress, *, designed: bool
-) -> list[study_folder.StudyRun]:
-    """Compute the particle runs that are not done yet, and return all. Raises NumericalError if one failed."""
-    variants = _variants(base, designed=designed)
-    if study_folder.holds_study(folder):
-        study_folder.remove_temporary_files(folder)
-    runs, largest, remarks = _runs(folder, variants, device, inputs)
-    plan = study_folder.Plan(UNCERTAINTY, runs, len(runs), numbers=numbers_up_to("simulate"))
-    runs = study_folder.resume(folder, plan, progress.note, retry=True)
-    how = Computing(device, cores() if device == "cpu" else 1, later_s=REPORT_S)
-    timings = _own_timing(base)
-    expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False, timings=timings)
-    if expected.runs:
-        progress.note(f"Extra runs for the uncertainty: {expected.sentence}")
-        for remark in remarks:
-            progress.warn(f"note: {remark}")
-        runs = compute(folder, runs, how, "Extra runs", progress, timings)
-    if failed := [run for run in runs if run.state == "failed"]:
-        reasons = "\n".join(f"{_words_of(run.settings)}: {run.reason}" for run in failed)
-        raise NumericalError(
-            f"{folder}: {len(failed)} of {len(runs)} extra runs failed, so there is no uncertainty. The same command "
-            f"tries only these again.\n{reasons}"
-        )
-    return runs
+def _variants(base: Base, *, designed: bool) -> list[Variant]:
+    """Return the runs of each particle size, but not those of the trial's seeds, and those of the design.
 
-
-def _variants(base: Base, *, designed: bool) -> list[_Variant]:
-    """Return the runs of each particle size without the trial's own run, and, if ``designed``, those of the design.
-
-    The longest runs, with the finest particles, come first, so that no process waits long for the last one. The design
-    moves each declared input by a standard uncertainty. It uses the coarsest particles, which are quick.
+    The longest runs, with the finest particles, come first, so that no process waits long for the last one. The design,
+    left out if ``designed`` is False, moves each declared input by a standard uncertainty. It uses the coarsest
+    particles, which are quick.
     """
-    inputs, variants = base.inputs, list[_Variant]()
+    inputs, variants = base.inputs, list[Variant]()
     for size_mm in _sizes_mm(base):
-        for number in range(size_mm == base.run.radius_mm, REPLICATES):
+        for number in range(len(base.levels_mm) if size_mm == base.run.radius_mm else 0, REPLICATES):
             named = {"solver.radius_mm": round(size_mm, 4)} | ({"seed": number} if number else {})
             trial = _same_physics(base, base.sample, size_mm, {})
-            seed = (trial.seed + number) % SEEDS
-            variants.append((named, trial.model_copy(update={"seed": seed}), base.sample))
+            variants.append((named, with_seed(trial, number), base.sample))
     if inputs and designed:
         refuse_immovable(base)
         for signs in two_level_design(len(inputs)):
@@ -183,14 +150,6 @@ def _variants(base: Base, *, designed: bool) -> list[_Variant]:
 
 def _sizes_mm(base: Base) -> tuple[float, float, float]:
     return base.run.radius_mm / RATIO, base.run.radius_mm, base.run.radius_mm * RATIO
-
-
-def _own_timing(base: Base) -> list[Timing]:
-    """Return the time of the trial's own run if it was recorded, for the first estimate of the extra runs' time."""
-    health = base.run.health
-    if health.setup_s is None or health.frames_s is None:
-        return []
-    return [(size_of(base.trial, base.sample).work_s, health.setup_s + health.frames_s)]
 
 
 def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[str, float]) -> Trial:
@@ -209,47 +168,7 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
         changes |= {"fluid.U": weight * thicker, "fluid.viscosity_pa_s": None}
     own = Resolution(run.radius_mm, run.health.recorded()["frame_s"])
     changed = at_resolution(base.changed(changes), own, Resolution(radius_mm, frame_s))
-    return changed.model_copy(update={"readings": None, "gate": None})
-
-
-def _runs(
-    folder: Path, variants: Sequence[_Variant], device: str, inputs: Mapping[str, str]
-) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
-    """Write the samples of the runs. Return the runs, the size of the largest one and remarks on the fluids.
-
-    Raises InputError if particles do not fit a crack.
-    """
-    runs, sizes, remarks = [], [], dict[int, list[str]]()
-    for number, (moved, trial, sample) in enumerate(variants, start=1):
-        try:
-            size, remarks[number] = checked_size(trial, sample)
-        except InputError as fault:
-            raise InputError(
-                f"{folder}: the extra run with {_words_of(moved)} is not possible: {fault} Extra runs have particles "
-                f"{RATIO:g} times smaller and larger than the trial's: give the trial another solver.radius_mm."
-            ) from None
-        sizes.append(size)
-        steps = {} if "solver.radius_mm" in moved else moved
-        name = stage_key(inputs, {"moved": steps}, numbers_up_to("digitise"))[:12]
-        home = folder / "samples" / name
-        if not all((home / file).is_file() for file in DIGITISED):
-            record_files.write_sample(home, sample)
-        # The settings of a sloping sample have a table "sample" already.
-        place = {"sample" if trial.sample.level else "bench": name}
-        settings = {**stage_settings(trial, "simulate"), **place, "device": device}
-        key = stage_key(inputs, settings, numbers_up_to("simulate"))
-        content = trial.model_dump(mode="json", exclude_none=True)
-        runs.append(study_folder.StudyRun(number, key, moved, content, name, key, size.work_s))
-    largest = max(sizes, key=lambda size: (size.particles, size.bytes))
-    return runs, largest, sentences_of_runs(remarks, len(runs))
-
-
-def _words_of(settings: Mapping[str, float]) -> str:
-    """Describe a run by its particle size and the number added to the seed, or by how far its inputs are moved."""
-    return ", ".join(
-        f"{name} = {value:g}" if "." in name else f"{name} {value:+g} from the trial's"
-        for name, value in settings.items()
-    )
+    return changed.model_copy(update={"readings": None, "gate": None, "seeds": None})
 
 
 def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -> Spread:
@@ -257,8 +176,9 @@ def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -
     if not profiles:
         return Spread(own.s_mm, None, (), None, None, draws)
     levels_mm = np.array([np.interp(own.s_mm, profile.s_mm, profile.level_mm) for profile in profiles])
-    finer, middle, coarser, designed = np.split(levels_mm, np.cumsum([REPLICATES, REPLICATES - 1, REPLICATES]))
-    runs_mm = finer, np.vstack([own.level_mm, middle]), coarser
+    waiting = max(0, REPLICATES - len(base.levels_mm))
+    finer, middle, coarser, designed = np.split(levels_mm, np.cumsum([REPLICATES, waiting, REPLICATES]))
+    runs_mm = finer, np.vstack([base.levels_mm, middle]), coarser
     fine, same, coarse = (SizeRuns(*size) for size in zip(radii_mm, runs_mm, strict=True))
     if not len(designed):
         return Spread(own.s_mm, (fine, same, coarse), (), None, None, draws)

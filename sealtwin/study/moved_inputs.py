@@ -11,9 +11,10 @@ from digitise.settings import CrackShape
 from digitise.weighing.moved_walls import moved_depth, shape_by_weight, walls_apart, widened
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Outline, Profile, Run, Sample, Solid
+from sealtwin.core.records import Floats, Outline, Profile, Run, Sample, Solid
 from sealtwin.core.settings import checked
 from sealtwin.trial.job import Job
+from sealtwin.trial.seed_levels import read_seeds
 from sealtwin.trial.trial_file import Trial, with_settings
 from validate.settings import ANGLE, OF_THE_WALLS
 
@@ -29,12 +30,20 @@ class Base:
     sample: Sample
     run: Run
     profile: Profile
+    others_mm: Floats | None = None  # Levels of the trial's other seeds, (seeds - 1, k)
 
     @classmethod
     def of(cls, job: Job) -> "Base":
         """Read a finished run."""
-        records = record_files.read_run(job.path), record_files.read_profile(job.path)
-        return cls(job.path, job.trial, record_files.read_sample(job.path), *records)
+        run, profile, seeds = record_files.read_run(job.path), record_files.read_profile(job.path), read_seeds(job)
+        others_mm = None if seeds is None else record_files.read_levels(job.path, seeds.seeds[1:])
+        return cls(job.path, job.trial, record_files.read_sample(job.path), run, profile, others_mm)
+
+    @property
+    def levels_mm(self) -> Floats:
+        """Level of each of the trial's seeds, (seeds, k), that of this run first."""
+        own_mm = self.profile.level_mm[None]
+        return own_mm if self.others_mm is None else np.vstack([own_mm, self.others_mm])
 
     @property
     def inputs(self) -> dict[str, float]:

@@ -13,6 +13,7 @@ from sealtwin.core.run_folder import look_into
 from sealtwin.core.stage_keys import UNNUMBERED
 from sealtwin.trial.job import (
     DIGITISED,
+    SEEDS,
     SIMULATED,
     STAGES,
     Job,
@@ -22,6 +23,7 @@ from sealtwin.trial.job import (
     shown,
     stage_settings,
 )
+from sealtwin.trial.seed_levels import read_level
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import readings_of
 from validate.figures.compare_sheet import MOST, compare_sheet
@@ -136,7 +138,7 @@ def _unused(side: Side) -> Sequence[str]:
 
 
 def _side(job: Job, name: str) -> Side:
-    readings = readings_of(job)
+    readings, (profile, seeds) = readings_of(job), read_level(job)
     run = record_files.read_simulation(job.path)
     counted = run.has_particles
     facts: dict[str, float | None] = {
@@ -157,15 +159,15 @@ def _side(job: Job, name: str) -> Side:
         name=name,
         settings=settings | numbers,
         without_effect=frozenset(_without_effect(job.trial, run, settings)),
-        profile=record_files.read_profile(job.path),
+        profile=profile,
         readings=readings,
         comparison=None if readings is None else read_comparison(job.path),
         facts=facts,
         replicate_of=_replicate_of(job.trial, job.folder.numbers_of("simulate")),
         volume_ratio=volume_ratio,
         escaped_particles=run.escaped_particles,
-        fluid_warnings=run_warnings(run, volume_ratio),
-        edited=[file for stage in STAGES for file in job.folder.edited(stage)],
+        fluid_warnings=run_warnings(run, volume_ratio, seeds),
+        edited=[file for stage in (*STAGES, SEEDS) for file in job.folder.edited(stage)],
     )
 
 
@@ -200,4 +202,4 @@ def _replicate_of(trial: Trial, numbers: dict[str, int]) -> str:
     digitised = stage_settings(trial, "digitise")
     ordered = {name: digitised[name] for name in ("crack", "path")}
     role = None if trial.readings is None else trial.readings.role
-    return json.dumps([ordered, stage_settings(trial, "simulate"), role, numbers], sort_keys=True)
+    return json.dumps([ordered, stage_settings(trial, "simulate"), trial.seeds, role, numbers], sort_keys=True)

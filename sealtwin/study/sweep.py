@@ -24,7 +24,7 @@ from sealtwin.trial.draft import drafted, sets_resolution
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import numbers_up_to
-from sealtwin.trial.trial_file import load_trial, replaced
+from sealtwin.trial.trial_file import load_trial, refuse_seeds, replaced
 from validate.metrics.verdict import kept_volume
 from validate.wording.headline import DRAFTED_MM
 from validate.wording.of_runs import sentences_of_runs
@@ -67,6 +67,7 @@ def sweep(
     study = load_study(file)
     base = file.parent / study.trial
     given, trial = settings or {}, load_trial(base, settings)
+    refuse_seeds(trial, base)
     if twice := sorted({*(study.names & given.keys()), *replaced(trial, given, study.names)}):
         raise InputError(f"--set {twice[0]}: {file} also sets this setting, or one that replaces it; change it there.")
     planned = plan_runs(study, file, trial)

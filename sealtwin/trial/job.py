@@ -25,6 +25,8 @@ OVERLAY, STRAIGHT = "overlay.png", "straight.png"  # Pictures of the first stage
 OF_A_PATH = ("outline.json", "trajectory.csv")  # The files among DIGITISED of a path without a solid
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the second stage that the third reads
 FILES_OF_A_SAMPLE = ("file", "second_photo", "mask", "path")  # Settings of [photo] and [mesh] that name a file
+SEEDS = "simulate-seeds"
+"""Name of the runs with the other seeds of a trial in the manifest; it sorts after simulate."""
 LARGEST_SHEET_BYTES = 5_000_000
 
 
@@ -38,6 +40,11 @@ class Above:
     """Function that returns the time of 'sealtwin validate RUN --uncertainty' in words, or "" if it is unknown."""
     earlier: "Callable[[Job], tuple[EarlierTrial, ...]]" = lambda _: ()
     """Function that returns the earlier trials of the job's lab with measured and held-out readings."""
+    other_seeds: "Callable[[Job], bool] | None" = None
+    """Function that brings the runs with the other seeds up to date, and returns True if it computed any."""
+    announce_seeds: "Callable[[Job], None]" = lambda _: None
+    """Function that notes the expected time of the runs with all seeds before the first begins."""
+    jobs: int = 0  # Worker processes of the runs with the other seeds; 0 computes them in this process
 
 
 NOTHING_ABOVE = Above()
@@ -165,10 +172,15 @@ def begin_writing(job: Job, stage: StageName) -> None:
     adopt_trial(job)
     (job.path / "run.json").unlink(missing_ok=True)
     # A robot program of the old path must not remain with the new path.
-    programs = ("robot",) if stage == "digitise" else ()
-    for stale in dict.fromkeys((stage, *programs, "validate")):
-        for name in job.folder.clear(stale):
-            job.progress.warn(f"{stale}: a file was edited since this stage wrote it; your version is kept as {name}.")
+    more = {"digitise": ("robot",), "simulate": (SEEDS,)}.get(stage, ())
+    for stale in dict.fromkeys((stage, *more, "validate")):
+        clear(job, stale)
+
+
+def clear(job: Job, stage: str) -> None:
+    """Delete the files of a stage. Edited files are renamed."""
+    for name in job.folder.clear(stage):
+        job.progress.warn(f"{stage}: a file was edited since this stage wrote it; your version is kept as {name}.")
 
 
 def adopt_trial(job: Job) -> None:

@@ -1,5 +1,6 @@
 """Run the stages of one trial, in order. A stage runs again only if its inputs, settings or number changed."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,17 +15,20 @@ from sealtwin.core.vtk_files import read_collection, read_frame
 from sealtwin.trial import digitise_stage, simulate_stage, validate_stage
 from sealtwin.trial.job import (
     NOTHING_ABOVE,
+    SEEDS,
     STAGES,
     Above,
     Job,
     StageName,
     adopt_trial,
+    clear,
     other_versions,
     require_sample,
     require_solid,
     shown,
     start_job,
 )
+from sealtwin.trial.seed_levels import read_seeds
 from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import Trial
 from validate.result import (
@@ -101,7 +105,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     escaped.
     """
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
-    redone: list[StageName] = []
+    redone, more = list[StageName](), False
     for caution in job.above.cautions:
         job.progress.warn(caution)
     for stage in STAGES:
@@ -111,7 +115,11 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         # Read the sheet first, so that a typo is found before minutes of simulation.
         if both and (readings := validate_stage.readings_of(job)) is not None:
             validate_stage.note_doubts(job, readings)
-        job.progress.later(REPORT_S if both else 0.0)
+        job.progress.later(REPORT_S if both else 0.0, rounds_of_seeds(job))
+        if stage == "simulate" and stage in stages and job.trial.seeds is not None:
+            job.above.announce_seeds(job)
+        if stage == "validate" and {"simulate", "validate"} & set(stages):
+            more = _bring_seeds_up_to_date(job)
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)
@@ -121,9 +129,29 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
             f"{job.path}: {escaped} particles went through a wall, which must never happen. The files are complete, "
             "but do not use them. Please report this with the trial file."
         )
-    if not redone:
+    if not redone and not more:
         job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
     return FinishedStages(result, tuple(redone))
+
+
+def rounds_of_seeds(job: Job) -> int:
+    """Return how many times the time of one run the other seeds take. They are computed side by side on a CPU."""
+    jobs = max(1, job.above.jobs) if job.device == "cpu" else 1
+    return 0 if job.trial.seeds is None else math.ceil((job.trial.seeds - 1) / jobs)
+
+
+def _bring_seeds_up_to_date(job: Job) -> bool:
+    """Compute the runs with the other seeds of the trial, or delete their mean if it has one seed.
+
+    Returns True if a file was changed.
+    """
+    if job.trial.seeds is not None:
+        if job.above.other_seeds is None:
+            raise RuntimeError("a trial with seeds needs Above.other_seeds")
+        return job.above.other_seeds(job)
+    was_there = SEEDS in job.folder.manifest["stages"]
+    clear(job, SEEDS)
+    return was_there
 
 
 def check_run(job: Job) -> tuple[str, ...]:
@@ -157,7 +185,8 @@ def read_result(job: Job) -> TrialResult:
             other_versions=tuple(other_versions(folder)),
             edited=tuple(name for stage in stages for name in folder.edited(stage)),
             sample=_sample(folder.path, job.trial) if "digitise" in stages else None,
-            fluid=_fluid(folder.path) if "simulate" in stages else None,
+            fluid=_fluid(job) if "simulate" in stages else None,
+            seeds=read_seeds(job),
             **(_compared(job) if "validate" in stages else {}),
         )
     target, text = folder.path / RESULT, files.as_json(result.model_dump())
@@ -197,10 +226,10 @@ def _sample(folder: Path, trial: Trial) -> SampleFigures:
     )
 
 
-def _fluid(folder: Path) -> FluidFigures:
+def _fluid(job: Job) -> FluidFigures:
     from validate.wording.headline import run_warnings
 
-    run = record_files.read_simulation(folder)
+    run = record_files.read_simulation(job.path)
     counts = ("particles", "escaped_particles", "spilled_particles")
     return FluidFigures(
         # The fast model has no particles.
@@ -208,7 +237,7 @@ def _fluid(folder: Path) -> FluidFigures:
         unfit=None if run.has_particles else run.unfit,
         volume_ratio=run.volume_ratio,
         device=run.device,
-        warnings=run_warnings(run, run.volume_ratio),
+        warnings=run_warnings(run, run.volume_ratio, read_seeds(job)),
     )
 
 

@@ -59,7 +59,7 @@ def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: P
 
 
 def _text(folder: Path, content: Mapping[str, Any], given: Mapping[str, Any], assumed: Mapping[str, Any]) -> str:
-    head = {key: content[key] for key in ("name", "note", "seed") if key in content}
+    head = {key: content[key] for key in ("name", "note", "seed", "seeds") if key in content}
     lines = [HEAD.format(file=(folder / "trial.toml").as_posix(), run=(folder / "run").as_posix())]
     lines += [f"{key} = {toml_value(value)}" for key, value in head.items()]
     tables = dict.fromkeys(name.partition(".")[0] for name in (*given, *assumed) if "." in name)

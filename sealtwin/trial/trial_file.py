@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError, present
@@ -19,6 +19,7 @@ from simulate.settings import REPLACED_BY_CURVE, Fluid, Nozzle, SampleSlope, Sol
 from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
+MOST_SEEDS = 20  # Most runs of one trial that differ only in the seed
 
 PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"  # Pattern of one line that is not blank
 LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
@@ -53,6 +54,8 @@ class Trial(Settings):
     """Note in the report, with what a reader must know about this trial."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of the small random offsets of the particles at the nozzle."""
+    seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS)] | None = None
+    """Runs with seeds seed, seed + 1 and so on, 1 to 20. The level is their mean, with the band of one further run."""
     photo: PhotoInput | None = None
     crack: CrackShape | None = None  # Depth and walls, which a mesh shows but a photo does not
     mesh: MeshInput | None = None  # Mesh, instead of photo and crack
@@ -66,6 +69,12 @@ class Trial(Settings):
     gate: Gate | None = None
     uncertainty: Uncertainty = Uncertainty()
     """Standard uncertainties of the inputs. 'sealtwin validate RUN --uncertainty' computes that of the result."""
+
+    @field_validator("seeds")
+    @classmethod
+    def _several(cls, seeds: int | None) -> int | None:
+        """Return None for one run, which is a trial without ``seeds``."""
+        return None if seeds == 1 else seeds
 
     @model_validator(mode="after")
     def _one_sample(self) -> Self:
@@ -92,6 +101,10 @@ class Trial(Settings):
             raise ValueError(
                 f"path.trim_mm removes {sum(self.path.trims_mm):g} mm, but no crack in this face is so long: give a "
                 "smaller path.trim_mm"
+            )
+        if self.seeds is not None and not self.solver.has_particles:
+            raise ValueError(
+                f"seeds = {self.seeds}: the fast model computes the same level with every seed; leave seeds out"
             )
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: a gate needs readings to compare with; add them or remove it")
@@ -163,6 +176,15 @@ def no_such_setting(name: str) -> str:
     if close:
         return f"{name}: no such setting; the nearest is '{close[0]}'"
     return f'{name}: no such setting; expected seed or a key of [{"], [".join(TABLES)}], such as "fluid.U"'
+
+
+def refuse_seeds(trial: Trial, where: object) -> None:
+    """Raise InputError if a trial whose runs have one seed each has ``seeds``."""
+    if trial.seeds is not None:
+        raise InputError(
+            f"{where}: seeds = {trial.seeds} is for 'sealtwin run', 'quick', 'simulate' and 'validate'. Here each run "
+            "has one seed: leave seeds out, or give --set seeds=1."
+        )
 
 
 def folder_name(name: str) -> str:

@@ -14,6 +14,7 @@ from sealtwin.core.vtk_files import read_frame
 from sealtwin.trial.job import (
     DIGITISED,
     OVERLAY,
+    SEEDS,
     SIMULATED,
     STRAIGHT,
     Job,
@@ -22,10 +23,11 @@ from sealtwin.trial.job import (
     made_by,
     stage_settings,
 )
+from sealtwin.trial.seed_levels import OF_SEEDS, read_level
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
 from validate.report_input import ReadingsSheet, provenance
-from validate.result import COMPARISON, EARLIER, PREDICTION
+from validate.result import COMPARISON, EARLIER, PREDICTION, SeedRuns
 
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
@@ -56,6 +58,9 @@ def bring_up_to_date(job: Job) -> bool:
     spread = read_spread(job)
     if spread is not None:
         inputs |= {SPREAD: files.sha256(job.path / SPREAD)}
+    if trial.seeds is not None:
+        read_level(job)
+        inputs |= {name: files.sha256(job.path / name) for name in OF_SEEDS}
     settings = stage_settings(trial, "validate")
 
     sheet, searched = sheet_of(job), job.above.lab_searched
@@ -78,7 +83,7 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.uncertainty.validation import predict
 
     outline, solid = _crack(job)
-    run, profile = record_files.read_run(job.path), record_files.read_profile(job.path)
+    run, (profile, seeds) = record_files.read_run(job.path), read_level(job)
     with files.understood(job.path / "simulation.json"):
         ratio = record_files.read_simulation(job.path).volume_ratio
     readings = readings_of(job, profile)
@@ -86,7 +91,8 @@ def bring_up_to_date(job: Job) -> bool:
         job.progress.note(f"Readings: {readings.dialect}.")
         note_doubts(job, readings)
     job.progress.advance(1, "writing the report")
-    stages, used = ("digitise", "simulate", UNCERTAINTY), {*DIGITISED, OVERLAY, STRAIGHT, *SIMULATED, SPREAD}
+    stages = ("digitise", "simulate", SEEDS, UNCERTAINTY)
+    used = {*DIGITISED, OVERLAY, STRAIGHT, *SIMULATED, *OF_SEEDS, SPREAD}
     run_folder = f"reports/{trial.folder_name}"
     trajectory = record_files.read_trajectory(job.path)
     evidence = Evidence(
@@ -97,12 +103,13 @@ def bring_up_to_date(job: Job) -> bool:
         trajectory=trajectory,
         run=run,
         profile=profile,
+        seeds=seeds,
         readings=readings,
         volume_ratio=ratio,
         overlay_path=job.path / OVERLAY,
         straight_path=job.path / STRAIGHT,
         photo_data=trial.shown_by.data,
-        provenance=_provenance(job, sheet, spread is not None),
+        provenance=_provenance(job, sheet, varied=spread is not None, seeds=seeds),
         commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
         sheet=sheet,
         edited=tuple(name for stage in stages for name in job.folder.edited(stage) if name in used),
@@ -153,7 +160,7 @@ def read_spread(job: Job) -> "Spread | None":
     from validate.uncertainty.computed import Spread
 
     with files.understood(job.path / SPREAD):
-        return Spread.of(files.read_json(job.path / SPREAD))
+        return replace(Spread.of(files.read_json(job.path / SPREAD)), mean_of=job.trial.seeds or 1)
 
 
 def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
@@ -232,8 +239,8 @@ def _sheet(content: dict[str, Any]) -> ReadingsSheet:
     return ReadingsSheet(name=content["name"], sha256=content["sha256"], operator=operator, date=date)
 
 
-def _provenance(job: Job, sheet: "ReadingsSheet | None", varied: bool) -> dict[str, str]:
-    done = ("digitise", "simulate", *([UNCERTAINTY] if varied else []))
+def _provenance(job: Job, sheet: "ReadingsSheet | None", *, varied: bool, seeds: SeedRuns | None) -> dict[str, str]:
+    done = ("digitise", "simulate", *([SEEDS] if seeds else []), *([UNCERTAINTY] if varied else []))
     stages = {stage: job.folder.manifest["stages"][stage] for stage in done}
     facts: dict[str, str] = {}
     listed: set[tuple[str, str]] = set()
@@ -249,4 +256,5 @@ def _provenance(job: Job, sheet: "ReadingsSheet | None", varied: bool) -> dict[s
     if edited := [name for stage in stages for name in job.folder.edited(stage)]:
         facts["edited by hand since"] = ", ".join(edited)
     run = stages["simulate"]
-    return provenance(facts, run["device"], run["seed"], run["versions"], job.numbers("validate"))
+    seed = run["seed"] if seeds is None else ", ".join(map(str, seeds.seeds))
+    return provenance(facts, run["device"], seed, run["versions"], job.numbers("validate"))

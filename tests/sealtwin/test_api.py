@@ -238,6 +238,23 @@ def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
     assert not (tmp_path / "other").exists()
 
 
+def test_the_level_of_several_seeds_is_their_mean(lab, tmp_path, monkeypatch):
+    """In this process: a script without a guard runs it. ``seeds`` replaces the trial's own."""
+    leave_out_pages(monkeypatch)
+    with pytest.warns(RuntimeWarning, match="fluid.U is "):
+        trial = st.run_trial(lab / "trial.toml", out=tmp_path / "run", seeds=2)
+    assert trial.result.seeds is not None
+    assert trial.result.seeds.seeds == (0, 1)
+    table = np.genfromtxt(tmp_path / "run" / "level.csv", delimiter=",", names=True)
+    assert trial.level.level_mm == pytest.approx((table["seed_0_mm"] + table["seed_1_mm"]) / 2, abs=1e-6)
+    with pytest.warns(RuntimeWarning, match="fluid.U is "):
+        again = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
+    assert again.result.seeds is None
+    assert again.level.level_mm == pytest.approx(table["seed_0_mm"])
+    with pytest.raises(InputError, match="run_trial: seeds"):
+        st.run_trial(lab / "trial.toml", out=tmp_path / "run", seeds=30)
+
+
 def test_a_report_says_what_nobody_declared(way, result, tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
     leave_out_pdf(monkeypatch)

@@ -12,8 +12,9 @@ from validate.figures import theme
 from validate.figures.particles import cut_rings, plane_at
 from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
-from validate.result import Comparison, PredictedLevel
+from validate.result import Comparison, PredictedLevel, SeedRuns
 from validate.units import signed
+from validate.wording.seeds import levels_in_words
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,8 @@ class FirstLayout:
 WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0, whole_titles=True)
 NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5, whole_titles=False)
 HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Shown above the highest level or reading, and below the floor
-BAND_READ, BAND_PREDICTED = "their own error, 19 of 20", "19 of 20 simulated levels"
-"""Names of the 95 % bands of all readings together and of the predicted level: "band" is taken for a tolerance."""
+BAND_READ, BAND_NEXT = "their own error, 19 of 20", "one further run, 19 of 20 places"
+"""Names of the 95 % bands of all readings together, and of a run with another seed: "band" is taken for a tolerance."""
 LABELLED_MM = 0.5  # Least error at a station that has a number
 NEAR_END = 0.06  # Share of the length at each end in which a label is beside its place
 OBLIQUE = 0.3  # Largest distance of a wall's point along the crack, over that across it, at which it is drawn
@@ -59,6 +60,7 @@ class FirstFigure:
     readings: Profile | None = None
     comparison: Comparison | None = None
     prediction: PredictedLevel | None = None
+    seeds: SeedRuns | None = None
 
     def stretch(self, layout: FirstLayout) -> float:
         """Return how much larger heights and widths are drawn than lengths; 1 if they are drawn to one scale."""
@@ -72,6 +74,8 @@ class FirstFigure:
         shown = [self.profile.level_mm] + ([] if self.readings is None else [self.readings.level_mm])
         if self.prediction is not None:
             shown.append(self.prediction.level_mm + self.prediction.profile_band_95_mm)
+        if self.seeds is not None:
+            shown.append(self.profile.level_mm + self.seeds.band_95_mm)
         highest = max(0.0, *(float(np.max(levels)) for levels in shown))
         return -self.solid.depth_mm - BELOW_FLOOR_MM, highest + HEADROOM_MM
 
@@ -152,7 +156,8 @@ class FirstFigure:
         axes.axhline(0.0, color=theme.INK, linewidth=1.0)
         if (prediction := self.prediction) is not None:
             whole_mm = prediction.profile_band_95_mm
-            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.MUTED, 0.28, BAND_PREDICTED)
+            name = f"19 of 20 {levels_in_words(self.seeds, 'simulated level')}"
+            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.MUTED, 0.28, name)
         if readings is not None:
             if comparison is not None and comparison.uncertainty is not None:
                 bands = comparison.uncertainty.levels
@@ -171,9 +176,14 @@ class FirstFigure:
                 )  # fmt: skip
             name = "readings" if readings.data == "measured" else f"readings ({readings.data})"
             axes.plot(readings.s_mm, readings.level_mm, "o", color=theme.MEASURED, markersize=5, label=name)
+        if self.seeds is not None and prediction is None:
+            theme.draw_band(
+                axes, profile.s_mm, profile.level_mm, self.seeds.band_95_mm, theme.SIMULATED, 0.3, BAND_NEXT
+            )
         # Over the bands, since no level is below the floor.
         theme.draw_ground(axes, profile.s_mm, floor_mm, low_mm)
         kind = "simulated" if prediction is None else "predicted"
+        kind += "" if self.seeds is None else f", mean of {len(self.seeds.seeds)} runs"
         axes.plot(profile.s_mm, profile.level_mm, color=theme.SIMULATED, linewidth=2.0, label=kind)
         axes.set_ylim(low_mm, high_mm)
         _title(axes, "Level, mm from the face", " of the sample (0)", layout)

@@ -9,7 +9,7 @@ from sealtwin.core.solid_figures import WeighedCavity
 from validate.comparison import StationErrors
 from validate.figures import theme
 from validate.metrics.curve_distances import level_difference
-from validate.result import Comparison, PredictedLevel
+from validate.result import Comparison, PredictedLevel, SeedRuns
 from validate.uncertainty.validation import COVERAGE
 from validate.units import signed
 
@@ -26,10 +26,11 @@ def draw_profile(
     comparison: Comparison | None,
     on: FigureBase | None = None,
     prediction: PredictedLevel | None = None,
+    seeds: SeedRuns | None = None,
 ) -> Figure:
     """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings.
 
-    A predicted level is drawn with its own band.
+    A predicted level, and a mean of several runs, is drawn with its own band.
     """
     axes = (on or theme.plate(3.4)).add_subplot()
     if prediction is not None:
@@ -37,8 +38,12 @@ def draw_profile(
         theme.draw_band(axes, *curve, prediction.band_95_mm, theme.SIMULATED, 0.3, "95 % band at each place")
         whole_mm = prediction.profile_band_95_mm
         theme.draw_band(axes, *curve, whole_mm, theme.SIMULATED, 0.12, "95 % band of the whole level")
+    elif seeds is not None:
+        curve = profile.s_mm, profile.level_mm
+        theme.draw_band(axes, *curve, seeds.band_95_mm, theme.SIMULATED, 0.3, "95 % band of one further run")
     compared = (None, None) if readings is None or comparison is None else (readings, comparison)
-    return draw_levels(axes, profile, sections, *compared)
+    label = "simulated" if seeds is None else f"simulated, mean of {len(seeds.seeds)} runs"
+    return draw_levels(axes, profile, sections, *compared, label=label)
 
 
 def draw_levels(

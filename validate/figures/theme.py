@@ -111,7 +111,13 @@ def draw_face(axes: Axes) -> None:
 
 
 def draw_band(
-    axes: Axes, x: Floats, middle: Floats | float, half: Floats, colour: str, alpha: float, label: str | None = None
+    axes: Axes,
+    x: Floats,
+    middle: Floats | float,
+    half: Floats | float,
+    colour: str,
+    alpha: float,
+    label: str | None = None,
 ) -> None:
     axes.fill_between(x, middle - half, middle + half, color=colour, alpha=alpha, linewidth=0, label=label)
 

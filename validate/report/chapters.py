@@ -40,6 +40,7 @@ from validate.wording.comparison import (
 )
 from validate.wording.headline import verdict_in_full
 from validate.wording.prediction import prediction_table
+from validate.wording.seeds import levels_in_words, mean_sentence
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,7 @@ def first_figure(evidence: Evidence) -> FirstFigure:
         readings=evidence.readings,
         comparison=evidence.comparison,
         prediction=evidence.prediction,
+        seeds=evidence.seeds,
     )
 
 
@@ -123,14 +125,16 @@ def scale_words(shown: FirstFigure, layout: FirstLayout) -> str:
 def first_caption(evidence: Evidence) -> str:
     """Return a text on the bands of the first figure, and on the places in them; empty without bands."""
     if evidence.prediction is not None:
-        return "Grey: 19 of 20 simulated levels lie in this band along the whole crack. It is no tolerance."
+        levels = levels_in_words(evidence.seeds, "simulated level")
+        return f"Grey: 19 of 20 {levels} lie in this band along the whole crack. It is no tolerance."
+    mean = "" if evidence.seeds is None else mean_sentence(evidence.seeds)
     comparison = evidence.comparison
     uncertainty = None if comparison is None else comparison.uncertainty
     if uncertainty is None or uncertainty.stations is None:
-        return ""
+        return mean
     stations = uncertainty.stations
     inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
-    return (
+    return f"{mean} ".lstrip() + (
         "Grey: the readings' own error, no tolerance; a perfect model would be inside all along in 19 of 20 repeats. "
         f"This one is at {inside} places. Bars: single readings."
     )
@@ -219,13 +223,18 @@ def _weighed(evidence: Evidence) -> Iterator[Item]:
 
 def _level_plate(evidence: Evidence) -> Plate:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
-    prediction = evidence.prediction
+    prediction, seeds = evidence.prediction, evidence.seeds
+    level = "Simulated level" if seeds is None else f"Simulated level, mean of {len(seeds.seeds)} runs,"
+    if seeds is not None and prediction is None:
+        level = f"{level} with the 95 % band of one further run,"
     against = "" if readings is None else ", with the caliper's means, their common 95 % band and single readings"
     if prediction is not None:
         against = ", predicted with no setting fitted to this sample, and its 95 % bands for a place and for the whole"
     return Plate(
-        f"Simulated level along the crack{against}.",
-        lambda: draw_profile(profile, evidence.solid.sections, readings, comparison, prediction=prediction),
+        f"{level} along the crack{against}.",
+        lambda: draw_profile(
+            profile, evidence.solid.sections, readings, comparison, prediction=prediction, seeds=seeds
+        ),
     )
 
 
@@ -269,13 +278,18 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
         )
         yield Plate("The same sections, coloured by age.", lambda: draw_fill(frames, scene, by=("age",)))
     yield Plate(
-        "All particles from the side, coloured by age; the line is the level read from them.",
+        f"All particles from the side{_of_first(evidence)}, coloured by age; the line is the level read from "
+        f"{'them' if evidence.seeds is None else 'all runs'}.",
         lambda: draw_side_view(run, outline, solid, evidence.profile),
     )
     yield Plate(
         "The sample from above, particles coloured by height.",
         lambda: draw_top_view(run, outline, solid, evidence.trajectory),
     )
+
+
+def _of_first(evidence: Evidence) -> str:
+    return "" if evidence.seeds is None else f" in the run of seed {evidence.seeds.seeds[0]}"
 
 
 OVERLAY_PX = 1500  # Largest width of the overlay in the report; the run folder has it in full size

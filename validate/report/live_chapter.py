@@ -49,7 +49,10 @@ def _band(evidence: Evidence) -> dict[str, Any] | None:
 def _sentences(evidence: Evidence) -> list[str]:
     """Return sentences on the model of the page's level, on its band, and on the readings."""
     if evidence.run.has_particles:
-        sentences = ["This is the level of the particles as run, plus the change that the fast model computes."]
+        level = "level of the particles as run"
+        if evidence.seeds is not None:
+            level = f"mean level of the {len(evidence.seeds.seeds)} runs by particles"
+        sentences = [f"This is the {level}, plus the change that the fast model computes."]
         band = _band(evidence)
         sentences.append(
             "No band: the uncertainty of this simulation was not computed."

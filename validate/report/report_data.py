@@ -15,7 +15,7 @@ from sealtwin.core.settings_text import described
 from validate import comparison, report_input, result, settings, units
 from validate.comparison import in_unit
 from validate.report_input import Evidence, ReadingsSheet
-from validate.result import Comparison, EarlierTrials, Outcome, PredictedLevel
+from validate.result import IF_SEVERAL, Comparison, EarlierTrials, Outcome, PredictedLevel, SeedRuns
 from validate.uncertainty.validation import with_time
 from validate.units import PageTable, unit_of, words
 from validate.wording import first_page as first_page_words
@@ -77,6 +77,8 @@ class ReportData(JsonRecord):
     """Figures of simulated against measured level, and the verdict; None if there are no readings."""
     prediction: PredictedLevel | None
     """Level of a run without readings, with its band; None if there are readings, or no extra runs."""
+    seeds: SeedRuns | None = IF_SEVERAL
+    """Runs that differ only in the seed, whose mean is the level; left out if there is one run."""
     uncertainty: tuple[str, ...]
     """Sentences on the uncertainty, and on what the intervals do not include."""
     earlier_trials: EarlierTrials | None
@@ -155,6 +157,7 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
         readings=sheet and readings and ReadingsFile(**dict(sheet), dialect=readings.dialect, data=readings.data),
         comparison=evidence.comparison and with_time(evidence.comparison, evidence.extra_runs),
         prediction=evidence.prediction,
+        seeds=evidence.seeds,
         uncertainty=uncertainty_sentences(evidence),
         earlier_trials=evidence.earlier,
         mass_balance={

@@ -144,6 +144,7 @@ class Replicates:
 
     radii_mm: Sequence[float]  # From the finest to the coarsest
     runs: Sequence[Floats]  # (runs, k) for each size
+    mean_of: int = 1  # Number of runs of the middle size whose mean is the level
 
     @cached_property
     def means(self) -> Floats:
@@ -167,10 +168,10 @@ class Replicates:
         return error + off / np.sqrt(squares[:, None] * _chi_squares("particle size", freedom, draws))
 
     def single_runs(self, draws: int) -> Floats:
-        """Return draws of the deviation of a single run from the mean over seeds, (draws, k)."""
+        """Return draws of the deviation of the level from the mean over all seeds, (draws, k)."""
         freedom = self._count - len(self.runs)
         off = normals("single run", self._count, draws) @ self._residuals
-        return off / np.sqrt(_chi_squares("single run", freedom, draws))
+        return off / np.sqrt(self.mean_of * _chi_squares("single run", freedom, draws))
 
     def orders(self, draws: int) -> Floats:
         """Return draws of the order p, (draws,)."""
@@ -228,12 +229,16 @@ def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> l
     draws = draws_for(stations)
     parts = [
         ("particle size", replicates.size_errors(draws)),
-        ("scatter of single runs", replicates.single_runs(draws)),
+        (_scatter_of(replicates.mean_of), replicates.single_runs(draws)),
     ]
     if volume_level_mm is not None:
         moved_mm = volume_level_mm * (2 * uniforms("volume of the numerics", 1, draws) - 1)
         parts.append(("volume gained or lost by the numerics", np.tile(moved_mm, stations)))
     return [Component(name, "computed", draws_mm, shared=True, kind="numerics") for name, draws_mm in parts]
+
+
+def _scatter_of(runs: int) -> str:
+    return "scatter of single runs" if runs == 1 else f"scatter of the mean of {runs} runs"
 
 
 def _chi_squares(name: str, freedom: int, draws: int) -> Floats:
@@ -290,6 +295,7 @@ class Spread:
     """Standard deviation of an effect due to the scatter of single runs; None if it was not computed."""
     design_radius_mm: float | None  # Particle radius in the runs of the effects; None without such runs
     draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
+    mean_of: int = 1  # Number of runs whose mean is the level; a setting of the trial, which is not in the file
 
     def __post_init__(self) -> None:
         """Raise InputError if runs of one size are copies of each other."""
@@ -302,7 +308,7 @@ class Spread:
         if self.sizes is None:
             return None
         levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
-        return Replicates([size.radius_mm for size in self.sizes], levels_mm)
+        return Replicates([size.radius_mm for size in self.sizes], levels_mm, self.mean_of)
 
     def inputs_at(self, s_mm: Floats) -> Inputs:
         """Return the effects of the inputs, interpolated at ``s_mm``."""
@@ -314,7 +320,9 @@ class Spread:
 
     def content(self) -> dict[str, Any]:
         """Return the content of a JSON file."""
-        return {"version": 2, **asdict(self)}
+        content = asdict(self)
+        del content["mean_of"]
+        return {"version": 2, **content}
 
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:

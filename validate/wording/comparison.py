@@ -171,7 +171,9 @@ def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
     run = (
         f"with particles of {evidence.run.radius_mm:g} mm radius" if evidence.run.has_particles else "of the fast model"
     )
-    sentence = f"The uncertainty is not assessed: this is a single run {run}."
+    what = "this is a single run" if evidence.seeds is None else f"these are {len(evidence.seeds.seeds)} runs"
+    scatter = "" if evidence.seeds is None else ", whose band shows their scatter alone"
+    sentence = f"The uncertainty is not assessed: {what} {run}{scatter}."
     if evidence.readings is not None or not evidence.extra_runs:
         return (sentence,)
     return (f"{sentence} Compute its band with 'sealtwin validate RUN --uncertainty' (about {evidence.extra_runs}).",)

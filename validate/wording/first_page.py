@@ -10,6 +10,7 @@ from validate.result import Comparison, PredictedLevel
 from validate.units import counted, setting_name, signed
 from validate.wording.comparison import volumes_mm3
 from validate.wording.headline import faults, headline, not_measured
+from validate.wording.seeds import levels_in_words
 
 ML = 1000.0  # mm³
 MOST_NAMED = 6  # Most fitted settings that the page names
@@ -72,7 +73,11 @@ def first_page(evidence: Evidence) -> FirstPage:
             _tested(comparison, fast=fast),
         )
     elif prediction is not None:
-        tiles = (*_predicted(prediction), _volumes(evidence), _no_readings(evidence))
+        tiles = (
+            *_predicted(prediction, levels_in_words(evidence.seeds, "simulation")),
+            _volumes(evidence),
+            _no_readings(evidence),
+        )
     else:
         tiles = (*_alone(evidence), _volumes(evidence), _no_readings(evidence))
     return FirstPage(
@@ -258,19 +263,19 @@ def _tested(comparison: Comparison, *, fast: bool) -> Tile:
     return Tile(title=title, figure="Not declared", text=text)
 
 
-def _predicted(prediction: PredictedLevel) -> tuple[Tile, Tile]:
+def _predicted(prediction: PredictedLevel, levels: str) -> tuple[Tile, Tile]:
     low, high = (signed(value_mm, 2) for value_mm in prediction.mean_level_95_mm)
     half_mm = float(np.median(prediction.band_95_mm))
     return (
         Tile(
             title="Mean level, predicted",
             figure=f"{signed(prediction.mean_level_mm, 2)} mm",
-            text=f"From the face; 19 of 20 simulations have {low} to {high} mm.",
+            text=f"From the face; 19 of 20 {levels} have {low} to {high} mm.",
         ),
         Tile(
             title="How sure at one place",
             figure=f"± {half_mm:.1f} mm",
-            text=f"19 of 20 simulations, at a typical place; ± {prediction.band_95_mm.max():.1f} mm at the least sure "
+            text=f"19 of 20 {levels}, at a typical place; ± {prediction.band_95_mm.max():.1f} mm at the least sure "
             "one. Errors of the readings come on top.",
         ),
     )
@@ -328,10 +333,13 @@ def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
             signed(float(value), 1) if there else "-" for value, there in zip(np.asarray(values), which, strict=True)
         )
 
+    simulated, seeds = "simulated, mm", evidence.seeds
+    if seeds is not None:
+        simulated = f"mean of {len(seeds.seeds)} ± {seeds.band_95_mm:.1f}, mm"
     rows = [
         ("along, mm", tuple(f"{s_mm:.4g}" for s_mm in readings.s_mm)),
         ("read, mm", row(readings.level_mm)),
-        ("simulated, mm", row(level_mm, inside)),
+        (simulated, row(level_mm, inside)),
         ("error, mm", row(level_mm - readings.level_mm, inside)),
     ]
     if half_mm is not None:

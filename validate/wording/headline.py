@@ -7,12 +7,13 @@ from sealtwin.core.records import Run
 from sealtwin.core.regime import standing_stress_pa
 from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_volume, leak
 from validate.report_input import Evidence
-from validate.result import Outcome
+from validate.result import Outcome, SeedRuns
 from validate.uncertainty.earlier_trials import expected_sentences
 from validate.uncertainty.validation import missing_sentence
 from validate.units import counted
 from validate.wording.comparison import volumes_mm3
 from validate.wording.prediction import predicted_sentence
+from validate.wording.seeds import seed_sentences
 
 FEW_ACROSS = 3.0
 """Least number of particles from wall to wall; the paper has four. Runs with two particles gained 11 to 17 % in volume,
@@ -41,7 +42,7 @@ FAST = (
 def method_sentences(run: Run | Simulation) -> tuple[str, ...]:
     """Return sentences on a draft, or on a run of the fast model and on whether it fits the case. Others have none."""
     if run.fast_fill is None:
-        return (DRAFT,) if _table(run, "solver").get("preset") == "draft" else ()
+        return (DRAFT,) if is_draft(run) else ()
     if run.unfit:
         return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.unfit)
     above_mm = round(run.fast_fill.above_mm, 1)
@@ -49,13 +50,18 @@ def method_sentences(run: Run | Simulation) -> tuple[str, ...]:
     return (f"{FAST} The case is within its domain (decision 0151){over if above_mm > 0 else ''}.",)
 
 
-def run_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
+def is_draft(run: Run | Simulation) -> bool:
+    return _table(run, "solver").get("preset") == "draft"
+
+
+def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> tuple[str, ...]:
     """Return a sentence for each figure of a run that shows a fault. A sound run has none.
 
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
-    sample's edge has its own sentence, since the fluid did not lose it.
+    sample's edge has its own sentence, since the fluid did not lose it. Faults of the other runs of ``seeds`` follow.
     """
-    return *method_sentences(run), *fluid_warnings(run, volume_ratio)
+    others = () if seeds is None else seeds.warnings
+    return *method_sentences(run), *fluid_warnings(run, volume_ratio), *others
 
 
 def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
@@ -142,7 +148,7 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
 
 def faults(evidence: Evidence) -> tuple[str, ...]:
     """Return cautions about edited files, the run and the weighed cavity."""
-    texts = list(run_warnings(evidence.run, evidence.volume_ratio))
+    texts = list(run_warnings(evidence.run, evidence.volume_ratio, evidence.seeds))
     if (weighed := evidence.solid.figures.weighed) is not None:
         texts += weighed.findings
     if evidence.edited:
@@ -193,12 +199,16 @@ def verdict_in_full(evidence: Evidence) -> tuple[str, ...]:
     if comparison is not None and comparison.uncertainty is not None and comparison.uncertainty.budget.missing:
         elsewhere = missing_sentence(comparison.uncertainty.budget.missing)
         findings = (one for one in findings if one != elsewhere)
-    return (*headline(evidence)[0], *_nearness(evidence), *_expected(evidence), *findings)
+    return (*headline(evidence)[0], *_nearness(evidence), *_mean(evidence), *_expected(evidence), *findings)
 
 
 def in_short(evidence: Evidence) -> tuple[str, ...]:
     """Return sentences on the error, if there are readings, on the places of the sealant, and on earlier trials."""
-    return (*_nearness(evidence), _whereabouts(evidence), *_expected(evidence))
+    return (*_nearness(evidence), *_mean(evidence), _whereabouts(evidence), *_expected(evidence))
+
+
+def _mean(evidence: Evidence) -> tuple[str, ...]:
+    return seed_sentences(evidence.seeds, draft=is_draft(evidence.run))
 
 
 def _expected(evidence: Evidence) -> tuple[str, ...]:

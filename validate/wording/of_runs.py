@@ -6,6 +6,11 @@ from collections.abc import Mapping, Sequence
 NUMBER = re.compile(r"\d[\d.,]*(e[+-]?\d+)?")
 
 
+def kind_of(sentence: str) -> str:
+    """Return the sentence without its numbers."""
+    return NUMBER.sub("#", sentence)
+
+
 def sentences_of_runs(by_run: Mapping[int, Sequence[str]], total: int) -> list[str]:
     """Return each sentence of the runs once, with the number of runs of ``total`` that have it.
 
@@ -15,7 +20,7 @@ def sentences_of_runs(by_run: Mapping[int, Sequence[str]], total: int) -> list[s
     kinds: dict[str, dict[int, str]] = {}
     for number, sentences in by_run.items():
         for sentence in sentences:
-            kinds.setdefault(NUMBER.sub("#", sentence), {}).setdefault(number, sentence)
+            kinds.setdefault(kind_of(sentence), {}).setdefault(number, sentence)
     shared = []
     for by_number in kinds.values():
         number, sentence = next(iter(by_number.items()))

@@ -125,7 +125,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
         trial.write("\n[uncertainty]\nrepeatability_mm = 5.0\npass_mm = 0.0\n")
     ranges = {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)}
     progress, later_s = Progress(), list[float]()
-    progress.later = lambda left_s: later_s.append(left_s)
+    progress.later = lambda left_s, times=0: later_s.append(left_s)
     # By the model alone, since the times of these small runs are of the machine.
     monkeypatch.setattr(Forecast, "scaled_s", lambda _, model_s: model_s)
     content = calibrate([one], ranges, tmp_path / "out", HERE, progress, held_out=[other], budget=14).content

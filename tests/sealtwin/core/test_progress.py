@@ -62,7 +62,7 @@ def test_a_log_tells_the_time_that_is_given_or_that_its_pace_shows(capsys, clock
 
 
 def test_the_time_left_is_that_of_the_whole_command(capsys, clock):
-    """Of a hundred steps a tenth took 10 s, and 30 s of other work follow."""
+    """Of a hundred steps a tenth took 10 s, and 30 s of other work follow; then two more times the same steps."""
     shown = PlainProgress()
     shown.later(30.0)
     shown.start("Simulating", 100)
@@ -74,6 +74,10 @@ def test_the_time_left_is_that_of_the_whole_command(capsys, clock):
     clock[0] = 40.0
     shown.advance(40)
     assert "about 45 s left" in capsys.readouterr().err
+    shown.later(5.0, times=2)
+    clock[0] = 60.0
+    shown.advance(50)
+    assert "about 105 s left" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
-from sealtwin.study import extra_runs, runner
+from sealtwin.study import extra_runs, runner, variants
 from sealtwin.study.estimate import size_of
 from sealtwin.study.extra_runs import time_of_extra_runs, vary
 from sealtwin.study.runner import Sealing
@@ -164,7 +164,7 @@ def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatc
         waiting.extend(run.key for run in runs if run.state == "waiting")
         return runner.compute(folder, runs, *rest)
 
-    monkeypatch.setattr(extra_runs, "compute", compute)
+    monkeypatch.setattr(variants, "compute", compute)
     assert _vary(path)
     assert waiting == [lost.key]
     assert (path / SPREAD).read_bytes() == (varied / SPREAD).read_bytes()

@@ -8,9 +8,12 @@ from matplotlib.patches import Polygon, Rectangle
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from tests.evidence import make_evidence
+from tests.evidence import SEEDS, make_evidence
 from validate.figures.first_figure import NARROW, WIDE
-from validate.report.chapters import first_figure
+from validate.report.chapters import first_caption, first_figure
+from validate.settings import Uncertainty
+from validate.uncertainty.computed import Effect, Spread
+from validate.uncertainty.validation import predict
 
 
 @pytest.fixture
@@ -30,6 +33,28 @@ def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readin
         assert middles == pytest.approx(evidence.readings.s_mm)
     alone = replace(evidence, readings=None, comparison=None)
     assert len(first_figure(alone).draw(NARROW).axes) == 2
+
+
+def test_the_mean_of_several_runs_has_the_band_of_one_more(evidence, tmp_path):
+    """Not beside a prediction, whose band includes the scatter."""
+    alone = replace(evidence, readings=None, comparison=None, seeds=SEEDS)
+    axes = first_figure(alone).draw(NARROW).axes[1]
+    (band,) = [each for each in axes.collections if each.get_label() == "one further run, 19 of 20 places"]
+    s_mm, level_mm = evidence.profile.s_mm, evidence.profile.level_mm
+    ends_mm = np.asarray(band.get_paths()[0].vertices)
+    for side in (-1, 1):
+        edge = ends_mm[np.argmin(np.hypot(*(ends_mm - (s_mm[5], level_mm[5] + side * SEEDS.band_95_mm)).T))]
+        assert edge == pytest.approx((s_mm[5], level_mm[5] + side * 0.75))
+    labels = [str(line.get_label()) for line in axes.lines]
+    assert "simulated, mean of 3 runs" in labels
+    assert "mean of 3 runs, with seeds 0 to 2" in first_caption(alone)
+    assert "± 0.75 mm" in first_caption(replace(evidence, seeds=SEEDS))
+    spread = Spread(s_mm, None, (Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1)),), 0.0, 0.5)
+    predicted = replace(alone, prediction=predict(evidence.profile, spread, Uncertainty(volume_ml=0.1)))
+    labels = [str(each.get_label()) for each in first_figure(predicted).draw(NARROW).axes[1].collections]
+    assert "19 of 20 means of 3 simulated levels" in labels
+    assert "one further run, 19 of 20 places" not in labels
+    assert "means of 3 simulated levels" in first_caption(predicted)
 
 
 def test_heights_are_stretched_only_if_they_would_be_too_small_or_large(evidence):

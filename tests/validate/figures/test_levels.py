@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from sealtwin.core.records import Sections
-from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
+from tests.evidence import SEEDS, STATIONS_MM, axes_of, heights, make_evidence, slope
 from tests.shapes import level_floor
 from validate.comparison import ErrorBin
 from validate.figures import theme
@@ -65,6 +65,13 @@ def test_the_profile_shows_simulation_means_and_every_reading(drawn, evidence):
     assert np.sort(marks_mm) == pytest.approx(np.sort(evidence.readings.repeats_mm.ravel()))
     assert [text.get_text() for text in axes.texts] == ["face", "floor"]
     assert heights(curve(drawn["error"], "simulated - measured")) == pytest.approx(0.5), "above 0 if too high"
+
+
+def test_the_mean_of_several_runs_has_a_band(evidence):
+    figure = draw_profile(evidence.profile, level_floor(10.0), evidence.readings, evidence.comparison, seeds=SEEDS)
+    assert np.array_equal(heights(curve(figure, "simulated, mean of 3 runs")), evidence.profile.level_mm)
+    (axes,) = axes_of(figure)
+    assert "95 % band of one further run" in [str(band.get_label()) for band in axes.collections]
 
 
 def test_readings_that_nobody_took_are_called_so_in_the_legend(evidence):

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evidence import FAST_FILL, make_evidence
+from tests.evidence import FAST_FILL, SEEDS, make_evidence
 from validate.compare import assess
-from validate.figures.first_figure import BAND_PREDICTED, BAND_READ
+from validate.figures.first_figure import BAND_NEXT, BAND_READ
 from validate.report.chapters import first_caption
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
@@ -67,7 +67,7 @@ def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gat
 
 def _is_plain(page, caption):
     """A band of 95 % was taken for a tolerance, and nobody could say what a station is."""
-    texts = [page.verdict, *page.lead, *(tile.text for tile in page.tiles), caption, BAND_READ, BAND_PREDICTED]
+    texts = [page.verdict, *page.lead, *(tile.text for tile in page.tiles), caption, BAND_READ, BAND_NEXT]
     assert not [text for text in texts if "95 %" in text or "station" in text]
     assert "19 of 20" in caption
     assert "no tolerance" in caption
@@ -152,6 +152,12 @@ def test_a_prediction_and_a_simulation_alone_have_figures_of_their_own(plain):
     assert page.tiles[3].figure == "Not yet"
     assert station_rows(predicted) == ()
     _is_plain(page, first_caption(predicted))
+
+
+def test_a_mean_of_runs_is_named_in_the_table(plain):
+    mean = judged(replace(plain, seeds=SEEDS))
+    names = [name for name, _ in station_rows(mean)]
+    assert names == ["along, mm", "read, mm", "± in 19 of 20, mm", "mean of 3 ± 0.8, mm", "error, mm"]
 
 
 def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(plain):

@@ -6,9 +6,11 @@ import pytest
 
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import WeighedCavity
-from tests.evidence import RADIUS_MM, make_evidence
+from tests.evidence import RADIUS_MM, SEEDS, make_evidence
 from validate.settings import Gate
-from validate.wording.headline import cautions, headline, in_short, run_warnings
+from validate.wording.comparison import uncertainty_sentences
+from validate.wording.headline import DRAFT, cautions, headline, in_short, run_warnings, verdict_in_full
+from validate.wording.seeds import OF_DRAFTS, names_of
 
 GATE = Gate(mean_error_mm=1.0)
 
@@ -88,6 +90,25 @@ def test_a_draft_says_that_it_is_one(run):
     (text,) = run_warnings(replace(run, settings=run.settings | {"solver": {"preset": "draft"}}), 1.0)
     assert "draft" in text
     assert "solver.preset" in text
+
+
+def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone_shows(run, evidence):
+    settings = {**run.settings, "solver": {"preset": "draft"}}
+    drafts = replace(evidence, run=replace(run, settings=settings), seeds=SEEDS)
+    assert DRAFT in cautions(drafts)
+    assert "1 of 3 runs: lost." in cautions(drafts), "of another run"
+    for sentences in (in_short(drafts), verdict_in_full(drafts)):
+        assert OF_DRAFTS in sentences
+        assert any("those of seed 0" in sentence for sentence in sentences)
+    assert OF_DRAFTS not in in_short(replace(evidence, seeds=SEEDS))
+    assert "these are 3 runs" in uncertainty_sentences(replace(drafts, comparison=None, readings=None))[0]
+
+
+@pytest.mark.parametrize(
+    ("seeds", "words"), [((0, 1, 2), "0 to 2"), ((5, 6), "5 and 6"), ((2**31 - 1, 0, 1), f"{2**31 - 1}, 0 and 1")]
+)
+def test_seeds_are_named(seeds, words):
+    assert names_of(SEEDS.model_copy(update={"seeds": seeds})) == words
 
 
 def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):

@@ -1,0 +1,230 @@
+"""Several seeds: their level is the mean of runs that differ in the seed alone, computed once, and every reader's."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.calibration.twin import Twin
+from sealtwin.cli.trial_answer import result_lines
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError, present
+from sealtwin.core.run_folder import look_into, open_folder
+from sealtwin.lab.held_out import facts_above
+from sealtwin.plan.verify import require_plannable
+from sealtwin.study import extra_runs, run_comparison, runner, variants
+from sealtwin.study.runner import Sealing
+from sealtwin.study.study_folder import read_plan, run_path
+from sealtwin.study.sweep import sweep
+from sealtwin.trial.job import SEEDS, resume_job
+from sealtwin.trial.pipeline import FinishedStages, run_stages
+from sealtwin.trial.seed_levels import OF_SEEDS
+from sealtwin.trial.stage_numbers import StageName
+from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.validate_stage import read_spread
+from tests.labs import edit
+from tests.narration import Narration
+from tests.pages import leave_out_pages
+from tests.studies import HERE, TRIAL, job_in, run_tiny, tiny_lab
+from validate.report.report_data import report_data
+from validate.uncertainty.computed import numerical_errors
+
+DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\n"
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory) -> Path:
+    """The tiny trial, simulated with one seed. Two particles are abreast at the coarser size too."""
+    return run_tiny(tmp_path_factory.mktemp("lab"), TRIAL.replace("radius_mm = 0.45", "radius_mm = 0.36") + DECLARED)
+
+
+@pytest.fixture(scope="module")
+def three(single, tmp_path_factory) -> Path:
+    """The same folder after 'sealtwin validate RUN --set seeds=3'."""
+    path = shutil.copytree(single, tmp_path_factory.mktemp("three") / "run")
+    with pytest.MonkeyPatch.context() as patch:
+        given = leave_out_pages(patch)
+        finished = _validate(path, settings={"seeds": 3})
+    assert finished.redone == ("validate",)
+    (path / "given.json").write_text(report_data(given[0]).model_dump_json(), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def path(three, tmp_path, monkeypatch) -> Path:
+    leave_out_pages(monkeypatch)
+    return shutil.copytree(three, tmp_path / "run")
+
+
+def _validate(
+    path: Path, progress: Narration | None = None, stage: StageName = "validate", settings: dict | None = None
+) -> FinishedStages:
+    with open_folder(path, create=False) as folder:
+        job = resume_job(folder, "cpu", progress or Narration(), settings)
+        return run_stages(replace(job, above=facts_above(job.trial, job.source)), [stage])
+
+
+def _levels(path: Path) -> dict[str, np.ndarray]:
+    table = np.genfromtxt(path / "level.csv", delimiter=",", names=True)
+    return {name: table[name] for name in present(table.dtype.names, "names")}
+
+
+def test_the_level_is_the_mean_of_runs_that_differ_in_the_seed_alone(single, three):
+    levels = _levels(three)
+    assert list(levels) == ["s_mm", "level_mm", "low_95_mm", "high_95_mm", "seed_0_mm", "seed_1_mm", "seed_2_mm"]
+    assert (three / "profile.csv").read_bytes() == (single / "profile.csv").read_bytes(), "the first seed's own"
+    assert np.array_equal(levels["seed_0_mm"], record_files.read_profile(single).level_mm)
+    with job_in(single) as job:
+        sample, trial = record_files.read_sample(job.path), job.trial.model_copy(update={"seed": 2, "readings": None})
+    (alone,) = runner.seal(sample, [trial], device="cpu", keep_runs=False)
+    assert isinstance(alone, Sealing)
+    assert levels["seed_2_mm"] == pytest.approx(alone.profile.level_mm, abs=5.1e-7), "as 'sealtwin run --seed 2'"
+    runs_mm = np.array([levels[f"seed_{seed}_mm"] for seed in range(3)])
+    assert levels["level_mm"] == pytest.approx(runs_mm.mean(axis=0), abs=1e-6)
+    scatter_mm = np.sqrt(runs_mm.var(axis=0, ddof=1).mean())
+    assert scatter_mm > 0.01
+    half_mm = (levels["high_95_mm"] - levels["low_95_mm"]) / 2
+    assert half_mm == pytest.approx(1.96 * np.sqrt(4 / 3) * scatter_mm, abs=2e-6), "as the band of a plan"
+    seeds = files.read_json(three / "seeds.json")
+    assert seeds["seeds"] == [0, 1, 2]
+    assert seeds["scatter_mm"] == pytest.approx(scatter_mm, abs=1e-6)
+
+
+def test_every_reader_shows_the_mean(three):
+    """The comparison, the record, the report, and a page that compares runs."""
+    levels, result = _levels(three), files.read_json(three / "run.json")
+    readings_mm = {1.0: -2.0, 4.0: -2.0, 7.0: -1.0, 11.0: -1.0}
+    comparison = result["comparison"]
+    stations = comparison["uncertainty"]["stations"]
+    assert stations["error_mm"] == pytest.approx(
+        [np.interp(s_mm, levels["s_mm"], levels["level_mm"]) - level_mm for s_mm, level_mm in readings_mm.items()]
+    )
+    assert result["seeds"] == files.read_json(three / "seeds.json")
+    assert result["stages"] == ["digitise", "simulate", SEEDS, "validate"]
+    report = files.read_json(three / "given.json")
+    assert report["seeds"] == result["seeds"]
+    assert report["provenance"]["seed"] == "0, 1, 2"
+    half = f"± {result['seeds']['band_95_mm']:.2f} mm"
+    assert any("mean of 3 runs, with seeds 0 to 2" in one and half in one for one in report["in_short"])
+    with job_in(three) as job:
+        side = run_comparison._side(job, "three")
+    assert side.profile.level_mm == pytest.approx(levels["level_mm"])
+    assert side.settings["seeds"] == 3
+
+
+def test_a_killed_command_computes_the_remaining_runs_alone(three, path, monkeypatch):
+    before = (path / "level.csv").read_bytes()
+    assert _validate(path).redone == ()
+    second = read_plan(path / "seeds").runs[1]
+    shutil.rmtree(run_path(path / "seeds", second.key))
+    (path / "level.csv").unlink()
+    waiting = []
+
+    def compute(folder, runs, *rest):
+        waiting.extend(run.settings for run in runs if run.state == "waiting")
+        return runner.compute(folder, runs, *rest)
+
+    monkeypatch.setattr(variants, "compute", compute)
+    _validate(path)
+    assert waiting == [{"seed": 2}]
+    assert (path / "level.csv").read_bytes() == before
+
+
+def test_one_seed_again_leaves_nothing_of_the_mean(single, path):
+    once = shutil.copytree(single, path.parent / "once")
+    _validate(once)
+    assert _validate(path, settings={"seeds": 1}).redone == ("validate",)
+    assert not any((path / name).exists() for name in OF_SEEDS)
+    for name in ("comparison.json", "trial.toml", "profile.csv"):
+        assert (path / name).read_bytes() == (once / name).read_bytes(), name
+    assert "seeds" not in files.read_json(path / "run.json")
+    assert list(files.read_json(path / "run.json")) == list(files.read_json(once / "run.json"))
+
+
+def test_new_particles_clear_the_old_mean(path):
+    """A run of another fluid does not keep the mean of the earlier one's seeds."""
+    before = _levels(path)["level_mm"]
+    finished = _validate(path, stage="simulate", settings={"fluid.D_cm": 0.03})
+    assert finished.redone == ("simulate",)
+    assert finished.result.seeds is not None
+    assert finished.result.stages == ("digitise", "simulate", SEEDS)
+    assert not np.array_equal(_levels(path)["level_mm"], before)
+    assert "mean of 3 runs" in "\n".join(result_lines(finished.result, "simulate"))
+
+
+def test_copies_are_refused(single, tmp_path, monkeypatch):
+    path = shutil.copytree(single, tmp_path / "run")
+    own = record_files.read_profile(path)
+    monkeypatch.setattr(record_files, "read_profile", lambda _: own)
+    with pytest.raises(InputError, match="the runs with seed = 0 and with seed = 1 have the same level"):
+        _validate(path, settings={"seeds": 3})
+    assert SEEDS not in look_into(path).finished()
+    assert not (path / "report.html").exists()
+
+
+def test_an_edited_mean_is_computed_again_and_the_edited_one_kept(path):
+    edit(path / "level.csv", "seed_1_mm", "seed_9_mm")
+    narration = Narration()
+    _validate(path, narration)
+    assert "level.changed.csv" in "\n".join(narration.notes)
+    assert "seed_1_mm" in _levels(path)
+
+
+def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
+    """The extra runs take the seeds' own for the trial's size; the level scatters by 1 / sqrt(3) of a single run."""
+    monkeypatch.setattr(extra_runs, "cores", lambda: 0)
+    with job_in(path) as job:
+        job = replace(job, above=facts_above(job.trial, job.source))
+        assert extra_runs.vary(job)
+        spread = read_spread(job)
+        assert spread is not None
+        assert "uncertainty.json" in job.folder.manifest["stages"]["uncertainty"]["outputs"]
+    runs = read_plan(path / "uncertainty").runs
+    radii = [run.settings["solver.radius_mm"] for run in runs if "solver.radius_mm" in run.settings]
+    assert len(radii) == 6, "none of the trial's own size"
+    assert not any("seeds" in run.trial for run in runs)
+    assert spread.sizes is not None
+    levels = _levels(path)
+    assert spread.sizes[1].levels_mm == pytest.approx(np.array([levels[f"seed_{seed}_mm"] for seed in range(3)]))
+    s_mm = levels["s_mm"][::10]
+    of_mean, of_single = (
+        {one.name: one.draws_mm for one in numerical_errors(replicates, None)}
+        for replicates in (spread.at(s_mm), replace(spread, mean_of=1).at(s_mm))
+        if replicates is not None
+    )
+    assert of_mean["scatter of the mean of 3 runs"] == pytest.approx(of_single["scatter of single runs"] / np.sqrt(3))
+    assert of_mean["particle size"] == pytest.approx(of_single["particle size"])
+    assert "mean_of" not in files.read_json(path / "uncertainty.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    {
+        "the fast model": (("substeps = 2", 'model = "slot"'), "seeds = 3: the fast model"),
+        "too many": (("seeds = 3", "seeds = 21"), "seeds"),
+        "none": (("seeds = 3", "seeds = 0"), "seeds"),
+    }.values(),
+)
+def test_seeds_that_a_trial_cannot_have(tmp_path, change, expected):
+    tiny_lab(tmp_path)
+    (tmp_path / "trial.toml").write_text("seeds = 3\n" + TRIAL, encoding="utf-8")
+    edit(tmp_path / "trial.toml", *change)
+    with pytest.raises(InputError, match=expected):
+        load_trial(tmp_path / "trial.toml")
+
+
+@pytest.mark.parametrize(
+    "begin",
+    {
+        "sweep": lambda lab: sweep(lab / "study.toml", lab / "out", HERE, Narration()),
+        "calibrate": lambda lab: Twin(lab / "trial.toml", lab / "out", HERE, Narration()),
+        "plan": lambda lab: require_plannable(load_trial(lab / "trial.toml"), "trial.toml"),
+    }.values(),
+)
+def test_runs_of_one_seed_each_refuse_a_trial_with_seeds(tmp_path, begin):
+    tiny_lab(tmp_path)
+    (tmp_path / "trial.toml").write_text("seeds = 3\n" + TRIAL, encoding="utf-8")
+    with pytest.raises(InputError, match=r"trial\.toml: seeds = 3 is for 'sealtwin run'"):
+        begin(tmp_path)
