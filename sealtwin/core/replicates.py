@@ -9,7 +9,7 @@ from sealtwin.core.records import Floats
 
 Z_95 = 1.96
 """Half-width of a 95 % band in standard deviations. The variance of the band is averaged over the places along the
-crack, of which a run has some 50 independent ones, so two runs determine it (decision 0177)."""
+crack, of which a run has some 50 independent ones, so two runs determine it (decision 0182)."""
 
 
 def further_run_mm2(levels_mm: Floats, mean_of: int) -> float:
