@@ -14,7 +14,7 @@ from sealtwin.plan.loop_model import read_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, RemainingPlan
 from sealtwin.plan.loop_step import step as loop_step
 from sealtwin.plan.make_loop import TABLES, loop_versions
-from sealtwin.plan.make_plan import TABLE, Options, make_plan
+from sealtwin.plan.make_plan import RESERVE_MM, TABLE, Options, make_plan
 
 __all__ = ["FlowPlan", "LevelFrame", "LoopModel", "LoopState", "RemainingPlan", "loop_step", "plan_flow", "read_loop"]
 
@@ -50,6 +50,7 @@ def plan_flow(
     posterior: FilePath | None = None,
     flow_max_mm3_s: float | None = None,
     margin_mm: float = 0.0,
+    reserve_mm: float = RESERVE_MM,
     knots: int = 8,
     verify: int = 3,
     seeds: int = 3,
@@ -68,8 +69,9 @@ def plan_flow(
         The plan's folder; by default reports/NAME-plan.
     cell, posterior
         A robot's cell file, whose limits bound the plan; and a CSV of draws of the sealant's settings.
-    flow_max_mm3_s, margin_mm
-        Largest flow in mm3/s if no cell sets it; level to aim at, in mm below the face.
+    flow_max_mm3_s, margin_mm, reserve_mm
+        Largest flow in mm3/s if no cell sets it; level to aim at, in mm below the face, and a further distance for a
+        pump that gives more and a paste that is softer.
     knots, verify, seeds
         Number of places along the path where flow and speed are free; rounds of search and particle run; particle runs
         of the best plan.
@@ -101,7 +103,7 @@ def plan_flow(
     """
     from simulate.device import choose_device
 
-    options = Options(knots, verify, seeds, not accurate, margin_mm, flow_max_mm3_s, keep_speed)
+    options = Options(knots, verify, seeds, not accurate, margin_mm, flow_max_mm3_s, keep_speed, reserve_mm)
     content = make_plan(
         Path(trial),
         path_or_none(out),

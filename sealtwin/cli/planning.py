@@ -26,6 +26,12 @@ def plan(
     ] = None,
     flow_max_mm3_s: Annotated[Number, number_option("Largest flow, if no cell sets it.", 0.01, 1e6)] = None,
     margin_mm: Annotated[float, number_option("Level to aim at, as a distance below the face.", 0, 100)] = 0.0,
+    reserve_mm: Annotated[
+        Number,
+        number_option(
+            "Further distance, for a pump that gives more and a paste that is softer; default: 0.25.", 0, 100
+        ),
+    ] = None,
     knots: Annotated[int, count_option("Places along the path at which flow and speed are chosen.", 3, 40)] = 8,
     verify: Annotated[int, count_option("Rounds of search and particle run.", 1, 10)] = 3,
     seeds: Annotated[int, count_option("Particle runs of the best plan; its 95 % band needs at least two.", 1, 20)] = 3,
@@ -41,12 +47,13 @@ def plan(
 
     Example: sealtwin plan trial.toml --cell cell.toml
     """
-    from sealtwin.plan.make_plan import Options, make_plan
+    from sealtwin.plan.make_plan import RESERVE_MM, Options, make_plan
     from sealtwin.trial.draft import sets_resolution
     from simulate.device import choose_device
 
     drafts = not (accurate or sets_resolution(settings))
-    options = Options(knots, verify, seeds, drafts, margin_mm, flow_max_mm3_s, keep_speed)
+    reserve = RESERVE_MM if reserve_mm is None else reserve_mm
+    options = Options(knots, verify, seeds, drafts, margin_mm, flow_max_mm3_s, keep_speed, reserve)
     result = make_plan(
         trial,
         out,

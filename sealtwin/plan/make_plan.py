@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
 from sealtwin.plan.search import Case, Goal, discrepancy, target_of
 from sealtwin.plan.shape import Knots, limits_of, require_possible
-from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, mean_of, misfit, require_plannable
+from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
@@ -32,6 +32,10 @@ from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, tr
 REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"
 SEARCHED, JUDGED = 4, 24  # Number of draws of a posterior for a search, and for counting chances
+RESERVE_MM = 0.25
+"""Depth by which a plan aims lower than asked. With ``MORE_FLOW`` and ``LESS_STRESS`` a plan that fills the crack to
+its face has 10 % more over the face than constant flow, whose troughs take some of it up."""
+MORE_FLOW, LESS_STRESS = 1.10, 0.85
 SEARCH_S = 3.0  # Time of a search on one draw, on one core of the machine in docs/accuracy.md
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above the face whose chances are counted
 
@@ -45,6 +49,7 @@ class Options:
     margin_mm: float = 0.0  # Depth below the face of the level that the plan aims at
     flow_max_mm3_s: float | None = None
     keep_speed: bool = False
+    reserve_mm: float = RESERVE_MM  # Further depth, for a pump that gives more and a paste that is softer
 
     def launches(self, jobs: int, rounds: int = 0) -> list[bool]:
         """Return whether each launch of particle runs after ``rounds`` rounds is of drafts, for the time left."""
@@ -90,9 +95,9 @@ def plan_on(
     cases = [case_of(sample, draw, own) for draw in draws] or [nominal]
     few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
     sections = nominal.fill(own).sections
-    target_mm2 = target_of(sections, options.margin_mm)
+    filled = float(target_of(sections, options.margin_mm).sum() / sections.full_mm2.sum())
+    target_mm2 = target_of(sections, options.margin_mm + options.reserve_mm)
     require_possible(limits, target_mm2, sections.s_mm, own, where)
-    filled = float(target_mm2.sum() / sections.full_mm2.sum())
 
     def missed(s_mm: Floats, level_mm: Floats) -> Misfit:
         return misfit(sample.outline, sample.solid, s_mm, level_mm)
@@ -161,6 +166,19 @@ def plan_on(
     trajectory = plan_trajectory(sample.outline, best.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
     bed = nominal.fill(trajectory)
     apart_mm2 = discrepancy(bed, s_mm, level_mm)
+
+    def over_with_more_mm3(trajectory: Trajectory, apart_mm2: Floats) -> float:
+        soft = replace(
+            nominal, paste=replace(nominal.paste, yield_stress_pa=LESS_STRESS * nominal.paste.yield_stress_pa)
+        )
+        poured = soft.fill(replace(trajectory, flow_mm3_s=MORE_FLOW * trajectory.flow_mm3_s))
+        height_mm = sections.height_mm(np.maximum(poured.read_mm2 + apart_mm2, 0.0))
+        return missed(sections.s_mm, sections.bottom_mm + height_mm).over_mm3
+
+    constant = baselines[0]
+    steady = plan_trajectory(sample.outline, constant.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
+    steady_apart_mm2 = discrepancy(nominal.fill(steady), constant.level.s_mm, constant.level.level_mm)
+    with_more = WithMore(over_with_more_mm3(trajectory, apart_mm2), over_with_more_mm3(steady, steady_apart_mm2))
     chances, variance = None, np.zeros(len(s_mm))
     if len(levels) > 1:
         # Variance of a further run about the mean of these. Drafts scatter at least as much as accurate runs.
@@ -186,6 +204,7 @@ def plan_on(
         misfit=it,
         misfits=misfits,
         chances=chances,
+        with_more=with_more,
         drafts=options.drafts,
     )
 
@@ -312,6 +331,12 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
         "seeds": [one.figures for one in planned.misfits],
         "band_95_mm": planned.band_95_mm,
         "chances": planned.chances,
+        "with_more": {
+            "flow_factor": MORE_FLOW,
+            "yield_stress_factor": LESS_STRESS,
+            "over_mm3": planned.with_more.over_mm3,
+            "constant_flow_over_mm3": planned.with_more.constant_flow_over_mm3,
+        },
         "low_stretches": planned.low_stretches,
         "baselines": {one.name: one.misfit.figures for one in planned.baselines},
         "rounds": [{**one.misfit.figures, "expected_off_mm": one.off_mm} for one in planned.rounds],

@@ -116,6 +116,12 @@ def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
     if planned.best.off_mm is None:
         not_verified = f"NOT VERIFIED: no plan was better than {planned.best.name}, which is the result."
         return [f"{not_verified} No robot program is written.", *cautions]
+    over_mm3, steady_mm3 = planned.with_more.over_mm3, planned.with_more.constant_flow_over_mm3
+    if over_mm3 > steady_mm3:
+        cautions.append(
+            f"If the pump gives 10 % more and the yield stress is 15 % lower, the plan leaves {over_mm3:.0f} mm3 over "
+            f"the face and constant flow {steady_mm3:.0f} mm3, by the fast model: aim lower (--reserve-mm)."
+        )
     if planned.best.off_mm > AGREES_MM:
         cautions.append(
             f"Fast model and particles still differ by {planned.best.off_mm:.2f} mm on average. The level is "

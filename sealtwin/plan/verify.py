@@ -73,6 +73,14 @@ class Round:
 
 
 @dataclass(frozen=True)
+class WithMore:
+    """Volumes over the face if the pump gives more and the paste is softer than planned, by the fast model."""
+
+    over_mm3: float
+    constant_flow_over_mm3: float
+
+
+@dataclass(frozen=True)
 class Planned:
     """A finished plan, with its rounds and baselines."""
 
@@ -88,6 +96,7 @@ class Planned:
     misfit: Misfit  # Misfit of the level: the mean of the seeds', or the accurate run's
     misfits: tuple[Misfit, ...]  # Misfit of each seed
     chances: dict[str, float] | None
+    with_more: WithMore = WithMore(0.0, 0.0)
     drafts: bool = False  # True if all rounds, baselines and seeds are drafts
 
     @property
