@@ -62,7 +62,7 @@ def _raised(measured: Profile, settings: Readings) -> Floats:
 def _rounded(shift_mm: Floats) -> Component:
     """Return the shift of the levels by half a step; the error of the last digit is the rest of the rounding."""
     draws_mm = np.tile(shift_mm, (draws_for(len(shift_mm)), 1))
-    return Component("rounding of the readings to one side", "declared", draws_mm, shared=True, setting=ROUNDING)
+    return Component("one-sided rounding", "declared", draws_mm, shared=True, setting=ROUNDING)
 
 
 def _steeper_slope(s_mm: Floats, level_mm: Floats) -> Floats:
@@ -98,12 +98,12 @@ def _error(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Component:
         root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
         draws_mm = size_mm * own[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
     elif name == "uncertainty.operator_mm":
-        label, draws_mm = "offset of an operator in all repeats", size_mm * common * ones
+        label, draws_mm = "operator's offset", size_mm * common * ones
     elif name == "uncertainty.datum_tilt_mm":
         # The caliper was set to zero at either end. A zero between them gives smaller errors.
-        label, place = "tilt of the datum", (s_mm - s_mm[0]) / np.ptp(s_mm)
+        label, place = "tilted datum", (s_mm - s_mm[0]) / np.ptp(s_mm)
         zero = np.round(uniforms(f"{name}, zero", 1, draws))
         draws_mm = size_mm * common * (place - zero)
     else:
-        label, draws_mm = "sinking of the probe", -size_mm * np.abs(common) * ones
+        label, draws_mm = "sinking probe", -size_mm * np.abs(common) * ones
     return Component(label, "declared", draws_mm, shared=shared, setting=name)
