@@ -270,7 +270,7 @@ class BudgetSummary(JsonRecord):
     scatter_known: bool
     """True if stations were read repeatedly, or the repeatability is declared."""
     notes: tuple[str, ...]
-    """Sentences on outliers, and on stations that the probe cannot read."""
+    """Sentences on outliers, rounding to one side, few stations, and stations that the probe cannot read."""
 
 
 class MeanLevelBudget(JsonRecord):

@@ -32,6 +32,7 @@ ROWS = r"^[1-9][0-9]{0,6}:[1-9][0-9]{0,6}$"
 OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
 """Settings that [readings.columns] accepts too, with the same meaning as in [readings]."""
 Sign = Literal["up", "down"]
+Rounding = Literal["nearest", "down", "toward_zero"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 Role = Literal["calibrated-on", "held-out", "undeclared"]
 """Use of the readings. calibrated-on: the fluid was tuned on the readings, so the error is a residual and no test.
@@ -196,6 +197,10 @@ class Readings(Declared):
     """Loss of volume from dispensing to reading, if the sealant had cured."""
     resolution_mm: float = Field(default=0.01, gt=0, le=10)
     """Resolution of the caliper: its last digit. Digital calipers have 0.01."""
+    rounding: Rounding | None = None
+    """Rounding of each number to the last digit. "nearest", as by a digital caliper; "down", to the next lower number;
+    "toward_zero", as by a ruler that is read to the last passed mark. The last two differ for negative numbers: -12.3
+    becomes -12.5 or -12 in steps of 0.5. Default: undeclared, which reports state."""
     limit_mm: float = Field(default=0.02, ge=0, le=10)
     """Limit of the caliper's error. Digital calipers up to 150 mm have 0.02."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
@@ -247,9 +252,13 @@ exclude it."""
 ANGLE = "wall_angle_deg"
 OF_THE_WALLS = ("width_mm", ANGLE, "depth_mm")
 """Settings of [uncertainty] that change the solid, in the order of a weighed fill."""
-NO_INPUTS = ("differences", "station_mm", "station_each_mm", "common_mm", "pass_mm", "repeatability_mm")
+OF_THE_READINGS = ("station_mm", "station_each_mm", "common_mm", "operator_mm", "datum_tilt_mm", "sinks_mm")
+"""Settings of [uncertainty] for errors of the readings that no repeat shows."""
+NO_INPUTS = ("differences", *OF_THE_READINGS, "pass_mm", "repeatability_mm")
 """Settings of [uncertainty] that are no inputs of a run: errors of readings, and how inputs are varied."""
 Standard = Annotated[float, Field(gt=0, le=1000)]
+OrNone = Annotated[float, Field(ge=0, le=1000)]
+"""A standard uncertainty that may be declared to be 0."""
 
 
 class Uncertainty(Settings):
@@ -289,7 +298,16 @@ class Uncertainty(Settings):
     """Uncertainty of each station's own position along the crack, for example of a caliper that is placed by hand."""
     common_mm: Standard | None = None
     """Uncertainty of a station's level that its repeats share, for example of a rough bed that is read at one point."""
-    pass_mm: float | None = Field(default=None, ge=0, le=1000)
+    operator_mm: OrNone | None = None
+    """Uncertainty of the offset of an operator who made all repeats; 0 if there is none. If each repeat has its own
+    operator, repeats are passes (``pass_mm``)."""
+    datum_tilt_mm: OrNone | None = None
+    """Tilt of the datum: uncertainty of its height at one end of the stations if it is right at the other; 0 if it is
+    not tilted."""
+    sinks_mm: OrNone | None = None
+    """Depth to which the probe sinks into soft sealant (root mean square), which makes readings too low; 0 if it does
+    not."""
+    pass_mm: OrNone | None = None
     """Standard deviation of a whole pass along the crack, or of an operator, if each column of repeats is one pass.
     Default: 0.2, which three passes cannot exclude; 0 declares that repeats are not passes."""
     repeatability_mm: Standard | None = None

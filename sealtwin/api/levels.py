@@ -23,7 +23,7 @@ from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
 from sealtwin.core.shown import Shown
 from validate.result import Comparison
-from validate.settings import Datum, Decimal, Gate, Quantity, Readings, Role, Separator, Uncertainty, Unit
+from validate.settings import Datum, Decimal, Gate, Quantity, Readings, Role, Rounding, Separator, Uncertainty, Unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,6 +69,7 @@ def read_readings(
     state: Literal["wet", "cured"] | None = None,
     shrinkage_percent: float | None = None,
     resolution_mm: float | None = None,
+    rounding: Rounding | None = None,
     limit_mm: float | None = None,
     probe_mm: float | None = None,
     datum_error_mm: float | None = None,

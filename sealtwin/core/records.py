@@ -421,6 +421,7 @@ class Profile(Shown):
     dialect: str = ""  # Sentence on the interpretation of the sheet of readings; empty for a simulated profile
     doubts: tuple[str, ...] = ()  # Doubts about the interpretation, a sentence each with the cell and how to answer
     columns: tuple[ReadColumn, ...] = ()  # Interpretation of all columns of the sheet, read or not
+    is_depth: bool = False  # True if the sheet counts downward from its datum
 
     @property
     def main_figures(self) -> dict[str, str]:

@@ -87,6 +87,7 @@ def read_readings(
         dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing, is_long=table.gathers),
         doubts=tuple(doubts_of(grid, header, cells, settings, length_mm, depth_mm, filling)),
         columns=faults.columns,
+        is_depth=cells.is_depth,
     )
 
 
@@ -145,4 +146,5 @@ def take_readings(
         for doubt in unanswered(screened(cells, depth_mm, None), settings)
     )
     levels_mm = cells.levels_mm
-    return Profile(cells.s_mm, np.nanmean(levels_mm, axis=1), levels_mm, settings.data, name, doubts=tuple(doubts))
+    mean_mm, is_depth = np.nanmean(levels_mm, axis=1), cells.is_depth
+    return Profile(cells.s_mm, mean_mm, levels_mm, settings.data, name, doubts=tuple(doubts), is_depth=is_depth)

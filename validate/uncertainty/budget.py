@@ -25,6 +25,7 @@ CURVES = 1_000  # Number of draws for the mean error, whose interval needs a sea
 FEW_STATIONS = 200
 SHARE = 0.95
 UNDECLARED_MM = 0.2  # Size of an undeclared error, for the table of its effect
+STEPS = "steps of the bed between few stations"
 
 Kind = Literal["readings", "numerics", "inputs"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
@@ -88,6 +89,8 @@ class Budget:
     scatter_known: bool = True
     notes: tuple[str, ...] = ()  # Sentences on features of the readings
     unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict; no interval includes them
+    steps_mm: float = 0.0
+    """Change of the mean error, either way, by steps of the bed between few stations. It is no error of a level."""
 
     def only(self, keep: Callable[[Component], bool]) -> "Budget":
         return replace(self, components=tuple(one for one in self.components if keep(one)))
@@ -154,7 +157,12 @@ class Budget:
         return float((np.abs(self.at_stations_mm) > self.band_mm).sum(axis=1).mean())
 
     def mean_error_interval(self, curve: Curve) -> tuple[float, float]:
-        """Return the ends of the 95 % interval of the mean of |error| against the true level.
+        """Return the ends of the 95 % interval of the mean of |error| against the true level."""
+        low_mm, high_mm = self._between_straight_lines(curve)
+        return max(0.0, low_mm - self.steps_mm), high_mm + self.steps_mm
+
+    def _between_straight_lines(self, curve: Curve) -> tuple[float, float]:
+        """Return the interval of the mean error of a bed without steps between stations.
 
         Scatter adds to a mean of absolute values, the more the smaller the true error is. The true error is assumed to
         have the likeliest error's shape, scaled by k. The ends are the k for which readings with these errors would
@@ -202,6 +210,8 @@ class Budget:
         parts, missing = (
             tuple(self._part(one, curve, middle) for one in group) for group in (self.components, self.missing)
         )
+        if self.steps_mm:
+            parts += (BudgetPart(STEPS, "", "assumed", "readings", 0.0, self.steps_mm / 2, station_mm=0.0),)
         notes = (*self.notes, *(self._allowed(one, curve) for one in self.components if one.source == "allowed for"))
         return BudgetSummary(parts=parts, missing=missing, scatter_known=self.scatter_known, notes=notes)
 

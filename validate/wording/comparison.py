@@ -189,12 +189,12 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
         )
     if uncertainty.budget.missing:
         effects = "; ".join(
-            f"{one.name} ({one.setting}) {2 * one.mean_level_mm:.2f} and {2 * one.station_mm:.2f} mm"
+            f"{one.name} ({one.setting}) {2 * one.mean_level_mm:.2f}, {2 * one.station_mm:.2f} mm"
             for one in uncertainty.budget.missing
         )
         sentences.append(
-            "No interval includes the following errors, since they are not declared. If one were "
-            f"{UNDECLARED_MM:g} mm, it would change the mean level and a station by up to (95 %): {effects}."
+            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one would change the mean level "
+            f"and a station by up to (95 %): {effects}."
         )
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(

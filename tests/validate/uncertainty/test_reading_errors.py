@@ -1,5 +1,6 @@
 """Errors of the readings: seen in repeats and last digits, declared, allowed for, and named where nothing tells."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 from scipy import stats
 
 from sealtwin.core.records import Floats, Profile
-from validate.settings import Readings, Uncertainty
+from validate.readings.read_readings import take_readings
+from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import DRAWS, MOST, Budget, Component, Curve, half_width
 from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of, rounded_errors_mm
 
@@ -120,13 +122,92 @@ def test_stations_that_are_off_matter_on_a_slope():
 
 def test_what_is_not_declared_is_named_with_what_it_would_do():
     profile = scattered(0.1)
+    of_readings = {"datum_error_mm": 0.05, "probe_mm": 0.5, "rounding": "nearest"}
+    others = dict.fromkeys(OF_THE_READINGS, 0.5)
     names = {one.setting.partition(".")[2] for one in budget(profile).missing}
-    assert names == {"datum_error_mm", "probe_mm", "station_mm", "station_each_mm", "common_mm"}
-    declared = Uncertainty(station_mm=0.5, station_each_mm=0.5, common_mm=0.1)
-    assert budget(profile, declared, datum_error_mm=0.05, probe_mm=0.5).missing == ()
+    assert names == {*of_readings, *others}
+    assert {"operator_mm", "datum_tilt_mm", "sinks_mm"} < names
+    assert budget(profile, Uncertainty(**others), **of_readings).missing == ()
     whole = budget(profile).summary(ERROR)
     (datum,) = [one for one in whole.missing if one.setting == "readings.datum_error_mm"]
     assert datum.mean_level_mm == pytest.approx(0.98 * 0.2, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("key", "lowest_mm", "highest_mm", "of_the_mean_mm"),
+    [
+        ("operator_mm", -1.96, 1.96, 1.96),
+        ("sinks_mm", -1.96, 0.0, 1.96),
+        # An end is right in half of the draws: its 2.5 % are 5 % of the others. The mean is off by half the tilt.
+        ("datum_tilt_mm", -1.645, 1.645, 0.98),
+    ],
+)
+def test_an_error_that_no_repeat_shows_has_its_size_and_sign(key, lowest_mm, highest_mm, of_the_mean_mm):
+    """Declared as 1 mm; quantiles of 2.5 % at the worst station, and for the mean of all, which such errors share."""
+    one = next(
+        one
+        for one in budget(scattered(0.1), Uncertainty.model_validate({key: 1.0})).components
+        if one.setting == f"uncertainty.{key}"
+    )
+    draws_mm = one.draws_mm[:, -1]
+    assert one.shared
+    if key == "sinks_mm":
+        assert (draws_mm.max(), np.quantile(draws_mm, 0.05)) == pytest.approx((highest_mm, lowest_mm), abs=0.02)
+    else:
+        assert np.quantile(draws_mm, (0.025, 0.975)) == pytest.approx((lowest_mm, highest_mm), abs=0.08)
+    assert half_width(one.draws_mm.mean(axis=1)) == pytest.approx(of_the_mean_mm, abs=0.05)
+    # 0 declares that there is none.
+    none = budget(scattered(0.1), Uncertainty.model_validate({key: 0.0}))
+    assert none.band_mm == pytest.approx(budget(scattered(0.1)).band_mm)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "rounding", "shifts_mm"),
+    [
+        ("level", "down", (-0.25, -0.25)),
+        ("depth", "down", (0.25, 0.25)),
+        ("level", "toward_zero", (0.25, -0.25)),
+        ("depth", "toward_zero", (0.25, -0.25)),
+        ("level", "nearest", None),
+    ],
+)
+def test_rounding_to_one_side_shifts_all_readings_by_half_a_step(quantity, rounding, shifts_mm):
+    """The level rises from -8 to 8 mm, in halves: its first and last station are on either side of the datum."""
+    numbers = (np.arange(-8.0, 9.0) if quantity == "level" else np.arange(8.0, -9.0, -1.0))[:, None]
+    settings = readings(quantity=quantity, rounding=rounding)
+    profile = take_readings(np.hstack([S_MM[:, None], numbers, numbers + 0.5, numbers]), settings)
+    whole = budget_of(profile, settings, Uncertainty(), MOUTH_MM)
+    shift = [one for one in whole.components if one.setting == "readings.rounding"]
+    assert "readings.rounding" not in {one.setting for one in whole.missing}
+    assert len([text for text in whole.notes if "readings.rounding" in text]) == len(shift)
+    if shifts_mm is None:
+        assert shift == []
+    else:
+        assert np.unique(shift[0].draws_mm[:, [0, -1]], axis=0)[0] == pytest.approx(shifts_mm)
+
+
+def test_few_stations_do_not_show_a_step_between_two_of_them():
+    """Five stations, a rise of 8 mm in one gap of four: it and its neighbours are off by 8/8 mm, over 3/4 of the crack.
+
+    The mean level need not change. Twelve stations show such a bed, and five on a line have no step.
+    """
+
+    def of(s_mm: Floats, level_mm: Floats) -> Budget:
+        repeats_mm = level_mm[:, None] + 0.1 * np.random.default_rng(3).standard_normal((len(s_mm), 3))
+        profile = Profile(s_mm, level_mm, repeats_mm)
+        return budget_of(profile, readings(), Uncertainty(), np.full(len(s_mm), 3.1))
+
+    few_mm, many_mm = np.linspace(0, 80, 5), np.linspace(0, 80, 12)
+    few, many = (of(s_mm, np.where(s_mm > 30, 8.0, 0.0)) for s_mm in (few_mm, many_mm))
+    line = of(few_mm, np.arange(5.0))
+    assert (few.steps_mm, line.steps_mm, many.steps_mm) == (0.75, 0.0, 0.0)
+    curve = Curve.of(few_mm, np.full(5, 2.0), few_mm)
+    low_mm, high_mm = few.mean_error_interval(curve)
+    plain_mm = replace(few, steps_mm=0.0).mean_error_interval(curve)
+    assert (plain_mm[0] - low_mm, high_mm - plain_mm[1]) == pytest.approx((0.75, 0.75))
+    summary = few.summary(curve)
+    assert summary.parts[-1].mean_error_mm == pytest.approx(0.75 / 2)
+    assert any("0.75 mm for steps" in text for text in summary.notes)
 
 
 def test_a_probe_wider_than_the_mouth_is_said_and_not_guessed():
