@@ -78,6 +78,7 @@ def test_a_snapshot_has_a_unit_on_every_axis_and_hides_what_the_face_hides(scene
         assert axes.get_xlabel().endswith("(mm)")
         assert axes.get_aspect() == 1.0
     assert (ages.get_ylabel(), speeds.get_ylabel()) == ("age (s)", "speed (mm/s)")
+    assert ages.get_ylim() == (0.0, frame.age_s.max())
     under, over = top.collections
     (mortar,) = [patch for patch in top.patches if isinstance(patch, PathPatch)]
     assert under.get_zorder() < mortar.get_zorder() < over.get_zorder()
