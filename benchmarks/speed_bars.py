@@ -3,7 +3,8 @@
     git worktree add ../before 7065196
     python -m benchmarks.speed_bars ../before [--turns 3] [--only substep --only cold ...] [--without-avx512]
 
-``cold`` is what ``benchmarks.cold`` finds. All is processor time, but for a step on two threads, which is by the clock.
+``cold`` is what ``benchmarks.cold`` finds. ``--only around`` needs a tree of e3aefa51: it compares all of the shipped
+trial but its frames, with compiled kernels. All is processor time, but a step on two threads is by the clock.
 Contestants take turns in one process, work trees in processes of their own, and a figure is a ratio within this run.
 The contestants are ours: ``pbf_numba.py``, and ``pbf_cpp/step.cpp`` if there is a g++, which takes as long as a
 program by others (``pbf_step.py --peer``). It is judged only if the processor has AVX-512, which it then uses. Both
@@ -68,6 +69,18 @@ began = time.process_time()
 rows = {row.name: row.value for row in paper._narrow(2)}
 took_s, result = time.process_time() - began, rows["volume kept"]
 """
+AROUND = """
+from benchmarks import cold
+from sealtwin.cli.app import main
+spent, out = cold._clocked_parts(), str(scratch / f"around-{time.time_ns()}")
+sys.argv = ["sealtwin", "run", "fixtures/paper-trial/trial.toml", "--device", "cpu", "--quiet", "--out", out]
+try:
+    main()
+except SystemExit as end:
+    if end.code:
+        raise
+took_s, result = cold._processor_s() - spent[cold.FRAMES] - spent[cold.COMPILE], 1.0
+"""
 OLDER = "-target-cpu haswell"  # Flags of a compiler for a processor without AVX-512
 SITE = f"""
 import types, warp
@@ -86,6 +99,7 @@ assert warp.config.cpu_compiler_flags == "{OLDER}"
 AGAINST = {
     "trial": ("the shipped trial, all stages", TRIAL, 0.5, "<= 0.33"),
     "twelve": ("12 of the 132 runs at 0.6 mm", TWELVE, 0.5, "<= 0.33"),
+    "around": ("what surrounds the frames", AROUND, 0.6, ""),
     "narrow": ("1 mm crack, two threads", NARROW, 0.5, "<= 0.25"),
 }
 
@@ -102,7 +116,7 @@ def main(
     if without_avx512:
         wp.config.cpu_compiler_flags = OLDER
     print(f"{processor()}, {'with' if wide else 'without'} AVX-512, load {os.getloadavg()[0]:.1f}")
-    chosen = only or ("substep", "memory", "cold", *AGAINST)
+    chosen = only or ("substep", "memory", "cold", *(name for name in AGAINST if name != "around"))
     rows: list[Row] = []
     if "substep" in chosen:
         rows += [row for particles in (PARTICLES, MANY) for row in _substep(particles, judged=wide)]

@@ -189,7 +189,7 @@ class StillThere(Watcher):
     """Watcher that ends a run whose folder was removed, before other watchers write into a new one."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self._folder, self._manifest = folder, folder / MANIFEST
 
     def begin(self, injection: Injection) -> None:
         self._require()
@@ -198,7 +198,7 @@ class StillThere(Watcher):
         self._require()
 
     def _require(self) -> None:
-        if not (self._folder / MANIFEST).is_file():
+        if not self._manifest.is_file():
             raise InputError(
                 f"{self._folder}: was removed during its fluid run, so the run has stopped. Run the trial again."
             )

@@ -71,25 +71,52 @@ def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
     return wp.where(row >= 0, row, own)
 
 
-@wp.func
-def squared_from_edge(p: wp.vec3, q: wp.vec3, x: wp.vec3) -> float:
-    along = q - p
-    per_length = along / wp.max(wp.length_sq(along), 1.0e-30)
-    share = wp.clamp(wp.dot(per_length, x - p), 0.0, 1.0)
-    return wp.length_sq(x - p - share * along)
+@wp.func_native(
+    f"enum {{ SIDE = {int(BLOCK) + 1}, NODES = {int(NODES)}, MIDDLE = NODES / 2 }};"
+    """
+struct Edge { wp::vec3 start, along, per_length, inward; };
+const wp::vec3 normal = wp::normalize(wp::cross(q - p, r - p));
+const auto edge = [normal](const wp::vec3& start, const wp::vec3& end) {
+    const wp::vec3 along = end - start;
+    return Edge{start, along, along / wp::max(wp::length_sq(along), 1.0e-30f), wp::cross(normal, along)};
+};
+const Edge pq = edge(p, q), qr = edge(q, r), rp = edge(r, p);
+const auto from_edge = [](const Edge& edge, const wp::vec3& x) {
+    float share = wp::dot(edge.per_length, x - edge.start);
+    share = share < 0.0f ? 0.0f : share > 1.0f ? 1.0f : share;
+    return wp::length_sq(x - edge.start - share * edge.along);
+};
+const auto inward = [](const Edge& edge, const wp::vec3& x) { return wp::dot(edge.inward, x - edge.start); };
+const auto least = [](float a, float b, float c) { return a < b ? (a < c ? a : c) : (b < c ? b : c); };
+const auto squared_at = [&](int node) {
+    const wp::vec3 x = low + spacing * wp::vec3(node / (SIDE * SIDE), node / SIDE % SIDE, node % SIDE);
+    const float height = wp::dot(normal, x - p), edges = least(from_edge(pq, x), from_edge(qr, x), from_edge(rp, x));
+    return least(inward(pq, x), inward(qr, x), inward(rp, x)) > 0.0f ? height * height : edges;
+};
+if (squared_at(MIDDLE) > farthest * farthest) return;
+float* nearest = blocks.distance.data + (size_t)row * NODES;
+#pragma clang loop vectorize(enable) interleave(disable)
+for (int node = 0; node < NODES; ++node) {
+    const float here = squared_at(node), before = nearest[node];
+    nearest[node] = here < before ? here : before;
+}""",
+)
+def measure_from_triangle(
+    p: wp.vec3,
+    q: wp.vec3,
+    r: wp.vec3,
+    low: wp.vec3,
+    spacing: float,
+    farthest: float,
+    row: int,
+    blocks: Blocks,  # in, out: squared distances
+):
+    """Lower the squared distances of a block's nodes to those from a triangle within ``farthest`` of its middle.
 
-
-@wp.func
-def squared_from_triangle(p: wp.vec3, q: wp.vec3, r: wp.vec3, x: wp.vec3) -> float:
-    """Return the squared distance from a triangle: from its plane if ``x`` is above it, else from its nearest edge."""
-    normal = wp.normalize(wp.cross(q - p, r - p))
-    inside = wp.min(
-        wp.min(wp.dot(wp.cross(normal, q - p), x - p), wp.dot(wp.cross(normal, r - q), x - q)),
-        wp.dot(wp.cross(normal, p - r), x - r),
-    )
-    height = wp.dot(normal, x - p)
-    from_edges = wp.min(wp.min(squared_from_edge(p, q, x), squared_from_edge(q, r, x)), squared_from_edge(r, p, x))
-    return wp.where(inside > 0.0, height * height, from_edges)
+    The distance is from the triangle's plane if a node is above it, else from the nearest edge. It is C++ because a
+    CPU's compiler computes several nodes at once in this loop, and one by one in Warp's.
+    """
+    ...
 
 
 @run_kernel
@@ -120,7 +147,6 @@ def measure_nodes(
     low = solid.corner + 2.0 * half * wp.vec3(block)
     middle = low + wp.vec3(half)
     centre = solid.centre[block_at(solid, block[0], block[1], block[2])]
-    at_middle = float(LARGEST)
     # A node is at most a corner's distance from the middle, and that plus the middle's distance from a triangle.
     corner = 1.7321 * half
     reach = half + wp.abs(centre) + corner
@@ -128,14 +154,8 @@ def measure_nodes(
         p = wp.mesh_get_point(mesh, 3 * face)
         q = wp.mesh_get_point(mesh, 3 * face + 1)
         r = wp.mesh_get_point(mesh, 3 * face + 2)
-        squared = squared_from_triangle(p, q, r, middle)
-        at_middle = wp.min(at_middle, squared)
-        if wp.sqrt(squared) <= wp.abs(centre) + 2.0 * corner:
-            for node in range(NODES):
-                if blocks.distance[row, node] != NOT_OWN:
-                    x = low + solid.spacing * wp.vec3(place_of(node))
-                    blocks.distance[row, node] = wp.min(blocks.distance[row, node], squared_from_triangle(p, q, r, x))
-    before = wp.sign(centre) * wp.sqrt(at_middle)
+        measure_from_triangle(p, q, r, low, solid.spacing, wp.abs(centre) + 2.0 * corner, row, blocks)
+    before = wp.sign(centre) * wp.sqrt(blocks.distance[row, NODES // 2])
     last = wp.vec3(0.5 * float(BLOCK))
     for turn in range(NODES):
         place = place_on_path(turn)

@@ -21,6 +21,7 @@ MARGIN_MM = 12.0
 """Width of the face around the mouth that the grid covers. Farther out, sealant rests on the plane z = 0."""
 RAISED_MM = 1e-3  # Height over the face above which a vertex is not due to rounding
 ROUND = 0.15  # Largest distance, over the radius, of walls from the plane that replaces them
+ROUNDED = 0.01  # Share of a depth
 EVERYWHERE_MM = 1e7  # Search distance that reaches all triangles
 SLACK = 1.001  # Factor on a length that may have been rounded down
 COARSE = 4  # Blocks along the edge of a group of blocks
@@ -54,6 +55,16 @@ class Barrier(SolidSurface):
         distance = wp.empty(len(points_mm), dtype=float, device=self.device)
         wp.launch(device_code.sample_distance, len(points_mm), inputs=[self.grid, points, distance], device=self.device)
         return distance.numpy() / CM
+
+    def is_inside(self, points_mm: Floats, depth_mm: float) -> Mask:
+        """Return the mask of points, (n,), that are at least ``depth_mm`` inside the solid.
+
+        ``depth_mm`` must exceed the diagonal of a cell. The grid then has the sign, without the rays of ``exact_mm``.
+        """
+        everywhere, nothing = np.full(len(points_mm), EVERYWHERE_MM), np.zeros(len(points_mm))
+        size_mm = _beside_mm(self.mesh, points_mm, everywhere, nothing, self.device)
+        # In a block without nodes, a grid's distance in the solid may round to just above 0.
+        return (size_mm >= depth_mm) & (self.sampled_mm(points_mm) < ROUNDED * depth_mm)
 
 
 def surface_of(solid: Solid, radius_mm: float, device: str) -> SolidSurface:

@@ -63,7 +63,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     near[~near] = _near_crack(points.position_mm[~near], outline)
     deep = points.position_mm[near] - radius_mm * _normals(triangles_mm)[points.face[near]]
     # In a thin nose a point a radius deep is near the opposite wall, or outside the solid; such points are dropped.
-    inside = barrier.exact_mm(deep) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
+    inside = barrier.is_inside(deep, 0.9 * radius_mm)
     chosen = _spread(deep[inside], points.lot[near][inside], NEAREST * spacing_mm)
     _, nearest = KDTree(chosen).query(deep)
     share = np.bincount(nearest, minlength=len(chosen)) / CANDIDATES

@@ -42,6 +42,7 @@ def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():
     # Away from the surface the grid may only be careful: never a longer way than there is, never another side.
     assert (np.abs(sampled) <= np.abs(exact) + RADIUS_MM / 4)[~near].all()
     assert (np.sign(exact) == np.sign(sampled))[np.abs(exact) > 0.05].all()
+    assert (barrier.is_inside(points, 0.9 * RADIUS_MM) == (exact <= -0.9 * RADIUS_MM)).all()
 
 
 @pytest.mark.broad
@@ -91,6 +92,7 @@ def test_a_crack_whose_walls_lead_far_from_its_outline_is_known_to_its_floor(til
     clear = np.abs(exact) > radius_mm / 2
     assert (exact[clear] > 0).sum() > 500
     assert (np.sign(exact) == np.sign(sampled))[clear].all()
+    assert (barrier.is_inside(points, 0.9 * radius_mm) == (exact <= -0.9 * radius_mm)).all()
 
 
 @pytest.mark.parametrize("septum_mm", [0.3, pytest.param(1.0, marks=pytest.mark.broad)])

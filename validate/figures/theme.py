@@ -194,15 +194,6 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
         del vars(figure)["draw"]
 
 
-def lay_out_as(figure: Figure, model: Figure) -> None:
-    """Place the axes of a figure as in ``model``, which has the same axes and is laid out."""
-    for axes, placed in zip(figure.axes, model.axes, strict=True):
-        axes.set_position(placed.get_position(original=True))
-        axes.set_box_aspect(placed.get_box_aspect())
-        axes.set_anchor(placed.get_anchor())
-    figure.set_layout_engine("none")
-
-
 def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
     """Return a figure as SVG, and fix its layout. The same figure and name always give the same text.
 
