@@ -136,7 +136,10 @@ def dispense(state: State, slot: Slot, source: Source, time: float, volume: floa
     for i in range(first, last + 1):
         right, left = (i + 1) * slot.cell - place, i * slot.cell - place
         part = share_of_disc(right / source.radius) - share_of_disc(left / source.radius)
-        state.area[i] += volume * part / whole / slot.cell
+        fresh = volume * part / whole / slot.cell
+        state.area[i] += fresh
+        if fresh > 0.0:
+            state.stretched[i] *= 1.0 - fresh / state.area[i]
 
 
 @njit(cache=True)
@@ -241,7 +244,7 @@ def run(
         for i in range(cells):
             if state.area[i] <= 0.0:
                 continue
-            strain = (speed[i + 1] - speed[i]) * step / slot.cell / fluid.yield_strain
+            strain = _strain_rate(state, slot, speed, i) * step / fluid.yield_strain
             state.stretched[i] = (state.stretched[i] + strain) / (1.0 + abs(strain))
             spill(state, slot, fluid, i, yields[i])
             now = depth_of(state.area[i], slot.width[i], slot.narrowing[i], slot.floor[i])
@@ -252,19 +255,31 @@ def run(
 
 @njit(cache=True)
 def _carry(state: State, slot: Slot, flow: Floats, speed: Floats, step: float) -> None:
-    """Move paste between cells with its age and its rest, both from upstream; age it, and rest it unless it shears."""
+    """Move paste between cells with its age, rest and stress, from upstream; age it, and rest it unless it shears."""
     cells = len(slot.width)
-    age, rest = np.zeros(cells + 1), np.zeros(cells + 1)
+    age, rest, stretched = np.zeros(cells + 1), np.zeros(cells + 1), np.zeros(cells + 1)
     for i in range(1, cells):
         donor = i - 1 if flow[i] > 0.0 else i
         if state.area[donor] > 0.0:
             age[i] = flow[i] * state.age[donor] / state.area[donor]
             rest[i] = flow[i] * state.rest[donor] / state.area[donor]
+            stretched[i] = flow[i] * state.stretched[donor]
     share = step / slot.cell
     for i in range(cells):
+        stretch = state.stretched[i] * state.area[i] - share * (stretched[i + 1] - stretched[i])
         state.area[i] -= share * (flow[i + 1] - flow[i])
+        state.stretched[i] = stretch / state.area[i] if state.area[i] > 0.0 else 0.0
         state.age[i] += step * state.area[i] - share * (age[i + 1] - age[i])
         state.rest[i] -= share * (rest[i + 1] - rest[i])
         # Mean shear rate between two plates: 3 speeds over the width.
         strain = 1.5 * (abs(speed[i]) + abs(speed[i + 1])) / slot.width[i] * step / BROKEN_BY_STRAIN
         state.rest[i] = (state.rest[i] + step * state.area[i]) / (1.0 + strain)
+
+
+@njit(cache=True)
+def _strain_rate(state: State, slot: Slot, speed: Floats, i: int) -> float:
+    """Return the rate at which paste is stretched along the slot; none in the cell of a front, which only moves on."""
+    cells = len(slot.width)
+    if (i > 0 and state.area[i - 1] <= 0.0) or (i < cells - 1 and state.area[i + 1] <= 0.0):
+        return 0.0
+    return (speed[i + 1] - speed[i]) / slot.cell
