@@ -1,7 +1,7 @@
 """What a pour is given: a cavity, a paste, a path with its flow, and how finely it is computed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -159,8 +159,7 @@ class Poured:
     """False if it still moved when the time to settle was over: a paste with a yield stress comes to rest."""
     seconds: float
     steps: int
-    cell_mm: float = field(repr=False, default=0.5)
 
     def at(self, s_mm: Sequence[float] | Floats) -> Floats:
         """Return the level that a probe reads in the middle of the crack at some stations."""
-        return np.interp(s_mm, self.s_mm, self.middle_mm)
+        return np.interp(np.asarray(s_mm, dtype=np.float64), self.s_mm, self.middle_mm)

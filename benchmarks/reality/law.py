@@ -1,19 +1,26 @@
 """Flow through any section of a slot by its gradient: a table of the finite elements, or a closed form.
 
+    python -m benchmarks.reality.law        (solves the laws that are kept in laws.json anew; some minutes)
+
 Units of this module: the section's width at its free surface, the gradient times that width, and the consistency.
 """
 
+import json
 from functools import lru_cache
-from math import log
-from typing import NamedTuple
+from math import inf, log
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from scipy.interpolate import RegularGridInterpolator
+from scipy.interpolate import PchipInterpolator
 
 from benchmarks.reality.section import Floats, Section, Solid, flows
 from benchmarks.reality.yielding import yield_gradient
 
+KEPT = Path(__file__).parent / "laws.json"
+LAWS = ((1.0, 1.0, inf), (0.5, 1.0, inf), (1.0, 0.5, 1.0 / 3.0))
+"""Exponent, wall share and wall friction of the laws that the worlds need."""
 DEPTHS = np.geomspace(0.06, 9.0, 7)
 NARROWINGS = np.array([-0.4, -0.15, 0.0, 0.15, 0.35, 0.6, 0.8, 0.95])
 YIELDS = np.array([0.0, 0.15, 0.3, 0.5, 0.7, 0.88])
@@ -59,28 +66,44 @@ def closed_law(exponent: float = 1.0, *, walls: bool, floor: bool) -> Law:
 
 
 @lru_cache(maxsize=16)
-def resolved_law(exponent: float = 1.0, wall_share: float = 1.0, wall_friction: float = np.inf) -> Law:
-    """Return the law of sections that are solved in two dimensions: some 20 s, once in a process.
+def resolved_law(exponent: float = 1.0, wall_share: float = 1.0, wall_friction: float = inf) -> Law:
+    """Return the law of sections that are solved in two dimensions; a minute, unless it is one of those kept in a file.
 
-    Between the nodes the two tables are cubic, and are then read linearly from a finer grid.
+    Between the nodes the two tables are cubics without overshoot, and are then read linearly from a finer grid.
     """
-    solid = Solid(wall_share, wall_friction)
-    power = 1.0 / exponent + (0.0 if solid.slips else 1.0)
+    kept = json.loads(KEPT.read_text(encoding="utf-8"))
+    name = _name(exponent, wall_share, wall_friction)
+    tables = kept[name] if name in kept else solved(exponent, wall_share, wall_friction)
+    newtonian, yielding = np.array(tables["newtonian"]), np.array(tables["yielding"])
+    nodes = (np.log(DEPTHS), NARROWINGS, np.append(YIELDS, 1.0))
+    fine = tuple(np.linspace(axis[0], axis[-1], count) for axis, count in zip(nodes, (25, 28, 41), strict=True))
+    for number, (axis, more) in enumerate(zip(nodes, fine, strict=True)):
+        newtonian = PchipInterpolator(axis, newtonian, axis=number)(more) if number < 2 else newtonian
+        yielding = PchipInterpolator(axis, yielding, axis=number)(more)
+    power = _power(exponent, wall_friction)
+    return Law(exponent, wall_share, wall_share, power, fine[0], fine[1], fine[2], newtonian, yielding)
+
+
+def solved(exponent: float, wall_share: float, wall_friction: float) -> dict[str, Any]:
+    """Return both tables at their nodes."""
+    solid, power = Solid(wall_share, wall_friction), _power(exponent, wall_friction)
     newtonian = np.empty((len(DEPTHS), len(NARROWINGS)))
     yielding = np.zeros((*newtonian.shape, len(YIELDS) + 1))
     for i, depth in enumerate(DEPTHS):
         for j, narrowing in enumerate(NARROWINGS):
             least = yield_gradient(depth, narrowing, wall_share, wall_share)
-            flow = flows(Section(depth, narrowing), YIELDS / least, exponent, solid, tolerance=5e-4)
+            flow = flows(Section(depth, narrowing), YIELDS / least, exponent, solid)
             newtonian[i, j] = (flow[0] / scale(depth, narrowing, exponent, 1.0, 1.0)) ** exponent
             yielding[i, j, :-1] = (np.maximum(flow, 0.0) / flow[0]) ** (1.0 / power)
-    nodes = (np.log(DEPTHS), NARROWINGS, np.append(YIELDS, 1.0))
-    fine = (np.linspace(nodes[0][0], nodes[0][-1], 25), np.linspace(-0.4, 0.95, 19), np.linspace(0.0, 1.0, 41))
-    newtonian = RegularGridInterpolator(nodes[:2], newtonian, method="cubic")(
-        tuple(np.meshgrid(*fine[:2], indexing="ij"))
-    )
-    yielding = RegularGridInterpolator(nodes, yielding, method="pchip")(tuple(np.meshgrid(*fine, indexing="ij")))
-    return Law(exponent, wall_share, wall_share, power, *fine, newtonian, yielding)
+    return {"newtonian": newtonian.round(6).tolist(), "yielding": yielding.round(6).tolist()}
+
+
+def _power(exponent: float, wall_friction: float) -> float:
+    return 1.0 / exponent + (1.0 if wall_friction == inf else 0.0)
+
+
+def _name(exponent: float, wall_share: float, wall_friction: float) -> str:
+    return f"n {exponent:g}, wall share {wall_share:g}, wall friction {wall_friction:.6g}"
 
 
 @njit(cache=True)
@@ -133,3 +156,8 @@ def _between(grid: Floats, value: float) -> tuple[int, float]:
     place = min(max(place, 0.0), len(grid) - 1.0)
     index = min(int(place), len(grid) - 2)
     return index, place - index
+
+
+if __name__ == "__main__":
+    laws = {_name(*law): solved(*law) for law in LAWS}
+    KEPT.write_text(json.dumps(laws) + "\n", encoding="utf-8")

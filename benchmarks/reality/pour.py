@@ -44,7 +44,7 @@ def _slot(cavity: Cavity, cell_mm: float) -> tuple[Floats, Slot]:
     begin, end = float(cavity.s_mm[0]), float(cavity.s_mm[-1])
     cells = max(round((end - begin) / cell_mm), 4)
     cell = (end - begin) / cells
-    s_mm = begin + cell * (np.arange(cells) + 0.5)
+    s_mm = begin + cell * (np.arange(float(cells)) + 0.5)
     width, narrowing, floor = (
         np.interp(s_mm, cavity.s_mm, one) for one in (cavity.width_mm, cavity.narrowing, cavity.floor_mm)
     )

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csr_matrix, diags_array
+from scipy.sparse import coo_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
 Floats = NDArray[np.float64]
@@ -65,7 +65,7 @@ class Section:
         return np.concatenate([first, second])
 
     @cached_property
-    def area_and_gradient(self) -> tuple[Floats, csr_matrix, csr_matrix]:
+    def area_and_gradient(self) -> tuple[Floats, csr_array, csr_array]:
         """Area of each triangle, and the two matrices from speeds at nodes to its shear rates."""
         y, z = (grid.ravel()[self.triangles] for grid in self.nodes)
         twice = (y[:, 1] - y[:, 0]) * (z[:, 2] - z[:, 0]) - (y[:, 2] - y[:, 0]) * (z[:, 1] - z[:, 0])
@@ -73,9 +73,7 @@ class Section:
         along_z = np.stack([y[:, 2] - y[:, 1], y[:, 0] - y[:, 2], y[:, 1] - y[:, 0]], axis=1) / twice[:, None]
         rows = np.repeat(np.arange(len(self.triangles)), 3)
         shape = (len(self.triangles), self.nodes[0].size)
-        both = [
-            coo_matrix((part.ravel(), (rows, self.triangles.ravel())), shape).tocsr() for part in (along_y, along_z)
-        ]
+        both = [coo_array((part.ravel(), (rows, self.triangles.ravel())), shape).tocsr() for part in (along_y, along_z)]
         return 0.5 * np.abs(twice), both[0], both[1]
 
     @cached_property

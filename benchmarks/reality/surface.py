@@ -5,7 +5,7 @@ from math import asin, cos, pi, radians, sin, sqrt
 
 from numba import njit
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 FACE_REACH_M = 0.02
 """A liquid without yield stress would spread on the face for ever: it is stopped this far from the mouth."""
@@ -88,7 +88,7 @@ def capillary_curve_m(
         ended = solve_ivp(bend, (0.0, end), [0.0, middle], rtol=1e-10, atol=1e-12)
         return float(ended.y[0, -1]), float(ended.y[1, -1])
 
-    middle = brentq(lambda height: curve(height)[0] - half, 1e-7, 50.0 / half, xtol=1e-13)
+    middle = root_scalar(lambda height: curve(height)[0] - half, bracket=(1e-7, 50.0 / half), xtol=1e-13).root
     # The walls' pull bears the weight of what is above the pool's level.
     mean, wall = sin(end) / half, curve(middle)[1]
     return sign * middle * capillary_m, sign * mean * capillary_m, sign * wall * capillary_m
