@@ -190,9 +190,10 @@ def second_reality(one: Measured, world: World) -> Any:
 
 def true_inputs(real: Sample, one: Measured) -> tuple[Cavity, Paste, Pour]:
     outline, trajectory, truth = real.outline, real.trajectory, one.truth
-    s_mm, width_mm = outline.s_mm, outline.width_mm
-    ones = np.ones(len(s_mm))
-    cavity = Cavity(s_mm, width_mm, truth.depth_mm * ones, truth.angle_deg * ones, truth.angle_deg * ones)
+    s_mm, ones = outline.s_mm, np.ones(len(outline.s_mm))
+    # Walls that flare: the traced width is that of the floor.
+    mouth_mm = outline.width_mm + 2 * truth.depth_mm * np.tan(np.radians(truth.angle_deg))
+    cavity = Cavity(s_mm, mouth_mm, truth.depth_mm * ones, truth.angle_deg * ones, truth.angle_deg * ones)
     fluid = one.real_fluid
     paste = Paste(fluid["density_kg_m3"], fluid["yield_stress_pa"], fluid["viscosity_pa_s"])
     # A waypoint's flow holds until the next one.
