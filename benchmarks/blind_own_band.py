@@ -34,6 +34,7 @@ from sealtwin.core.records import Floats, Profile, Sample
 from sealtwin.study.drawn_runs import draw, level_of
 from sealtwin.study.extra_runs import RATIO, REPLICATES
 from validate.result import PredictedLevel
+from validate.uncertainty.bed_ends import BedEnds
 from validate.uncertainty.computed import SizeRuns, Spread
 from validate.uncertainty.validation import predict
 
@@ -138,7 +139,8 @@ def _rows(numbers: Sequence[int]) -> Iterator[Row]:
         fine, own, coarse = _kept()[number]
         simulated = Profile(STATIONS_MM, own.levels_mm[0], data="synthetic", source="simulation")
         spread = Spread(STATIONS_MM, (fine, own, coarse), (), None, None, draws)
-        band = predict(simulated, spread, one.base.trial.uncertainty)
+        ends = BedEnds.of(one.base.sample.trajectory, one.base.run)
+        band = predict(simulated, spread, one.base.trial.uncertainty, ends=ends)
         assert band is not None
         yield Row(f"trial {number}: half of the command's band, median", float(np.median(band.band_95_mm)), "mm")
         for name, reality in REALITIES.items():

@@ -105,7 +105,7 @@ class PredictedPart(JsonRecord):
     name: str
     """Name of the error, in words."""
     kind: str
-    """Kind of the error: numerics or inputs."""
+    """Kind of the error: numerics, inputs or model."""
     setting: str
     """Key of the trial file that declares the error; empty if there is no such key."""
     mean_level_mm: float
@@ -129,6 +129,8 @@ class PredictedLevel(JsonRecord):
     """Standard uncertainty due to the numerics; None if it was not computed."""
     inputs_mm: Numbers | None
     """Standard uncertainty due to the inputs; None if no input is declared."""
+    model_mm: Numbers | None = None
+    """Standard uncertainty due to the model at the ends of the path; None for a fluid without a yield stress."""
     mean_level_mm: float
     """Mean level along the crack."""
     mean_level_95_mm: tuple[float, float]

@@ -79,6 +79,7 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.metrics.volumes import gained_level_mm
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
+    from validate.uncertainty.bed_ends import BedEnds
     from validate.uncertainty.earlier_trials import foresee
     from validate.uncertainty.validation import predict
 
@@ -123,7 +124,8 @@ def bring_up_to_date(job: Job) -> bool:
         evidence = replace(evidence, comparison=comparison)
     elif spread is not None:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
-        prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm)
+        ends = BedEnds.of(trajectory, run)
+        prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm, ends)
         evidence = replace(evidence, prediction=prediction)
     evidence = replace(evidence, earlier=foresee(earlier, evidence))
     begin_writing(job, "validate")

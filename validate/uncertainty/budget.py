@@ -27,7 +27,7 @@ SHARE = 0.95
 UNDECLARED_MM = 0.2  # Size of an undeclared error, for the table of its effect
 STEPS = "steps of the bed between few stations"
 
-Kind = Literal["readings", "numerics", "inputs"]
+Kind = Literal["readings", "numerics", "inputs", "model"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
 """Origin of an error's size: repeats: it follows from repeated readings; detected: from their last digits; declared: it
 is in the trial file or a default; allowed for: the data cannot exclude it; assumed; computed: it follows from extra

@@ -8,6 +8,7 @@ from sealtwin.core.records import Floats, Profile
 from validate.comparison import BudgetPart, MeanLevelBudget, StationErrors
 from validate.result import Comparison, PredictedLevel, PredictedPart
 from validate.settings import Uncertainty
+from validate.uncertainty.bed_ends import BedEnds
 from validate.uncertainty.budget import Budget, Curve, Kind, half_width, rms
 from validate.uncertainty.computed import Spread, numerical_errors
 from validate.units import counted, signed
@@ -126,18 +127,24 @@ DIGITS = 4  # Decimals of a level in mm
 
 
 def predict(
-    simulated: Profile, spread: Spread, declared: Uncertainty, volume_level_mm: float | None = None
+    simulated: Profile,
+    spread: Spread,
+    declared: Uncertainty,
+    volume_level_mm: float | None = None,
+    ends: BedEnds | None = None,
 ) -> PredictedLevel:
     """Return the band of a simulated level that follows from extra runs. It is consistent with ``error_uncertainty``.
 
-    ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown.
+    ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown. ``ends``
+    adds the error of the model at the path's ends. A comparison does not include it: there it is what is looked for.
     """
     # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
     level_mm = np.interp(s_mm, simulated.s_mm, simulated.level_mm)
     sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)
     computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
-    budget = Budget(PLACES, (*computed, *moved.errors()))
+    of_model = [] if ends is None else [ends.errors(s_mm)]
+    budget = Budget(PLACES, (*computed, *moved.errors(), *of_model))
     weights = Curve.of(s_mm, level_mm, s_mm).weights()
     mean_mm, half_mm = float(weights[0] @ level_mm), budget.mean_mm(weights)
 
@@ -153,6 +160,7 @@ def predict(
         profile_band_95_mm=np.round(budget.profile_band_mm, DIGITS),
         numerics_mm=standard_mm("numerics"),
         inputs_mm=standard_mm("inputs"),
+        model_mm=standard_mm("model"),
         mean_level_mm=mean_mm,
         mean_level_95_mm=(mean_mm - half_mm, mean_mm + half_mm),
         parts=tuple(

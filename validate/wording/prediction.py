@@ -24,12 +24,18 @@ def prediction_sentences(prediction: PredictedLevel) -> tuple[str, ...]:
     """Return sentences on the parts of the band, and on what it does not include."""
     parts = [
         name
-        for name, part in (("numerics", prediction.numerics_mm), ("inputs", prediction.inputs_mm))
+        for name, part in (
+            ("numerics", prediction.numerics_mm),
+            ("inputs", prediction.inputs_mm),
+            ("the model at the ends of the path", prediction.model_mm),
+        )
         if part is not None
     ]
+    *first, last = parts
+    causes = f"{', '.join(first)} and {last}" if first else last
     sentences = [
         f"The level at a place is predicted to ± {np.median(prediction.band_95_mm):.2f} mm (95 %, median of all "
-        f"places; at most ± {prediction.band_95_mm.max():.2f} mm), including the errors of {' and '.join(parts)}. "
+        f"places; at most ± {prediction.band_95_mm.max():.2f} mm), including the errors of {causes}. "
         "Readings will also differ from it by their own errors and by what the model leaves out.",
     ]
     if prediction.numerics_mm is None:
