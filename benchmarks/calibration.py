@@ -257,11 +257,11 @@ def library_rows(library: Library) -> list[Row]:
         Row("the same without smooth errors, which these have not", 100 * float(np.mean(exactly)), "%", *BAR),
     ]
     for name in holds:
-        held = np.array(holds[name])
-        sound = 100 * float((held | np.array(tells[name])).mean())
+        kept = np.array(holds[name])
+        sound = 100 * float((kept | np.array(tells[name])).mean())
         rows.append(Row(f"{name}: settings held, not identified, or refused", sound, "%", HELD_OR_TOLD))
-        rows.append(Row(f"{name}: settings held", 100 * float(held.mean()), "%"))
-        rows.append(Row(f"{name}: volumes held, of {TRUTHS}", int(held[:, -1].sum()), ""))
+        rows.append(Row(f"{name}: settings held", 100 * float(kept.mean()), "%"))
+        rows.append(Row(f"{name}: volumes held, of {TRUTHS}", int(kept[:, -1].sum()), ""))
         rows.append(Row(f"{name}: found possible, of {TRUTHS}", possible[name], ""))
     return [*rows, *bar_rows(np.size(holds["nothing"]))]
 
