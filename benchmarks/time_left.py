@@ -31,7 +31,8 @@ trial = "trial.toml"
 "fluid.yield_stress_pa" = [6, 12, 24]
 "fluid.U" = [10, 30]
 """
-PASTE = ("--set", "fluid={viscosity_pa_s=1.0,yield_stress_pa=5.0,freeze_after_s='never'}")
+PASTE = "viscosity_pa_s = 1.0"
+"""It takes the place of U and D, which a plan does not take."""
 FREE = ("--free", "fluid.yield_stress_pa=3:60", "--free", "fluid.U=5:60")
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "run": ("run", "trial.toml"),
@@ -39,7 +40,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
     "sweep": ("sweep", "study.toml"),
     "validate": ("validate", "coarser", "--uncertainty"),
     "calibrate": ("calibrate", "trial.toml", *FREE),
-    "plan": ("plan", "trial.toml", *PASTE, "--set", "path.trim_mm=3", "--flow-max-mm3-s", "680"),
+    "plan": ("plan", "paste.toml", "--set", "path.trim_mm=3", "--flow-max-mm3-s", "680"),
 }
 BEFORE: Mapping[str, tuple[str, ...]] = {
     "validate": ("run", "trial.toml", "--set", "solver.radius_mm=0.6", "--out", "coarser"),
@@ -66,6 +67,8 @@ def lay_out(home: Path) -> None:
     for file in FIXTURE.iterdir():
         (home / file.name).write_bytes(file.read_bytes())
     (home / "study.toml").write_text(STUDY, encoding="utf-8")
+    trial, _, _ = (FIXTURE / "trial.toml").read_text(encoding="utf-8").partition("[readings]")
+    (home / "paste.toml").write_text(re.sub(r"U = .*\nD_cm = .*", PASTE, trial), encoding="utf-8")
 
 
 def _rows(name: str, home: Path) -> Iterator[Row]:

@@ -135,13 +135,13 @@ def _bring_another_mask(shot: Shot) -> None:
 REFUSALS = (
     Refusal("no crack, searched for", r"no crack found", lambda shot: shot.hint(ends_px=None), NO_CRACK),
     Refusal("no crack, ends given", r"no crack between the ends|is not on a crack", lambda shot: None, NO_CRACK),
-    Refusal("two cracks", r"2 cracks compete", _double),
+    Refusal("two cracks", r"2 cracks compete|choose one by its number", _double),
     Refusal("no markers", r"found 0 of 8 markers", _cover_markers),
     Refusal("marker twice", r"marker 0 is in the photo more than once", _show_marker_twice),
     Refusal("marker misplaced", r"markers misfit by", _misplace_marker),
     Refusal(
         "face not there",
-        r"face does not stand out|the face found is",
+        r"face does not stand out|the detected face is",
         _show_face_only,
         replace(SMALL, board=SMALL.mortar, gap_mm=0),
     ),
