@@ -33,8 +33,8 @@ REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"
 SEARCHED, JUDGED = 4, 24  # Number of draws of a posterior for a search, and for counting chances
 RESERVE_MM = 0.25
-"""Depth by which a plan aims lower than asked. With ``MORE_FLOW`` and ``LESS_STRESS`` a plan that fills the crack to
-its face has 10 % more over the face than constant flow, whose troughs take some of it up."""
+"""Depth by which a plan aims lower than asked. A plan that fills the crack to its face has more over the face than
+constant flow if it gets ``MORE_FLOW`` and ``LESS_STRESS``, since the troughs of constant flow take some of it up."""
 MORE_FLOW, LESS_STRESS = 1.10, 0.85
 SEARCH_S = 3.0  # Time of a search on one draw, on one core of the machine in docs/accuracy.md
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above the face whose chances are counted
