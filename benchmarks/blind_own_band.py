@@ -77,15 +77,17 @@ def main(
     ] = None,
     record: Annotated[bool, Option(help="make the runs that are not kept")] = False,
 ) -> list[Row]:
-    chosen = trials or sorted(finished(JUDGED_SEED))
+    drawn = trials or sorted(finished(JUDGED_SEED))
     # Trials are emulated by them: they come first.
     slumps.KEPT.require()
     if record:
         KEPT.begin()
-        for number in chosen:
+        for number in drawn:
             _record(number)
     KEPT.require()
-    return list(_rows(chosen))
+    chosen = [number for number in drawn if number in _kept()]
+    left = f"no runs are kept for the others: '{KEPT.command}' goes on with them"
+    return [Row("EMULATED trials judged", len(chosen), "", len(drawn), because=left), *_rows(chosen)]
 
 
 def _record(number: int) -> None:
