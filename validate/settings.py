@@ -5,7 +5,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from sealtwin.core.records import DataKind
 from sealtwin.core.run_figures import Method
@@ -318,10 +318,19 @@ class Uncertainty(Settings):
         """Declared inputs of a run, by name; extra runs determine their effects."""
         return {name: value for name, value in self if value is not None and name not in NO_INPUTS}
 
+    _unmoved: tuple[str, ...] = PrivateAttr(default=())
+
     @property
     def left_out(self) -> tuple[str, ...]:
         """Names of the inputs without a declared uncertainty."""
-        return tuple(sorted(name for name, value in self if value is None and name not in NO_INPUTS))
+        none = (*NO_INPUTS, *self._unmoved)
+        return tuple(sorted(name for name, value in self if value is None and name not in none))
+
+    def without(self, *names: str) -> Self:
+        """Return the uncertainties of a trial in which the inputs ``names`` have no meaning."""
+        other = self.model_copy()
+        other._unmoved = names
+        return other
 
     def with_sample(self, width_mm: float | None, weighed: WeighedCavity | None) -> Self:
         """Return the uncertainties, completed with those of the sample's walls.

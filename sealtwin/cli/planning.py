@@ -29,7 +29,7 @@ def plan(
     reserve_mm: Annotated[
         Number,
         number_option(
-            "Further distance, for a pump that gives more and a paste that is softer; default: 0.25.", 0, 100
+            "Extra distance below the face, in case the pump gives more or the paste is softer; default: 0.25.", 0, 100
         ),
     ] = None,
     knots: Annotated[int, count_option("Places along the path at which flow and speed are chosen.", 3, 40)] = 8,

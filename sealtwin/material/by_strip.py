@@ -28,7 +28,10 @@ COLUMNS = {
 }
 """Columns of the table and their bounds: mass, length and width of a strip; rise of the face's end at which the strip
 slides, and distance from the edge on which the face turns to that end, along the face."""
+LEAST_SINE = 0.01  # Of the angle at which a strip slides: 0.6 degrees, at which a bench is no longer level
+UNLIKE = 0.25  # Scatter of the strips' stresses over their mean, from which they are doubted
 FEWEST, MOST = 3, 100  # Strips: three show a scatter
+STRIPS = "strips of paste"
 LEAST_DEGREES = 2.0  # Degrees of freedom of the interval, at least; with fewer it would be wider than any share
 
 
@@ -107,6 +110,13 @@ def material_of_strips(path: Path, given: Material, errors: StripErrors, data: D
             f"{path}, row {rows[number]:g}: rise_mm is {strips['rise_mm'][number]:g} and over_mm is "
             f"{strips['over_mm'][number]:g}: a face that turns by less than 90 degrees rises by less than its length."
         )
+    if (flat := strips["rise_mm"] < LEAST_SINE * strips["over_mm"]).any():
+        number = int(flat.argmax())
+        raise InputError(
+            f"{path}, row {rows[number]:g}: rise_mm is {strips['rise_mm'][number]:g} over "
+            f"{strips['over_mm'][number]:g} mm, an angle below 0.6 degrees: check the units, or test a thinner strip, "
+            "which slides at a larger angle."
+        )
     try:
         measured = share_of(strips, errors, given.yield_stress_pa, given.yield_stress_error_pa)
     except InputError as fault:
@@ -114,7 +124,7 @@ def material_of_strips(path: Path, given: Material, errors: StripErrors, data: D
     share, lowest, highest = measured.share, measured.stress_pa.min(), measured.stress_pa.max()
     by_source = ", ".join(f"{name} {100 * value:.2g} %" for name, value in measured.parts.items())
     basis = (
-        f"{len(rows)} strips ({data}, {day.isoformat()}) slid at {lowest:.3g} to {highest:.3g} Pa; relative standard "
+        f"{len(rows)} {STRIPS} ({data}, {day.isoformat()}) slid at {lowest:.3g} to {highest:.3g} Pa; relative standard "
         f"uncertainty of the walls' share by source: {by_source}"
     )
     content = given.model_dump(mode="json", exclude_none=True) | {
@@ -122,7 +132,12 @@ def material_of_strips(path: Path, given: Material, errors: StripErrors, data: D
         "wall_share": four_digits(share.value),
         "wall_share_error": four_digits(share.error),
         "wall_share_95": [*map(four_digits, share.interval)],
-        "basis": [*given.basis, basis[:300]],
+        "basis": [*(line for line in given.basis if STRIPS not in line), basis[:300]],
     }
+    scatter = float(measured.stress_pa.std(ddof=1) / measured.stress_pa.mean())
+    doubts = [
+        f"The strips' stresses scatter by {100 * scatter:.0f} %: look for one that stuck or was nudged, and test again."
+    ]
     stresses = [four_digits(value) for value in measured.stress_pa]
-    return MeasuredPaste(checked(Material, path, content), {"stress_pa": stresses, "parts": measured.parts})
+    figures = {"stress_pa": stresses, "parts": measured.parts}
+    return MeasuredPaste(checked(Material, path, content), figures, doubts if scatter > UNLIKE else [])

@@ -96,7 +96,13 @@ def plan_on(
     few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
     sections = nominal.fill(own).sections
     filled = float(target_of(sections, options.margin_mm).sum() / sections.full_mm2.sum())
-    target_mm2 = target_of(sections, options.margin_mm + options.reserve_mm)
+    aims_mm, shallowest_mm = options.margin_mm + options.reserve_mm, float(sections.depth_mm.min())
+    if aims_mm >= shallowest_mm:
+        raise InputError(
+            f"--margin-mm {options.margin_mm:g} and --reserve-mm {options.reserve_mm:g}: the crack is only "
+            f"{shallowest_mm:.3g} mm deep in places; aim less than that below the face."
+        )
+    target_mm2 = target_of(sections, aims_mm)
     require_possible(limits, target_mm2, sections.s_mm, own, where)
 
     def missed(s_mm: Floats, level_mm: Floats) -> Misfit:
@@ -198,6 +204,7 @@ def plan_on(
         baselines=tuple(baselines),
         trajectory=trajectory,
         margin_mm=options.margin_mm,
+        reserve_mm=options.reserve_mm,
         s_mm=s_mm,
         level_mm=level_mm,
         half_width_mm=Z_95 * np.sqrt(variance) if len(levels) > 1 else None,
@@ -327,6 +334,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
         "sealant_mm3": float((path.flow[:-1] * np.diff(path.t_s)).sum()),
         "duration_s": path.t_s[-1] - path.t_s[0],
         "margin_mm": planned.margin_mm,
+        "reserve_mm": planned.reserve_mm,
         **planned.misfit.figures,
         "seeds": [one.figures for one in planned.misfits],
         "band_95_mm": planned.band_95_mm,

@@ -58,6 +58,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
         key_figures=[
             ("sealant", f"{it.dispensed_mm3 / 1000:.3g} ml"),
             ("duration", f"{it.duration_s:.1f} s"),
+            ("aims below the face by", f"{planned.margin_mm + planned.reserve_mm:.2f} mm"),
             *band,
             *chance_rows(planned.chances or {}),
         ],

@@ -14,7 +14,6 @@ from sealtwin.core.record_files import read_record
 from sealtwin.core.records import Floats, Numbers
 from sealtwin.core.run_figures import PARTICLES
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
-from simulate.material_file import LEAST_WALL_SHARE
 from validate.settings import ANGLE
 from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
@@ -127,8 +126,7 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
 def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
     """Return how far each input is moved. ``z`` has the same distances in standard uncertainties.
 
-    For a viscosity, the logarithm is drawn. A yield stress and a wall angle are not moved below 0, nor
-    the walls' share above 1.
+    For a viscosity, the logarithm is drawn. A yield stress and a wall angle are not moved below 0.
     """
     inputs, trial = base.inputs, base.trial
     steps = {name: value * inputs[name] for name, value in z.items()}
@@ -136,9 +134,6 @@ def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
         steps["viscosity_percent"] = 100 * ((1 + inputs["viscosity_percent"] / 100) ** z["viscosity_percent"] - 1)
     if "yield_stress_pa" in z and trial.fluid is not None:
         steps["yield_stress_pa"] = max(steps["yield_stress_pa"], -trial.fluid.yield_stress_pa)
-    if "wall_share" in z:
-        own = base.wall_share
-        steps["wall_share"] = float(np.clip(own + steps["wall_share"], LEAST_WALL_SHARE, 1.0)) - own
     if ANGLE in z and trial.crack is not None and base.sample.solid.figures.weighed is None:
         steps[ANGLE] = max(steps[ANGLE], -min(trial.crack.wall_angles_deg))
     return steps

@@ -143,6 +143,9 @@ def _variants(base: Base, *, designed: bool) -> list[Variant]:
         refuse_immovable(base)
         for signs in two_level_design(len(inputs)):
             steps = {name: float(sign * standard) for sign, (name, standard) in zip(signs, inputs.items(), strict=True)}
+            if "wall_share" in steps:
+                # A share that cannot grow so far is lowered by as much more: the two moves stay as far apart.
+                steps["wall_share"] -= max(0.0, base.wall_share + inputs["wall_share"] - 1)
             sample = moved_sample(base, steps)
             variants.append((steps, _same_physics(base, sample, _sizes_mm(base)[-1], steps), sample))
     return variants

@@ -16,6 +16,7 @@ from sealtwin.core.settings import checked
 from sealtwin.trial.job import Job
 from sealtwin.trial.seed_levels import read_seeds
 from sealtwin.trial.trial_file import Trial, with_settings
+from simulate.material_file import LEAST_WALL_SHARE
 from validate.settings import ANGLE, OF_THE_WALLS
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")
@@ -168,7 +169,7 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
     # The material file has the measured numbers, not the moved ones.
     changes: dict[str, Any] = {"fluid.material": None}
     if "wall_share" in steps:
-        changes["fluid.wall_share"] = base.wall_share + steps["wall_share"]
+        changes["fluid.wall_share"] = min(1.0, max(LEAST_WALL_SHARE, base.wall_share + steps["wall_share"]))
     if not isinstance(curve := fluid.curve, MaterialCurve):
         thickness = "fluid.viscosity_pa_s" if fluid.consistency_pa_s_n is None else "fluid.consistency_pa_s_n"
         changes |= {"fluid.U": None, thickness: _fresh_pa_s(base) * thicker}

@@ -45,6 +45,9 @@ class FluidOfFile(Fluid):
     freeze_after_s: float | Literal["never"]  # pyright: ignore[reportGeneralTypeIssues]
 
 
+MOST_APART = 0.03  # Largest difference of the densities in two tables, as a share: each is measured to a percent
+
+
 class Trial(Settings):
     """A crack, how it is sealed, and the readings taken afterwards."""
 
@@ -150,12 +153,22 @@ class Trial(Settings):
                 uncertainty = uncertainty.with_paste(
                     measured.yield_stress_error_pa, measured.viscosity_error_percent, measured.wall_share_error
                 )
+            if (weighed := self.path.weighed) is not None:
+                apart = abs(fluid.density_kg_m3 - weighed.density_kg_m3)
+                if apart > MOST_APART * fluid.density_kg_m3:
+                    raise InputError(
+                        f"path.weighed.density_kg_m3 is {weighed.density_kg_m3:g} and fluid.density_kg_m3 is "
+                        f"{fluid.density_kg_m3:g}: one sealant has one density. Give the measured one in both."
+                    )
         loaded = {"crack": crack, "path": self.path.loaded(folder), "fluid": fluid, "uncertainty": uncertainty}
         return self.model_copy(update=loaded)
 
     def known_inputs(self, outline: Outline, solid: Solid) -> Uncertainty:
         """Return the uncertainties that are declared, and those that follow from photo, fill and weighed volume."""
         inputs = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
+        if self.fluid is not None and self.fluid.D_cm is not None:
+            # D is a drag of its own, in place of a share of the paste's stress.
+            inputs = inputs.without("wall_share")
         weighed = self.path.weighed
         return inputs if weighed is None else inputs.model_copy(update={"volume_ml": weighed.volume_sd_ml})
 

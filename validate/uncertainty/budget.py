@@ -191,6 +191,9 @@ class Budget:
         reach = most_mm / likely_mm
         # If even an error of 0 would give a larger mean, there is nothing to search.
         bracket = max(0.0, 1 - reach), 1 + reach
+        while min(excess(bracket[1], share) for share in (low, high)) <= 0:
+            # The median of large errors that are not symmetric is far from their middle.
+            bracket = bracket[0], 2 * bracket[1]
         least, most = (
             float(root_scalar(excess, args=(share,), bracket=bracket, xtol=4e-3 * reach).root)
             if excess(0.0, share) < 0

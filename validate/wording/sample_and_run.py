@@ -165,7 +165,7 @@ def assumptions(evidence: Evidence) -> list[str]:
     if yield_stress_pa or curing_pa_s:
         walls = "along the walls, which are assumed to be rough"
         if (share := fluid.get("wall_share")) is not None:
-            walls = f"below {share:g} of it along the walls, on which it slides (fluid.wall_share)"
+            walls = f"slides along the walls above {share:g} of it (fluid.wall_share)"
         grows = f", and {curing_pa_s:g} Pa more each second" if curing_pa_s else ""
         sentences.append(
             f"The paste is a Bingham fluid: it does not flow below a yield stress of {yield_stress_pa:g} Pa{grows}, "

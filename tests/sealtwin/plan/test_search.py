@@ -191,3 +191,11 @@ def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     (low,) = planned.low_stretches
     assert (low["from_mm"], low["to_mm"], low["mean_mm"]) == (81.0, 100.0, 2.5)
     assert not replace(planned, margin_mm=2.0).low_stretches[1:], "a plan that aims lower is not low there"
+
+
+def test_a_plan_that_aims_below_the_floor_is_refused(tmp_path):
+    folder = plannable_lab(tmp_path)
+    trial = load_trial(folder / "planned.toml").loaded(folder)
+    particles = FastModelItself(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
+    with pytest.raises(InputError, match=r"--margin-mm 4 and --reserve-mm 6: the crack is only 10 mm deep"):
+        plan_on(particles, Options(margin_mm=4.0, reserve_mm=6.0), [])

@@ -14,8 +14,9 @@ from tests.studies import TRIAL, job_in, run_tiny
 
 WEIGHT = {"mass_g": 0.11, "mass_sd_g": 0.0055, "density_kg_m3": 1100.0, "density_sd_kg_m3": 22.0}
 TEXT = TRIAL.replace("volume_ml = 0.08\n", "").replace("[solver]", '[solver]\nmodel = "slot"')
+PASTE = 'viscosity_pa_s = 0.05\ndensity_kg_m3 = 1100\nfreeze_after_s = "never"'
 TEXT = (
-    TEXT.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", 'viscosity_pa_s = 0.05\nfreeze_after_s = "never"')
+    TEXT.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", PASTE)
     + "\n[path.weighed]\n"
     + "".join(f"{key} = {value:g}\n" for key, value in WEIGHT.items())
 )
@@ -51,6 +52,17 @@ def test_what_contradicts_it_is_refused_by_name(tmp_path, old, new, named):
     (tmp_path / "trial.toml").write_text(TEXT.replace(old, new))
     with pytest.raises(InputError, match=named):
         load_trial(tmp_path / "trial.toml")
+
+
+def test_one_sealant_has_one_density(tmp_path):
+    other = load_trial(run_trial_text(tmp_path, TEXT.replace(PASTE, PASTE.replace("1100", "1690"))))
+    with pytest.raises(InputError, match=r"path.weighed.density_kg_m3 is 1100 and fluid.density_kg_m3 is 1690"):
+        other.loaded(tmp_path)
+
+
+def run_trial_text(folder: Path, text: str) -> Path:
+    (folder / "trial.toml").write_text(text)
+    return folder / "trial.toml"
 
 
 def test_a_study_over_the_volume_takes_the_place_of_the_mass(tmp_path):
