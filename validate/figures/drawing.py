@@ -1,6 +1,7 @@
-"""One drawing of a figure as SVG and as pixels: Matplotlib's preparations take longer than either output."""
+"""A figure as SVG, as pixels, or as both at once: Matplotlib's preparations take longer than either output."""
 
 import io
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,9 +16,11 @@ from matplotlib.path import Path
 from matplotlib.transforms import Affine2D, Bbox, TransformedPath
 from PIL import Image
 
-from validate.figures.theme import NO_METADATA, themed
+from validate.figures.theme import themed
 
 SVG_DPI = 72  # Units of an SVG in an inch
+NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+"""Metadata that an SVG omits, so that two equal runs give equal files."""
 
 
 @dataclass(frozen=True)
@@ -26,21 +29,47 @@ class DrawnFigure:
     pixels: Image.Image  # On a white background
 
 
+def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
+    """Return a figure as SVG. The same figure and name always give the same text.
+
+    ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
+    """
+    return _draw(figure, name, pixels_dpi, lambda vector: vector)
+
+
+def as_picture(figure: Figure, dpi: int) -> Image.Image:
+    """Return a figure as pixels on a white background."""
+    figure.set_dpi(dpi)
+    canvas = FigureCanvasAgg(figure)
+    with themed():
+        canvas.draw()
+    return _opaque(canvas.get_renderer())
+
+
 def draw_both(figure: Figure, name: str, dpi: int) -> DrawnFigure:
-    """Draw a figure. The same figure and name always give the same SVG. ``name`` must be unique on a page."""
-    target = io.StringIO()
-    width_in, height_in = figure.get_size_inches()
-    figure.patch.set_facecolor("none")
+    """Return what ``as_svg`` and ``as_picture`` return, in little more than the time of one."""
     figure.set_dpi(dpi)
     pixels = FigureCanvasAgg(figure).get_renderer()
+    svg = _draw(figure, name, dpi, lambda vector: _BothRenderer(vector, pixels))
+    return DrawnFigure(svg, _opaque(pixels))
+
+
+def _draw(figure: Figure, name: str, dpi: int, renderer_of: Callable[[RendererSVG], Any]) -> str:
+    target = io.StringIO()
+    width_in, height_in = figure.get_size_inches()
     figure.set_dpi(SVG_DPI)
+    figure.patch.set_facecolor("none")
     # The ids of clip paths differ between the figures of a page, but not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
         vector = RendererSVG(width_in * SVG_DPI, height_in * SVG_DPI, target, image_dpi=dpi, metadata=NO_METADATA)
-        both: Any = MixedModeRenderer(figure, width_in, height_in, dpi, _BothRenderer(vector, pixels))
-        figure.draw(both)
+        mixed: Any = MixedModeRenderer(figure, width_in, height_in, dpi, renderer_of(vector))
+        figure.draw(mixed)
         vector.finalize()
-    return DrawnFigure(target.getvalue(), Image.fromarray(np.asarray(pixels.buffer_rgba())).convert("RGB"))
+    return target.getvalue()
+
+
+def _opaque(pixels: RendererAgg) -> Image.Image:
+    return Image.fromarray(np.asarray(pixels.buffer_rgba())).convert("RGB")
 
 
 class _BothRenderer:

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from sealtwin.core.files import replacing, write_json, write_text
-from validate.figures.drawing import DrawnFigure, draw_both
+from validate.figures.drawing import DrawnFigure, as_picture, as_svg, draw_both
 from validate.figures.figure_sheet import page_environment
 from validate.figures.first_figure import NARROW, WIDE, FirstFigure
 from validate.figures.solid_pictures import draw_still
-from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
+from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, in_page, printable
 from validate.report.chapters import (
     Chapter,
     CommandLines,

@@ -5,8 +5,8 @@ import pytest
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from validate.figures.drawing import draw_both
-from validate.figures.theme import as_picture, as_svg, plate, themed
+from validate.figures.drawing import as_picture, as_svg, draw_both
+from validate.figures.theme import plate, themed
 
 DPI = 150
 
