@@ -1,6 +1,6 @@
 """Constrained layout in a fraction of its time: an axis is measured by the texts of its ticks, which are not placed."""
 
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -21,7 +21,7 @@ class QuickLayout(ConstrainedLayoutEngine):
         for spine in spines:
             spine.set_in_layout(False)
         for axis in axises:
-            vars(axis)["get_tightbbox"] = partial(_surroundings, axis, cache(_size))
+            vars(axis)["get_tightbbox"] = partial(_surroundings, axis)
         try:
             super().execute(fig)
         finally:
@@ -31,7 +31,7 @@ class QuickLayout(ConstrainedLayoutEngine):
                 del vars(axis)["get_tightbbox"]
 
 
-def _surroundings(axis: Any, size_of: Any, renderer: Any, *, for_layout_only: bool = True) -> Bbox | None:
+def _surroundings(axis: Any, renderer: Any, *, for_layout_only: bool = True) -> Bbox | None:
     """Return the box of an axis's labels in pixels, as ``Axis.get_tightbbox`` does."""
     side, (tick,) = axis.get_label_position(), axis.get_major_ticks(1)
     near, far = (tick.label2, tick.label1) if side == "right" else (tick.label1, tick.label2)
@@ -58,8 +58,9 @@ def _surroundings(axis: Any, size_of: Any, renderer: Any, *, for_layout_only: bo
         depth += renderer.points_to_pixels(axis.labelpad) + (extent.height if across else extent.width)
     if shown:
         shown.sort()
-        font = near.get_fontproperties()
-        sizes = [size_of(renderer, label, font) for _, label in shown]
+        # At 0, the place of a new tick, a logarithmic axis has no texts.
+        tick.update_position(axis.get_view_interval()[0])
+        sizes = [_size_px(near, label, renderer) for _, label in shown]
         along = 0 if across else 1
         depth += renderer.points_to_pixels(tick.get_pad()) + max(size[1 - along] for size in sizes)
         low, high = shown[0][0] - sizes[0][along] / 2, shown[-1][0] + sizes[-1][along] / 2
@@ -68,7 +69,7 @@ def _surroundings(axis: Any, size_of: Any, renderer: Any, *, for_layout_only: bo
     return Bbox([(x0 - depth, low), (x0, high)] if side == "left" else [(x1, low), (x1 + depth, high)])
 
 
-def _size(renderer: Any, text: str, font: Any) -> tuple[float, float]:
-    """Return width and height of a line of text in pixels. All lines of a font are at least as high as "lp"."""
-    width, height, _ = renderer.get_text_width_height_descent(text, font, False)
-    return width, max(height, renderer.get_text_width_height_descent("lp", font, False)[1])
+def _size_px(text: Any, label: str, renderer: Any) -> tuple[float, float]:
+    """Return width and height of a label; ``text`` gets its own label when it is drawn."""
+    text.set_text(label)
+    return text.get_window_extent(renderer).size
