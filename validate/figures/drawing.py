@@ -10,7 +10,7 @@ from matplotlib import rc_context
 from matplotlib.backend_bases import GraphicsContextBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
 from matplotlib.backends.backend_mixed import MixedModeRenderer
-from matplotlib.backends.backend_svg import RendererSVG
+from matplotlib.backends.backend_svg import FigureCanvasSVG, RendererSVG
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 from matplotlib.transforms import Affine2D, Bbox, TransformedPath
@@ -58,6 +58,8 @@ def _draw(figure: Figure, name: str, dpi: int, renderer_of: Callable[[RendererSV
     target = io.StringIO()
     width_in, height_in = figure.get_size_inches()
     figure.set_dpi(SVG_DPI)
+    # A layout measures texts as the figure's canvas does.
+    FigureCanvasSVG(figure)
     figure.patch.set_facecolor("none")
     # The ids of clip paths differ between the figures of a page, but not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
