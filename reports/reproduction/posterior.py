@@ -26,6 +26,7 @@ from sealtwin.core.settings import checked
 from sealtwin.study.study_file import load_study
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text, with_settings
 from validate.figures import theme
+from validate.figures.drawing import NO_METADATA
 
 HOME = Path(__file__).resolve().parent
 STUDY = HOME.parents[1] / "fixtures" / "paper-trial" / "study-paper.toml"
@@ -54,7 +55,7 @@ def main() -> None:
         pairs = np.column_stack([more.posterior[name] for name in PAIR])
         near = float(np.mean(np.abs(np.log(pairs / CHOSEN)).max(axis=1) <= np.log(NEAR)))
         with theme.themed():
-            theme.save(draw_posterior(pairs, pair), HOME / FIGURE, metadata=theme.NO_METADATA)
+            draw_posterior(pairs, pair).savefig(HOME / FIGURE, metadata=NO_METADATA)
     files.write_text(HOME / "posterior.md", page_of(alone, more, near))
     print(HOME / "posterior.md")
 

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sealtwin.core.files import write_sheet, write_text
-from validate.figures.theme import as_svg, draw_face, in_page, wide_figure
+from validate.figures.drawing import as_svg
+from validate.figures.theme import draw_face, in_page, wide_figure
 
 DPI = 110  # Resolution of the pixels inside a figure; a page of thirty fills then has less than 2 MB
 FIGURES = "figures"

@@ -16,6 +16,7 @@ from sealtwin.core.files import replacing
 from sealtwin.core.frames import Frame, ParticleState
 from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
 from validate.figures import particles, theme
+from validate.figures.drawing import as_picture
 
 MARGIN_MM = 6.0  # Length shown past each end of the crack
 ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip
@@ -255,5 +256,5 @@ def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, heal
 def _write(folder: Path, name: str, figure: Figure) -> list[str]:
     with replacing(folder / f"{name}.png") as temporary:
         # Most of a figure has one colour: run-length encoding takes half the time, and the file is not larger.
-        theme.as_picture(figure, DPI).save(temporary, format="png", compress_type=zlib.Z_RLE)
+        as_picture(figure, DPI).save(temporary, format="png", compress_type=zlib.Z_RLE)
     return [f"{name}.png"]

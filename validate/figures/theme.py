@@ -1,24 +1,18 @@
 """Style of all figures: one font, and a palette that colour-blind readers can distinguish. It sets no global state."""
 
-import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-import numpy as np
 from markupsafe import Markup, escape
 from matplotlib import font_manager, rc_context
 from matplotlib.axes import Axes
-from matplotlib.backend_bases import RendererBase
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
-from PIL import Image
 
 from sealtwin.core.records import Floats
+from validate.figures.layout import QuickLayout
 
 INK = "#1c2833"
 MUTED = "#66727d"
@@ -94,7 +88,7 @@ def plate(height_in: float) -> Figure:
 
 def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
     """Return an empty figure of a page's width."""
-    return Figure(figsize=(width_in, height_in), layout="constrained")
+    return Figure(figsize=(width_in, height_in), layout=QuickLayout())
 
 
 def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figure:
@@ -162,8 +156,6 @@ def _characters() -> frozenset[int]:
     return frozenset(code for code in font.get_charmap() if code >= ord(" "))
 
 
-NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-"""Metadata that an SVG omits, so that two equal runs give equal files."""
 PAGE_COLOURS = {
     INK: "--ink",
     MUTED: "--muted",
@@ -174,47 +166,6 @@ PAGE_COLOURS = {
     THIRD: "--third",
 }
 """Colours of a figure that follow the page, light or dark, with their CSS variables."""
-
-
-def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
-    """Write a figure as ``Figure.savefig`` does, in a quarter less time: the dry run for the layout draws nothing."""
-    draw, engine = figure.draw, figure.get_layout_engine()
-    if not isinstance(engine, ConstrainedLayoutEngine):
-        figure.savefig(target, **how)
-        return
-
-    def lay_out(_: RendererBase) -> None:
-        engine.execute(figure)
-        vars(figure)["draw"] = draw
-
-    vars(figure)["draw"] = lay_out
-    try:
-        figure.savefig(target, **how)
-    finally:
-        del vars(figure)["draw"]
-
-
-def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
-    """Return a figure as SVG, and fix its layout. The same figure and name always give the same text.
-
-    ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
-    """
-    target = io.StringIO()
-    # The ids of clip paths differ between the figures of a page, but not between two runs.
-    with themed(), rc_context({"svg.hashsalt": name}):
-        save(figure, target, format="svg", dpi=pixels_dpi, facecolor="none", metadata=NO_METADATA)
-    # The layout takes as long as the drawing, and a PNG of the figure has the same size.
-    figure.set_layout_engine("none")
-    return target.getvalue()
-
-
-def as_picture(figure: Figure, dpi: int) -> Image.Image:
-    """Return a figure as pixels on a white background."""
-    figure.set_dpi(dpi)
-    canvas = FigureCanvasAgg(figure)
-    with themed():
-        canvas.draw()
-    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def in_page(svg: str, caption: str) -> Markup:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import count, groupby
 from pathlib import Path
 
@@ -148,9 +147,6 @@ def chapters(evidence: Evidence) -> list[Chapter]:
     number = count(2)
 
     def numbered(item: Item) -> Item:
-        if isinstance(item, Plate):
-            # Drawn once for the page and the PDF.
-            item = replace(item, draw=cache(item.draw))
         return replace(item, caption=f"Figure {next(number)}. {item.caption}") if isinstance(item, Picture) else item
 
     return [

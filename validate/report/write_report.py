@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
@@ -18,15 +18,15 @@ from fpdf.enums import MethodReturnValue
 from fpdf.fonts import FontFace, TTFFont
 from markupsafe import Markup
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
 from sealtwin.core.files import replacing, write_json, write_text
+from validate.figures.drawing import DrawnFigure, as_picture, as_svg, draw_both
 from validate.figures.figure_sheet import page_environment
 from validate.figures.first_figure import NARROW, WIDE, FirstFigure
 from validate.figures.solid_pictures import draw_still
-from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
+from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, in_page, printable
 from validate.report.chapters import (
     Chapter,
     CommandLines,
@@ -46,8 +46,7 @@ from validate.report_input import Evidence
 from validate.units import PageTable
 from validate.wording.first_page import Tile, station_rows
 
-PIXELS_DPI = 200  # Resolution of the pixels inside a figure of the page
-FIGURE_DPI = 220  # Resolution of a figure of the PDF
+DPI = 200  # Resolution of the pixels inside a figure of the page, and of a figure of the PDF
 QUALITY = 85  # Quality of photos and stills, from 0 to 100
 STOPS = 9  # Number of colours between which the page interpolates a colour scale; viridis is then exact to 1 %
 OUTCOME_COLOUR = {"passed": "#00704f", "failed": "#b3261e", "undecided": "#7a5c00", "open": MUTED}
@@ -107,11 +106,17 @@ def write_report(folder: Path, evidence: Evidence) -> None:
     Raises InputError if the overlay cannot be read.
     """
     content, first = chapters(evidence), _first_of(evidence)
+    drawings = {
+        item: draw_both(item.draw(), f"{chapter.name}-{number}", DPI)
+        for chapter in content
+        for number, item in enumerate(chapter.items)
+        if isinstance(item, Plate)
+    }
     tables = tuple(item for chapter in content for item in chapter.items if isinstance(item, PageTable))
     data = report_data(evidence, tables)
-    write_text(folder / "report.html", _page(evidence, data, first, content))
+    write_text(folder / "report.html", _page(evidence, data, first, content, drawings))
     with replacing(folder / "report.pdf") as temporary:
-        _write_pdf(temporary, data, first, content)
+        _write_pdf(temporary, data, first, content, drawings)
     write_json(folder / "report.json", data.model_dump(mode="json"))
 
 
@@ -126,17 +131,17 @@ class First:
     table: StationRows
 
     @cached_property
-    def wide_figure(self) -> Figure:
-        """The figure of a wide page, drawn once for the page and the PDF."""
-        return self.shown.draw(WIDE)
+    def drawing(self) -> DrawnFigure:
+        """The figure of a wide page, which the PDF has too."""
+        return draw_both(self.shown.draw(WIDE), "first-wide", DPI)
 
     @property
     def wide(self) -> Markup:
-        return in_page(as_svg(self.wide_figure, "first-wide", PIXELS_DPI), ALT)
+        return in_page(self.drawing.svg, ALT)
 
     @property
     def narrow(self) -> Markup:
-        return in_page(as_svg(self.shown.draw(NARROW), "first-narrow", PIXELS_DPI), ALT)
+        return in_page(as_svg(self.shown.draw(NARROW), "first-narrow", DPI), ALT)
 
 
 def _first_of(evidence: Evidence) -> First:
@@ -145,14 +150,20 @@ def _first_of(evidence: Evidence) -> First:
     return First(shown, wide, narrow, first_caption(evidence), station_rows(evidence))
 
 
-def _page(evidence: Evidence, data: ReportData, first: First, content: Sequence[Chapter]) -> str:
+def _page(
+    evidence: Evidence,
+    data: ReportData,
+    first: First,
+    content: Sequence[Chapter],
+    drawings: Mapping[Plate, DrawnFigure],
+) -> str:
     environment = page_environment()
     # The page lists exceeded limits of the fast model in their own order.
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
     environment.filters["kind"] = lambda item: type(item).__name__
     environment.filters["photo"] = lambda item: _data_uri("jpeg", item.pixels)
     environment.filters["still"] = lambda item: _data_uri("webp", item.still)
-    environment.filters["svg"] = lambda item, name: in_page(as_svg(item.draw(), name, PIXELS_DPI), item.caption)
+    environment.filters["svg"] = lambda item: in_page(drawings[item].svg, item.caption)
     live = live_chapter(evidence)
     turns = any(isinstance(item, Model) for chapter in content for item in chapter.items)
     named = (*(["turntable.js"] if turns else []), *(["slot.js", "live.js"] if live else []))
@@ -182,7 +193,9 @@ def _data_uri(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> str:
     return f"data:image/{kind};base64," + base64.b64encode(_encoded(kind, pixels).getvalue()).decode()
 
 
-def _write_pdf(path: Path, data: ReportData, first: First, content: Sequence[Chapter]) -> None:
+def _write_pdf(
+    path: Path, data: ReportData, first: First, content: Sequence[Chapter], drawings: Mapping[Plate, DrawnFigure]
+) -> None:
     """Write the content of the page as PDF. It has no date, so that the same evidence gives the same bytes."""
     with Typesetter(data.name) as paper:
         page = data.first_page
@@ -192,8 +205,7 @@ def _write_pdf(path: Path, data: ReportData, first: First, content: Sequence[Cha
         paper.paragraph(" ".join(page.lead), size_pt=10)
         for word, text in page.labels:
             paper.paragraph(f"{word} {text}", colour=MUTED)
-        picture = as_picture(first.wide_figure, FIGURE_DPI)
-        paper.pictures([(picture, f"Figure 1. {first.wide_scale} {first.caption}".rstrip())])
+        paper.pictures([(first.drawing.pixels, f"Figure 1. {first.wide_scale} {first.caption}".rstrip())])
         paper.tiles(page.tiles)
         if first.table:
             paper.stations(first.table)
@@ -205,13 +217,13 @@ def _write_pdf(path: Path, data: ReportData, first: First, content: Sequence[Cha
             if before is not None and chapter.appendix and not before.appendix:
                 paper.add_page()
                 paper.chapter("Appendix", 0.0)
-            _write_chapter(paper, chapter)
+            _write_chapter(paper, chapter, drawings)
         paper.output(str(path))
 
 
-def _write_chapter(paper: "Typesetter", chapter: Chapter) -> None:
+def _write_chapter(paper: "Typesetter", chapter: Chapter, drawings: Mapping[Plate, DrawnFigure]) -> None:
     for number, row in enumerate(chapter.rows):
-        pictures = [(_picture(item), item.caption) for item in row if isinstance(item, Picture)]
+        pictures = [(_picture(item, drawings), item.caption) for item in row if isinstance(item, Picture)]
         first = row[0]
         if number == 0:
             paper.chapter(chapter.title, paper.pictures_in(pictures) if pictures else 6 * PDF.line_in)
@@ -227,12 +239,13 @@ def _write_chapter(paper: "Typesetter", chapter: Chapter) -> None:
                 paper.pictures(pictures)
 
 
-def _picture(item: Picture) -> Image.Image | io.BytesIO:
+def _picture(item: Picture, drawings: Mapping[Plate, DrawnFigure]) -> Image.Image | io.BytesIO:
     if isinstance(item, PhotoBlock):
         # The PDF includes the JPEG as it is.
         return _encoded("jpeg", item.pixels)
-    figure = item.draw() if isinstance(item, Plate) else draw_still(item.turntable.still, item.turntable.oldest_s)
-    return as_picture(figure, FIGURE_DPI)
+    if isinstance(item, Plate):
+        return drawings[item].pixels
+    return as_picture(draw_still(item.turntable.still, item.turntable.oldest_s), DPI)
 
 
 class Typesetter(FPDF):

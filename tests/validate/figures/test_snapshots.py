@@ -11,9 +11,9 @@ from matplotlib.patches import PathPatch
 from PIL import Image
 
 from tests.evidence import axes_of
+from validate.figures.drawing import as_picture
 from validate.figures.particles import SPEED, age_scale, draw_discs, not_hidden
 from validate.figures.snapshots import Snapshot, draw_fill, draw_health, draw_snapshot, write_gallery
-from validate.figures.theme import as_picture
 
 
 def test_the_fill_shows_every_moment_by_speed_and_by_age_on_common_scales(scene, frames):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from validate.figures.drawing import as_picture, as_svg
 from validate.figures.snapshots import draw_fill, draw_snapshot
 from validate.figures.solid_pictures import draw_side_view
-from validate.figures.theme import AIR, as_picture, as_svg, in_page, plate, save, themed
+from validate.figures.theme import AIR, in_page, plate, themed
 
 
 def test_a_figure_in_pixels_is_what_its_png_shows(tmp_path):
@@ -16,7 +17,7 @@ def test_a_figure_in_pixels_is_what_its_png_shows(tmp_path):
     figure = plate(2.9)
     figure.add_subplot().plot([0, 1], [0, 1])
     with themed():
-        save(figure, tmp_path / "one.png", dpi=220, facecolor="white")
+        figure.savefig(tmp_path / "one.png", dpi=220, facecolor="white")
     with Image.open(tmp_path / "one.png") as opened:
         assert opened.size == (1012, 638)
         assert np.array_equal(np.asarray(opened.convert("RGB")), np.asarray(as_picture(figure, 220)))

@@ -1,0 +1,73 @@
+"""A figure that is drawn once as SVG and as pixels."""
+
+import io
+
+import numpy as np
+import pytest
+from matplotlib import rc_context
+from matplotlib.patches import Circle
+from matplotlib.patheffects import withStroke
+
+from validate.figures.drawing import NO_METADATA, as_picture, as_svg, draw_both
+from validate.figures.theme import label_axes, plate, themed
+
+DPI = 150
+
+
+def dashed(axes):
+    axes.plot([0, 1], [0, 1], color="k", linestyle="--", linewidth=3, path_effects=[withStroke(linewidth=8)])
+
+
+def crossed(axes):
+    axes.errorbar([0.2, 0.8], [0.5, 0.5], [0.3, 0.2], color="k", fmt="o", linewidth=3, capsize=9, markersize=15)
+
+
+def band(axes):
+    axes.fill_between([0, 1], [0.2, 0.3], [0.7, 0.9], color="k", alpha=0.5, linewidth=6)
+
+
+def clipped(axes):
+    cut = Circle((0.5, 0.5), 0.3, transform=axes.transData)
+    axes.plot([0, 2], [0, 2], color="k", linewidth=60)[0].set_clip_path(cut)
+
+
+def photo(axes):
+    axes.imshow(np.arange(12).reshape(3, 4), extent=(0.2, 0.7, 0.1, 0.8), aspect="auto")
+
+
+def particles(axes):
+    axes.scatter([0.3, 0.7], [0.3, 0.6], s=4000, c=["k", "r"], rasterized=True)
+
+
+@pytest.mark.parametrize("artist", [dashed, crossed, band, clipped, photo, particles])
+def test_pixels_show_what_the_svg_does(artist):
+    """Both are what Matplotlib draws alone."""
+
+    def figure():
+        figure = plate(2.0)
+        figure.set_layout_engine("none")
+        axes = figure.add_subplot()
+        axes.set(xlim=(0, 1), ylim=(0, 1), title="words", xticks=[0, 1], yticks=[0, 1])
+        artist(axes)
+        return figure
+
+    with themed():
+        both = draw_both(figure(), "one", DPI)
+        assert both.svg == as_svg(figure(), "one", DPI)
+        alone = as_picture(figure(), DPI)
+    assert both.pixels.size == alone.size
+    # Rounding of places changes edges slightly.
+    assert np.abs(np.asarray(both.pixels, float) - np.asarray(alone, float)).max() < 40
+
+
+def test_an_svg_is_laid_out_by_the_texts_of_an_svg():
+    """With the canvas left as it is, texts are measured in whole pixels, and axes are up to 4 points off."""
+
+    def figure():
+        with themed():
+            return label_axes(plate(3.6).add_subplot(), "along (mm)", "error (mm)", "Error")
+
+    usual, target = figure(), io.StringIO()
+    with themed(), rc_context({"svg.hashsalt": "one"}):
+        usual.savefig(target, format="svg", dpi=DPI, facecolor="none", metadata=NO_METADATA)
+    assert as_svg(figure(), "one", DPI) == target.getvalue()
