@@ -65,7 +65,7 @@ class Poured(NamedTuple):
 
 def main(only: Annotated[str | None, one_of((*POURS, TWELVE))] = None, seeds: int = 3) -> list[Row]:
     print(f"{processor()}; {seeds} seeds", flush=True)
-    pours = [only] if only in POURS else [] if only else list(POURS)
+    pours = list(POURS) if only is None else [only] if only in POURS else []
     return [*(_rows(pours, seeds) if pours else ()), *(_twelve() if only in (None, TWELVE) else ())]
 
 
