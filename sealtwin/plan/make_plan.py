@@ -15,7 +15,7 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress, in_words
-from sealtwin.core.records import Floats, Sample, Trajectory
+from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from sealtwin.core.replicates import Z_95, further_run_mm2, require_different
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.settings import checked
@@ -54,7 +54,12 @@ class Options:
     def launches(self, jobs: int, rounds: int = 0) -> list[bool]:
         """Return whether each launch of particle runs after ``rounds`` rounds is of drafts, for the time left."""
         seeds = -(-(self.seeds - 1) // max(1, jobs))
-        return [*[self.drafts] * (self.rounds - rounds + seeds), *[False] * self.drafts]
+        return [*[self.drafts] * (self.rounds - rounds + seeds), *[False] * self.accurate_runs]
+
+    @property
+    def accurate_runs(self) -> int:
+        """Accurate runs at the end of a search by drafts: of the best plan, and of the plan that this one corrects."""
+        return 2 * self.drafts
 
 
 @dataclass(frozen=True)
@@ -117,7 +122,7 @@ def plan_on(
     def later_s(rounds: int, searches: int) -> float:
         """Return the time by the model of what follows ``rounds`` particle runs and ``searches``."""
         launches = options.launches(verifier.jobs, rounds)
-        return verifier.model_s(launches) + (options.rounds - searches) * len(few) * SEARCH_S
+        return verifier.model_s(launches) + (options.rounds + options.drafts - searches) * len(few) * SEARCH_S
 
     whole_s = verifier.model_s([options.drafts]) + later_s(0, 0)
     progress.note(
@@ -132,17 +137,17 @@ def plan_on(
     goal = Goal(target_mm2, np.zeros_like(target_mm2))
     plan = knots.first_guess(target_mm2, sections.s_mm, limits)
     rounds = list[Round]()
-    for number in range(1, options.rounds + 1):
-        name = f"round {number}"
+
+    def searched(name: str, goal: Goal, start: Floats, *, drafts: bool, rest_s: tuple[float, float]) -> Floats:
+        """Search a plan, add its round, and return it. ``rest_s``: time that follows the search, and the run."""
         progress.start(f"Searching, {name}", searching.MOST_STEPS)
-        progress.later(verifier.corrected_s(later_s(number - 1, number)))
-        plan = searching.search(few, knots, limits, goal, plan, progress.advance)
+        progress.later(verifier.corrected_s(rest_s[0]))
+        plan = searching.search(few, knots, limits, goal, start, progress.advance)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         bed = nominal.fill(plan_trajectory(sample.outline, path))
         predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
-        (level,) = verifier.levels(
-            f"Particles, {name}", [(name, path, trial.seed)], drafts=options.drafts, later_s=later_s(number, number)
-        )
+        title = f"Particles, {name}"
+        (level,) = verifier.levels(title, [(name, path, trial.seed)], drafts=drafts, later_s=rest_s[1])
         off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
         it = missed(level.s_mm, level.level_mm)
         rounds.append(Round(name, path, level, it, off_mm))
@@ -150,14 +155,25 @@ def plan_on(
             f"{name}: {it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it; "
             f"prediction and particles differ by {off_mm:.2f} mm"
         )
-        goal = Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
+        return plan
+
+    def goal_after(path: NozzlePath, level: Profile) -> Goal:
+        bed = nominal.fill(plan_trajectory(sample.outline, path))
+        return Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
+
+    plans = list[Floats]()
+    for number in range(1, options.rounds + 1):
+        rest_s = later_s(number - 1, number), later_s(number, number)
+        plan = searched(f"round {number}", goal, plan, drafts=options.drafts, rest_s=rest_s)
+        plans.append(plan)
+        goal = goal_after(rounds[-1].path, rounds[-1].level)
     best = min([*rounds, *baselines], key=lambda one: _cost(one.misfit))
     seeds = [
         (f"{best.name}, seed {seed}", best.path, seed) for seed in range(trial.seed + 1, trial.seed + options.seeds)
     ]
     levels = [best.level]
     if seeds:
-        last_s = verifier.model_s([False] * options.drafts)
+        last_s = verifier.model_s([False] * options.accurate_runs)
         levels += verifier.levels("The plan with other seeds", seeds, drafts=options.drafts, later_s=last_s)
     s_mm = best.level.s_mm
     levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
@@ -165,9 +181,18 @@ def plan_on(
     require_different(levels_mm, names, f"{where}: {best.name}")
     misfits = tuple(missed(s_mm, level_mm) for level_mm in levels_mm)
     level_mm, it, runs = levels_mm.mean(axis=0), mean_of(misfits), len(levels)
+    of_draft = None
     if options.drafts:
-        (accurate,) = verifier.levels("The plan without a draft", [(best.name, best.path, trial.seed)])
-        level_mm, runs = np.interp(s_mm, accurate.s_mm, accurate.level_mm), 1
+        one_s, of_draft, corrected = verifier.model_s([False]), best.misfit, list[Round]()
+        (level,) = verifier.levels("Accurate run of the plan", [(best.name, best.path, trial.seed)], later_s=one_s)
+        judged = missed(level.s_mm, level.level_mm)
+        if (start := next((plan for plan, one in zip(plans, rounds, strict=True) if one is best), None)) is not None:
+            # A draft's particles are larger, and the plan suits them: the accurate run corrects it once.
+            goal = goal_after(best.path, level)
+            searched("corrected by the accurate run", goal, start, drafts=False, rest_s=(one_s, 0.0))
+            corrected = [rounds.pop()]
+        best = min([replace(best, level=level, misfit=judged), *corrected], key=lambda one: _cost(one.misfit))
+        level_mm, runs = np.interp(s_mm, best.level.s_mm, best.level.level_mm), 1
         it = missed(s_mm, level_mm)
     trajectory = plan_trajectory(sample.outline, best.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
     bed = nominal.fill(trajectory)
@@ -213,6 +238,7 @@ def plan_on(
         chances=chances,
         with_more=with_more,
         drafts=options.drafts,
+        of_draft=of_draft,
     )
 
 

@@ -93,8 +93,7 @@ def plan_finding(planned: Planned) -> str:
         for one in planned.low_stretches
     )
     drafts = ""
-    if planned.drafts:
-        draft = planned.best.misfit
+    if (draft := planned.of_draft) is not None:
         drafts = f"; as drafts, the plan has {draft.under_mm3:.0f} mm3 and {draft.over_mm3:.0f} mm3, and"
     return (
         f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, according to "

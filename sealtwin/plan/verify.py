@@ -97,6 +97,7 @@ class Planned:
     misfits: tuple[Misfit, ...]  # Misfit of each seed
     chances: dict[str, float] | None
     with_more: WithMore = WithMore(0.0, 0.0)
+    of_draft: Misfit | None = None  # Misfit of the best plan as a draft, before the accurate run corrected it
     reserve_mm: float = 0.0  # Further depth below the face that it aims at
     drafts: bool = False  # True if all rounds, baselines and seeds are drafts
 

@@ -156,8 +156,8 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "jobs", "rounds", "drafts"),
     [
-        (Options(rounds=3, seeds=3), 1, 0, [True] * 5 + [False]),
-        (Options(rounds=3, seeds=3), 2, 1, [True] * 3 + [False]),
+        (Options(rounds=3, seeds=3), 1, 0, [True] * 5 + [False] * 2),
+        (Options(rounds=3, seeds=3), 2, 1, [True] * 3 + [False] * 2),
         (Options(rounds=2, seeds=1, drafts=False), 0, 1, [False]),
     ],
 )
