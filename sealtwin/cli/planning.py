@@ -42,8 +42,8 @@ def plan(
     """Plan flow and speed along a crack, so that it is full and nothing overspills.
 
     Searches with the fast model, checks the plan with particles, corrects the fast model by the difference, and
-    searches again. The runs are drafts, as those of a sweep, except the last two, which correct the plan and give its level. After
-    an interruption, repeat the command to continue.
+    searches again. The runs are drafts, as those of a sweep, except the last two, which correct the plan and give its
+    level. After an interruption, repeat the command to continue.
 
     Example: sealtwin plan trial.toml --cell cell.toml
     """
