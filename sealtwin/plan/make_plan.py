@@ -58,7 +58,7 @@ class Options:
 
     @property
     def accurate_runs(self) -> int:
-        """Accurate runs at the end of a search by drafts: of the best plan, and of the plan that this one corrects."""
+        """Accurate runs at the end of a search by drafts: of the best plan, and of the plan corrected by this run."""
         return 2 * self.drafts
 
 
