@@ -59,7 +59,7 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
         )
     stress_pa = fluid.fresh.yield_stress_pa
     width_mm = outline.mean_width_mm
-    if stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
+    if _share(fluid) * stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
         yield (
             f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: a yield stress of {stress_pa:g} Pa supports the "
             f"paste between walls {width_mm:.3g} mm apart, since its weight overcomes at most {stands_pa:.2g} Pa "
@@ -97,11 +97,21 @@ def _stands_s(fluid: Fluid, stands_pa: float, lasts_s: float) -> float:
 
 
 def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Floats, Floats]:
-    """Return viscosity and yield stress in Pa at each age, (n,) each. Without a curve, ``viscosity_pa_s`` is used."""
+    """Return viscosity and yield stress in Pa against the walls at each age, (n,) each.
+
+    Without a curve, ``viscosity_pa_s`` is used.
+    """
     if (course := fluid.course) is not None:
-        return course.at(age_s)
-    grown_pa = fluid.yield_stress_pa + fluid.structuration_pa_per_s * age_s
-    return np.full_like(age_s, viscosity_pa_s), np.minimum(grown_pa, fluid.most_yield_stress_pa)
+        thick_pa_s, stress_pa = course.at(age_s)
+    else:
+        grown_pa = fluid.yield_stress_pa + fluid.structuration_pa_per_s * age_s
+        thick_pa_s, stress_pa = np.full_like(age_s, viscosity_pa_s), np.minimum(grown_pa, fluid.most_yield_stress_pa)
+    return _share(fluid) * thick_pa_s, _share(fluid) * stress_pa
+
+
+def _share(fluid: Fluid) -> float:
+    """Return the share of the paste's stress that the walls take up."""
+    return fluid.wall_share or 1.0
 
 
 def _sinks_mm_s(fluid: Fluid, viscosity_pa_s: float, width_mm: float, lasts_s: float) -> Floats:

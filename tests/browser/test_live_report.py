@@ -22,7 +22,7 @@ BY_PARTICLES = TRIAL.replace("U = 30.0\nD_cm = 0.3", "viscosity_pa_s = 0.3\nyiel
 )
 BY_SLOT = BY_PARTICLES.replace("[solver]", '[solver]\nmodel = "slot"\nsettle_s = 1.0')
 THINNING = (
-    BY_SLOT.replace("viscosity_pa_s = 0.3", "consistency_pa_s_n = 0.8\nflow_index = 0.6")
+    BY_SLOT.replace("viscosity_pa_s = 0.3", "consistency_pa_s_n = 0.8\nflow_index = 0.6\nwall_share = 0.6")
     .replace('tilt = "vertical"', 'tilt = "funnel"\nwall_angle_deg = 5.0')
     .replace("trim_mm = 1", 'trim_mm = 1\nflow = "cross_section"\nreverse = true\nramp_mm = 2\nlead_out_mm = 3')
     .replace("[fluid]", "[sample]\ngradient_deg = 6.0\n\n[fluid]")

@@ -96,11 +96,12 @@ const slot = (() => {
     const wetted_mm = sections.wetted_mm(i, height_mm);
     const deep_pa = weight_pa_mm(paste) * Math.max(height_mm, 0);
     const pressure_pa = (deep_pa * (1 + sections.floor_mm[i] / wetted_mm)) / 2;
-    const holds_pa = paste.yield_stress_pa + paste.friction * pressure_pa;
+    const holds_pa = paste.wall_share * paste.yield_stress_pa + paste.friction * pressure_pa;
     const threshold = area_mm2 > 0 ? holds_pa / sections.holding_mm(area_mm2, wetted_mm) : Infinity;
     const m = 1 / paste.flow_index;
     const radius_mm = (area_mm2 / wetted_mm) * Math.sqrt(rounder(sections.slenderness(area_mm2, height_mm)));
-    return { area_mm2, threshold, rate: radius_mm ** (m + 1) / (m + 2) / paste.consistency_pa_s_n ** m };
+    const thick = paste.wall_share * paste.consistency_pa_s_n;
+    return { area_mm2, threshold, rate: radius_mm ** (m + 1) / (m + 2) / thick ** m };
   };
 
   // Flow along a push, and its growth with it.
@@ -319,7 +320,8 @@ const slot = (() => {
     const area_mm2 = sections.full_mm2.map((full_mm2) => Math.min(fill, 1) * full_mm2);
     const height_mm = area_mm2.map((one_mm2, i) => sections.height_mm(i, one_mm2));
     const slope = area_mm2.map(
-      (one_mm2, i) => held_mm / sections.holding_mm(one_mm2, sections.wetted_mm(i, height_mm[i]))
+      (one_mm2, i) =>
+        (paste.wall_share * held_mm) / sections.holding_mm(one_mm2, sections.wetted_mm(i, height_mm[i]))
     );
     const mound_mm = Math.max(dot(slope, height_mm) / slope.length, MOUND * held_mm);
     return { slope: mean(slope), mound_mm, fill };
