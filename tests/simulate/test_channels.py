@@ -110,6 +110,13 @@ def test_the_remark_on_a_thin_fluid_has_the_viscosity_that_particles_add():
     assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)
 
 
+@pytest.mark.parametrize(("wall_share", "holds"), [(None, True), (0.9, True), (0.5, False)])
+def test_walls_that_take_up_half_of_the_stress_support_half_of_the_paste(wall_share, holds):
+    """30 Pa stand between rough walls of this crack, whose weight overcomes 25 Pa."""
+    remarks = remarks_of(viscosity_pa_s=1.0, yield_stress_pa=30.0, wall_share=wall_share)
+    assert any(HOLDS in remark for remark in remarks) is holds
+
+
 @pytest.mark.parametrize(
     "fluid",
     [

@@ -33,6 +33,7 @@ from tests.calibrations import FREE, HERE, TRUTH, tiny_trials
 from tests.pages import leave_out_figures
 from tests.places import ROOT
 from tests.studies import tiny_lab
+from validate.calibration.discrepancy import smooth_errors_mm2
 from validate.calibration.free import Free
 from validate.settings import Uncertainty
 
@@ -99,6 +100,10 @@ def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
         trial.write("\n[uncertainty]\nvolume_ml = 0.002\nyield_stress_pa = 1.5\nstart_mm = 0.3\n")
     twin = Twin(lab / "trial.toml", lab / "library", HERE, Progress())
     assert twin.measured("fluid.yield_stress_pa") == (8.0, 1.5)
+    # Allowed for in each trial, with the ends of its own path.
+    first_mm, last_mm = (float(twin._sample.trajectory.s_mm[at]) for at in (0, -1))
+    smooth_mm2 = smooth_errors_mm2(twin.evidence.s_mm, (first_mm, last_mm))
+    assert np.allclose(twin.evidence.smooth_mm2, smooth_mm2)
     assert twin.measured("path.volume_ml") == (0.08, 0.002)
     assert twin.measured("path.trim_mm") == (1.0, 0.3)
     assert twin.measured("fluid.U") is None

@@ -58,6 +58,18 @@ def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it():
     assert np.array_equal(result.draws, np.asarray(again.draws))
 
 
+def test_smooth_errors_widen_the_posterior_and_leave_the_search_as_it_is():
+    """A search that allowed for them would not come close to the readings."""
+    source, exact = _source(Twin()), search(FREES, [_source(Twin())], FEWEST, lambda _: None)
+    smooth_mm2 = np.full((len(S_MM), len(S_MM)), 0.3**2)
+    allowed = replace(source, evidence=replace(source.evidence, smooth_mm2=smooth_mm2))
+    result = search(FREES, [allowed], FEWEST, lambda _: None)
+    assert np.array_equal(result.points, exact.points)
+    assert result.draws is not None
+    assert exact.draws is not None
+    assert result.draws[:, 1].std() > 1.5 * exact.draws[:, 1].std(), "a fill makes the shape of such an error"
+
+
 def test_readings_that_nothing_makes_stop_the_search_without_a_posterior():
     result = search(FREES, [_source(Twin(), bump_mm=3.0)], 40, lambda _: None)
     assert not result.possible

@@ -16,7 +16,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.plan import search as searching
-from sealtwin.plan.make_plan import Options, case_of, plan_on
+from sealtwin.plan.make_plan import RESERVE_MM, Options, case_of, plan_on
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
@@ -151,6 +151,44 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path, monkeypatch):
     assert planned.half_width_mm is None
     with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
         plan_on(particles, Options(knots=3, rounds=1, seeds=2), [])
+
+
+class DraftsStandLower(FastModelItself):
+    """Stands for particles that do what the fast model says, and whose drafts stand 0.8 mm lower."""
+
+    def levels(self, title, paths, *, drafts=False, later_s=0.0):
+        levels = super().levels(title, paths)
+        return [replace(level, level_mm=level.level_mm - 0.8 * drafts) for level in levels]
+
+
+@pytest.fixture(scope="module")
+def corrected(tmp_path_factory) -> Planned:
+    folder = plannable_lab(tmp_path_factory.mktemp("plan"))
+    trial = load_trial(folder / "planned.toml").loaded(folder)
+    particles = DraftsStandLower(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
+    return plan_on(particles, Options(knots=3, rounds=2, seeds=1), [])
+
+
+@pytest.mark.broad
+def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
+    """Drafts that stand too low make a plan that gives too much."""
+    assert corrected.best.name == "corrected by the accurate run"
+    assert [one.name for one in corrected.rounds] == ["round 1", "round 2"]
+    assert corrected.of_draft == corrected.rounds[1].misfit
+    filled = [plan_trajectory(OUTLINE, one.path).dispensed_mm3 for one in (corrected.best, corrected.rounds[1])]
+    assert filled[1] - filled[0] == pytest.approx(0.8 * 4.0 * 40.0, rel=0.25)
+
+
+@pytest.mark.broad
+def test_a_plan_aims_lower_by_its_reserve_and_constant_flow_does_not(corrected):
+    constant = plan_trajectory(OUTLINE, corrected.baselines[0].path, SOLID.cavity_volume_mm3, SOLID.sections)
+    assert constant.dispensed_mm3 == pytest.approx(SOLID.cavity_volume_mm3, rel=0.02)
+    lower_mm3 = constant.dispensed_mm3 - corrected.trajectory.dispensed_mm3
+    assert lower_mm3 == pytest.approx(RESERVE_MM * 4.0 * 40.0, rel=0.5)
+    more = corrected.with_more
+    # A tenth more of 1600 mm3, less the reserve and what lies beside the mouth.
+    assert 60.0 < more.over_mm3 < 160.0
+    assert more.constant_flow_over_mm3 > corrected.baselines[0].misfit.over_mm3
 
 
 @pytest.mark.parametrize(

@@ -118,6 +118,21 @@ def test_walls_are_moved_to_take_up_less_stress_and_never_more_than_all_of_it(fa
     assert np.array_equal(sticks_mm, own_mm)
 
 
+def test_a_share_that_cannot_grow_is_lowered_by_twice_its_uncertainty(tmp_path):
+    """An effect is half the difference of both moves."""
+    particles = FAST.replace('model = "slot"\n', "") + "\n[uncertainty]\nwall_share = 0.2\n"
+    base = base_of(run_tiny(tmp_path, particles))
+    shares = {steps["wall_share"] for steps, *_ in extra_runs._variants(base, designed=True) if "wall_share" in steps}
+    assert shares == {pytest.approx(0.0), pytest.approx(-0.4)}
+
+
+def test_only_a_fluid_that_sticks_leaves_the_share_of_the_walls_open(fast, tmp_path):
+    sticks, drags = base_of(fast), base_of(run_tiny(tmp_path, TRIAL))
+    of = [base.trial.known_inputs(base.sample.outline, base.sample.solid).left_out for base in (sticks, drags)]
+    assert ["wall_share" in names for names in of] == [True, False]
+    assert "viscosity_percent" in of[1]
+
+
 def test_the_share_of_the_walls_is_refused_beside_their_drag(tmp_path):
     own = TRIAL + "\n[uncertainty]\nwall_share = 0.1\n"
     with pytest.raises(InputError, match=r"\[uncertainty\] wall_share: fluid.D_cm"):

@@ -25,6 +25,7 @@ from tests.narration import Narration
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, job_in, run_tiny
 from validate.result import read_comparison
+from validate.uncertainty.bed_ends import BedEnds
 from validate.wording.headline import headline
 
 DECLARED = """
@@ -188,6 +189,8 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     (path / "trial.toml").write_text(re.sub(r"(?s)\[readings\].*?(?=\n\[|$)", "", text))
     assert not _vary(path), "none is computed again"
     given = leave_out_pages(monkeypatch)
+    # The tiny trial's fluid has no yield stress, and so no mound.
+    monkeypatch.setattr(BedEnds, "of", lambda trajectory, run: BedEnds(*trajectory.s_mm[[0, -1]], 2.0))
     with job_in(path) as job:
         result = run_stages(job, ("validate",)).result
     predicted = files.read_json(path / "prediction.json")
@@ -197,9 +200,10 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     assert (low_mm + high_mm) / 2 == pytest.approx(predicted["mean_level_mm"])
     assert result.prediction is not None
     assert result.prediction.model_dump(mode="json") == predicted
-    parts = [np.array(predicted[name]) for name in ("numerics_mm", "inputs_mm")]
+    parts = [np.array(predicted[name]) for name in ("numerics_mm", "inputs_mm", "model_mm")]
+    assert parts[2].max() > 0.5
     band_mm = np.array(predicted["band_95_mm"])
-    assert band_mm == pytest.approx(2 * np.hypot(*parts), rel=0.25)
+    assert band_mm == pytest.approx(2 * np.sqrt(np.sum(np.square(parts), axis=0)), rel=0.25)
     assert (np.array(predicted["profile_band_95_mm"]) >= band_mm).all()
     assert [one["name"] for one in predicted["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
     (sentence,), outcome = headline(given[0])

@@ -322,3 +322,10 @@ def test_repeats_on_two_steps_place_the_level_between_them():
     error_mm = rounded_errors_mm(repeats_mm, 0.5)
     assert np.median(error_mm) == pytest.approx(0.0, abs=0.05)
     assert np.quantile(np.abs(error_mm), 0.95) == pytest.approx(1.96 * 0.289 / np.sqrt(3), rel=0.15)
+
+
+def test_an_error_far_larger_than_the_readings_has_an_interval_too():
+    """The search for its ends had no root between them."""
+    sinks = budget(scattered(0.1), Uncertainty(sinks_mm=50.0))
+    low_mm, high_mm = sinks.mean_error_interval(ERROR)
+    assert 0.0 <= low_mm < high_mm < 200.0
