@@ -324,8 +324,10 @@ def test_repeats_on_two_steps_place_the_level_between_them():
     assert np.quantile(np.abs(error_mm), 0.95) == pytest.approx(1.96 * 0.289 / np.sqrt(3), rel=0.15)
 
 
-def test_an_error_far_larger_than_the_readings_has_an_interval_too():
+@pytest.mark.parametrize(("sinks_mm", "error_mm"), [(5.0, 1.0), (20.0, 0.05), (50.0, -3.0)])
+def test_an_error_far_larger_than_the_readings_has_an_interval_too(sinks_mm, error_mm):
     """The search for its ends had no root between them."""
-    sinks = budget(scattered(0.1), Uncertainty(sinks_mm=50.0))
-    low_mm, high_mm = sinks.mean_error_interval(ERROR)
-    assert 0.0 <= low_mm < high_mm < 200.0
+    sinks, profile = budget(scattered(0.1), Uncertainty(sinks_mm=sinks_mm)), scattered(0.1)
+    error = Curve.of(ERROR.x, np.full(len(ERROR.x), error_mm), profile.s_mm)
+    low_mm, high_mm = sinks.mean_error_interval(error)
+    assert 0.0 <= low_mm < high_mm < 4 * sinks_mm
