@@ -94,7 +94,7 @@ def plan_finding(planned: Planned) -> str:
     )
     drafts = ""
     if (draft := planned.of_draft) is not None:
-        drafts = f"; as drafts, the plan has {draft.under_mm3:.0f} mm3 and {draft.over_mm3:.0f} mm3, and"
+        drafts = f"; as drafts, the best round has {draft.under_mm3:.0f} mm3 and {draft.over_mm3:.0f} mm3, and"
     return (
         f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, according to "
         f"particles{drafts or ';'} the better baseline ({better.name}) has {better.misfit.under_mm3:.0f} mm3 and "

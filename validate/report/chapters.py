@@ -135,7 +135,7 @@ def first_caption(evidence: Evidence) -> str:
     inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
     return f"{mean} ".lstrip() + (
         "Grey: the readings' own error, no tolerance; a perfect model would be inside all along in 19 of 20 repeats. "
-        f"This one is at {inside} places. Bars: single readings."
+        f"This one is inside at {inside} places. Bars: single readings."
     )
 
 
