@@ -118,7 +118,7 @@ def _why(run: Run | Simulation, *, lost: bool) -> str:
     fluid = _table(run, "fluid")
     stress_pa, width_mm = fluid.get("yield_stress_pa", 0.0), 2 * run.radius_mm * across
     stands_pa = standing_stress_pa(fluid.get("density_kg_m3", 0.0), width_mm)
-    if fluid.get("wall_share", 1.0) * stress_pa > stands_pa > 0:
+    if (fluid.get("wall_share") or 1.0) * stress_pa > stands_pa > 0:
         return (
             f" Between walls {width_mm:.3g} mm apart, the weight of the paste overcomes only {stands_pa:.2g} Pa of its "
             f"yield stress of {stress_pa:g} Pa, so it bridges empty spaces; finer particles would not fill them."

@@ -190,7 +190,7 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     assert not _vary(path), "none is computed again"
     given = leave_out_pages(monkeypatch)
     # The tiny trial's fluid has no yield stress, and so no mound.
-    monkeypatch.setattr(BedEnds, "of", lambda trajectory, run: BedEnds(*trajectory.s_mm[[0, -1]], 2.0))
+    monkeypatch.setattr(BedEnds, "of", lambda trajectory, run: BedEnds(trajectory.s_mm[0], trajectory.s_mm[-1], 2.0))
     with job_in(path) as job:
         result = run_stages(job, ("validate",)).result
     predicted = files.read_json(path / "prediction.json")
