@@ -2,7 +2,7 @@
 
     python -m benchmarks.searches [--only plan] [--keep DIR]
 
-The commands are those of ``benchmarks.time_left``, on the shipped trial, whose readings are RECONSTRUCTED. Both plans
+The commands are those of ``benchmarks.time_left``, on a crack of the shipped trial, with EMULATED readings. Both plans
 are poured by the same three accurate runs, and the mean of their errors is judged. Results in DIR are not computed
 again. All takes about 50 minutes of processor time.
 """
@@ -24,7 +24,7 @@ from typer import Option
 from benchmarks.against import processor
 from benchmarks.kept_runs import KeptRuns
 from benchmarks.table import Row, one_of, run_benchmark
-from benchmarks.time_left import COMMANDS, lay_out
+from benchmarks.time_left import BEFORE, COMMANDS, emulate_readings, lay_out
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import record_files
 from sealtwin.core.files import write_json
@@ -34,6 +34,7 @@ from sealtwin.trial.trial_file import load_trial
 from simulate.run import fill
 
 SEARCHES = ("calibrate", "plan")
+SEALTWIN = sys.executable, "-m", "sealtwin"
 HOW: Mapping[str, tuple[str, ...]] = {"drafts": (), "accurate": ("--accurate",)}
 SEEDS = 3
 LEAST_MM3 = 20.0
@@ -58,7 +59,7 @@ def _computed(name: str, how: str, home: Path) -> tuple[Path, float]:
     """Return the folder of a search, computed if it is not kept, and its processor time."""
     folder, facts = home / f"{name}-{how}", home / f"{name}-{how}.json"
     if not facts.is_file():
-        command = [sys.executable, "-m", "sealtwin", *COMMANDS[name], *HOW[how], "--out", folder.name]
+        command = [*SEALTWIN, *COMMANDS[name], *HOW[how], "--out", folder.name]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([*command, "--device", "cpu", "--quiet"], cwd=home, check=True, stdout=subprocess.DEVNULL)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -69,6 +70,9 @@ def _computed(name: str, how: str, home: Path) -> tuple[Path, float]:
 
 
 def _calibrated(home: Path) -> Iterator[Row]:
+    if not (home / "emulated.toml").is_file():
+        subprocess.run([*SEALTWIN, *BEFORE["calibrate"], "--quiet"], cwd=home, check=True, stdout=subprocess.DEVNULL)
+        emulate_readings(home)
     (drafts, draft_s), (accurate, accurate_s) = (_computed("calibrate", how, home) for how in HOW)
     yield Row("calibrate: processor time, over accurate runs", draft_s / accurate_s, "", 0, 0.5)
     ours, theirs = (_posterior(folder) for folder in (drafts, accurate))

@@ -189,6 +189,21 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
     )
 
 
+def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
+    """Return the path with all flow later by ``delay_s``; the nozzle moves as before, and flow ends with the path."""
+    own_s = trajectory.t_s
+    t_s = np.unique(np.concatenate([own_s, own_s[own_s + delay_s < own_s[-1]] + delay_s]))
+    moves = np.searchsorted(own_s, t_s, side="right") - 1
+    gives = np.searchsorted(own_s + delay_s, t_s, side="right") - 1
+    return Trajectory(
+        t_s=t_s,
+        position_mm=np.column_stack([np.interp(t_s, own_s, axis_mm) for axis_mm in trajectory.position_mm.T]),
+        s_mm=np.interp(t_s, own_s, trajectory.s_mm),
+        speed_mm_s=trajectory.speed_mm_s[moves],
+        flow_mm3_s=np.where((gives >= 0) & (t_s < own_s[-1]), trajectory.flow_mm3_s[gives], 0.0),
+    )
+
+
 def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> tuple[str, ...]:
     """Return a warning if ``sealant_mm3`` is implausible for a cavity of ``cavity_mm3``."""
     times = sealant_mm3 / cavity_mm3

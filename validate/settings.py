@@ -278,6 +278,9 @@ class Uncertainty(Settings):
     """Uncertainty of the volume of sealant, and therefore of the flow."""
     start_mm: Standard | None = None
     """Uncertainty of the nozzle's starting point, which shifts the whole path along the crack."""
+    pump_delay_s: Standard | None = None
+    """Uncertainty of the time by which the pump begins late; it never begins early. The sealant of that time is
+    missing where the path begins. If the sample was weighed, the rest of the path has it."""
     width_mm: Standard | None = None
     """Uncertainty of the crack's mean width, which scales all widths. Default: a quarter of the 95 % interval if the
     width was fitted to a thin crack's profile; otherwise it is not included."""

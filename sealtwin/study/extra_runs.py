@@ -146,6 +146,9 @@ def _variants(base: Base, *, designed: bool) -> list[Variant]:
             if "wall_share" in steps:
                 # A share that cannot grow so far is lowered by as much more: the two moves stay as far apart.
                 steps["wall_share"] -= max(0.0, base.wall_share + inputs["wall_share"] - 1)
+            if "pump_delay_s" in steps:
+                # Likewise, since no pump begins early.
+                steps["pump_delay_s"] += inputs["pump_delay_s"]
             sample = moved_sample(base, steps)
             variants.append((steps, _same_physics(base, sample, _sizes_mm(base)[-1], steps), sample))
     return variants

@@ -91,7 +91,7 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
 
     If ``meshed`` is False, only the sections of the solid are moved, since the fast model does not read the mesh.
     """
-    from digitise.trajectory import plan_trajectory
+    from digitise.trajectory import begun_late, plan_trajectory
 
     trial, sample = base.trial, base.sample
     # After a weighed fill the errors of width, angle and depth are correlated, so the three move together.
@@ -124,6 +124,10 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
     if trial.path.plan is not None:
         more = 1 + 1e3 * step["volume_ml"] / trajectory.dispensed_mm3
         trajectory = replace(trajectory, flow_mm3_s=more * trajectory.flow_mm3_s)
+    if (delay_s := steps.get("pump_delay_s", 0.0)) > 0:
+        late = begun_late(trajectory, delay_s)
+        more = 1.0 if trial.path.weighed is None else trajectory.dispensed_mm3 / late.dispensed_mm3
+        trajectory = replace(late, flow_mm3_s=more * late.flow_mm3_s)
     outline, solid = sample.outline, sample.solid
     if changed.crack is not None and any(name in steps for name in OF_THE_WALLS):
         make = _meshed if meshed else _in_sections

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from digitise.settings import NozzlePath
-from digitise.trajectory import plan_trajectory, smooth_centreline, times_along, volume_warnings
+from digitise.trajectory import begun_late, plan_trajectory, smooth_centreline, times_along, volume_warnings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Sections, Trajectory
@@ -165,6 +165,21 @@ def test_a_ramp_changes_when_a_millimetre_gets_its_sealant_and_not_how_much():
     assert ramped.duration_s == pytest.approx(20.0)
     assert np.interp(2.5, ramped.t_s, ramped.s_mm - 10) == pytest.approx(2.5, abs=0.05)
     assert ramped.speed_mm_s[20:40] == pytest.approx(np.full(20, 4.0))
+
+
+def test_a_late_pump_gives_each_flow_later_while_the_nozzle_moves_as_before():
+    """80 mm³/mm at 4 mm/s; 2.6 s are 10.4 mm. Flow ends with the path, and the leads stay dry."""
+    own = planned(straight_slot(80.0), ramp_mm=10.0, lead_in_mm=12.0, lead_out_mm=5.0)
+    late = begun_late(own, 2.6)
+    at_s = np.linspace(0.0, own.duration_s - 1e-6, 500)
+    for own_mm, late_mm in ((own.s_mm, late.s_mm), (own.position_mm[:, 0], late.position_mm[:, 0])):
+        assert np.interp(at_s, late.t_s, late_mm) == pytest.approx(np.interp(at_s, own.t_s, own_mm))
+
+    def flow_at(path: Trajectory, t_s: Any) -> Any:
+        return np.where(t_s < 0, 0.0, path.flow_mm3_s[np.searchsorted(path.t_s, t_s, side="right") - 1])
+
+    assert np.array_equal(flow_at(late, at_s), flow_at(own, at_s - 2.6))
+    assert late.duration_s == own.duration_s
 
 
 def test_a_pinch_between_two_waypoints_is_not_skipped():

@@ -9,13 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from digitise.settings import Dispensed
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import drawn_runs, extra_runs
 from sealtwin.study.drawn_runs import PART, draw, takes_draws
 from sealtwin.study.extra_runs import vary
-from sealtwin.study.moved_inputs import Base, refuse_immovable
+from sealtwin.study.moved_inputs import Base, moved_sample, refuse_immovable
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.validate_stage import SPREAD
 from tests.pages import leave_out_pages
@@ -118,12 +119,32 @@ def test_walls_are_moved_to_take_up_less_stress_and_never_more_than_all_of_it(fa
     assert np.array_equal(sticks_mm, own_mm)
 
 
-def test_a_share_that_cannot_grow_is_lowered_by_twice_its_uncertainty(tmp_path):
+@pytest.mark.parametrize("weighed", [False, True])
+def test_a_late_pump_leaves_the_beginning_empty_and_the_weighed_sealant_is_then_elsewhere(fast, weighed):
+    base = base_of(fast)
+    if weighed:
+        mass_g = base.sample.trajectory.dispensed_mm3 / 1e3
+        weighed = Dispensed(mass_g=mass_g, mass_sd_g=0.01, density_kg_m3=1000.0, density_sd_kg_m3=1.0)
+        path = base.trial.path.model_copy(update={"weighed": weighed})
+        base = replace(base, trial=base.trial.model_copy(update={"path": path}))
+    own, late, early = (
+        moved_sample(base, {"pump_delay_s": delay_s}, meshed=False).trajectory for delay_s in (0.0, 0.5, -0.5)
+    )
+    assert early.dispensed_mm3 == own.dispensed_mm3
+    share = 1.0 if weighed else 1 - 0.5 / own.duration_s
+    assert late.dispensed_mm3 == pytest.approx(share * own.dispensed_mm3)
+    assert late.t_s[late.giving][0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "standard", "moves"), [("wall_share", 0.2, [-0.4, 0.0]), ("pump_delay_s", 0.1, [0.0, 0.2])]
+)
+def test_an_input_at_its_end_is_moved_the_other_way_by_twice_its_uncertainty(tmp_path, name, standard, moves):
     """An effect is half the difference of both moves."""
-    particles = FAST.replace('model = "slot"\n', "") + "\n[uncertainty]\nwall_share = 0.2\n"
+    particles = FAST.replace('model = "slot"\n', "") + f"\n[uncertainty]\n{name} = {standard}\n"
     base = base_of(run_tiny(tmp_path, particles))
-    shares = {steps["wall_share"] for steps, *_ in extra_runs._variants(base, designed=True) if "wall_share" in steps}
-    assert sorted(shares) == pytest.approx([-0.4, 0.0])
+    steps = {steps[name] for steps, *_ in extra_runs._variants(base, designed=True) if name in steps}
+    assert sorted(steps) == pytest.approx(moves)
 
 
 def test_only_a_fluid_that_sticks_leaves_the_share_of_the_walls_open(fast, tmp_path):

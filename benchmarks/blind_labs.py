@@ -1,0 +1,153 @@
+"""Labs that measure more of a blind trial than its inputs, and the nine runs of each lab's prediction: EMULATED.
+
+    python -m benchmarks.blind_labs
+
+Trials are drawn by another seed than those of ``benchmarks.blind_prediction``, on which the product was tuned. A lab
+may slide strips of paste down the cut face, or weigh the sample before and after the pour. Then it predicts with three
+runs at each of three particle sizes, as ``sealtwin validate --uncertainty`` does. ``benchmarks/blind/`` keeps them.
+"""
+
+import csv
+import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from benchmarks import slumps
+from benchmarks.blind_cases import ANEW_SEED, FOLDER, STATIONS_MM, TRIALS, finished, first_trials, level_mm
+from benchmarks.blind_measured import SETTLE_S, Measured, measured
+from benchmarks.kept_runs import KeptRuns
+from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour, Poured
+from benchmarks.reality.pour import poured
+from benchmarks.reality.worlds import WORLDS, World, flows, late, together
+from benchmarks.table import run_benchmark
+from digitise.trajectory import plan_trajectory
+from sealtwin.core.records import Sample
+from sealtwin.material.paste import DENSITY_ERROR
+from sealtwin.study.extra_runs import RATIO, REPLICATES
+from sealtwin.study.moved_inputs import Base
+from simulate.slot.run import pour
+from validate.uncertainty.computed import SizeRuns
+
+SIZES = FOLDER / f"{ANEW_SEED}-sizes.csv"
+KEPT = KeptRuns(SIZES, "python -m benchmarks.blind_labs")
+FACTORS = (1 / RATIO, 1.0, RATIO)
+SHARE, SHARE_ERROR = 0.5, 0.065
+"""Walls' share of the stress in ``worlds.slips``, and its relative error by strips (``benchmarks.wall_and_volume``)."""
+MASS_SD_G = 0.014  # Of two weighings by a scale of 0.01 g
+PUMP_DELAY_S = 0.3  # A lab that looks for the pump's start by eye
+SHORT_AND_LATE = together(late(1.0), flows(0.92))
+A_DAY = next(world for name, world in WORLDS.items() if name.startswith("W11"))
+
+
+class Lab(NamedTuple):
+    """What a lab measures in addition to the inputs of a blind trial."""
+
+    strips: bool = False  # Strips of paste on the cut face, whose walls slip
+    weighs: World | None = None  # World whose sample is weighed before and after the pour
+
+
+LABS: Mapping[str, Lab] = {
+    "inputs": Lab(),
+    "strips": Lab(strips=True),
+    "weighed, late and 8 % low": Lab(weighs=SHORT_AND_LATE),
+    "weighed, W11": Lab(weighs=A_DAY),
+}
+Sizes = tuple[SizeRuns, SizeRuns, SizeRuns]
+"""Runs of the finer particles, the trial's own and the coarser ones."""
+
+
+def base_of(one: Measured, number: int, lab: Lab) -> Base:
+    """Return a trial as a lab knows it, with its run by the fast model."""
+    own, random = one.base, np.random.default_rng([ANEW_SEED, number, 4])
+    changes: dict[str, Any] = {}
+    if lab.strips:
+        share = SHARE * float(1 + SHARE_ERROR * random.normal())
+        changes |= {"fluid.wall_share": share, "uncertainty.wall_share": SHARE_ERROR * share}
+    if lab.weighs is not None:
+        arrived_g = 1e-6 * one.real_fluid["density_kg_m3"] * second_reality(one, lab.weighs).volume_mm3
+        assert own.trial.fluid is not None
+        density = own.trial.fluid.density_kg_m3
+        weighed = {"mass_g": arrived_g + MASS_SD_G * float(random.normal()), "mass_sd_g": MASS_SD_G}
+        weighed |= {"density_kg_m3": density, "density_sd_kg_m3": DENSITY_ERROR * density}
+        changes |= {"path.volume_ml": None, "path.weighed": weighed}
+        changes |= {"uncertainty.volume_ml": None, "uncertainty.pump_delay_s": PUMP_DELAY_S}
+    if not changes:
+        return own
+    trial, sample = own.changed(changes), own.sample
+    solid = sample.solid
+    path = plan_trajectory(sample.outline, trial.path, solid.cavity_volume_mm3, solid.sections)
+    sample = replace(sample, trajectory=path)
+    return Base(own.path, trial, sample, *pour(sample, *trial.physics, seed=0))
+
+
+def second_reality(one: Measured, world: World) -> Poured:
+    """Pour the true inputs of a trial in the second reality."""
+    return poured(*true_inputs(one.real, one), world, Numerics(settle_s=SETTLE_S))
+
+
+def true_inputs(real: Sample, one: Measured) -> tuple[Cavity, Paste, Pour]:
+    outline, trajectory, truth = real.outline, real.trajectory, one.truth
+    s_mm, ones = outline.s_mm, np.ones(len(outline.s_mm))
+    # Walls that flare: the traced width is that of the floor.
+    mouth_mm = outline.width_mm + 2 * truth.depth_mm * np.tan(np.radians(truth.angle_deg))
+    cavity = Cavity(s_mm, mouth_mm, truth.depth_mm * ones, truth.angle_deg * ones, truth.angle_deg * ones)
+    fluid = one.real_fluid
+    paste = Paste(fluid["density_kg_m3"], fluid["yield_stress_pa"], fluid["viscosity_pa_s"])
+    # A waypoint's flow holds until the next one.
+    at_s, flow = trajectory.t_s, trajectory.flow_mm3_s
+    times, given = np.repeat(at_s, 2)[1:-1], np.repeat(flow[:-1], 2)
+    return cavity, paste, Pour(at_s, trajectory.s_mm, times, given, one.base.trial.nozzle.diameter_mm)
+
+
+def kept_sizes() -> dict[tuple[int, str], Sizes]:
+    """Return the kept runs by trial and lab."""
+    if not SIZES.is_file():
+        return {}
+    _, *rows = csv.reader(SIZES.read_text(encoding="utf-8").splitlines())
+    runs = dict[tuple[int, str], dict[float, list[list[float]]]]()
+    for number, lab, radius_mm, _, *level in rows:
+        by_radius = runs.setdefault((int(number), lab), {})
+        by_radius.setdefault(float(radius_mm), []).append([*map(float, level)])
+    sizes = dict[tuple[int, str], Sizes]()
+    for key, by_radius in runs.items():
+        fine, own, coarse = (SizeRuns(radius_mm, np.array(by_radius[radius_mm])) for radius_mm in sorted(by_radius))
+        sizes[key] = fine, own, coarse
+    return sizes
+
+
+def main() -> None:
+    # Trials are emulated by them: they come first.
+    slumps.KEPT.require()
+    first_trials(ANEW_SEED, TRIALS)
+    KEPT.begin()
+    done = kept_sizes()
+    for number in sorted(finished(ANEW_SEED)):
+        with tempfile.TemporaryDirectory() as place:
+            one = measured(ANEW_SEED, number, Path(place))
+        for name, lab in LABS.items():
+            if (number, name) not in done:
+                _record(number, name, base_of(one, number, lab), one)
+
+
+def _record(number: int, name: str, base: Base, one: Measured) -> None:
+    trial, rows = base.trial, []
+    assert trial.fluid is not None
+    for factor in FACTORS:
+        solver = trial.solver.model_copy(update={"radius_mm": factor * trial.solver.size_mm})
+        for seed in range(REPLICATES):
+            level = level_mm(base.sample, trial.fluid, solver, one, seed=seed)
+            rows.append([number, name, f"{solver.size_mm:.6g}", seed, *(f"{value:.3f}" for value in level)])
+    with SIZES.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        if file.tell() == 0:
+            writer.writerow(["trial", "lab", "radius_mm", "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)])
+        writer.writerows(rows)
+    print(f"trial {number}, {name}: kept", flush=True)
+
+
+if __name__ == "__main__":
+    run_benchmark(main)
