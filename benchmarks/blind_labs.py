@@ -24,6 +24,7 @@ from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour, Poured
 from benchmarks.reality.pour import poured
 from benchmarks.reality.worlds import WORLDS, World, flows, late, together
 from benchmarks.table import run_benchmark
+from digitise.settings import Dispensed
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Sample
 from sealtwin.material.paste import DENSITY_ERROR
@@ -73,7 +74,7 @@ def base_of(one: Measured, number: int, lab: Lab) -> Base:
         density = own.trial.fluid.density_kg_m3
         weighed = {"mass_g": arrived_g + MASS_SD_G * float(random.normal()), "mass_sd_g": MASS_SD_G}
         weighed |= {"density_kg_m3": density, "density_sd_kg_m3": DENSITY_ERROR * density}
-        changes |= {"path.volume_ml": None, "path.weighed": weighed}
+        changes |= {"path.volume_ml": Dispensed(**weighed).volume_ml, "path.weighed": weighed}
         changes |= {"uncertainty.volume_ml": None, "uncertainty.pump_delay_s": PUMP_DELAY_S}
     if not changes:
         return own

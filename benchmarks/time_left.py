@@ -37,7 +37,7 @@ trial = "trial.toml"
 """
 PASTE = "viscosity_pa_s = 1.0"
 """It takes the place of U and D, which a plan does not take."""
-FREE = ("--free", "fluid.yield_stress_pa=3:60", "--free", "fluid.viscosity_pa_s=0.2:5")
+FREE = ("--free", "fluid.yield_stress_pa=3:24", "--free", "fluid.viscosity_pa_s=0.2:3")
 SCALE = ("--mm-per-px", "0.1375", "--ends", "719,658", "1403,259")
 READINGS = """
 [readings]

@@ -292,12 +292,15 @@ class Coarseness(NamedTuple):
     """The same if pressure starts at zero in each substep. In longer substeps a fluid that freezes by age is compressed
     by a tenth, and boils with two-level pressure."""
     shear_by_frame: bool = False  # True if shear rates are measured once in a frame, not in each substep
+    pairs_below: float = 1.0
+    """Radius "auto" below which two particles leave the nozzle together, over the radius of two that just fit. Lone
+    particles take twice the frames."""
 
 
 FINE = Coarseness()
 COARSENESS = {
     "accurate": FINE,
-    "draft": Coarseness(abreast=2.6, fall=0.05, fall_alone=0.05, shear_by_frame=True),
+    "draft": Coarseness(abreast=2.6, fall=0.05, fall_alone=0.05, shear_by_frame=True, pairs_below=1.1),
     "paper": FINE,
 }
 
@@ -394,7 +397,10 @@ class Solver(Settings):
         """Return a copy in which radius "auto" is a number, for a crack of this mean width and at most the nozzle's."""
         if self.radius_mm != "auto":
             return self
-        radius_mm = min(width_mm / COARSENESS[self.preset].abreast / 2, nozzle.diameter_mm / 2)
+        coarse, pair_mm = COARSENESS[self.preset], nozzle.diameter_mm / 4
+        radius_mm = min(width_mm / coarse.abreast / 2, nozzle.diameter_mm / 2)
+        if pair_mm < radius_mm < coarse.pairs_below * pair_mm:
+            return self.model_copy(update={"radius_mm": math.floor(1e3 * pair_mm) / 1e3})
         return self.model_copy(update={"radius_mm": float(f"{radius_mm:.3g}")})
 
     @property

@@ -61,6 +61,10 @@ def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_the
         # A particle no wider than the nozzle it leaves.
         ({"preset": "draft"}, 1.0, 0.5),
         ({"preset": "draft", "radius_mm": 0.45}, 2.4, 0.45),
+        # Two particles that leave together take half of the frames.
+        ({"preset": "draft"}, 2.2, 0.55),
+        ({"preset": "draft"}, 2.0, 3.0 / 5.2),
+        ({"radius_mm": "auto"}, 1.48, 3.0 / 8),
     ],
 )
 def test_a_radius_that_is_not_given_follows_from_crack_and_nozzle(solver, nozzle_mm, radius_mm):
