@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.collapse import fronts
 from benchmarks.physics_endless import Endless, stirred_mm
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised, resolution
 from benchmarks.sinking import plugs
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.records import Floats
@@ -87,6 +87,9 @@ class Channel:
         stress_pa = 1e-6 * DENSITY_KG_M3 * stress_mm2_s2
         return sealant(density_kg_m3=DENSITY_KG_M3, yield_stress_pa=stress_pa, **flow)
 
+    def resolution(self, preset: str) -> dict[str, Any]:
+        return resolution(preset, self.radius_mm, substep_s(self.radius_mm), self.width_mm)
+
     def slides(self, seconds: float, wall_share: float) -> float:
         """Mean speed at last of a fluid that begins at rest, on walls that take up a share of its stress."""
         radius_mm, step_s = self.radius_mm, substep_s(self.radius_mm)
@@ -100,15 +103,16 @@ class Channel:
         box.wait(last)
         return float(box.moved_mm(before_mm)[:, 0].mean()) / step_s / last
 
-    def flow(self, seconds: float, seed: int = 0, **solver: Any) -> tuple[float, float]:
+    def flow(self, seconds: float, seed: int = 0, preset: str = "accurate", **solver: Any) -> tuple[float, float]:
         """Mean speed at last, and that of the closed form at the same places; it starts as the closed form has it.
 
         It is the speed at which places change, which velocities need not have: until decision 0155 particles moved
         faster than their velocity, by g dt. ``seed`` chooses how particles lie at first.
         """
-        radius_mm, step_s = self.radius_mm, substep_s(self.radius_mm)
-        place_mm, side_mm = _filled(self.width_mm, radius_mm, seed)
-        box = Endless(place_mm, side_mm, radius_mm=radius_mm, step_s=step_s, walled=True, fluid=self.fluid, **solver)
+        how = self.resolution(preset)
+        step_s: float = how["step_s"]
+        place_mm, side_mm = _filled(self.width_mm, how["radius_mm"], seed)
+        box = Endless(place_mm, side_mm, walled=True, fluid=self.fluid, **how, **solver)
         box.push_mm_s2 = np.array([self.push_mm_s2, 0.0, 0.0])
         box.set_velocity(np.outer(self.speed_mm_s(place_mm[:, 1] - self.width_mm / 2), [1.0, 0.0, 0.0]))
         seen = []
@@ -203,34 +207,35 @@ def _momenta(tank: Tank) -> tuple[Floats, Floats]:
     return velocity.mean(axis=0), np.cross(place - place.mean(axis=0), velocity - velocity.mean(axis=0)).mean(axis=0)
 
 
-def channel() -> Iterator[Row]:
+def channel(preset: str = "accurate") -> Iterator[Row]:
     """Poiseuille's flow at three widths."""
     for viscosity in (10.0, 32.0, 322.0, 3000.0):
         for across, off in ((4.0, 0.2), (5.0, OFF), (8.0, OFF)):
             flow = Channel(across, viscosity)
             # Three times what the slowest of the flow's modes takes, of which little is left from the start.
             seconds = np.clip(3 * flow.width_mm**2 / (pi**2 * viscosity), 0.1, 1.0)
-            yield flow.row(f"{viscosity:g} mm2/s, {across:g} across", float(seconds), off)
+            yield flow.row(f"{viscosity:g} mm2/s, {across:g} across", float(seconds), off, preset=preset)
 
 
-def thin() -> Iterator[Row]:
+def thin(preset: str = "accurate") -> Iterator[Row]:
     """Fluid to whose viscosity the particles add as much as the solver states."""
     for radius_mm in (0.25, 0.4):
         asked = Channel(8.0, 3.0, radius_mm=radius_mm)
-        acts = 3.0 + 100 * added_viscosity(radius_mm * CM, substep_s(radius_mm))
-        mean, exact = asked.flow(2.5)
+        how = asked.resolution(preset)
+        acts = 3.0 + 100 * added_viscosity(how["radius_mm"] * CM, how["step_s"])
+        mean, exact = asked.flow(2.5, preset=preset)
         name = f"3 mm2/s, R {radius_mm:g}, acts as {acts:.2f}: speed over closed form"
         yield Row(name, mean / exact * acts / 3.0, "", 1 - OFF, 1 + OFF, "1")
 
 
-def bingham() -> Iterator[Row]:
+def bingham(preset: str = "accurate") -> Iterator[Row]:
     """A yield stress of 0.2 to 0.8 of the stress at the walls; and one that holds the fluid."""
     for radius_mm in (0.25, 0.4):
         for yields in (0.2, 0.5, 0.8):
             flow = Channel(8.0, 32.0, yields, radius_mm=radius_mm)
-            yield flow.row(f"Bingham, {yields:g} of the walls' stress, R {radius_mm:g}", 0.3)
+            yield flow.row(f"Bingham, {yields:g} of the walls' stress, R {radius_mm:g}", 0.3, preset=preset)
     for sleep in (True, False):
-        creep, _ = Channel(8.0, 32.0, 1.2, radius_mm=0.25, mean_mm_s=6.0).flow(0.6, sleep=sleep)
+        creep, _ = Channel(8.0, 32.0, 1.2, radius_mm=0.25, mean_mm_s=6.0).flow(0.6, preset=preset, sleep=sleep)
         yield Row(f"Bingham, 1.2 of it, {'asleep' if sleep else 'awake'}: creep", creep, "mm/s", 0, 0.01, "0")
 
 

@@ -21,7 +21,7 @@ from typer import Option
 from benchmarks.heap_limit import holding_pa
 from benchmarks.interfoam.__main__ import LIMIT_M2_S, VISCOSITY_PA_S, slope
 from benchmarks.interfoam.cases import DENSITY_KG_M3, HEAP_MM, SIZE_MM, TABLES, WIDTH_MM
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, spacing_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, resolution, size_of, spacing_mm
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.loose_fluid import filled_box_mm, substep_s
@@ -95,22 +95,24 @@ def surface_mm(place_mm: Floats, radius_mm: float) -> tuple[Floats, Floats]:
     return np.arange(len(top)).astype(float) + 0.5, np.asarray(top.mean(axis=1), dtype=float)
 
 
-def collapse(yield_pa: float, radius_mm: float, *, sleep: bool = True, dragged: bool = False) -> tuple[Course, float]:
+def collapse(
+    yield_pa: float, radius_mm: float, preset: str = "accurate", *, sleep: bool = True, dragged: bool = False
+) -> tuple[Course, float]:
     """The same heap in particles, and the yield stress that holds it as it lies at last.
 
     Walls may drag it by the paper's D beside its yield stress, in place of its viscosity.
     """
     paste = {"density_kg_m3": DENSITY_KG_M3, "yield_stress_pa": yield_pa, "viscosity_pa_s": VISCOSITY_PA_S}
-    step_s = substep_s(radius_mm)
+    how = resolution(preset, radius_mm, substep_s(radius_mm))
     given: dict[str, Any] = {"fluid": sealant(**paste)}
     if dragged:
         given = {
             "viscosity_mm2_s": VISCOSITY_PA_S / DENSITY_KG_M3 * 1e6,
-            "drag_mm": 10 * PAPERS_D_CM * step_s / FRAME_S,
+            "drag_mm": 10 * PAPERS_D_CM * how["step_s"] / FRAME_S,
             "yield_mm2_s2": yield_pa / DENSITY_KG_M3 * 1e6,
         }
     heap = filled_box_mm((0.0, -WIDTH_MM / 2, 0.0), (HEAP_MM[0], WIDTH_MM / 2, HEAP_MM[1]), radius_mm)
-    tank = Tank.of(PIT, heap, radius_mm=radius_mm, step_s=step_s, sleep=sleep, **given)
+    tank = Tank.of(PIT, heap, sleep=sleep, **how, **given)
     rows = [(0.0, *_figures(tank))]
     for t_s in tank.run(REST_S):
         if t_s >= rows[-1][0] + EVERY_S:
@@ -138,31 +140,33 @@ def _row(case: str, figure: str, value: float, because: str = "") -> Row:
     return Row(f"{case}: {figure}", value, "", 1 - off, 1 + off, "1", because=because)
 
 
-def course_rows(yield_pa: float) -> Iterator[Row]:
+def course_rows(yield_pa: float, preset: str = "accurate") -> Iterator[Row]:
     """Particles of two sizes over interFoam, and where they rest."""
     runs = [(0.4, True), (0.3, True)]
     if yield_pa == AWAKE_PA:
         runs.append((0.4, False))
     for radius_mm, sleep in runs:
         name = f"{yield_pa:g} Pa, R {radius_mm:g} mm{'' if sleep else ', awake'}"
-        means = _mean_over_sizes(yield_pa, yield_pa, radius_mm, sleep=sleep)
+        means = _mean_over_sizes(yield_pa, yield_pa, radius_mm, preset, sleep=sleep)
         rows = {figure: _row(name, figure, mean) for figure, mean in means.items()}
         if any(row.missed for row in rows.values()):
             weaker_pa = holding_pa(*last_mm(yield_pa), WIDTH_MM, WEIGHT_N_M3)
             paste = f"{weaker_pa:.3g} Pa"
-            for figure, mean in _mean_over_sizes(yield_pa, weaker_pa, radius_mm, sleep=sleep).items():
+            for figure, mean in _mean_over_sizes(yield_pa, weaker_pa, radius_mm, preset, sleep=sleep).items():
                 if _row(name, figure, mean).met:
                     why = f"interFoam's heap lies where {paste} hold it, and particles of {paste} have {mean:.3g} here"
                     rows[figure] = _row(name, figure, means[figure], why)
         yield from rows.values()
 
 
-def _mean_over_sizes(theirs_pa: float, ours_pa: float, radius_mm: float, *, sleep: bool) -> dict[str, float]:
+def _mean_over_sizes(
+    theirs_pa: float, ours_pa: float, radius_mm: float, preset: str, *, sleep: bool
+) -> dict[str, float]:
     """Mean of each figure over ``AS_LARGE``."""
     theirs = references()[theirs_pa, SIZE_MM, LIMIT_M2_S]
     ratios = []
     for share in AS_LARGE:
-        ours, holds_pa = collapse(ours_pa, share * radius_mm, sleep=sleep)
+        ours, holds_pa = collapse(ours_pa, share * size_of(preset, radius_mm, WIDTH_MM), preset, sleep=sleep)
         ratios.append({**compared(ours, theirs), AT_REST: holds_pa / ours_pa})
     return {figure: float(np.mean([each[figure] for each in ratios])) for figure in ratios[0]}
 

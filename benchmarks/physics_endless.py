@@ -94,12 +94,9 @@ class Endless:
         self._of("velocity")[: self.count] = velocity_mm_s * CM
 
     def wait(self, steps: int) -> None:
-        engine = self.tank.engine
         for _ in range(steps):
             self._wrap()
-            engine.begin_frame(self.tank.frames)
-            engine.step()
-            self.tank.frames += 1
+            self.tank.step()
 
     def solve_alone(self, times: int) -> None:
         """The viscosity of as many substeps, with all particles where they are; each is a frame older than the last."""

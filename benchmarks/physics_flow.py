@@ -8,7 +8,7 @@ from scipy.optimize import curve_fit
 
 from benchmarks.physics_findings import Finding, reported, within
 from benchmarks.physics_potential import column_front
-from benchmarks.physics_tanks import GRAVITY_MM_S2, SPRAY, Pit, Tank, settled_mm, spacing_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, SPRAY, Pit, Tank, resolution, settled_mm, spacing_mm
 from sealtwin.core.records import Floats
 from simulate.loose_fluid import filled_box_mm
 from simulate.setup.signed_distance import CLEARANCE
@@ -33,14 +33,14 @@ DELAY = 0.175
 """Of T, that the experiment's gate is granted by the example of this dam in lethe (dam-break-2d.py)."""
 
 
-def dam_break() -> Iterator[Finding]:
+def dam_break(preset: str = "accurate") -> Iterator[Finding]:
     """The front of a column twice as high as wide, against the two tables and potential flow; no drag of walls, U = 0.
 
     Potential flow is let go at once and read at the same share of the fluid. It leads the tables as ours does, by 9 %
     in the middle and 17 % at most: no fluid without friction and gate can keep to them. Ours is judged by potential
     flow, and by the tables with the time that the experiment's gate took; without it, what the tables say is reported.
     """
-    front, ideal = dam_front(DAM_RADIUS_MM, until=4.6), column_front(SPRAY, until=4.7)
+    front, ideal = dam_front(DAM_RADIUS_MM, until=4.6, preset=preset), column_front(SPRAY, until=4.7)
     for name, table in (("pysph's table", PYSPH), ("Trixi's table", TRIXI)):
         source = f"Martin & Moyce 1952, {name}"
         middle = (table[:, 0] > MIDDLE[0]) & (table[:, 0] < MIDDLE[1])
@@ -64,13 +64,13 @@ def _worst(front: Floats, table: Floats) -> float:
     return float(off[np.abs(off).argmax()])
 
 
-def dam_front(radius_mm: float, until: float) -> Floats:
+def dam_front(radius_mm: float, until: float, preset: str = "accurate") -> Floats:
     """T and Z of the front, (n, 2)."""
     unit_s = sqrt(COLUMN_MM / (2 * GRAVITY_MM_S2))
-    step_s = DAM_STEP_S * sqrt(radius_mm / DAM_RADIUS_MM)
-    fluid = settled_mm(Pit(COLUMN_MM, THICK_MM, 2.5 * COLUMN_MM), radius_mm, step_s, 2 * COLUMN_MM)
+    how = resolution(preset, radius_mm, DAM_STEP_S * sqrt(radius_mm / DAM_RADIUS_MM), THICK_MM)
+    fluid = settled_mm(Pit(COLUMN_MM, THICK_MM, 2.5 * COLUMN_MM), height_mm=2 * COLUMN_MM, **how)
     pit = Pit(6.5 * COLUMN_MM, THICK_MM, 2.5 * COLUMN_MM)
-    tank = Tank.of(pit, fluid, radius_mm=radius_mm, step_s=step_s)
+    tank = Tank.of(pit, fluid, **how)
     rows = [[0.0, tank.front_mm() / COLUMN_MM]]
     rows += [[t / unit_s, tank.front_mm() / COLUMN_MM] for t in tank.run(until * unit_s)]
     return np.array(rows)
@@ -82,13 +82,13 @@ SWING_MM = 3.0
 SLOSH_RADIUS_MM, SLOSH_STEP_S = 0.4, 1e-3
 
 
-def sloshing() -> Iterator[Finding]:
+def sloshing(preset: str = "accurate") -> Iterator[Finding]:
     """The first mode of a tank as large as the paper's crack, pushed as theory moves it: omega^2 = g k tanh(k h)."""
-    k, radius_mm = pi / SLOSH_MM[0], SLOSH_RADIUS_MM
+    k, how = pi / SLOSH_MM[0], resolution(preset, SLOSH_RADIUS_MM, SLOSH_STEP_S, SLOSH_MM[1])
     pit = Pit(*SLOSH_MM, DEPTH_MM + 8)
     # What the weight compresses, a run makes up for.
-    fluid = settled_mm(pit, radius_mm, SLOSH_STEP_S, DEPTH_MM, keeps_volume=True)
-    tank = Tank.of(pit, fluid, radius_mm=radius_mm, step_s=SLOSH_STEP_S, keeps_volume=True)
+    fluid = settled_mm(pit, height_mm=DEPTH_MM, keeps_volume=True, **how)
+    tank = Tank.of(pit, fluid, keeps_volume=True, **how)
     theory_hz = sqrt(GRAVITY_MM_S2 * k * tanh(k * DEPTH_MM)) / (2 * pi)
     x, z = k * fluid[:, 0], k * fluid[:, 2]
     mode = np.column_stack([np.cosh(z) * np.sin(x), 0 * x, -np.sinh(z) * np.cos(x)]) / np.sinh(k * DEPTH_MM)
@@ -106,14 +106,16 @@ def sloshing() -> Iterator[Finding]:
     yield reported("sloshing: height lost in a period, U = 0", lost, "%", "0, inviscid", "the solver's own")
 
 
-def drop() -> Iterator[Finding]:
+def drop(preset: str = "accurate") -> Iterator[Finding]:
     """Particles let go over a crack 16 mm deep: when and how fast the first one is at the floor, and none leaks."""
-    radius_mm, step_s, height_mm = 0.4, 7.23e-3 / 4, 16.0
+    height_mm = 16.0
     pit = Pit(6.0, 3.1, height_mm)
+    how = resolution(preset, 0.4, 7.23e-3 / 4, pit.width_mm)
+    radius_mm: float = how["radius_mm"]
     low = height_mm + CLEARANCE * radius_mm
     fluid = filled_box_mm((2.0, -1.2, low), (4.0, 1.2, low + 2.4), radius_mm)
     fluid[:, 2] += low - fluid[:, 2].min()
-    tank = Tank.of(pit, fluid, radius_mm=radius_mm, step_s=step_s)
+    tank = Tank.of(pit, fluid, **how)
     landed_s = speed_mm_s = 0.0
     for t in tank.run(0.3):
         if not landed_s:

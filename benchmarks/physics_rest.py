@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 
 from benchmarks.physics_findings import Finding, reported, within
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm, spacing_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, resolution, settled_mm, spacing_mm
 from sealtwin.core.records import Floats
 from simulate.fluid.viscosity import STABLE
 from simulate.loose_fluid import filled_box_mm
@@ -28,12 +28,12 @@ AGE_S = 0.49
 STEPS_OF_CHAOS, STEP_S = 10, FRAME_S / 4
 
 
-def _column(substeps: int, pressure: str) -> Tank:
-    step_s = FRAME_S / substeps
-    how: dict[str, Any] = {"pressure": pressure, "keeps_volume": True}
-    fluid = settled_mm(COLUMN, RADIUS_MM, step_s, COLUMN_MM, **how)
+def _column(substeps: int, pressure: str, preset: str) -> Tank:
+    how = resolution(preset, RADIUS_MM, FRAME_S / substeps, COLUMN.width_mm)
+    how |= {"pressure": pressure, "keeps_volume": True}
+    fluid = settled_mm(COLUMN, height_mm=COLUMN_MM, **how)
     # Water: enough to end the sloshing, little against the weight.
-    tank = Tank.of(COLUMN, fluid, radius_mm=RADIUS_MM, step_s=step_s, viscosity_mm2_s=1.0, **how)
+    tank = Tank.of(COLUMN, fluid, viscosity_mm2_s=1.0, **how)
     tank.wait(REST_S)
     return tank
 
@@ -52,20 +52,20 @@ def pressure_at(compression: float, tank: Tank) -> float:
     return engine.scheme.iterations * compression * (1 + 1.5 * compression) / stiff / tank.step_s**2
 
 
-def hydrostatic() -> Iterator[Finding]:
+def hydrostatic(preset: str = "accurate") -> Iterator[Finding]:
     """A column of 16 mm under its weight, its volume kept as in a run: where its level is, and how dense its floor.
 
     Of the weight, local pressure's law may miss 15 %: walls bear up to 6 % by the particles' friction (``shear_wave``),
     and sums over a packing are 9 % off the integrals. Two levels promise 2 % (``solver.pressure``).
     """
     for substeps, pressure in ((4, "local"), (8, "local"), (4, "two-level")):
-        tank = _column(substeps, pressure)
+        tank = _column(substeps, pressure, preset)
         inside = tank.inside
         density, height = tank.engine.state.density.numpy()[inside], tank.place_mm[inside, 2]
         dense = float(density[(height > 1) & (height < 3)].mean() - 1)
         level_mm = float(np.median(tank.surface_mm()[:, 1]))
         # Of all particles: what splashed out, or leaked, is missing from the level.
-        stands_mm = tank.engine.state.count * particle_volume(RADIUS_MM) / COLUMN.length_mm / COLUMN.width_mm
+        stands_mm = tank.engine.state.count * particle_volume(tank.radius_mm) / COLUMN.length_mm / COLUMN.width_mm
         name = f"column, {substeps} substeps, {pressure}"
         yield within(f"{name}: level", level_mm, "mm", stands_mm, RADIUS_MM, "volume put in, +- R", share=False)
         if pressure == "local":

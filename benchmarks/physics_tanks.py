@@ -6,6 +6,7 @@ Millimetres and seconds. A pit stands on z = 0 here: its floor is at z = 0, its 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from simulate.fluid.solver import FluidSolver
 from simulate.hollow import Box, Hollow
 from simulate.kernels.neighbours import Neighbours
 from simulate.loose_fluid import all_at_once, filled_box_mm
-from simulate.settings import Fluid, Solver, particle_volume
+from simulate.settings import COARSENESS, FINE, Fluid, Nozzle, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
 from simulate.setup_checks import rheology_of
 from simulate.volume_control import VolumeControl
@@ -34,6 +35,10 @@ BEGINS_WITH = Solver().scheme.volume_factor
 
 SPRAY = 0.005
 """Share of a fluid that runs ahead of its front, particle by particle."""
+
+DRAFT = "draft"
+FRAMES = {DRAFT: 2}
+"""Substeps of a frame by preset: the shipped trial's, of a draft. Of other presets a frame is a substep."""
 
 Mask = NDArray[np.bool_]
 
@@ -64,6 +69,24 @@ def _hollow(pit: Pit) -> Hollow:
 def raised(place_mm: Floats, by_mm: float) -> Floats:
     """The same places, (n, 3), so much higher."""
     return place_mm + np.array([0.0, 0.0, by_mm])
+
+
+def size_of(preset: str, radius_mm: float, width_mm: float) -> float:
+    """The radius; of a draft, 4 / 2.6 times that of accurate runs, or what fits 2.6 times into the width if smaller."""
+    if preset != DRAFT:
+        return radius_mm
+    of_the_width_mm = Solver(preset=DRAFT, radius_mm="auto").for_crack(width_mm, Nozzle()).size_mm
+    return max(radius_mm, min(FINE.abreast / COARSENESS[preset].abreast * radius_mm, of_the_width_mm))
+
+
+def resolution(preset: str, radius_mm: float, step_s: float, width_mm: float | None = None) -> dict[str, Any]:
+    """What a tank of a preset is given in place of the radius and substep of accurate runs.
+
+    Its particles are those of its width; None: they have the radius. A substep of a draft falls a larger share of h.
+    """
+    size = radius_mm if width_mm is None else size_of(preset, radius_mm, width_mm)
+    step_s *= sqrt(size / radius_mm * COARSENESS[preset].fall / FINE.fall)
+    return {"radius_mm": size, "step_s": step_s, "preset": preset, "substeps": FRAMES.get(preset, 1)}
 
 
 def spacing_mm(radius_mm: float) -> float:
@@ -119,7 +142,7 @@ class Tank:
     engine: FluidSolver
     radius_mm: float
     volume_control: VolumeControl | None = None
-    frames: int = 0
+    steps: int = 0
 
     @classmethod
     def of(
@@ -136,43 +159,44 @@ class Tank:
         falls: bool = False,
         fluid: Fluid | Rheology | None = None,
         keeps_volume: bool = False,
+        substeps: int = 1,
         **solver: Any,
     ) -> "Tank":
-        """A frame is a substep.
+        """A frame has so many ``substeps`` of ``step_s``.
 
         Particles count for as much as those of a run when it begins; where it ``keeps_volume``, that changes as in a
         run, within some tenths of a second. ``slips`` says which places of walls, floor at z = 0, drag no fluid. What
         ``falls`` is high above the pit. ``fluid`` stands for viscosity, drag and yield stress, as a trial file gives
         them or in the solver's units.
         """
-        support_cm = 0.4 * radius_mm
+        support_cm, frame_s = 0.4 * radius_mm, substeps * step_s
         rheology = Rheology(
-            viscous_weight(viscosity_mm2_s / 100, support_cm, step_s),
-            drag_mm / 10,
+            viscous_weight(viscosity_mm2_s / 100, support_cm, frame_s),
+            substeps * drag_mm / 10,
             yield_cm2_s2=yield_mm2_s2 / 100,
             yield_most_cm2_s2=yield_mm2_s2 / 100,
             physical=True,
         )
         if fluid is not None:
-            rheology = fluid if isinstance(fluid, Rheology) else rheology_of(fluid, support_cm, step_s)
+            rheology = fluid if isinstance(fluid, Rheology) else rheology_of(fluid, support_cm, frame_s)
         place_mm = particles_mm - [0, 0, pit.depth_mm]
         engine = engine_with(
             place_mm,
             pit.crack,
-            frame_s=step_s,
+            frame_s=frame_s,
             fluid=rheology,
             radius_mm=radius_mm,
             # A tenth of a speed in half a second would count as viscosity.
             damping_per_s=0.0,
             reach_mm=None if falls else pit.hollow.reach_mm,
-            substeps=1,
+            substeps=substeps,
             **solver,
         )
         if slips is not None:
             _let_slip(engine, slips, pit.depth_mm)
         control = None
         if keeps_volume:
-            schedule, factor = all_at_once(place_mm, radius_mm, step_s), engine.scheme.volume_factor
+            schedule, factor = all_at_once(place_mm, radius_mm, frame_s), engine.scheme.volume_factor
             control = VolumeControl(
                 pit.crack[0],
                 schedule,
@@ -202,15 +226,26 @@ class Tank:
     def run(self, seconds: float) -> Iterator[float]:
         """Substep after substep; the time after each, until all rest."""
         for number in range(1, round(seconds / self.step_s) + 1):
-            self.engine.begin_frame(self.frames)
-            if self.engine.rows == 0:
+            if not self.step():
                 return
-            self.engine.step()
-            self.engine.rest()
-            self.frames += 1
-            if self.volume_control:
-                self.volume_control.after_frame(self.frames)
+            frames, rest = divmod(self.steps, self.engine.substeps)
+            if rest == 0:
+                self.engine.rest()
+                if self.volume_control:
+                    self.volume_control.after_frame(frames)
             yield number * self.step_s
+
+    def step(self) -> bool:
+        """Compute a substep, as a run's frame does; False if all rest."""
+        engine = self.engine
+        frame, number = divmod(self.steps, engine.substeps)
+        if number == 0:
+            engine.begin_frame(frame)
+            if engine.rows == 0:
+                return False
+        engine.step(shears=number == 0 or not COARSENESS[engine.settings.preset].shear_by_frame)
+        self.steps += 1
+        return True
 
     def wait(self, seconds: float) -> None:
         for _ in self.run(seconds):

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.physics_endless import Endless, stirred_mm
 from benchmarks.physics_findings import Finding, reported, within
 from benchmarks.physics_rest import pressure_at
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Mask, Pit, Tank, settled_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Mask, Pit, Tank, resolution, settled_mm
 from sealtwin.core.records import Floats
 from simulate.remarks import THIN
 from simulate.setup.rheology import added_viscosity
@@ -113,11 +113,12 @@ def plane_current() -> Iterator[Finding]:
         yield from _current(f"plane current, {pressure}", path, 0.2, theory, "Huppert 1982", because)
 
 
-def slot_current() -> Iterator[Finding]:
+def slot_current(preset: str = "accurate") -> Iterator[Finding]:
     """The same in a slot whose sides alone hold it: Hele-Shaw flow, one-sided, x = (9 kappa A t)^(1/3)."""
     viscosity_mm2_s, start_mm, width_mm = 100.0, (12.0, 24.0), 3.1
     pit = Pit(100.0, width_mm, 30.0)
-    path = _let_go(pit, start_mm, viscosity_mm2_s, 2.0, slips=lambda place: np.abs(place[:, 1]) < width_mm / 2)
+    of_floor_alone: dict[str, Any] = {"slips": lambda place: np.abs(place[:, 1]) < width_mm / 2}
+    path = _let_go(pit, start_mm, viscosity_mm2_s, 2.0, preset=preset, **of_floor_alone)
     kappa = GRAVITY_MM_S2 * width_mm**2 / (12 * viscosity_mm2_s)
     theory = (9 * kappa * start_mm[0] * start_mm[1]) ** (1 / 3)
     yield from _current("slot current", path, 1 / 3, theory, "Barenblatt")
@@ -130,13 +131,14 @@ def _let_go(
     seconds: float,
     *,
     slips: Callable[[Floats], Mask],
+    preset: str = "accurate",
     **solver: Any,
 ) -> Floats:
     """Time and front, (n, 2), of a heap of that length and height; with the settings of a trial file, volume kept.
 
     The heap has come to rest by the pressure that lets it go: one that another leaves compressed bursts.
     """
-    where: dict[str, Any] = {"radius_mm": CURRENT_RADIUS_MM, "step_s": CURRENT_STEP_S, "keeps_volume": True, **solver}
+    where = resolution(preset, CURRENT_RADIUS_MM, CURRENT_STEP_S, pit.width_mm) | {"keeps_volume": True, **solver}
     heap = settled_mm(Pit(start_mm[0], pit.width_mm, pit.depth_mm), height_mm=start_mm[1], **where)
     fluid = sealant(viscosity_pa_s=1e-3 * viscosity_mm2_s, density_kg_m3=1000.0)
     tank = Tank.of(pit, heap, fluid=fluid, slips=slips, **where)

@@ -13,7 +13,7 @@ from benchmarks import stiffening
 from benchmarks.heap_limit import holding_pa
 from benchmarks.paper_trial import PAPER_MM
 from benchmarks.physics_findings import Finding, within
-from benchmarks.physics_tanks import CUBE_RADIUS_MM, GRAVITY_MM_S2, Pit, Tank, cube_mm, raised, settled_mm
+from benchmarks.physics_tanks import CUBE_RADIUS_MM, GRAVITY_MM_S2, Pit, Tank, cube_mm, raised, resolution, settled_mm
 from simulate.fluid.solver import SLOWEST_SHEAR
 from simulate.settings import Fluid
 from tests.fluids import sealant
@@ -36,9 +36,9 @@ def paste_of(stress_pa: float) -> Fluid:
     return sealant(viscosity_pa_s=thickness, density_kg_m3=DENSITY_KG_M3, yield_stress_pa=stress_pa)
 
 
-def bank(stress_pa: float, seconds: float, radius_mm: float = 0.5, **solver: Any) -> Tank:
+def bank(stress_pa: float, seconds: float, radius_mm: float = 0.5, preset: str = "accurate", **solver: Any) -> Tank:
     """A heap against the end of a slot, let go; as it lies after that time, or as soon as all of it sleeps."""
-    how: dict[str, Any] = {"radius_mm": radius_mm, "step_s": SUBSTEP_S[radius_mm], "keeps_volume": True, **solver}
+    how = resolution(preset, radius_mm, SUBSTEP_S[radius_mm], WIDTH_MM) | {"keeps_volume": True, **solver}
     heap = settled_mm(Pit(HEAP_MM[0], WIDTH_MM, 30.0), height_mm=HEAP_MM[1], **how)
     tank = Tank.of(Pit(60.0, WIDTH_MM, 30.0), heap, fluid=paste_of(stress_pa), **how)
     tank.wait(seconds)
@@ -58,13 +58,13 @@ def slope(tank: Tank) -> tuple[float, float]:
 HELD_OFF = 0.1
 
 
-def banks() -> Iterator[Finding]:
+def banks(preset: str = "accurate") -> Iterator[Finding]:
     """The yield stress that holds each bank at rest, by limit analysis of its surface, over the paste's."""
     for stress_pa, radius_mm, pressure in (
         *((stress_pa, 0.5, "local") for stress_pa in (5.0, 9.0, 15.0)),
         *((9.0, 0.4, "local"), (9.0, 0.5, "two-level"), (9.0, 0.4, "two-level")),
     ):
-        tank = bank(stress_pa, 6.0, radius_mm, pressure=pressure)
+        tank = bank(stress_pa, 6.0, radius_mm, preset, pressure=pressure)
         x_mm, level_mm = tank.surface_mm().T
         holds_pa = holding_pa(x_mm, level_mm, WIDTH_MM, DENSITY_KG_M3 * GRAVITY_MM_S2 / 1e3)
         name = f"bank of {stress_pa:g} Pa, R {radius_mm:g} mm, {pressure}: stress that holds it"
@@ -77,22 +77,22 @@ BANKS_PA = (11.9, 12.0, 12.1)
 """One particle that rolls on moves a bank's bin by 0.1 mm."""
 
 
-def drift() -> Iterator[Finding]:
+def drift(preset: str = "accurate") -> Iterator[Finding]:
     """What a bank at rest does in ten seconds more: nothing where it sleeps; awake it creeps by the law of its paste.
 
     At a share 1 - y of the yield stress that law has a shear of SLOWEST_SHEAR / sqrt(2 y). A bank that begins at its
     limit lies y lower once it has crept by y of its length, and a bin of it fills by as much as its depth brings.
     """
     for sleep, stresses_pa in ((True, (12.0,)), (False, BANKS_PA)):
-        moved_mm, bounds_mm = zip(*(_drift(stress_pa, sleep=sleep) for stress_pa in stresses_pa), strict=True)
+        moved_mm, bounds_mm = zip(*(_drift(stress_pa, preset, sleep=sleep) for stress_pa in stresses_pa), strict=True)
         name = f"12 Pa, drift in {WATCHED_S:g} s, {'asleep' if sleep else 'awake, mean of banks a percent apart'}"
         most_mm, source = (0.0, "asleep") if sleep else (fmean(bounds_mm), "creep of its law")
         yield Finding(name, fmean(moved_mm), "mm", 0, most_mm, "0", source)
 
 
-def _drift(stress_pa: float, *, sleep: bool) -> tuple[float, float]:
+def _drift(stress_pa: float, preset: str, *, sleep: bool) -> tuple[float, float]:
     """Largest change of a bin's surface, twice that of its particles' mean height, and what the law allows; in mm."""
-    tank = bank(stress_pa, RESTED_S, sleep=sleep)
+    tank = bank(stress_pa, RESTED_S, preset=preset, sleep=sleep)
     before, (_, depth_mm), length_mm = tank.place_mm, slope(tank), tank.front_mm()
     tank.wait(WATCHED_S)
     # Means over a stretch of the bank: a particle that rolls is no slope that moves.

@@ -61,6 +61,7 @@ COMMANDS = {
     "measured": "-m benchmarks.measured",
     "measured_boxes": "-m benchmarks.measured_boxes",
     "drafts": "-m benchmarks.drafts",
+    "draft_physics": "-m benchmarks.draft_physics",
     "pbf_step": "benchmarks/pbf_step.py",
     "paper_run": "benchmarks/paper_run.py",
     "physics": "benchmarks/physics.py",

@@ -50,7 +50,7 @@ def sunk(across: float, tall_mm: float) -> tuple[float, float]:
     tank = Tank.of(pit, raised(resting_mm, above_mm), fluid=fluid, **how)
     before_mm = tank.place_mm
     tank.wait(SINKS * width_mm / closed_mm_s)
-    speeds = (before_mm - tank.place_mm)[:, 2] / (step_s * tank.frames) / closed_mm_s
+    speeds = (before_mm - tank.place_mm)[:, 2] / (step_s * tank.steps) / closed_mm_s
     along = np.abs(before_mm[:, 0] - LONG_MM / 2) < LONG_MM / 4
     middle = along & (np.abs(before_mm[:, 2] - above_mm - tall_mm / 2) < tall_mm / 4)
     return float(speeds[along].mean()), float(speeds[middle].mean())

@@ -35,11 +35,11 @@ class Poured(NamedTuple):
 
 
 def main(bed: Annotated[str | None, one_of(BEDS)] = None, seeds: int = SEEDS) -> list[Row]:
-    return [row for name in ([bed] if bed else BEDS) for row in _rows(name, seeds)]
+    return [row for name in ([bed] if bed else BEDS) for row in rows_of(name, seeds=seeds)]
 
 
-def _rows(bed: str, seeds: int) -> list[Row]:
-    asleep, awake = (pour(bed, seeds, sleep=sleep) for sleep in (True, False))
+def rows_of(bed: str, preset: str = "accurate", seeds: int = SEEDS) -> list[Row]:
+    asleep, awake = (pour(bed, seeds, preset, sleep=sleep) for sleep in (True, False))
     apart_mm = asleep.level_mm.mean(axis=0) - awake.level_mm.mean(axis=0)
     chance_mm2 = sum(poured.level_mm.var(axis=0, ddof=1).mean() / seeds for poured in (asleep, awake))
     rms_mm = math.sqrt(max(0.0, float((apart_mm**2).mean() - chance_mm2)))
@@ -54,11 +54,11 @@ def _rows(bed: str, seeds: int) -> list[Row]:
     ]
 
 
-def pour(bed: str, seeds: int, *, sleep: bool) -> Poured:
+def pour(bed: str, seeds: int, preset: str, *, sleep: bool) -> Poured:
     crack, way = BEDS[bed]
     began, levels = time.process_time(), []
     for seed in range(seeds):
-        injection = ready(CRACKS[crack](), way, RADIUS_MM, seed, settle_s=SETTLE_S, sleep=sleep)
+        injection = ready(CRACKS[crack](), way, RADIUS_MM, seed, preset, settle_s=SETTLE_S, sleep=sleep)
         advance(injection, injection.frames)
         levels.append(measure_profile(injection.results()[0], injection.outline, injection.solid).level_mm)
     return Poured(np.array(levels), (time.process_time() - began) / seeds)

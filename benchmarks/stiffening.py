@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from benchmarks.physics_tanks import size_of
 from benchmarks.table import one_of, run_benchmark
 from sealtwin.core import record_files
 from sealtwin.core.progress import Progress
@@ -124,9 +125,12 @@ def trace(**walls: Any) -> Sample:
     return Sample(outline, solid, trajectory, readings)
 
 
-def ready(crack: Crack, way: Stiffening, radius_mm: float, seed: int = 0, **solving: Any) -> Injection:
-    """A pour before its first frame."""
-    solver = Solver.model_validate({"radius_mm": radius_mm, **solving})
+def ready(
+    crack: Crack, way: Stiffening, radius_mm: float, seed: int = 0, preset: str = "accurate", **solving: Any
+) -> Injection:
+    """A pour before its first frame. The radius is that of an accurate run."""
+    radius_mm = size_of(preset, radius_mm, crack[1].mean_width_mm)
+    solver = Solver.model_validate({"radius_mm": radius_mm, "preset": preset, **solving})
     # The frame follows from the radius, and the drag from the frame.
     frame_s = plan_releases(crack[2], radius_mm, Nozzle().diameter_mm, seed).frame_s
     return prepare(*crack, [way.fluid(frame_s)], solver, Nozzle(), seed=seed, device="cpu")

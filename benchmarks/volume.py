@@ -76,12 +76,14 @@ def main(
         [crack] if crack else CRACKS,
         [way] if way else CASES,
     )
-    return [row for case in chosen for row in _rows(*case, seed)]
+    return [row for case in chosen for row in rows_of(*case, seed)]
 
 
-def _rows(radius_mm: float, pressure: str, crack: str, way: str, seed: int) -> list[Row]:
+def rows_of(
+    radius_mm: float, pressure: str, crack: str, way: str, seed: int = 0, preset: str = "accurate"
+) -> list[Row]:
     began = time.process_time()
-    injection = ready(CRACKS[crack](), CASES[way], radius_mm, seed, pressure=pressure, settle_s=2.0)
+    injection = ready(CRACKS[crack](), CASES[way], radius_mm, seed, preset, pressure=pressure, settle_s=2.0)
     advance(injection, injection.frames)
     took_s = time.process_time() - began
     (run,) = injection.results()

@@ -1,12 +1,14 @@
 """The judge of the fluid: what a tolerance means, and which order of convergence three sizes show."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 
 from benchmarks.physics_findings import Finding, reported, within
 from benchmarks.physics_flow import REFINED, _worst, convergence_index
 from benchmarks.physics_rest import pressure_at
-from benchmarks.physics_tanks import Pit, Tank
+from benchmarks.physics_tanks import Pit, Tank, resolution
 from benchmarks.physics_yield import WIDTH_MM, _crept_mm
 from simulate.fluid.solver import SLOWEST_SHEAR
 from simulate.settings import particle_volume
@@ -56,6 +58,27 @@ def test_the_law_of_local_pressure_has_the_squares_of_its_kernel():
     volume_mm3 = 1.07 * particle_volume(0.4)
     expected_pa = 4 * 0.115 / (volume_mm3 * squares + 1.5 / h**2) / 2e-3**2
     assert pressure_at(0.1, tank) == pytest.approx(expected_pa, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("preset", "radius_mm", "width_mm", "becomes_mm", "longer", "measured"),
+    [
+        ("accurate", 0.4, 3.1, 0.4, 1.0, 4),
+        ("draft", 0.4, 3.1, 0.596, 1.4589, 2),  # 3.1 / 5.2
+        ("draft", 0.4, 8.0, 0.4 * 4 / 2.6, 1.4825, 2),
+        ("draft", 0.6, 3.1, 0.6, 1.1952, 2),  # sqrt(0.05 / 0.035)
+    ],
+)
+def test_a_tank_of_a_draft_has_its_particles_and_substeps_and_measures_shear_once_a_frame(
+    preset, radius_mm, width_mm, becomes_mm, longer, measured
+):
+    how = resolution(preset, radius_mm, 2e-3, width_mm)
+    assert (how["radius_mm"], how["step_s"]) == (pytest.approx(becomes_mm), pytest.approx(2e-3 * longer, rel=1e-4))
+    tank = Tank.of(Pit(4.0, 4.0, 4.0), np.array([[2.0, 0.0, 1.0]]), yield_mm2_s2=7e3, **how)
+    tank.engine.viscosity.measure_shear = shear = Mock(wraps=tank.engine.viscosity.measure_shear)
+    tank.wait(4 * tank.step_s)
+    assert (tank.steps, shear.call_count) == (4, measured)
+    assert tank.step_s == pytest.approx(how["step_s"])
 
 
 def test_a_dam_is_off_a_table_by_its_share_of_the_place():
