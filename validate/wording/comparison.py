@@ -193,8 +193,8 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
             for one in uncertainty.budget.missing
         )
         sentences.append(
-            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one would change the mean level "
-            f"and a station by up to (95 %): {effects}."
+            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one, or a meniscus like water's, "
+            f"would change the mean level and a station by up to (95 %): {effects}."
         )
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(
@@ -301,11 +301,9 @@ def _result(uncertainty: ErrorUncertainty) -> Rows:
 
 def _budget(uncertainty: ErrorUncertainty) -> Rows:
     parts = [(f"{one.name} ({one.source})", _part_size(one)) for one in uncertainty.budget.parts]
-    size = f"if it were {UNDECLARED_MM:g} mm"
-    return [
-        *parts,
-        *((f"NOT included: {one.name}", f"{size}: {_part_size(one)}") for one in uncertainty.budget.missing),
-    ]
+    size = {"declared": f"if it were {UNDECLARED_MM:g} mm", "assumed": "if it is like water's"}
+    missing = uncertainty.budget.missing
+    return [*parts, *((f"NOT included: {one.name}", f"{size[one.source]}: {_part_size(one)}") for one in missing)]
 
 
 def _part_size(one: BudgetPart) -> str:
