@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Profile
+from validate.result import PredictedLevel
 from validate.settings import Readings, Uncertainty
+from validate.uncertainty.budget import Budget
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
@@ -54,20 +56,26 @@ def test_widths_along_the_crack_count_each_for_itself():
         assert uneven.sag_mm(S_MM, level_mm)[place] == pytest.approx(even.sag_mm(S_MM, level_mm)[0], rel=3e-3)
 
 
-def read(declared: Uncertainty):
-    repeats_mm = -4.0 + 0.1 * np.random.default_rng(2).standard_normal((17, 3))
+def profile(level_mm: float) -> Profile:
+    repeats_mm = level_mm + 0.1 * np.random.default_rng(2).standard_normal((17, 3))
+    return Profile(S_MM, repeats_mm.mean(axis=1), repeats_mm)
+
+
+def read(declared: Uncertainty, level_mm: float = -4.0) -> Budget:
     settings = Readings(file=Path("sheet.csv"), data="measured", role="held-out")
-    return budget_of(Profile(S_MM, repeats_mm.mean(axis=1), repeats_mm), settings, declared, MOUTH)
+    return budget_of(profile(level_mm), settings, declared, MOUTH)
 
 
-def predicted(declared: Uncertainty):
+def predicted(declared: Uncertainty) -> PredictedLevel:
     spread = Spread(S_MM, None, (Effect("volume_ml", 0.1, np.full(17, 0.1)),), 0.0, 0.5)
     return predict(Profile(S_MM, np.full(17, -4.0)), spread, declared, mouth=MOUTH)
 
 
 def test_declared_it_lowers_a_reading_by_nothing_up_to_the_whole():
-    (part,) = [one for one in read(Uncertainty(surface_tension_n_m=0.072)).components if one.setting == SETTING]
-    sag_mm = MOUTH.sag_mm(S_MM, np.full(17, -4.0))
+    """Near the face, where a reading in the middle and a mean level would have different menisci."""
+    budget = read(Uncertainty(surface_tension_n_m=0.072), -0.5)
+    (part,) = [one for one in budget.components if one.setting == SETTING]
+    sag_mm = MOUTH.sag_mm(S_MM, profile(-0.5).level_mm, read=True)
     for share, of_sag in ((0.0, -1.0), (0.5, -0.5), (1.0, 0.0)):
         assert np.quantile(part.draws_mm, share, axis=0) == pytest.approx(of_sag * sag_mm, abs=1e-3)
     assert (part.name, part.source, part.kind, part.shared) == ("meniscus", "declared", "readings", True)
