@@ -20,7 +20,7 @@ LEAST_MM = 0.005  # A meniscus below it is none in a report, which has hundredth
 
 @dataclass(frozen=True)
 class Mouth:
-    """What shapes a meniscus: the width of the crack at the face along s, and the sealant's density.
+    """Width of the crack at the face along s, and density of the sealant, which shape its meniscus.
 
     Without a density gravity is left out, and a meniscus is deeper.
     """

@@ -187,14 +187,14 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
             "The scatter of the readings is not included: no station was read twice, and uncertainty.repeatability_mm "
             "is not declared."
         )
-    if uncertainty.budget.missing:
+    if missing := uncertainty.budget.missing:
         effects = "; ".join(
-            f"{one.name} ({one.setting}) {2 * one.mean_level_mm:.2f}, {2 * one.station_mm:.2f} mm"
-            for one in uncertainty.budget.missing
+            f"{one.name} ({one.setting}) {2 * one.mean_level_mm:.2f}, {2 * one.station_mm:.2f} mm" for one in missing
         )
+        of_water = ", or a meniscus like water's," if any(one.source == "assumed" for one in missing) else ""
         sentences.append(
-            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one, or a meniscus like water's, "
-            f"would change the mean level and a station by up to (95 %): {effects}."
+            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one{of_water} would change the mean "
+            f"level and a station by up to (95 %): {effects}."
         )
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(

@@ -124,7 +124,7 @@ def test_stations_that_are_off_matter_on_a_slope():
 def test_what_is_not_declared_is_named_with_what_it_would_do():
     profile = scattered(0.1)
     of_readings = {"datum_error_mm": 0.05, "probe_mm": 0.5, "rounding": "nearest"}
-    others = {**dict.fromkeys(OF_THE_READINGS, 0.5), "surface_tension_n_m": 0.05}
+    others = dict.fromkeys((*OF_THE_READINGS, "surface_tension_n_m"), 0.1)
     names = {one.setting.partition(".")[2] for one in budget(profile).missing}
     assert names == {*of_readings, *others}
     assert {"operator_mm", "datum_tilt_mm", "sinks_mm"} < names
