@@ -193,8 +193,8 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
         )
         of_water = ", or a meniscus like water's," if any(one.source == "assumed" for one in missing) else ""
         sentences.append(
-            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one{of_water} would change the mean "
-            f"level and a station by up to (95 %): {effects}."
+            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one{of_water} would change the "
+            f"mean level and a station by up to (95 %): {effects}."
         )
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(
