@@ -26,6 +26,7 @@ from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats, Profile
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Budget, Component, normals
+from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 
 READ_MM = np.linspace(STATIONS_MM[0] + 2, STATIONS_MM[-1] - 2, 16)
@@ -69,7 +70,7 @@ def judge(number: int, levels: dict[str, Floats], numerics: float) -> Judged:
     measured = read(number, levels["real_mm"])
     settings = Readings(file=Path("emulated.csv"), data="synthetic", role="held-out")
     declared = Uncertainty(pass_mm=PASS_SD_MM, station_each_mm=PLACE_SD_MM)
-    of_readings = budget_of(measured, settings, declared, np.full(len(READ_MM), np.inf))
+    of_readings = budget_of(measured, settings, declared, Mouth(READ_MM, np.full(len(READ_MM), 3.0), None))
     stations = len(READ_MM)
     of_run = Component("numerics", "computed", numerics * normals("numerics", stations), kind="numerics")
     inputs_mm = np.interp(READ_MM, STATIONS_MM, levels["inputs_mm"])

@@ -43,6 +43,7 @@ from simulate.slot.run import pour
 from validate.compare import error_uncertainty
 from validate.comparison import ErrorUncertainty
 from validate.uncertainty.computed import RUNS, Spread, effects_of, two_level_design
+from validate.uncertainty.meniscus import Mouth
 from validate.units import LABELS
 
 SHIPPED = HERE / "fixtures" / "paper-trial"
@@ -135,8 +136,8 @@ def budget(trial: Trial, folder: Path, runs: int) -> tuple[ErrorUncertainty, flo
         outline, solid, readings = base.sample.outline, base.sample.solid, readings_of(job, base.profile)
         assert readings is not None
         assert job.trial.readings is not None
-        inputs = job.trial.known_inputs(outline, solid)
-        uncertainty = error_uncertainty(base.profile, readings, outline, solid, job.trial.readings, inputs, spread)
+        inputs, mouth = job.trial.known_inputs(outline, solid), Mouth.of(outline, solid, base.run.density_kg_m3)
+        uncertainty = error_uncertainty(base.profile, readings, mouth, job.trial.readings, inputs, spread)
     return uncertainty, spent_s
 
 

@@ -32,6 +32,7 @@ from validate.metrics.curve_distances import Difference
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Budget, Curve, half_width, mean_absolute
 from validate.uncertainty.computed import Replicates, numerical_errors
+from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 
 LENGTH_MM, WIDTH_MM = 80.0, 3.1
@@ -246,7 +247,7 @@ def _held(case: Case, s_mm: Floats, random: np.random.Generator) -> tuple[float,
 
 def _budget(s_mm: Floats, repeats_mm: Floats, settings: Readings, declared: Uncertainty) -> Budget:
     measured = Profile(s_mm, np.nanmean(repeats_mm, axis=1), repeats_mm)
-    return budget_of(measured, settings, declared, np.full(len(s_mm), WIDTH_MM))
+    return budget_of(measured, settings, declared, Mouth(s_mm, np.full(len(s_mm), WIDTH_MM), None))
 
 
 def _intervals_held(

@@ -22,8 +22,8 @@ from digitise.solid.tilt_variants import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.fit_cavity import LIMITS, weigh
-from digitise.weighing.meniscus import capillary_length_mm, mean_level_mm
 from digitise.weighing.moved_walls import widened
+from sealtwin.core.meniscus import capillary_length_mm, mean_level_mm
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import WeighedCavity
 

@@ -19,6 +19,7 @@ from validate.figures.chart import (
 )
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Budget
+from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 
 S_MM = np.linspace(0.0, 80.0, 401)
@@ -46,7 +47,8 @@ def make_readings(scatter_mm: float = 0.1) -> Profile:
 
 def make_budget(readings: Profile) -> Budget:
     settings = Readings.model_validate_json('{"file": "caliper.csv", "data": "measured", "role": "held-out"}')
-    return budget_of(readings, settings, Uncertainty(pass_mm=0.0), np.full(len(readings.s_mm), 3.0))
+    mouth = Mouth(readings.s_mm, np.full(len(readings.s_mm), 3.0), 1690.0)
+    return budget_of(readings, settings, Uncertainty(pass_mm=0.0), mouth)
 
 
 def make_runs(u: tuple[float, ...] = U, d_cm: tuple[float, ...] = D_CM) -> list[Finished]:

@@ -26,7 +26,7 @@ from validate.metrics.curve_distances import (
     level_difference,
 )
 from validate.metrics.verdict import basis_of, judged
-from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance, mouth_widths_mm
+from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance
 from validate.report_input import Evidence
 from validate.result import Comparison, EarlierTrial
 from validate.settings import Gate, Readings, Role, Uncertainty
@@ -34,6 +34,7 @@ from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.computed import Spread, numerical_errors, size_series
 from validate.uncertainty.contradictions import repeats_of
+from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
 from validate.wording.comparison import worst_at_a_station
@@ -135,6 +136,7 @@ def assess(
     if measured is None:
         raise ValueError(f"{evidence.name}: there are no readings to compare with.")
     gained_mm = gained_level_mm(evidence.run, simulated, outline, solid, evidence.volume_ratio)
+    mouth = Mouth.of(outline, solid, evidence.run.density_kg_m3)
     comparison = compare(
         simulated,
         measured,
@@ -144,7 +146,7 @@ def assess(
         photo_data=evidence.photo_data,
         gate=gate,
         escaped_particles=evidence.run.escaped_particles,
-        uncertainty=error_uncertainty(simulated, measured, outline, solid, settings, declared, spread, gained_mm),
+        uncertainty=error_uncertainty(simulated, measured, mouth, settings, declared, spread, gained_mm),
         edited=evidence.edited,
         fitted=settings.fitted,
         lab_searched=evidence.lab_searched,
@@ -181,8 +183,7 @@ def repeatability(measured: Profile) -> ReadingsScatter:
 def error_uncertainty(
     simulated: Profile,
     measured: Profile,
-    outline: Outline,
-    solid: Solid,
+    mouth: Mouth,
     settings: Readings,
     declared: Uncertainty,
     spread: Spread | None = None,
@@ -192,7 +193,7 @@ def error_uncertainty(
 
     ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown.
     """
-    of_readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
+    of_readings = budget_of(measured, settings, declared, mouth)
     error = level_difference(simulated, measured)
     curve = Curve.of(error.x, error.value, measured.s_mm)
     numerics, budget, inputs, together = None, of_readings, (), 0.0

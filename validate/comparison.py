@@ -241,7 +241,8 @@ class StationBands(JsonRecord):
 class BudgetPart:
     """One error of the budget and its standard uncertainties: half the half-width of their 95 % intervals.
 
-    For an undeclared error, which no interval includes, they are computed for a size of 0.2 mm.
+    For an undeclared error, which no interval includes, they are computed for a size of 0.2 mm, or for a meniscus of
+    water.
     """
 
     name: str
@@ -266,7 +267,8 @@ class BudgetSummary(JsonRecord):
     parts: tuple[BudgetPart, ...]
     """Errors included in the intervals, one by one."""
     missing: tuple[BudgetPart, ...]
-    """Undeclared errors that the data cannot show, each with the effect that a size of 0.2 mm would have."""
+    """Undeclared errors that the data cannot show, each with the effect that a size of 0.2 mm, or a meniscus of water,
+    would have."""
     scatter_known: bool
     """True if stations were read repeatedly, or the repeatability is declared."""
     notes: tuple[str, ...]

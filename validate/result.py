@@ -130,13 +130,16 @@ class PredictedLevel(JsonRecord):
     inputs_mm: Numbers | None
     """Standard uncertainty due to the inputs; None if no input is declared."""
     model_mm: Numbers | None = None
-    """Standard uncertainty due to the model at the ends of the path; None for a fluid without a yield stress."""
+    """Standard uncertainty due to the model: at the ends of the path, for a fluid with a yield stress, and by the
+    meniscus, for a declared surface tension. None without both."""
     mean_level_mm: float
     """Mean level along the crack."""
     mean_level_95_mm: tuple[float, float]
     """Ends of the mean level's 95 % interval."""
     parts: tuple[PredictedPart, ...]
     """All errors included in the band, one by one."""
+    missing: tuple[PredictedPart, ...] = ()
+    """Undeclared errors of the model, which the band does not include."""
     inputs: tuple[InputEffect, ...]
     """Effects of the varied inputs."""
     inputs_left_out: tuple[str, ...]

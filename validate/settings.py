@@ -254,8 +254,8 @@ OF_THE_WALLS = ("width_mm", ANGLE, "depth_mm")
 """Settings of [uncertainty] that change the solid, in the order of a weighed fill."""
 OF_THE_READINGS = ("station_mm", "station_each_mm", "common_mm", "operator_mm", "datum_tilt_mm", "sinks_mm")
 """Settings of [uncertainty] for errors of the readings that no repeat shows."""
-NO_INPUTS = ("differences", *OF_THE_READINGS, "pass_mm", "repeatability_mm")
-"""Settings of [uncertainty] that are no inputs of a run: errors of readings, and how inputs are varied."""
+NO_INPUTS = ("differences", *OF_THE_READINGS, "surface_tension_n_m", "pass_mm", "repeatability_mm")
+"""Settings of [uncertainty] that are no inputs of a run: errors of readings, meniscus, and how inputs are varied."""
 Standard = Annotated[float, Field(gt=0, le=1000)]
 OrNone = Annotated[float, Field(ge=0, le=1000)]
 """A standard uncertainty that may be declared to be 0."""
@@ -310,6 +310,10 @@ class Uncertainty(Settings):
     sinks_mm: OrNone | None = None
     """Depth to which the probe sinks into soft sealant (root mean square), which makes readings too low; 0 if it does
     not."""
+    surface_tension_n_m: Annotated[float, Field(ge=0, le=0.1)] | None = None
+    """Surface tension of a sealant that may wet the walls; no standard uncertainty. The level in the middle, where a
+    caliper reads, is then below the computed mean across the crack, by nothing (contact angle of 90 degrees) up to the
+    whole meniscus (0 degrees). 0 if the sealant does not wet the walls."""
     pass_mm: OrNone | None = None
     """Standard deviation of a whole pass along the crack, or of an operator, if each column of repeats is one pass.
     Default: 0.2, which three passes cannot exclude; 0 declares that repeats are not passes."""

@@ -20,9 +20,9 @@ from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
-from digitise.weighing.meniscus import capillary_length_mm, mean_level_mm
 from digitise.weighing.moved_walls import shape_by_weight, widened
 from sealtwin.core.errors import InputError
+from sealtwin.core.meniscus import capillary_length_mm, mean_level_mm
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import WeighedCavity
 

@@ -254,6 +254,7 @@ def compare(
     """
     from validate.compare import compare, error_uncertainty
     from validate.metrics.baselines import flat_levels
+    from validate.uncertainty.meniscus import Mouth
 
     if gate_mm is not None and not 0 < gate_mm < np.inf:
         raise InputError(f"compare: gate_mm = {gate_mm}: must be above 0, in mm.")
@@ -263,6 +264,7 @@ def compare(
         settings = Readings(file=Path(readings.source or "readings"), data=readings.data, role="undeclared")
     declared = checked(Uncertainty, Path("compare: uncertainty"), uncertainty or {})
     dispensed_mm3 = level.dispensed_mm3 if isinstance(level, SimulatedLevel) else 0.0
+    mouth = Mouth.of(crack, solid, level.density_kg_m3 if isinstance(level, SimulatedLevel) else None)
     comparison = compare(
         level,
         readings,
@@ -273,7 +275,7 @@ def compare(
         photo_data=crack.data if isinstance(crack, CrackOutline) else "undeclared",
         gate=None if gate_mm is None else Gate(mean_error_mm=float(gate_mm), reason=gate_reason),
         escaped_particles=level.escaped_particles if isinstance(level, SimulatedLevel) else 0,
-        uncertainty=error_uncertainty(level, readings, crack, solid, settings, declared),
+        uncertainty=error_uncertainty(level, readings, mouth, settings, declared),
         unseen=flat_levels(readings, crack, solid, dispensed_mm3),
     )
     return LevelComparison(

@@ -83,6 +83,8 @@ class SimulatedLevel(Profile):
     """Particles that went through a wall; if there is one, the level is meaningless."""
     dispensed_mm3: float = 0.0
     """Dispensed volume, for the baseline of a flat level; 0 if it is unknown."""
+    density_kg_m3: float | None = None
+    """Density of the sealant, for its meniscus; None if it is unknown."""
 
 
 @keywords_of(SampleSlope)
@@ -208,7 +210,7 @@ def fill_fast(
     _require_kinds("fill_fast", (fluid, Fluid), (nozzle, Nozzle))
     run, level = pour(Sample(crack, solid, path), fluid.loaded(Path()), solver, nozzle, seed=0, slope=slope)
     warn(run.fast_fill.unfit if run.fast_fill is not None else ())
-    return SimulatedLevel(**content_of(level), escaped_particles=0, dispensed_mm3=run.dispensed_volume_mm3)
+    return _simulated(level, run)
 
 
 @keywords_of(FluidBlock, SampleSlope)
@@ -291,8 +293,15 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
     from simulate.profile import measure_profile
 
     profile = measure_profile(run, crack, solid)
+    return _simulated(profile, run)
+
+
+def _simulated(profile: Profile, run: Run) -> SimulatedLevel:
     return SimulatedLevel(
-        **content_of(profile), escaped_particles=run.escaped_particles, dispensed_mm3=run.dispensed_volume_mm3
+        **content_of(profile),
+        escaped_particles=run.escaped_particles,
+        dispensed_mm3=run.dispensed_volume_mm3,
+        density_kg_m3=run.density_kg_m3,
     )
 
 

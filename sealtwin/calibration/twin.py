@@ -48,8 +48,8 @@ class Twin:
         settings: Mapping[str, Any] | None = None,
     ) -> None:
         """Digitise the crack and read the sheet. Raises InputError as a sweep does, and without readings."""
-        from validate.metrics.volumes import mouth_widths_mm
         from validate.readings.read_readings import read_readings
+        from validate.uncertainty.meniscus import Mouth
         from validate.uncertainty.reading_errors import budget_of
 
         self.file, self._how, self._progress = file, how, progress
@@ -68,8 +68,8 @@ class Twin:
         self.sheet = file.parent / sheet_settings.file
         self.readings = read_readings(self.sheet, sheet_settings, self.outline.length_mm, self.solid.depth_mm)
         s_mm = self.readings.s_mm
-        mouth_mm = mouth_widths_mm(s_mm, self.outline, self.solid)
-        budget = budget_of(self.readings, sheet_settings, self.trial.uncertainty, mouth_mm)
+        mouth = Mouth.of(self.outline, self.solid, self.trial.given_fluid.density_kg_m3)
+        budget = budget_of(self.readings, sheet_settings, self.trial.uncertainty, mouth)
         self._unused = budget.unused
         errors_mm = budget.at_stations_mm
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))

@@ -390,6 +390,11 @@ class Run(Shown, Bed, FilledBy):
         return self.particles * self.particle_volume_mm3
 
     @property
+    def density_kg_m3(self) -> float | None:
+        """Density of the sealant; None if the settings do not have it."""
+        return self.settings.get("fluid", {}).get("density_kg_m3")
+
+    @property
     def share_below_face(self) -> float:
         """Share of the sealant on the sample that is below the face; 0 if there is no sealant."""
         if self.fast_fill is not None:

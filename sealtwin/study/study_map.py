@@ -187,7 +187,7 @@ def chart_of(
     folder: Path, done: Sequence[StudyRun], plan: Plan, caliper: Path | None = None, data: DataKind | None = None
 ) -> Chart:
     """Compare the finished runs of a study with a sheet of readings. Raises InputError as ``map_study`` does."""
-    from validate.metrics.volumes import mouth_widths_mm
+    from validate.uncertainty.meniscus import Mouth
     from validate.uncertainty.reading_errors import budget_of
 
     axes = axes_of([run.settings for run in done])
@@ -200,7 +200,7 @@ def chart_of(
     scatter_mm = scatter_of_runs(runs, axes)
     as_near = tuple(run is min(runs, key=lambda each: each.mean_error_mm) for run in runs)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
-    budget = budget_of(readings, settings, trial.uncertainty, mouth_widths_mm(readings.s_mm, outline, solid))
+    budget = budget_of(readings, settings, trial.uncertainty, Mouth.of(outline, solid, trial.given_fluid.density_kg_m3))
     if replicates is not None and replicates.scatter_mm is not None:
         as_near = as_near_as_the_best(runs, readings, budget, replicates.scatter_mm)
     numbers = {run.number for run in done}

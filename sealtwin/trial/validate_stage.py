@@ -81,6 +81,7 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.report_input import Evidence
     from validate.uncertainty.bed_ends import BedEnds
     from validate.uncertainty.earlier_trials import foresee
+    from validate.uncertainty.meniscus import Mouth
     from validate.uncertainty.validation import predict
 
     outline, solid = _crack(job)
@@ -124,8 +125,8 @@ def bring_up_to_date(job: Job) -> bool:
         evidence = replace(evidence, comparison=comparison)
     elif spread is not None:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
-        ends = BedEnds.of(trajectory, run)
-        prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm, ends)
+        ends, mouth = BedEnds.of(trajectory, run), Mouth.of(outline, solid, run.density_kg_m3)
+        prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm, ends, mouth)
         evidence = replace(evidence, prediction=prediction)
     evidence = replace(evidence, earlier=foresee(earlier, evidence))
     begin_writing(job, "validate")

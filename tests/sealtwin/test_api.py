@@ -290,6 +290,7 @@ def test_a_comparison_has_its_interval_and_judges_a_leak(way, result):
     assert low_mm < result.mean_error_mm < high_mm
     assert (result.outcome, np.isfinite(result.bias_mm)) == ("passed", True)
     level = st.measure_level(replace(run, escaped_particles=3), crack, solid)
+    assert level.density_kg_m3 == run.settings["fluid"]["density_kg_m3"]
     assert st.compare(level, result.readings, crack, solid).verdict.startswith("Do not use this run: 3 particles")
     assert isinstance(result, Comparison), "a record as any"
 

@@ -29,8 +29,7 @@ class BedEnds:
     @classmethod
     def of(cls, trajectory: Trajectory, run: Run) -> "BedEnds | None":
         """Return the ends of a run's path; None for a fluid without a yield stress, which levels out."""
-        fluid = run.settings.get("fluid", {})
-        stress_pa, density_kg_m3 = run.health.yield_stress_pa, fluid.get("density_kg_m3")
+        stress_pa, density_kg_m3 = run.health.yield_stress_pa, run.density_kg_m3
         if not stress_pa or density_kg_m3 is None or trajectory.dispensed_mm3 <= 0:
             return None
         places_mm = trajectory.s_mm[trajectory.giving]

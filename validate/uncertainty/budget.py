@@ -85,7 +85,7 @@ class Budget:
     stations: int
     components: tuple[Component, ...]
     missing: tuple[Component, ...] = ()
-    """Errors that are neither declared nor shown by the readings, each with a size of ``UNDECLARED_MM``."""
+    """Errors that are neither declared nor shown by the readings, with a size of ``UNDECLARED_MM`` or their own."""
     scatter_known: bool = True
     notes: tuple[str, ...] = ()  # Sentences on features of the readings
     unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict; no interval includes them

@@ -7,6 +7,7 @@ import numpy as np
 from sealtwin.core.records import Floats, Profile
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import FEW_STATIONS, UNDECLARED_MM, Component, draws_for, hats, normals, uniforms
+from validate.uncertainty.meniscus import Mouth
 
 ALIKE_MM = 15.0
 """Correlation length of an error that all repeats share: the length over which a bed rises and falls."""
@@ -15,9 +16,9 @@ ROUNDING = "readings.rounding"
 
 
 def hidden_errors(
-    measured: Profile, settings: Readings, declared: Uncertainty, step_mm: float
+    measured: Profile, settings: Readings, declared: Uncertainty, mouth: Mouth, step_mm: float
 ) -> tuple[list[Component], tuple[Component, ...]]:
-    """Return the declared errors, and the undeclared ones with a size of ``UNDECLARED_MM``.
+    """Return the declared errors, and the undeclared ones with a size of ``UNDECLARED_MM``, the meniscus with its own.
 
     ``step_mm`` is the last digit of the readings.
     """
@@ -36,6 +37,9 @@ def hidden_errors(
         missing.append(_rounded(np.full(len(slope), UNDECLARED_MM)))
     elif settings.rounding != "nearest":
         present.append(_rounded(step_mm / 2 * _raised(measured, settings)))
+    tension_n_m = declared.surface_tension_n_m
+    if (meniscus := mouth.meniscus(measured.s_mm, measured.level_mm, tension_n_m, "readings")) is not None:
+        (missing if tension_n_m is None else present).append(meniscus)
     return present, tuple(missing)
 
 

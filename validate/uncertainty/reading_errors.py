@@ -26,6 +26,7 @@ from validate.uncertainty.contradictions import (
     without_passes,
 )
 from validate.uncertainty.hidden_errors import hidden_errors, rounding_note
+from validate.uncertainty.meniscus import Mouth
 from validate.units import counted
 
 OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
@@ -46,8 +47,8 @@ STEP = 1 / 8
 sharp, in the middle and all of their difference in height, and half of it on average."""
 
 
-def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth_mm: Floats) -> Budget:
-    """Return the budget of a set of readings; ``mouth_mm`` is the crack's width at the face at each station, (n,).
+def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth: Mouth) -> Budget:
+    """Return the budget of a set of readings of a crack with this mouth.
 
     Raises InputError for a declared error that the readings contradict.
     """
@@ -93,7 +94,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
         components.append(passes_error(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
-    present, missing = hidden_errors(measured, settings, declared, resolution_mm)
+    present, missing = hidden_errors(measured, settings, declared, mouth, resolution_mm)
     limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
     components += [
         Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),
@@ -101,7 +102,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         _arches(s_mm, measured.level_mm),
     ]
     if settings.probe_mm is not None:
-        notes += _touching(s_mm[mouth_mm <= settings.probe_mm].tolist(), settings.probe_mm)
+        notes += _touching(s_mm[mouth.at_mm(s_mm) <= settings.probe_mm].tolist(), settings.probe_mm)
     notes += rounding_note(measured, settings, resolution_mm)
     steps_mm = _steps_mm(s_mm, measured.level_mm)
     if steps_mm:

@@ -1,6 +1,6 @@
 """Conclusions from the errors of a level: with readings, after ASME V&V 20 (2009); else the band of a prediction."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -9,8 +9,9 @@ from validate.comparison import BudgetPart, MeanLevelBudget, StationErrors
 from validate.result import Comparison, PredictedLevel, PredictedPart
 from validate.settings import Uncertainty
 from validate.uncertainty.bed_ends import BedEnds
-from validate.uncertainty.budget import Budget, Curve, Kind, half_width, rms
+from validate.uncertainty.budget import Budget, Component, Curve, Kind, half_width, rms
 from validate.uncertainty.computed import Spread, numerical_errors
+from validate.uncertainty.meniscus import Mouth
 from validate.units import counted, signed
 
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
@@ -132,11 +133,13 @@ def predict(
     declared: Uncertainty,
     volume_level_mm: float | None = None,
     ends: BedEnds | None = None,
+    mouth: Mouth | None = None,
 ) -> PredictedLevel:
     """Return the band of a simulated level that follows from extra runs. It is consistent with ``error_uncertainty``.
 
     ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown. ``ends``
     adds the error of the model at the path's ends. A comparison does not include it: there it is what is looked for.
+    ``mouth`` adds or names the meniscus, since the level in the middle is predicted.
     """
     # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
@@ -144,13 +147,29 @@ def predict(
     sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)
     computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
     of_model = [] if ends is None else [ends.errors(s_mm)]
+    missing = []
+    tension_n_m = declared.surface_tension_n_m
+    if mouth is not None and (meniscus := mouth.meniscus(s_mm, level_mm, tension_n_m, "model")) is not None:
+        (missing if tension_n_m is None else of_model).append(meniscus)
     budget = Budget(PLACES, (*computed, *moved.errors(), *of_model))
     weights = Curve.of(s_mm, level_mm, s_mm).weights()
     mean_mm, half_mm = float(weights[0] @ level_mm), budget.mean_mm(weights)
 
     def standard_mm(kind: Kind) -> Floats | None:
-        parts = budget.of(kind)
-        return np.round(parts.band_mm / COVERAGE, DIGITS) if parts.components else None
+        alone = budget.of(kind)
+        return np.round(alone.band_mm / COVERAGE, DIGITS) if alone.components else None
+
+    def parts(components: Iterable[Component]) -> tuple[PredictedPart, ...]:
+        return tuple(
+            PredictedPart(
+                name=one.name,
+                kind=one.kind,
+                setting=one.setting,
+                mean_level_mm=Budget(PLACES, (one,)).mean_mm(weights) / COVERAGE,
+                place_mm=rms(half_width(one.draws_mm)) / COVERAGE,
+            )
+            for one in components
+        )
 
     effects, _ = moved.reported(s_mm)
     return PredictedLevel(
@@ -163,16 +182,8 @@ def predict(
         model_mm=standard_mm("model"),
         mean_level_mm=mean_mm,
         mean_level_95_mm=(mean_mm - half_mm, mean_mm + half_mm),
-        parts=tuple(
-            PredictedPart(
-                name=one.name,
-                kind=one.kind,
-                setting=one.setting,
-                mean_level_mm=Budget(PLACES, (one,)).mean_mm(weights) / COVERAGE,
-                place_mm=rms(half_width(one.draws_mm)) / COVERAGE,
-            )
-            for one in budget.components
-        ),
+        parts=parts(budget.components),
+        missing=parts(missing),
         inputs=effects,
         inputs_left_out=declared.left_out,
         unfit=() if spread.draws is None else spread.draws.unfit,

@@ -187,14 +187,14 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
             "The scatter of the readings is not included: no station was read twice, and uncertainty.repeatability_mm "
             "is not declared."
         )
-    if uncertainty.budget.missing:
+    if missing := uncertainty.budget.missing:
         effects = "; ".join(
-            f"{one.name} ({one.setting}) {2 * one.mean_level_mm:.2f}, {2 * one.station_mm:.2f} mm"
-            for one in uncertainty.budget.missing
+            f"{one.name} ({one.setting}) {2 * one.mean_level_mm:.2f}, {2 * one.station_mm:.2f} mm" for one in missing
         )
+        of_water = ", or a meniscus like water's," if any(one.source == "assumed" for one in missing) else ""
         sentences.append(
-            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one would change the mean level "
-            f"and a station by up to (95 %): {effects}."
+            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one{of_water} would change the "
+            f"mean level and a station by up to (95 %): {effects}."
         )
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(
@@ -301,11 +301,9 @@ def _result(uncertainty: ErrorUncertainty) -> Rows:
 
 def _budget(uncertainty: ErrorUncertainty) -> Rows:
     parts = [(f"{one.name} ({one.source})", _part_size(one)) for one in uncertainty.budget.parts]
-    size = f"if it were {UNDECLARED_MM:g} mm"
-    return [
-        *parts,
-        *((f"NOT included: {one.name}", f"{size}: {_part_size(one)}") for one in uncertainty.budget.missing),
-    ]
+    size = {"declared": f"if it were {UNDECLARED_MM:g} mm", "assumed": "if it is like water's"}
+    missing = uncertainty.budget.missing
+    return [*parts, *((f"NOT included: {one.name}", f"{size[one.source]}: {_part_size(one)}") for one in missing)]
 
 
 def _part_size(one: BudgetPart) -> str:

@@ -27,10 +27,10 @@ def prediction_sentences(prediction: PredictedLevel) -> tuple[str, ...]:
         for name, part in (
             ("numerics", prediction.numerics_mm),
             ("inputs", prediction.inputs_mm),
-            ("the model at the ends of the path", prediction.model_mm),
         )
         if part is not None
     ]
+    parts += [f"the {one.name}" for one in prediction.parts if one.kind == "model"]
     *first, last = parts
     causes = f"{', '.join(first)} and {last}" if first else last
     sentences = [
@@ -40,14 +40,17 @@ def prediction_sentences(prediction: PredictedLevel) -> tuple[str, ...]:
     ]
     if prediction.numerics_mm is None:
         sentences.append("The effect of the numerics on the level is unknown, and not in the band.")
-    return (*sentences, *input_sentences(prediction.inputs_left_out, prediction.unfit, "the band"))
+    missing = [one.name for one in prediction.missing]
+    return (*sentences, *input_sentences(prediction.inputs_left_out, prediction.unfit, "the band", missing))
 
 
-def input_sentences(left_out: Sequence[str], unfit: Sequence[str], whole: str) -> list[str]:
-    """Return sentences on the inputs that are not in ``whole``, and on those that an unfit fast model varied."""
+def input_sentences(
+    left_out: Sequence[str], unfit: Sequence[str], whole: str, missing: Sequence[str] = ()
+) -> list[str]:
+    """Return sentences on the inputs and ``missing`` errors not in ``whole``, and on inputs of an unfit fast model."""
     sentences = []
-    if left_out:
-        names = ", ".join(INPUTS[name][0] for name in left_out)
+    if left_out or missing:
+        names = ", ".join([*(INPUTS[name][0] for name in left_out), *missing])
         sentences.append(f"Not included in {whole}, since [uncertainty] does not declare them: {names}.")
     if unfit:
         sentences.append(

@@ -10,6 +10,7 @@ from sealtwin.core.regime import SURFACE_TENSION_N_M, regime_of
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import Span
 from validate.report_input import Evidence
+from validate.uncertainty.meniscus import Mouth
 from validate.units import LABELS, PageTable, counted, millimetres, percent, plain, span, words
 from validate.wording.comparison import sealant_as_read
 
@@ -153,7 +154,7 @@ def assumptions(evidence: Evidence) -> list[str]:
     """Return sentences on the assumptions, with the numbers that show how much depends on them."""
     outline, comparison = evidence.outline, evidence.comparison
     fluid = evidence.run.settings.get("fluid", {})
-    sentences = [_tilt(evidence), *_slope(evidence), _surface_tension(evidence)]
+    sentences = [_tilt(evidence), *_slope(evidence), _surface_tension(evidence), *_meniscus(evidence)]
     freeze = fluid.get("freeze_after_s")
     if isinstance(freeze, int | float):
         sentences.append(
@@ -313,8 +314,18 @@ def _slope(evidence: Evidence) -> list[str]:
     ]
 
 
+def _meniscus(evidence: Evidence) -> list[str]:
+    """Return a sentence on the meniscus, unless the uncertainty includes or names it."""
+    profile, comparison = evidence.profile, evidence.comparison
+    if evidence.prediction is not None or (comparison is not None and comparison.uncertainty is not None):
+        return []
+    mouth = Mouth.of(evidence.outline, evidence.solid, evidence.run.density_kg_m3)
+    sag_mm = mouth.sag_mm(profile.s_mm, profile.level_mm).max()
+    return [f"Sealant that wets the walls, as water does, is up to {sag_mm:.2f} mm lower in the middle than computed."]
+
+
 def _surface_tension(evidence: Evidence) -> str:
-    density_kg_m3 = evidence.run.settings.get("fluid", {}).get("density_kg_m3")
+    density_kg_m3 = evidence.run.density_kg_m3
     viscosity_m2_s = evidence.run.health.viscosity_m2_s
     nozzle_mm = evidence.run.settings.get("nozzle", {}).get("diameter_mm")
     if density_kg_m3 is None or nozzle_mm is None or not viscosity_m2_s:
@@ -337,13 +348,10 @@ def _surface_tension(evidence: Evidence) -> str:
         flow_index=fluid.get("flow_index") or 1.0,
     )
     flowing_mm2_s = speed_mm_s * nozzle_mm / regime.reynolds if regime.reynolds else viscosity_m2_s * 1e6
-    # Capillarity is as strong as gravity over the width at which the Bond number is 1.
-    capillary_mm = width_mm / np.sqrt(regime.bond)
     yields = f" Bingham number {regime.bingham:.2g} there: yield stress over viscous stress." if regime.bingham else ""
     return (
         f"Surface tension is not modelled. Bond number {regime.bond:.2g} over the crack's {width_mm:.2f} mm "
-        f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity, so "
-        f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. "
+        f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity. "
         f"Reynolds number {regime.reynolds:.2g} in the nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, "
         f"{flowing_mm2_s:.3g} mm²/s).{yields}"
     )

@@ -11,10 +11,11 @@ from sealtwin.core.records import Floats, Profile
 from validate.readings.read_readings import take_readings
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import DRAWS, MOST, Budget, Component, Curve, half_width
+from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of, rounded_errors_mm
 
 S_MM = np.linspace(0, 80, 17)
-MOUTH_MM = np.full(17, 3.1)
+MOUTH = Mouth(S_MM, np.full(17, 3.1), 1690.0)
 NO_PASSES = Uncertainty(pass_mm=0.0)
 ERROR = Curve.of(S_MM, np.ones(17), S_MM)
 
@@ -37,7 +38,7 @@ def scattered(deviation_mm: float, repeats: int = 3) -> Profile:
 
 
 def budget(profile: Profile, declared: Uncertainty | None = None, **settings) -> Budget:
-    return budget_of(profile, readings(**settings), declared or Uncertainty(), MOUTH_MM)
+    return budget_of(profile, readings(**settings), declared or Uncertainty(), MOUTH)
 
 
 def part(budget: Budget, begins: str) -> Component:
@@ -123,7 +124,7 @@ def test_stations_that_are_off_matter_on_a_slope():
 def test_what_is_not_declared_is_named_with_what_it_would_do():
     profile = scattered(0.1)
     of_readings = {"datum_error_mm": 0.05, "probe_mm": 0.5, "rounding": "nearest"}
-    others = dict.fromkeys(OF_THE_READINGS, 0.5)
+    others = dict.fromkeys((*OF_THE_READINGS, "surface_tension_n_m"), 0.1)
     names = {one.setting.partition(".")[2] for one in budget(profile).missing}
     assert names == {*of_readings, *others}
     assert {"operator_mm", "datum_tilt_mm", "sinks_mm"} < names
@@ -176,7 +177,7 @@ def test_rounding_to_one_side_shifts_all_readings_by_half_a_step(quantity, round
     numbers = (np.arange(-8.0, 9.0) if quantity == "level" else np.arange(8.0, -9.0, -1.0))[:, None]
     settings = readings(quantity=quantity, rounding=rounding)
     profile = take_readings(np.hstack([S_MM[:, None], numbers, numbers + 0.5, numbers]), settings)
-    whole = budget_of(profile, settings, Uncertainty(), MOUTH_MM)
+    whole = budget_of(profile, settings, Uncertainty(), MOUTH)
     shift = [one for one in whole.components if one.setting == "readings.rounding"]
     assert "readings.rounding" not in {one.setting for one in whole.missing}
     assert len([text for text in whole.notes if "readings.rounding" in text]) == len(shift)
@@ -195,7 +196,7 @@ def test_few_stations_do_not_show_a_step_between_two_of_them():
     def of(s_mm: Floats, level_mm: Floats) -> Budget:
         repeats_mm = level_mm[:, None] + 0.1 * np.random.default_rng(3).standard_normal((len(s_mm), 3))
         profile = Profile(s_mm, level_mm, repeats_mm)
-        return budget_of(profile, readings(), Uncertainty(), np.full(len(s_mm), 3.1))
+        return budget_of(profile, readings(), Uncertainty(), MOUTH)
 
     few_mm, many_mm = np.linspace(0, 80, 5), np.linspace(0, 80, 12)
     few, many = (of(s_mm, np.where(s_mm > 30, 8.0, 0.0)) for s_mm in (few_mm, many_mm))
@@ -211,8 +212,8 @@ def test_few_stations_do_not_show_a_step_between_two_of_them():
 
 
 def test_a_probe_wider_than_the_mouth_is_said_and_not_guessed():
-    mouth_mm = np.where(S_MM < 10, 1.9, 3.1)
-    whole = budget_of(scattered(0.1), readings(probe_mm=2.0), Uncertainty(), mouth_mm)
+    mouth = replace(MOUTH, width_mm=np.where(S_MM < 10, 1.9, 3.1))
+    whole = budget_of(scattered(0.1), readings(probe_mm=2.0), Uncertainty(), mouth)
     assert any("not narrower than the crack at 2 stations (s = 0, 5 mm)" in text for text in whole.notes)
     assert not any("narrower" in text for text in budget(scattered(0.1), probe_mm=2.0).notes)
 
@@ -267,7 +268,7 @@ def test_a_bed_that_is_straight_has_no_arches():
 def test_a_scan_of_ten_thousand_stations_fits_into_memory():
     s_mm, random = np.linspace(0, 80, 10_000), np.random.default_rng(0)
     repeats_mm = 0.1 * random.standard_normal((len(s_mm), 3))
-    whole = budget_of(Profile(s_mm, repeats_mm.mean(axis=1), repeats_mm), readings(), Uncertainty(), np.ones(10_000))
+    whole = budget_of(Profile(s_mm, repeats_mm.mean(axis=1), repeats_mm), readings(), Uncertainty(), MOUTH)
     assert max(one.draws_mm.size for one in (*whole.components, *whole.missing)) <= MOST
     # 0.1 mm by three readings, and passes that nobody denies.
     assert 0.11 < np.median(whole.band_mm) < 1.0

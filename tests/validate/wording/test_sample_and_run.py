@@ -125,6 +125,13 @@ def test_sealant_with_a_table_is_told_with_its_ends_and_its_columns_are_not_list
     assert "from 190 to 120 °C" in words
 
 
+def test_the_meniscus_has_its_size_here_only_if_no_uncertainty_names_it(evidence):
+    assert "up to 0.30 mm lower in the middle" in assumed(evidence)
+    judged = replace(evidence, comparison=assessed(evidence))
+    assert "in the middle" not in assumed(judged)
+    assert any("meniscus of up to 0.30 mm in the middle" in text for text in judged.comparison.findings)
+
+
 def test_what_counts_in_no_metric_is_told_by_its_number(evidence):
     """Seen to fail with the stations counted from the comparison alone."""
     assert left_out(evidence)[0].startswith("1 particle (1 mm³) ran over the edge of the sample")

@@ -11,11 +11,10 @@ and phi is a right angle at a wall that the liquid wets. The curvature follows f
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from sealtwin.core.records import Floats
+from sealtwin.core.regime import GRAVITY_M_S2
 
-GRAVITY_M_S2 = 9.81
 MANY = 60.0  # Width, in capillary lengths, from which the middle of the surface is flat
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
 
@@ -28,8 +27,13 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
     """Return the mean level and that at the walls, both over the lowest line.
 
     In a narrow crack they are 1 - pi / 4 times and once half the width. In a wide one the walls lift the liquid by
-    sqrt(2) capillary lengths, and the mean is 2 capillary lengths squared over the width.
+    sqrt(2) capillary lengths, and the mean is 2 capillary lengths squared over the width. An infinite capillary length
+    is that without gravity.
     """
+    from scipy.optimize import brentq
+
+    if np.isinf(capillary_mm):
+        return width_mm / 2 * (1 - np.pi / 4), width_mm / 2
     if width_mm > MANY * capillary_mm:
         return 2 * capillary_mm**2 / width_mm, capillary_mm * float(np.sqrt(2))
 

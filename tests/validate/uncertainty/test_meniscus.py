@@ -1,0 +1,104 @@
+"""The meniscus in the budget: its depth, its pinned edges, its side, and its name with its size if it is undeclared."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.core.records import Profile
+from validate.result import PredictedLevel
+from validate.settings import Readings, Uncertainty
+from validate.uncertainty.budget import Budget
+from validate.uncertainty.computed import Effect, Spread
+from validate.uncertainty.meniscus import Mouth
+from validate.uncertainty.reading_errors import budget_of
+from validate.uncertainty.validation import predict
+from validate.wording.prediction import prediction_sentences
+
+S_MM = np.linspace(0.0, 80.0, 17)
+MOUTH = Mouth(S_MM, np.full(17, 3.0), 1690.0)
+CAPILLARY_MM = 2.084  # Of water's surface tension: the root of 0.072 / (1690 * 9.81)
+SETTING = "uncertainty.surface_tension_n_m"
+
+
+@pytest.mark.parametrize(
+    ("width_mm", "density_kg_m3", "level_mm", "sag_mm"),
+    [
+        (0.2, 1690.0, -9.0, 0.1 * (1 - np.pi / 4)),  # A half circle in a narrow crack, and without gravity
+        (3.0, None, -9.0, 1.5 * (1 - np.pi / 4)),
+        (60.0, 1690.0, -9.0, 2 * CAPILLARY_MM**2 / 60.0),
+        (3.0, 1690.0, 0.0, 0.0),  # The edges of the mouth pin it, and a heap has none
+        (3.0, 1690.0, 1.0, 0.0),
+    ],
+)
+def test_the_middle_is_lower_by_a_meniscus_that_the_face_pins(width_mm, density_kg_m3, level_mm, sag_mm):
+    mouth = Mouth(S_MM, np.full(17, width_mm), density_kg_m3)
+    assert mouth.sag_mm(S_MM, np.full(17, level_mm)) == pytest.approx(sag_mm, rel=3e-3)
+
+
+def test_a_mean_level_and_the_reading_in_its_middle_have_the_same_meniscus():
+    """From pinned to free; between them the edge of the meniscus is at the face, above the middle by a full one."""
+    mean_mm = np.linspace(-2.0, 0.0, 17)
+    sag_mm = MOUTH.sag_mm(S_MM, mean_mm)
+    assert (np.diff(sag_mm) <= 0).all()
+    assert 0.28 < sag_mm[0] < 0.29
+    assert MOUTH.sag_mm(S_MM, mean_mm - sag_mm, read=True) == pytest.approx(sag_mm, abs=1e-9)
+
+
+def test_widths_along_the_crack_count_each_for_itself():
+    """Between the computed widths the depth is linear; a closed tip has none."""
+    uneven = replace(MOUTH, width_mm=np.linspace(0.0, 8.0, 17))
+    level_mm = np.full(17, -9.0)
+    assert uneven.sag_mm(S_MM, level_mm)[0] == 0
+    for place in (1, 7, 16):
+        even = replace(MOUTH, width_mm=np.full(17, uneven.width_mm[place]))
+        assert uneven.sag_mm(S_MM, level_mm)[place] == pytest.approx(even.sag_mm(S_MM, level_mm)[0], rel=3e-3)
+
+
+def profile(level_mm: float) -> Profile:
+    repeats_mm = level_mm + 0.1 * np.random.default_rng(2).standard_normal((17, 3))
+    return Profile(S_MM, repeats_mm.mean(axis=1), repeats_mm)
+
+
+def read(declared: Uncertainty, level_mm: float = -4.0) -> Budget:
+    settings = Readings(file=Path("sheet.csv"), data="measured", role="held-out")
+    return budget_of(profile(level_mm), settings, declared, MOUTH)
+
+
+def predicted(declared: Uncertainty) -> PredictedLevel:
+    spread = Spread(S_MM, None, (Effect("volume_ml", 0.1, np.full(17, 0.1)),), 0.0, 0.5)
+    return predict(Profile(S_MM, np.full(17, -4.0)), spread, declared, mouth=MOUTH)
+
+
+def test_declared_it_lowers_a_reading_by_nothing_up_to_the_whole():
+    """Near the face, where a reading in the middle and a mean level would have different menisci."""
+    budget = read(Uncertainty(surface_tension_n_m=0.072), -0.5)
+    (part,) = [one for one in budget.components if one.setting == SETTING]
+    sag_mm = MOUTH.sag_mm(S_MM, profile(-0.5).level_mm, read=True)
+    for share, of_sag in ((0.0, -1.0), (0.5, -0.5), (1.0, 0.0)):
+        assert np.quantile(part.draws_mm, share, axis=0) == pytest.approx(of_sag * sag_mm, abs=1e-3)
+    assert (part.name, part.source, part.kind, part.shared) == ("meniscus", "declared", "readings", True)
+
+
+def test_declared_it_is_an_error_of_the_model_in_a_prediction():
+    with_it, without = (predicted(Uncertainty(surface_tension_n_m=tension)) for tension in (0.072, 0.0))
+    assert with_it.model_mm == pytest.approx(0.95 * MOUTH.sag_mm(with_it.s_mm, with_it.level_mm) / 2, abs=1e-3)
+    assert [(one.name, one.kind, one.setting) for one in with_it.parts[1:]] == [("meniscus", "model", SETTING)]
+    assert with_it.missing == without.missing == ()
+    assert without.model_mm is None
+    assert (with_it.band_95_mm > without.band_95_mm).all()
+    assert "the meniscus" in prediction_sentences(with_it)[0]
+
+
+def test_undeclared_it_is_named_with_its_size_and_in_no_band():
+    """That of water; 0 declares that there is none."""
+    name = "meniscus of up to 0.29 mm in the middle"
+    budget, prediction = read(Uncertainty()), predicted(Uncertainty())
+    assert [one.name for one in budget.missing if one.setting == SETTING] == [name]
+    assert [one.name for one in prediction.missing] == [name]
+    assert any(name in sentence for sentence in prediction_sentences(prediction))
+    none = read(Uncertainty(surface_tension_n_m=0.0))
+    assert SETTING not in {one.setting for one in (*none.components, *none.missing)}
+    assert budget.band_mm == pytest.approx(none.band_mm)
+    assert prediction.model_mm is None

@@ -1,0 +1,77 @@
+"""The meniscus of a sealant that wets the walls: its level in the middle is below the mean level across the crack.
+
+A run has no surface tension, and its level is the mean. A caliper reads in the middle, and a prediction is of the level
+there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sealtwin.core.meniscus import capillary_length_mm, raise_and_height_mm
+from sealtwin.core.records import Floats, Outline, Solid
+from sealtwin.core.regime import SURFACE_TENSION_N_M
+from validate.metrics.volumes import mouth_widths_mm
+from validate.uncertainty.budget import Component, Kind, draws_for, uniforms
+
+WIDTHS = 32  # Widths at which a meniscus is computed, from 0 to the largest; interpolation is exact to 0.2 %
+LEAST_MM = 0.005  # A meniscus below it is none in a report, which has hundredths of a millimetre
+
+
+@dataclass(frozen=True)
+class Mouth:
+    """Width of the crack at the face along s, and density of the sealant, which shape its meniscus.
+
+    Without a density gravity is left out, and a meniscus is deeper.
+    """
+
+    s_mm: Floats
+    width_mm: Floats
+    density_kg_m3: float | None
+
+    @classmethod
+    def of(cls, outline: Outline, solid: Solid, density_kg_m3: float | None) -> "Mouth":
+        return cls(outline.s_mm, mouth_widths_mm(outline.s_mm, outline, solid), density_kg_m3)
+
+    def at_mm(self, s_mm: Floats) -> Floats:
+        """Return the width at each s, (n,)."""
+        return np.interp(s_mm, self.s_mm, self.width_mm)
+
+    def sag_mm(
+        self, s_mm: Floats, level_mm: Floats, surface_tension_n_m: float = SURFACE_TENSION_N_M, *, read: bool = False
+    ) -> Floats:
+        """Return by how much the level in the middle is below the mean if the walls are fully wetted, (n,).
+
+        ``level_mm`` is the mean level, or that in the middle if it was ``read``. The edges of the mouth pin a meniscus
+        that would climb past them; a level above the face has none. Walls that lean by 10 degrees change it by 3 %.
+        """
+        density = self.density_kg_m3
+        capillary_mm = capillary_length_mm(surface_tension_n_m, density) if density else np.inf
+        width_mm = self.at_mm(s_mm)
+        some_mm = np.linspace(0.0, width_mm.max(), WIDTHS + 1)
+        some = np.array([(0.0, 0.0), *(raise_and_height_mm(one, capillary_mm) for one in some_mm[1:].tolist())])
+        mean_mm, wall_mm = (np.interp(width_mm, some_mm, column) for column in some.T)
+        climb_mm = wall_mm if read else wall_mm - mean_mm
+        return mean_mm * np.clip(-level_mm / np.maximum(climb_mm, 1e-9), 0.0, 1.0)
+
+    def meniscus(
+        self, s_mm: Floats, level_mm: Floats, surface_tension_n_m: float | None, kind: Kind
+    ) -> Component | None:
+        """Return the error of a level as that of the middle: only downward. None if there is no meniscus.
+
+        The part of ``sag_mm`` is uniform: contact angles from 0 to 90 degrees, or a yield stress that keeps the surface
+        flat. Undeclared, it is that of water.
+        """
+        tension_n_m = SURFACE_TENSION_N_M if surface_tension_n_m is None else surface_tension_n_m
+        sag_mm = self.sag_mm(s_mm, level_mm, tension_n_m, read=kind == "readings")
+        if sag_mm.max() < LEAST_MM:
+            return None
+        declared = surface_tension_n_m is not None
+        return Component(
+            "meniscus" if declared else f"meniscus of up to {sag_mm.max():.2f} mm in the middle",
+            "declared" if declared else "assumed",
+            -uniforms("meniscus", 1, draws_for(len(s_mm))) * sag_mm,
+            shared=True,
+            kind=kind,
+            setting="uncertainty.surface_tension_n_m",
+        )
