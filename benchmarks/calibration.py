@@ -187,15 +187,13 @@ def smooth_errors(level_mm: Floats) -> dict[str, Floats]:
 
 
 def _area_mm2(height_mm: Floats, wall_deg: float | Floats) -> Floats:
-    """Return the section's area up to a height above the floor."""
-    opens = np.tan(np.radians(wall_deg))
-    return (WIDTH_MM - 2 * DEPTH_MM * opens) * height_mm + opens * height_mm**2
+    """Return the section's area up to a height above the floor, which has the traced width if walls flare."""
+    return WIDTH_MM * height_mm + np.tan(np.radians(wall_deg)) * height_mm**2
 
 
 def _height_mm(area_mm2: Floats, wall_deg: float | Floats) -> Floats:
     opens = np.tan(np.radians(wall_deg))
-    floor_mm = WIDTH_MM - 2 * DEPTH_MM * opens
-    return (np.sqrt(floor_mm**2 + 4 * opens * area_mm2) - floor_mm) / (2 * opens)
+    return (np.sqrt(WIDTH_MM**2 + 4 * opens * area_mm2) - WIDTH_MM) / (2 * opens)
 
 
 def apart_mm(a_mm: Floats, b_mm: Floats, noise_mm2: float) -> float:
