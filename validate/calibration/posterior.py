@@ -109,7 +109,8 @@ class Posterior:
     emulators: Sequence[Emulator]  # One for each trial
     evidence: Sequence[ReadLevels]
     smooth: bool = True
-    """False without the smooth errors of stated size: for a search, which must come close to the readings."""
+    """False for a search, which must come close to the readings: without the smooth errors of stated size, and with the
+    scatter that runs have at each setting."""
 
     @cached_property
     def discrepancies_mm(self) -> Floats:
@@ -134,6 +135,9 @@ class Posterior:
         inside = ((points >= 0) & (points <= 1)).all(axis=1)
         prior = sum(free.log_prior(column) for free, column in zip(self.frees, np.clip(points, 0, 1).T, strict=True))
         expected = self._expected(points)
+        if self.smooth:
+            # Particles of stiff paste scatter more. A crack's bed does not: an even one is no evidence of runny paste.
+            expected = [(mean, variance, np.ones_like(relative)) for mean, variance, relative in expected]
         rows = []
         for size_mm, fits in zip(self.discrepancies_mm, self._misfits, strict=True):
             total = prior - (size_mm / DISCREPANCY_MM) ** 2 / 2

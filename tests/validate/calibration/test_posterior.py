@@ -35,7 +35,7 @@ def _posterior(truth, *, frees=None, trials=1, off_mm: Any = 0.0, **scatter):
 
 
 def test_the_density_is_the_normal_one_of_the_whole_covariance():
-    posterior = _posterior((0.4, 0.6), rest_mm2=0.05, slopes=(2.0, -1.0))
+    posterior = replace(_posterior((0.4, 0.6), rest_mm2=0.05, slopes=(2.0, -1.0)), smooth=False)
     points = np.array([[0.4, 0.6], [0.5, 0.5], [0.1, 0.9]])
     mean, variance = posterior.emulators[0].processes.at(points)
     expected = []
@@ -47,6 +47,16 @@ def test_the_density_is_the_normal_one_of_the_whole_covariance():
         expected.append(-(off @ np.linalg.solve(covariance, off) + np.linalg.slogdet(covariance)[1]) / 2)
     assert np.allclose(posterior.log_density(points), expected, rtol=1e-5)
     assert np.isneginf(posterior.log_density(np.array([[1.1, 0.5]]))).all()
+
+
+def test_how_even_a_bed_is_does_not_tell_the_paste():
+    """Particles scatter more at some settings; a search and the judgement of what is possible make use of that."""
+    points = np.array([[0.4, 0.6], [0.3, 0.4], [0.5, 0.9]])
+    even, uneven = (_posterior((0.4, 0.6), rest_mm2=0.05, slopes=slopes) for slopes in ((0.0, 0.0), (2.0, -1.0)))
+    assert uneven.log_density(points) == pytest.approx(even.log_density(points))
+    searches = [replace(one, smooth=False).log_density(points) for one in (even, uneven)]
+    assert np.abs(np.subtract(*searches)).min() > 0.1
+    assert np.abs(uneven.implausibility(points[1:]) / even.implausibility(points[1:]) - 1).min() > 0.05
 
 
 @pytest.mark.broad
