@@ -11,7 +11,6 @@ import csv
 import json
 import resource
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -24,7 +23,7 @@ from typer import Option
 from benchmarks.against import processor
 from benchmarks.kept_runs import KeptRuns
 from benchmarks.table import Row, one_of, run_benchmark
-from benchmarks.time_left import BEFORE, COMMANDS, emulate_readings, lay_out
+from benchmarks.time_left import COMMANDS, SEALTWIN, lay_out, prepare
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import record_files
 from sealtwin.core.files import write_json
@@ -34,7 +33,6 @@ from sealtwin.trial.trial_file import load_trial
 from simulate.run import fill
 
 SEARCHES = ("calibrate", "plan")
-SEALTWIN = sys.executable, "-m", "sealtwin"
 HOW: Mapping[str, tuple[str, ...]] = {"drafts": (), "accurate": ("--accurate",)}
 SEEDS = 3
 LEAST_MM3 = 20.0
@@ -71,8 +69,7 @@ def _computed(name: str, how: str, home: Path) -> tuple[Path, float]:
 
 def _calibrated(home: Path) -> Iterator[Row]:
     if not (home / "emulated.toml").is_file():
-        subprocess.run([*SEALTWIN, *BEFORE["calibrate"], "--quiet"], cwd=home, check=True, stdout=subprocess.DEVNULL)
-        emulate_readings(home)
+        prepare("calibrate", home)
     (drafts, draft_s), (accurate, accurate_s) = (_computed("calibrate", how, home) for how in HOW)
     yield Row("calibrate: processor time, over accurate runs", draft_s / accurate_s, "", 0, 0.5)
     ours, theirs = (_posterior(folder) for folder in (drafts, accurate))

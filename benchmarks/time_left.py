@@ -47,20 +47,10 @@ role = "calibrated-on"
 """
 """Readings of a run of the paste with another seed: those of the shipped trial are reproduced by no such paste."""
 EVERY_MM, REPEATS, SCATTER_MM = 5.0, 3, 0.15
+SEALTWIN = sys.executable, "-m", "sealtwin"
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "run": ("run", "trial.toml"),
-    "quick": (
-        "quick",
-        "photo.jpg",
-        "--accurate",
-        "--depth-mm",
-        "16",
-        "--mm-per-px",
-        "0.1375",
-        "--ends",
-        "719,658",
-        "1403,259",
-    ),
+    "quick": ("quick", "photo.jpg", *SCALE, "--depth-mm", "16", "--preset", "accurate"),
     "sweep": ("sweep", "study.toml"),
     "validate": ("validate", "coarser", "--uncertainty"),
     "calibrate": ("calibrate", "emulated.toml", *FREE),
@@ -96,7 +86,15 @@ def lay_out(home: Path) -> None:
     (home / "paste.toml").write_text(re.sub(r"U = .*\nD_cm = .*", PASTE, trial), encoding="utf-8")
 
 
-def emulate_readings(home: Path) -> None:
+def prepare(name: str, home: Path) -> None:
+    """Compute what a command needs."""
+    if name in BEFORE:
+        subprocess.run([*SEALTWIN, *BEFORE[name]], cwd=home, check=True, capture_output=True)
+    if name == "calibrate":
+        _emulate_readings(home)
+
+
+def _emulate_readings(home: Path) -> None:
     """Write a trial whose readings are those of the run in ``home / "real"``, with scatter."""
     real = record_files.read_profile(home / "real")
     s_mm = np.arange(EVERY_MM, real.s_mm[-1], EVERY_MM)
@@ -108,12 +106,8 @@ def emulate_readings(home: Path) -> None:
 
 
 def _rows(name: str, home: Path) -> Iterator[Row]:
-    sealtwin = sys.executable, "-m", "sealtwin"
-    if name in BEFORE:
-        subprocess.run([*sealtwin, *BEFORE[name]], cwd=home, check=True, capture_output=True)
-    if name == "calibrate":
-        emulate_readings(home)
-    command = [*sealtwin, *COMMANDS[name]]
+    prepare(name, home)
+    command = [*SEALTWIN, *COMMANDS[name]]
     began_s, lines = time.monotonic(), list[Line]()
     with subprocess.Popen(command, cwd=home, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None

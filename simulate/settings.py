@@ -329,7 +329,8 @@ class Solver(Settings):
     paper's bed is fitted by accurate in flared walls, and by paper in leaning walls."""
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
     """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper. "auto", the default of
-    a draft, gives four across this crack, or 2.6 in a draft. Half the radius takes about ten times as long."""
+    a draft, gives four across this crack, or 2.6 in a draft (up to a tenth less if two particles then leave the nozzle
+    together). Half the radius takes about ten times as long."""
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
     """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
     over. Compression decreases with the square of their number."""

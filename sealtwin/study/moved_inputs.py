@@ -20,6 +20,8 @@ from simulate.material_file import LEAST_WALL_SHARE
 from validate.settings import ANGLE, OF_THE_WALLS
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")
+LONGEST_DELAY = 0.25
+"""Largest uncertainty of the pump's delay over the time of flow. Draws reach nearly four times it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +67,7 @@ def refuse_immovable(base: Base) -> None:
     """Raise InputError if a declared input does not apply to this sample or path."""
     crack, outline, inputs = base.trial.crack, base.sample.outline, base.inputs
     walls, width_mm, fault = [name for name in OF_THE_WALLS if name in inputs], inputs.get("width_mm", 0.0), None
+    flows_s = float(np.ptp(base.sample.trajectory.t_s[base.sample.trajectory.giving]))
     if base.trial.path.plan is not None and (fixed := [name for name in OF_THE_PATH if name in inputs]):
         fault = f"{', '.join(fixed)}: path.plan sets the path, and only its volume can be uncertain. Leave it out."
     elif walls and crack is None:
@@ -78,6 +81,11 @@ def refuse_immovable(base: Base) -> None:
         )
     elif crack is not None and crack.tilt == "vertical" and ANGLE in walls:
         fault = f"{ANGLE}: the walls are vertical. Leave it out, or set crack.tilt to one that has an angle."
+    elif inputs.get("pump_delay_s", 0.0) > LONGEST_DELAY * flows_s:
+        fault = (
+            f"pump_delay_s = {inputs['pump_delay_s']:g} is more than a quarter of the {flows_s:.3g} s in which the "
+            "path gives sealant; give a smaller uncertainty."
+        )
     elif "wall_share" in inputs and base.trial.given_fluid.D_cm is not None:
         fault = (
             "wall_share: fluid.D_cm is the drag of the walls. Leave it out, or give fluid.viscosity_pa_s, not U and D."

@@ -168,7 +168,7 @@ def test_a_ramp_changes_when_a_millimetre_gets_its_sealant_and_not_how_much():
 
 
 def test_a_late_pump_gives_each_flow_later_while_the_nozzle_moves_as_before():
-    """80 mm³/mm at 4 mm/s; 2.6 s are 10.4 mm. Flow ends with the path, and the leads stay dry."""
+    """80 mm³/mm at 4 mm/s; 2.6 s are 10.4 mm. Flow ends where it did, so that the leads stay dry."""
     own = planned(straight_slot(80.0), ramp_mm=10.0, lead_in_mm=12.0, lead_out_mm=5.0)
     late = begun_late(own, 2.6)
     at_s = np.linspace(0.0, own.duration_s - 1e-6, 500)
@@ -178,7 +178,11 @@ def test_a_late_pump_gives_each_flow_later_while_the_nozzle_moves_as_before():
     def flow_at(path: Trajectory, t_s: Any) -> Any:
         return np.where(t_s < 0, 0.0, path.flow_mm3_s[np.searchsorted(path.t_s, t_s, side="right") - 1])
 
-    assert np.array_equal(flow_at(late, at_s), flow_at(own, at_s - 2.6))
+    gives = at_s < own.t_s[own.giving][-1]
+    assert np.array_equal(flow_at(late, at_s), np.where(gives, flow_at(own, at_s - 2.6), 0.0))
+    assert late.dispensed_mm3 == pytest.approx(
+        np.interp(own.t_s[own.giving][-1] - 2.6, own.t_s[1:], own.given_mm3.cumsum())
+    )
     assert late.duration_s == own.duration_s
 
 

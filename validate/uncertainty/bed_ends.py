@@ -1,4 +1,4 @@
-"""The error of the model at the ends of the path, where a bed of paste depends most on how plugs hold.
+"""The error of the model at the ends of the path, where two models of the same paste differ most.
 
 Where the nozzle stops a mound of up to 4 tau / rho g stays, and where it starts paste creeps back. Two computations of
 the same physics differ there by as much as the mound, and by a quarter of it elsewhere, since the volume is the same.
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sealtwin.core.records import Floats, Run, Trajectory
+from sealtwin.core.regime import GRAVITY_M_S2
 from validate.uncertainty.budget import Component, draws_for, normals
 
-GRAVITY_M_S2 = 9.81
 LAST, FIRST = 0.7, 0.35  # Standard deviation of the level at the path's last and first place, over the mound's height
 REACH_MM = 6.0  # Distance from these places over which it falls to 1/e
 MOUND = 4.0  # Height of a mound over tau / rho g

@@ -43,7 +43,8 @@ class Mouth:
         """Return by how much the level in the middle is below the mean if the walls are fully wetted, (n,).
 
         ``level_mm`` is the mean level, or that in the middle if it was ``read``. The edges of the mouth pin a meniscus
-        that would climb past them; a level above the face has none. Walls that lean by 10 degrees change it by 3 %.
+        that would climb past them; a level above the face has none. Walls that lean by 10 degrees change it by up to
+        4 %.
         """
         density = self.density_kg_m3
         capillary_mm = capillary_length_mm(surface_tension_n_m, density) if density else np.inf

@@ -154,6 +154,15 @@ def test_only_a_fluid_that_sticks_leaves_the_share_of_the_walls_open(fast, tmp_p
     assert "viscosity_percent" in of[1]
 
 
+def test_a_delay_of_the_whole_pour_is_refused(fast):
+    """A draw could leave no flow at all."""
+    base = base_of(fast)
+    flows_s = base.sample.trajectory.duration_s
+    refuse_immovable(_unsure(base, pump_delay_s=0.2 * flows_s))
+    with pytest.raises(InputError, match=r"\[uncertainty\] pump_delay_s = "):
+        refuse_immovable(_unsure(base, pump_delay_s=0.3 * flows_s))
+
+
 def test_the_share_of_the_walls_is_refused_beside_their_drag(tmp_path):
     own = TRIAL + "\n[uncertainty]\nwall_share = 0.1\n"
     with pytest.raises(InputError, match=r"\[uncertainty\] wall_share: fluid.D_cm"):
