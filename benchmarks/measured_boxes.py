@@ -33,7 +33,7 @@ from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
 
 BOXES = HERE / "benchmarks" / "measured" / "boxes"
-KEPT = KeptRuns(BOXES, "python -m benchmarks.measured_boxes --record", ("simulate",))
+KEPT = KeptRuns(BOXES, "python -m benchmarks.measured_boxes --record", ("simulate", "validate"))
 MATERIALS = [name for name in content()["materials"] if name not in with_curve()]
 
 
