@@ -157,7 +157,7 @@ class Twin:
 
     def _plan(self, planned: Sequence[PlannedRun], *, dry_run: bool = False) -> study_folder.Plan:
         how = replace(self._how, dry_run=dry_run)
-        return brought_up_to_date(self.name, planned, self.file.parent, self.folder, how, self._progress)
+        return brought_up_to_date(self.name, planned, self.file.parent, self.folder, how, self._progress, part=True)
 
     def _planned(self, number: int, settings: Setting, seed: int) -> PlannedRun:
         changes: dict[str, Any] = dict(settings)

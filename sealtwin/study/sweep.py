@@ -93,12 +93,19 @@ def sweep(
 
 
 def brought_up_to_date(
-    name: str, planned: Sequence[PlannedRun], source: Path, folder: Path, options: SweepOptions, progress: Progress
+    name: str,
+    planned: Sequence[PlannedRun],
+    source: Path,
+    folder: Path,
+    options: SweepOptions,
+    progress: Progress,
+    *,
+    part: bool = False,
 ) -> study_folder.Plan:
     """Compute the runs of a shard that are not done, and return its plan. The caller must have locked ``folder``.
 
     File names in the trials are relative to ``source``. A later call may plan more runs; finished ones are not computed
-    again. Raises as ``sweep`` does.
+    again. If they are ``part`` of a longer command, only that command announces a time. Raises as ``sweep`` does.
     """
     from simulate.device import free_bytes
 
@@ -113,7 +120,8 @@ def brought_up_to_date(
     runs = study_folder.resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
     expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
     size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
-    progress.note(f"{name}: {len(runs)} runs of {size}. {expected.sentence}")
+    if not part:
+        progress.note(f"{name}: {len(runs)} runs of {size}. {expected.sentence}")
     if expected.runs:
         for remark in remarks:
             progress.warn(f"note: {remark}")

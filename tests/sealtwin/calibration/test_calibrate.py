@@ -111,6 +111,15 @@ def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
     _refused(lab, [lab / "trial.toml"], {"fluid.yield_stress_pa": (10.0, 20.0)}, "8", "outside")
 
 
+def test_the_runs_of_a_part_announce_no_time_of_their_own(lab, monkeypatch):
+    """A calibration announces the time of all its runs."""
+    notes, progress = [], Progress()
+    monkeypatch.setattr(progress, "note", notes.append)
+    Twin(lab / "trial.toml", lab / "library", HERE, progress)
+    assert notes
+    assert not any("about" in note for note in notes)
+
+
 def test_the_meniscus_of_the_readings_is_that_of_the_trials_density(lab):
     """Gravity flattens a meniscus: heavy sealant has a shallower one, and the errors of its readings are smaller."""
     variance_mm2 = []
