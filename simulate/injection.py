@@ -55,6 +55,8 @@ class Injection:
     statistics: RunStatistics
     volume_control: VolumeControl | None
     slope: SampleSlope = LEVEL
+    finer: int = 1
+    """Substeps over those of the settings. It is above 1 if the fluid collapsed in an earlier attempt."""
     done: int = 0  # Number of finished frames
     moving: int = 0  # Moving particles of all runs, counted in each frame on a CPU, in sampled frames on a GPU
     failed: dict[int, NumericalError] = field(default_factory=dict)
@@ -222,7 +224,16 @@ class Injection:
 
     def remarks_on(self, number: int) -> tuple[str, ...]:
         """Return the remarks on a fluid. They can be made before the first frame."""
-        return tuple(remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule))
+        remarks = remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule)
+        return *remarks, *([] if self.finer == 1 else [self._computed_anew])
+
+    @property
+    def _computed_anew(self) -> str:
+        now = self.engine.substeps
+        return (
+            f"solver.substeps: the fluid collapsed with {now // 2} substeps a frame, so the run was computed anew with "
+            f"{now}. Its frames take about {self.finer} times as long."
+        )
 
     def _d_cm(self, number: int) -> float:
         return effective_d_cm(
@@ -271,20 +282,21 @@ def prepare(
     slope: SampleSlope = LEVEL,
     threads: int = 1,
     enclosure: Enclosure | None = None,
+    finer: int = 1,
 ) -> Injection:
     """Prepare schedule, walls and particles for the first frame.
 
     Several ``fluids`` with the same number of substeps are computed at once, with the results of single runs. File
     names of their tables are relative to the current folder. ``enclosure`` is that of an earlier run in this crack,
-    with particles of this size on this device; None builds one. Raises InputError if the settings do not fit the crack,
-    and ValueError if the numbers of substeps differ.
+    with particles of this size on this device; None builds one. ``finer`` multiplies the number of substeps. Raises
+    InputError if the settings do not fit the crack, and ValueError if the numbers of substeps differ.
     """
     if solver.model == "slot":
         raise InputError(
             'solver.model = "slot": this function computes only particles. Leave solver.model out, or call fill.'
         )
     began = time.perf_counter()
-    case = case_of(solid, outline, trajectory, fluids, solver, nozzle, seed=seed, slope=slope)
+    case = case_of(solid, outline, trajectory, fluids, solver, nozzle, seed=seed, slope=slope, finer=finer)
     solver, schedule, pastes, courses = case.solver, case.schedule, case.pastes, case.courses
     enclosure = enclosure or enclose(solid, outline, solver.size_mm, device)
     case.check_outlet(enclosure.barrier, outline, trajectory, nozzle, seed)
@@ -336,6 +348,7 @@ def prepare(
         statistics=statistics,
         volume_control=control,
         slope=slope,
+        finer=finer,
     )
 
 

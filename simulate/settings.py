@@ -333,7 +333,8 @@ class Solver(Settings):
     together). Half the radius takes about ten times as long."""
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
     """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
-    over. Compression decreases with the square of their number."""
+    over; a run that collapses is computed anew with twice as many. Compression decreases with the square of their
+    number."""
     pressure: Literal["local", "two-level"] = "local"
     """local: iterations pass pressure from neighbour to neighbour; a column of 16 mm stays 12 % compressed at its
     floor. two-level: each iteration also solves for the whole crack; 99 % of the particles are compressed by less than

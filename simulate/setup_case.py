@@ -41,8 +41,9 @@ def case_of(
     *,
     seed: int,
     slope: SampleSlope = LEVEL,
+    finer: int = 1,
 ) -> SetupCase:
-    """Check settings, except the outlet. Several ``fluids`` must have the same number of substeps.
+    """Check settings, except the outlet. Several ``fluids`` must have the same number of substeps, times ``finer``.
 
     File names of their tables are relative to the current folder. Raises InputError if the settings do not fit the
     crack, and ValueError if the numbers of substeps differ.
@@ -60,5 +61,6 @@ def case_of(
         raise ValueError(
             "Fluids that need different numbers of substeps cannot be computed together. Compute them one by one."
         )
+    substeps *= finer
     check_damping(solver, schedule.frame_s / substeps)
     return SetupCase(solver, tuple(fluids), tuple(paste for paste, _ in solved), schedule, courses, domain, substeps)

@@ -26,6 +26,8 @@ from simulate.setup.release_schedule import ROUNDING
 
 EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
 LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Largest checkpoint that is read: 4 kB for each of a million particles
+UNREADABLE = (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile)
+"""Errors of a damaged checkpoint, or of one by another version."""
 PAST_THE_END = 1.02
 """A moment up to this factor times a run's duration means the end of the run. The paper shows 15 s, and the nozzle of
 the reconstructed trial stops after 14.8 s."""
@@ -57,8 +59,14 @@ class Watcher:
     watchers have written the frame's files.
     """
 
+    finer = 1
+    """``Injection.finer`` of the interrupted run that the watcher can restore."""
+
     def begin(self, injection: Injection) -> None:
-        """Called before the first frame of this process; a checkpoint may advance the injection."""
+        """Called before the first frame of this process, and again if a collapsed run is computed anew.
+
+        A checkpoint may advance the injection.
+        """
 
     def after_frame(self, injection: Injection) -> None:
         """Called after each frame."""
@@ -72,7 +80,18 @@ class Checkpoint(Watcher):
         self._path, self._key, self._note = path, key, note
         self._kept = time.monotonic()
 
+    @property
+    def finer(self) -> int:
+        """Number of the checkpoint's run; 1 if there is none, or if it cannot be read, which ``begin`` tells."""
+        try:
+            content = self._content() if self._path.is_file() else {"key": ""}
+            return int(content["finer"]) if str(content["key"]) == self._key else 1
+        except UNREADABLE:
+            return 1
+
     def begin(self, injection: Injection) -> None:
+        if injection.finer > self.finer:
+            self.remove()
         if self._path.is_file():
             self._note(f"{self._path.name}: {self._resume(injection)}")
         self._kept = time.monotonic()
@@ -85,7 +104,13 @@ class Checkpoint(Watcher):
     def keep(self, injection: Injection) -> None:
         """Write the checkpoint. An incomplete file never has its name."""
         with files.replacing(self._path) as temporary:
-            np.savez(temporary, allow_pickle=False, key=np.array(self._key), **injection.snapshot())
+            np.savez(
+                temporary,
+                allow_pickle=False,
+                key=np.array(self._key),
+                finer=np.array(injection.finer),
+                **injection.snapshot(),
+            )
 
     def remove(self) -> None:
         """Remove the checkpoint of a finished run."""
@@ -95,15 +120,18 @@ class Checkpoint(Watcher):
         """Restore the checkpoint if it belongs to this run; return a sentence on the outcome."""
         again = "the fluid run starts again at its first frame."
         try:
-            with opened(self._path, LARGEST_CHECKPOINT_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
-                # Read completely before anything is changed, since reading detects damage.
-                content: dict[str, NDArray[Any]] = {name: arrays[name] for name in arrays.files}
-            if str(content["key"]) != self._key:
+            content = self._content()
+            if (str(content["key"]), int(content.get("finer", 1))) != (self._key, injection.finer):
                 return f"is from a run with other settings, inputs or device; {again}"
             injection.restore(content)
-        except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+        except UNREADABLE as fault:
             return f"is damaged ({fault}); {again}"
         return f"the run continues after frame {injection.done} of {injection.frames}, t = {injection.t_s:.2f} s."
+
+    def _content(self) -> dict[str, NDArray[Any]]:
+        """Read all arrays before anything is changed, since reading detects damage."""
+        with opened(self._path, LARGEST_CHECKPOINT_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in arrays.files}
 
 
 def take_frame(injection: Injection) -> Frame:

@@ -30,6 +30,7 @@ class KeptFill(Watcher):
         self._pace: list[tuple[float, float]] = []  # Moving particles, and computing time so far in s
 
     def begin(self, injection: "Injection") -> None:
+        self._frames, self._pace = [], []
         end_s = injection.frames * injection.schedule.frame_s
         wanted_s = [t_s for t_s in self._wanted_s if t_s * PAST_THE_END < end_s]
         self._moments = Moments(wanted_s, lambda _, frame: self._frames.append(frame))

@@ -1,0 +1,132 @@
+"""Stiff, thick paste that collapses under the nozzle is computed anew with finer substeps, and the run says so."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.core.errors import NumericalError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Run
+from simulate.injection import Injection
+from simulate.run import fill, fill_each
+from simulate.settings import Fluid, Nozzle, Solver
+from simulate.watchers import Checkpoint, HealthLog, Watcher
+from tests.fluids import path, pour, sample_of, sealant, slot
+
+STIFF = sealant(viscosity_pa_s=4.2, yield_stress_pa=12.0, density_kg_m3=1690.0)
+THIN = STIFF.model_copy(update={"viscosity_pa_s": 2.0})
+CRACK = slot(8.0, width_mm=3.9, depth_mm=6.0)
+WAY = path(CRACK[1], 0.25, speed_mm_s=7.5)
+SAMPLE = sample_of(CRACK, WAY)
+SOLVER = Solver(radius_mm=0.378)
+
+
+class Heard(Progress):
+    def __init__(self) -> None:
+        self.warnings: list[str] = []
+
+    def warn(self, text: str) -> None:
+        self.warnings.append(text)
+
+
+class Dies(Watcher):
+    """Kills a run of twice the substeps after some frames, with what was kept of it."""
+
+    def __init__(self, checkpoint: Checkpoint, frame: int) -> None:
+        self._checkpoint, self._frame = checkpoint, frame
+
+    def after_frame(self, injection: Injection) -> None:
+        if injection.finer == 2 and injection.done == self._frame:
+            self._checkpoint.keep(injection)
+            raise KeyboardInterrupt
+
+
+class Begun(Watcher):
+    def __init__(self) -> None:
+        self.at: list[tuple[int, int]] = []
+
+    def begin(self, injection: Injection) -> None:
+        self.at.append((injection.finer, injection.done))
+
+
+def filled(fluid: Fluid = STIFF, solver: Solver = SOLVER, progress: Progress | None = None, *watchers: Watcher) -> Run:
+    return fill(SAMPLE, fluid, solver, Nozzle(), seed=0, progress=progress, watchers=watchers)[0]
+
+
+@cache
+def four_substeps() -> Run:
+    return pour(CRACK, WAY, STIFF, radius_mm=0.378, substeps=4)
+
+
+def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
+    heard, begun, log = Heard(), Begun(), tmp_path / "health.csv"
+    run = filled(STIFF, SOLVER, heard, begun, HealthLog(log))
+    assert begun.at == [(1, 0), (2, 0)]
+    assert np.array_equal(run.position_mm, four_substeps().position_mm)
+    assert run.settings["solver"]["substeps"] == 4
+    assert run.remarks[-1].startswith("solver.substeps: the fluid collapsed with 2 substeps a frame")
+    assert heard.warnings == [f"note: {remark}" for remark in run.remarks], "each once"
+    frames = [int(row.split(",")[0]) for row in log.read_text(encoding="utf-8").splitlines()[1:]]
+    assert frames == list(range(10, run.health.frames + 1, 10)), "rows of the collapsed run are gone"
+
+
+def test_a_given_number_of_substeps_is_kept():
+    with pytest.raises(NumericalError, match="128 neighbours"):
+        filled(STIFF, SOLVER.model_copy(update={"substeps": 2}))
+
+
+def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch):
+    tried = []
+
+    def collapses(self: Injection) -> None:
+        tried.append(self.engine.substeps)
+        raise NumericalError("collapsed")
+
+    monkeypatch.setattr(Injection, "advance", collapses)
+    with pytest.raises(NumericalError, match="collapsed"):
+        filled()
+    assert tried == [2, 4, 8, 16]
+
+
+@pytest.mark.parametrize("substeps", [None, 2])
+def test_in_a_launch_only_the_collapsed_run_is_computed_anew(substeps):
+    """With a given number of substeps it fails, and the others have their results."""
+    solver, how = SOLVER.model_copy(update={"substeps": substeps}), {"seed": 0, "device": "cpu"}
+    begun = Begun()
+    stiff, thin = fill_each(SAMPLE, [STIFF, THIN], solver, Nozzle(), **how, watchers=[begun])
+    assert not isinstance(thin, NumericalError)
+    assert thin[0].settings["solver"]["substeps"] == 2
+    assert np.array_equal(thin[0].position_mm, filled(THIN, solver).position_mm)
+    if substeps is None:
+        assert not isinstance(stiff, NumericalError)
+        assert np.array_equal(stiff[0].position_mm, four_substeps().position_mm)
+        assert begun.at == [(1, 0), (2, 0)]
+    else:
+        assert isinstance(stiff, NumericalError)
+        assert begun.at == [(1, 0)]
+
+
+def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path):
+    file, sentences = tmp_path / "checkpoint.npz", list[str]()
+
+    def checkpoint() -> Checkpoint:
+        return Checkpoint(file, "key", sentences.append)
+
+    first = checkpoint()
+    with pytest.raises(KeyboardInterrupt):
+        filled(STIFF, SOLVER, None, first, Dies(first, 90))
+    begun = Begun()
+    run = filled(STIFF, SOLVER, None, checkpoint(), begun)
+    assert begun.at == [(2, 90)]
+    assert len(sentences) == 1
+    assert np.array_equal(run.position_mm, four_substeps().position_mm)
+
+
+def test_what_was_kept_of_a_collapsed_run_is_not_continued(tmp_path, monkeypatch):
+    monkeypatch.setattr("simulate.watchers.EVERY_S", 0.0)
+    sentences = list[str]()
+    run = filled(STIFF, SOLVER, None, Checkpoint(tmp_path / "checkpoint.npz", "key", sentences.append))
+    assert sentences == []
+    assert np.array_equal(run.position_mm, four_substeps().position_mm)
