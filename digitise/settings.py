@@ -434,6 +434,11 @@ class NozzlePath(Settings):
                 raise ValueError(
                     f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave volume_ml out"
                 )
+            if not SMALLEST_VOLUME_ML <= volume_ml <= LARGEST_VOLUME_ML:
+                raise ValueError(
+                    f"weighed: mass_g = {self.weighed.mass_g:g} with density_kg_m3 = {self.weighed.density_kg_m3:g} is "
+                    f"{volume_ml:.3g} ml: give masses of {SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g} ml of sealant"
+                )
             # The settings are frozen, but this value is derived.
             object.__setattr__(self, "volume_ml", volume_ml)
         if self.volume_ml == "cavity":

@@ -5,12 +5,14 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind
-from sealtwin.core.settings import Settings, read_settings
+from sealtwin.core.settings import Settings, checked, read_toml
 
 Sentence = Annotated[str, Field(min_length=1, max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
 # Not strict: after a validator with mode="before", pydantic no longer accepts a JSON list as a tuple.
 Sentences = Annotated[tuple[Sentence, ...], Field(max_length=20, strict=False)]
+NAME = "file of a material"
 STARTER = "'sealtwin material spread PHOTO' or 'sealtwin material rheometer CSV' writes one"
 
 LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
@@ -93,4 +95,7 @@ class Material(Settings):
 
 def read_material(path: Path) -> Material:
     """Read a material.toml. Raises InputError if it is missing or invalid."""
-    return read_settings(Material, path, name="file of a material", starter=STARTER)
+    content = read_toml(path, name=NAME, starter=STARTER)
+    if content and not content.keys() & Material.model_fields.keys():
+        raise InputError(f"{path}: has no key of a material, but {next(iter(content))}: not a {NAME}. {STARTER}.")
+    return checked(Material, path, content)

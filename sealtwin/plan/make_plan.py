@@ -108,6 +108,7 @@ def plan_on(
             f"{shallowest_mm:.3g} mm deep in places; aim less than that below the face."
         )
     target_mm2 = target_of(sections, aims_mm)
+    unfilled_mm3 = float((sections.full_mm2 - target_mm2).sum()) * sections.step_mm
     require_possible(limits, target_mm2, sections.s_mm, own, where)
 
     def missed(s_mm: Floats, level_mm: Floats) -> Misfit:
@@ -239,6 +240,7 @@ def plan_on(
         with_more=with_more,
         drafts=options.drafts,
         of_draft=of_draft,
+        unfilled_mm3=unfilled_mm3,
     )
 
 

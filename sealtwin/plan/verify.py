@@ -100,6 +100,7 @@ class Planned:
     of_draft: Misfit | None = None  # Misfit of the best plan as a draft, before the accurate run corrected it
     reserve_mm: float = 0.0  # Further depth below the face that it aims at
     drafts: bool = False  # True if all rounds, baselines and seeds are drafts
+    unfilled_mm3: float = 0.0  # Volume below the face of a crack that is filled up to the level that it aims at
 
     @property
     def verified(self) -> bool:

@@ -210,8 +210,8 @@ def folder_name(name: str) -> str:
 def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
     """Read and check a trial file. ``settings`` by dotted name replace those of the file.
 
-    Raises InputError as ``read_settings`` does. The message names --set instead of the file if the fault is in
-    ``settings``.
+    Raises InputError as ``read_settings`` does. The message names this call instead of the file if the fault is in
+    ``settings``, which are options of a command or arguments of a function.
     """
     given = settings or {}
     content = read_toml(path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
@@ -219,7 +219,7 @@ def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
     def named(place: str) -> str:
         below = any(f"{place}.".startswith(f"{name}.") for name in given)
         above = place not in Trial.model_fields and any(name.startswith(f"{place}.") for name in given)
-        return "--set" if below or above else str(path)
+        return "settings of this call" if below or above else str(path)
 
     return checked(Trial, path, with_settings(content, given), named)
 

@@ -129,3 +129,11 @@ def test_strips_that_disagree_are_doubted_and_a_second_test_replaces_the_first(l
     again = _called(lab, "--of", str(lab / "one.toml"), "--out", str(lab / "two.toml"))
     assert "stresses scatter by 49 %" in " ".join(again.output.split())
     assert len([line for line in read_material(lab / "two.toml").basis if "strips of paste" in line]) == 1
+
+
+def test_a_trial_is_no_material(tmp_path):
+    """It was answered by a list of the eight keys that it lacks."""
+    (tmp_path / "trial.toml").write_text('name = "a trial"\n[photo]\nfile = "a.jpg"\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"trial\.toml: has no key of a material, but name: ") as refused:
+        read_material(tmp_path / "trial.toml")
+    assert "\n" not in str(refused.value)

@@ -17,6 +17,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.plan import search as searching
 from sealtwin.plan.make_plan import Options, case_of, plan_on
+from sealtwin.plan.pages import plan_cautions
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
@@ -240,6 +241,18 @@ def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     (low,) = planned.low_stretches
     assert (low["from_mm"], low["to_mm"], low["mean_mm"]) == (81.0, 100.0, 2.5)
     assert not replace(planned, margin_mm=2.0).low_stretches[1:], "a plan that aims lower is not low there"
+
+
+def test_a_plan_that_loses_because_it_aims_low_names_the_reserve(tmp_path):
+    folder = plannable_lab(tmp_path)
+    trial = load_trial(folder / "planned.toml").loaded(folder)
+    particles = FastModelItself(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
+    planned = plan_on(particles, Options(reserve_mm=3.0, seeds=1, rounds=1), [])
+    assert planned.unfilled_mm3 == pytest.approx((planned.margin_mm + 3.0) * 40.0 * 4.0, rel=0.01)
+    lost = replace(planned, best=planned.baselines[0])
+    (first, *_), (other, *_) = (plan_cautions(one, []) for one in (lost, replace(lost, unfilled_mm3=0.0)))
+    assert "--reserve-mm" in first
+    assert "--reserve-mm" not in other
 
 
 def test_a_plan_that_aims_below_the_floor_is_refused(tmp_path):
