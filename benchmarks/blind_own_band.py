@@ -21,8 +21,10 @@ from benchmarks import slumps
 from benchmarks.blind_cases import ANEW_SEED, STATIONS_MM, finished
 from benchmarks.blind_labs import A_DAY, KEPT, LABS, SHORT_AND_LATE, Sizes, base_of, kept_sizes, second_reality
 from benchmarks.blind_measured import Measured, measured
+from benchmarks.reality.inputs import Paste
 from benchmarks.reality.worlds import WORLDS, World, slips
 from benchmarks.table import Row, run_benchmark
+from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
 from sealtwin.study.drawn_runs import draw
@@ -30,12 +32,14 @@ from sealtwin.study.moved_inputs import Base
 from validate.result import PredictedLevel
 from validate.uncertainty.bed_ends import BedEnds
 from validate.uncertainty.computed import Spread
+from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.validation import predict
 
 DRAWS = 200
 PLACES_MM = STATIONS_MM[(STATIONS_MM >= 4) & (STATIONS_MM <= 36)]
 """Places at which a level is held against its band: the crack's own ends are cut off."""
 LEAST, LEAST_PLACES = 17, 88.0  # Of twenty trials; percent of the places
+TENSION_N_M = Paste(1.0, 1.0, 1.0).surface_tension_n_m
 WIDEST = 1.5  # Half-width of a mean level over 1.96 standard deviations of the errors
 
 
@@ -45,6 +49,7 @@ class Reality(NamedTuple):
     world: World | None  # None: the particles of blind_cases
     lab: str = "inputs"
     judged: bool = True
+    wets: bool = False  # True if the lab declares the paste's surface tension
 
 
 REALITIES: Mapping[str, Reality] = {
@@ -54,6 +59,8 @@ REALITIES: Mapping[str, Reality] = {
     "slip, strips tested": Reality(slips, "strips"),
     "late and 8 % low, unmeasured": Reality(SHORT_AND_LATE, judged=False),
     "late and 8 % low, sample weighed": Reality(SHORT_AND_LATE, "weighed, late and 8 % low"),
+    "W10, undeclared": Reality(WORLDS["W10 paste wets"], judged=False),
+    "W10, tension declared": Reality(WORLDS["W10 paste wets"], wets=True),
     "W11, unmeasured": Reality(A_DAY, judged=False),
     "W11, sample weighed": Reality(A_DAY, "weighed, W11"),
 }
@@ -86,24 +93,34 @@ def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iter
     for number in numbers:
         with tempfile.TemporaryDirectory() as place:
             one = measured(ANEW_SEED, number, Path(place))
-            bands = {
-                name: _band(base_of(one, number, lab), kept[number, name], Path(place, name))
+            predictions = {
+                name: _predicted(base_of(one, number, lab), kept[number, name], Path(place, name))
                 for name, lab in LABS.items()
             }
         for name, reality in REALITIES.items():
-            judged[name].append(_judge(_real_mm(one, number, reality.world), bands[reality.lab]))
+            band = predictions[reality.lab].band(TENSION_N_M if reality.wets else None)
+            judged[name].append(_judge(_real_mm(one, number, reality.world), band))
         last = {name: f"{each[-1].off_mm:+.2f} ({each[-1].half_mm:.2f})" for name, each in judged.items()}
         print(f"trial {number}: mean level off by (half of its interval), mm: {last}", flush=True)
     for name, each in judged.items():
         yield from _figures(name, each, REALITIES[name])
 
 
-def _band(base: Base, sizes: Sizes, folder: Path) -> PredictedLevel:
+class _Prediction(NamedTuple):
+    base: Base
+    spread: Spread
+
+    def band(self, surface_tension_n_m: float | None) -> PredictedLevel:
+        base, sizes = self.base, present(self.spread.sizes, "the runs of three sizes")
+        simulated = Profile(STATIONS_MM, sizes[1].levels_mm[0], data="synthetic", source="simulation")
+        declared = base.trial.uncertainty.model_copy(update={"surface_tension_n_m": surface_tension_n_m})
+        mouth = Mouth.of(base.sample.outline, base.sample.solid, base.trial.given_fluid.density_kg_m3)
+        return predict(simulated, self.spread, declared, ends=BedEnds.of(base.sample.trajectory, base.run), mouth=mouth)
+
+
+def _predicted(base: Base, sizes: Sizes, folder: Path) -> _Prediction:
     folder.mkdir()
-    draws = draw(base, folder, 0, Progress(), DRAWS)
-    simulated = Profile(STATIONS_MM, sizes[1].levels_mm[0], data="synthetic", source="simulation")
-    spread = Spread(STATIONS_MM, sizes, (), None, None, draws)
-    return predict(simulated, spread, base.trial.uncertainty, ends=BedEnds.of(base.sample.trajectory, base.run))
+    return _Prediction(base, Spread(STATIONS_MM, sizes, (), None, None, draw(base, folder, 0, Progress(), DRAWS)))
 
 
 def _real_mm(one: Measured, number: int, world: World | None) -> Floats:

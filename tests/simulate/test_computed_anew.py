@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.core.errors import NumericalError
+from sealtwin.core.errors import NumericalError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
 from simulate.injection import Injection
@@ -69,7 +69,7 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
     assert run.remarks[-1].startswith("solver.substeps: the fluid collapsed with 2 substeps a frame")
     assert heard.warnings == [f"note: {remark}" for remark in run.remarks], "each once"
     frames = [int(row.split(",")[0]) for row in log.read_text(encoding="utf-8").splitlines()[1:]]
-    assert frames == list(range(10, run.health.frames + 1, 10)), "rows of the collapsed run are gone"
+    assert frames == list(range(10, present(run.health.frames, "frames") + 1, 10)), "rows of the collapsed run are gone"
 
 
 def test_a_given_number_of_substeps_is_kept():
