@@ -46,6 +46,21 @@ def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
     assert map_sheet(chart, []).cautions[0] == swept["screening"]
 
 
+def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):
+    """Gravity flattens a meniscus: the band of readings of heavy sealant is narrower."""
+    band_mm = []
+    for density in (700.0, 4000.0):
+        (folder := tmp_path / f"{density:g}").mkdir()
+        table = f'[fixed]\n"fluid.density_kg_m3" = {density}\n'
+        study, out = tiny_lab(folder, FAST.replace("[fixed]\n", table)), folder / "out"
+        with (folder / "trial.toml").open("a", encoding="utf-8") as trial:
+            trial.write("\n[uncertainty]\nsurface_tension_n_m = 0.07\n")
+        sweep(study, out, SweepOptions("cpu", 0), Progress())
+        plan = read_plan(out)
+        band_mm.append(chart_of(out, [run for run in plan.runs if run.ranked], plan).band_mm.mean())
+    assert band_mm[0] > band_mm[1]
+
+
 def test_particles_that_are_none_are_not_kept(tmp_path):
     with pytest.raises(InputError, match="--keep-runs: 6 of 6 runs"):
         sweep(tiny_lab(tmp_path, FAST), tmp_path / "out", SweepOptions("cpu", 0, keep_runs=True), Progress())
