@@ -234,9 +234,9 @@ def bingham(preset: str = "accurate") -> Iterator[Row]:
         for yields in (0.2, 0.5, 0.8):
             flow = Channel(8.0, 32.0, yields, radius_mm=radius_mm)
             yield flow.row(f"Bingham, {yields:g} of the walls' stress, R {radius_mm:g}", 0.3, preset=preset)
-    for sleep in (True, False):
-        creep, _ = Channel(8.0, 32.0, 1.2, radius_mm=0.25, mean_mm_s=6.0).flow(0.6, preset=preset, sleep=sleep)
-        yield Row(f"Bingham, 1.2 of it, {'asleep' if sleep else 'awake'}: creep", creep, "mm/s", 0, 0.01, "0")
+    # An endless fluid never sleeps, so this is the creep of a fluid that is awake.
+    creep, _ = Channel(8.0, 32.0, 1.2, radius_mm=0.25, mean_mm_s=6.0).flow(0.6, preset=preset)
+    yield Row("Bingham, 1.2 of it: creep", creep, "mm/s", 0, 0.01, "0")
 
 
 def herschel() -> Iterator[Row]:

@@ -39,7 +39,7 @@ CHOSEN: dict[str, list[tuple[Callable[..., Iterable[Row]], list[str]]]] = {
         (channels.CASES["thin"], ["3 mm2/s, R 0.4"]),
         (
             channels.CASES["bingham"],
-            [*(f"Bingham, {share} of the walls' stress, R 0.4" for share in (0.2, 0.5, 0.8)), "Bingham, 1.2 of it, a"],
+            [*(f"Bingham, {share} of the walls' stress, R 0.4" for share in (0.2, 0.5, 0.8)), "Bingham, 1.2 of it"],
         ),
     ],
     "sleep": [
