@@ -1,5 +1,6 @@
 """Watchers of a run of particles: they write files while it computes. The files are complete at any moment."""
 
+import itertools
 import math
 import re
 import time
@@ -154,11 +155,13 @@ class Moments(Watcher):
 
     def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
         """``times_s`` increase and may be endless; ``take`` receives the moment, and the frame at or just after it."""
-        self._times_s, self._take = iter(times_s), take
-        self._next_s = math.inf
+        self._all_s, self._take = iter(times_s), take
+        self._times_s, self._next_s = iter(()), math.inf
 
     def begin(self, injection: Injection) -> None:
         """Skip the moments before the present frame of a resumed run. The moment of that frame is not skipped."""
+        # Kept for a run that is computed anew.
+        self._all_s, self._times_s = itertools.tee(self._all_s)
         self._next_s = next(self._times_s, math.inf)
         while self._due(injection) < injection.done:
             self._next_s = next(self._times_s, math.inf)

@@ -1,5 +1,6 @@
 """Stiff, thick paste that collapses under the nozzle is computed anew with finer substeps, and the run says so."""
 
+import itertools
 from functools import cache
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from sealtwin.core.records import Run
 from simulate.injection import Injection
 from simulate.run import fill, fill_each
 from simulate.settings import Fluid, Nozzle, Solver
-from simulate.watchers import Checkpoint, HealthLog, Watcher
+from simulate.watchers import Checkpoint, FrameFiles, HealthLog, Moments, Watcher
 from tests.fluids import path, pour, sample_of, sealant, slot
 
 STIFF = sealant(viscosity_pa_s=4.2, yield_stress_pa=12.0, density_kg_m3=1690.0)
@@ -62,12 +63,18 @@ def four_substeps() -> Run:
 
 def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
     heard, begun, log = Heard(), Begun(), tmp_path / "health.csv"
-    run = filled(STIFF, SOLVER, heard, begun, HealthLog(log))
+    moments = list[float]()
+    taken = Moments(itertools.count(0.1, 0.1), lambda t_s, frame: moments.append(frame.t_s))
+    frames_of = FrameFiles(tmp_path / "frames" / "fill.pvd", (0.1, 0.2, 0.5))
+    run = filled(STIFF, SOLVER, heard, begun, HealthLog(log), taken, frames_of)
     assert begun.at == [(1, 0), (2, 0)]
     assert np.array_equal(run.position_mm, four_substeps().position_mm)
     assert run.settings["solver"]["substeps"] == 4
     assert run.remarks[-1].startswith("solver.substeps: the fluid collapsed with 2 substeps a frame")
     assert heard.warnings == [f"note: {remark}" for remark in run.remarks], "each once"
+    second = moments[next(place for place in range(1, len(moments)) if moments[place] < moments[place - 1]) :]
+    assert len(second) == 5, "every moment of the second run is taken, from the first on"
+    assert len(list((tmp_path / "frames").glob("*.vtp"))) == 3
     frames = [int(row.split(",")[0]) for row in log.read_text(encoding="utf-8").splitlines()[1:]]
     assert frames == list(range(10, present(run.health.frames, "frames") + 1, 10)), "rows of the collapsed run are gone"
 
