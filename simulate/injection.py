@@ -20,7 +20,7 @@ from simulate.fluid.solver import FluidSolver
 from simulate.fluid.state import State
 from simulate.kernels import status
 from simulate.remarks import remarks_on
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import COMPUTED_ANEW, LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity
 from simulate.setup.signed_distance import CM
@@ -224,15 +224,16 @@ class Injection:
 
     def remarks_on(self, number: int) -> tuple[str, ...]:
         """Return the remarks on a fluid. They can be made before the first frame."""
-        remarks = remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule)
+        how = (self.outline, self.solid, self.solver, self.schedule)
+        remarks = remarks_on(self.fluids[number], *how, finer=self.finer)
         return *remarks, *([] if self.finer == 1 else [self._computed_anew])
 
     @property
     def _computed_anew(self) -> str:
         now = self.engine.substeps
         return (
-            f"solver.substeps: the fluid collapsed with {now // 2} substeps a frame, so the run was computed anew with "
-            f"{now}. Its frames take about {self.finer} times as long."
+            f"solver.substeps: the run failed with {now // 2} substeps a frame, {COMPUTED_ANEW} {now}. Its frames take "
+            f"about {self.finer} times as long."
         )
 
     def _d_cm(self, number: int) -> float:

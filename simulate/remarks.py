@@ -31,15 +31,18 @@ AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
 LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 
 
-def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, schedule: Schedule) -> Iterator[str]:
+def remarks_on(
+    fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, schedule: Schedule, *, finer: int = 1
+) -> Iterator[str]:
     """Yield sentences on what a run of particles cannot show of a fluid. ``schedule`` has its releases.
 
-    The solver's radius must be a number. Raises InputError for a fluid that cannot be solved for.
+    ``finer`` multiplies the number of substeps. The solver's radius must be a number. Raises InputError for a fluid
+    that cannot be solved for.
     """
     radius_mm, frame_s = solver.size_mm, schedule.frame_s
     frames = course_of(schedule, fluid, solver.settle_s).frames
     paste, substeps = solved_as(fluid, solver, frame_s, frames)
-    added_mm2_s = 1e6 * added_viscosity(radius_mm * CM, frame_s / substeps) / CM2_IN_M2
+    added_mm2_s = 1e6 * added_viscosity(radius_mm * CM, frame_s / (finer * substeps)) / CM2_IN_M2
     lasts_s, pours_s = frames * frame_s, len(schedule.released) * frame_s
     given = [f"{key} is {value:g}" for key in THICKNESSES if (value := getattr(fluid, key)) is not None]
     viscosity_pa_s = paste.viscosity_pa_s

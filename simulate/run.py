@@ -1,7 +1,6 @@
 """Fill a crack with the method that the settings choose: frame by frame with particles, or by the fast model."""
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
@@ -18,10 +17,10 @@ from simulate.setup.signed_distance import surface_of
 from simulate.setup.wall_particles import Enclosure, enclose
 from simulate.setup_case import case_of
 from simulate.slot.run import pour
-from simulate.watchers import Watcher
+from simulate.watchers import FINER, Watcher
 
-MOST_FINER = 8
-"""Largest factor of the substeps with which a collapsed run is computed anew. Paste of 12 Pa and 4 Pa s under a nozzle
+MOST_FINER = FINER[-1]
+"""Largest factor of the substeps with which a failed run is computed anew. Paste of 12 Pa and 4 Pa s under a nozzle
 collapses with two substeps of 0.0019 s and particles of 0.38 mm, and not with four."""
 WORTH_SAYING_S = 20.0  # Time above which a run says at its start how long it takes
 Filled = tuple[Run, Profile]  # A run, with its volume ratio, and its level
@@ -87,8 +86,12 @@ def fill_each(
     # freezing: a replay launches rows for the largest number that can move.
     if all(fluid.freezes for fluid in fluids) and solver.viscosity_solve == "implicit":
         injection.engine.replays = True
-    with suppress(NumericalError):  # Each outcome has its own
+    try:
         follow(injection, Progress(), watchers)
+    except NumericalError:
+        # If all runs failed, each outcome has its own error.
+        if len(injection.failed) < len(fluids):
+            raise
     filled: list[Filled | NumericalError] = []
     for number, outcome in enumerate(injection.outcomes()):
         try:

@@ -5,7 +5,7 @@ import math
 import re
 import time
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -25,6 +25,7 @@ from sealtwin.core.vtk_files import read_collection, write_collection, write_fra
 from simulate.injection import Injection
 from simulate.setup.release_schedule import ROUNDING
 
+FINER = (1, 2, 4, 8)  # Factors of the substeps with which a failed run is computed anew
 EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
 LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Largest checkpoint that is read: 4 kB for each of a million particles
 UNREADABLE = (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile)
@@ -85,8 +86,10 @@ class Checkpoint(Watcher):
     def finer(self) -> int:
         """Number of the checkpoint's run; 1 if there is none, or if it cannot be read, which ``begin`` tells."""
         try:
-            content = self._content() if self._path.is_file() else {"key": ""}
-            return int(content["finer"]) if str(content["key"]) == self._key else 1
+            if not self._path.is_file():
+                return 1
+            content = self._content()
+            return _finer(content) if str(content["key"]) == self._key else 1
         except UNREADABLE:
             return 1
 
@@ -122,7 +125,7 @@ class Checkpoint(Watcher):
         again = "the fluid run starts again at its first frame."
         try:
             content = self._content()
-            if (str(content["key"]), int(content.get("finer", 1))) != (self._key, injection.finer):
+            if (str(content["key"]), _finer(content)) != (self._key, injection.finer):
                 return f"is from a run with other settings, inputs or device; {again}"
             injection.restore(content)
         except UNREADABLE as fault:
@@ -133,6 +136,14 @@ class Checkpoint(Watcher):
         """Read all arrays before anything is changed, since reading detects damage."""
         with opened(self._path, LARGEST_CHECKPOINT_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}
+
+
+def _finer(content: Mapping[str, Any]) -> int:
+    """Return ``Injection.finer`` of a checkpoint; older ones have none. Raises ValueError if it is not one of a run."""
+    finer = content.get("finer", np.array(1))
+    if finer.ndim or finer not in FINER:
+        raise ValueError(f"finer is {finer}")
+    return int(finer)
 
 
 def take_frame(injection: Injection) -> Frame:
@@ -249,7 +260,8 @@ class ProgressFile(Watcher):
         self._eta_s: float | None = None
 
     def begin(self, injection: Injection) -> None:
-        self._injection, self._pace = injection, Pace(injection.work[-1], injection.work[injection.done])
+        self._injection, self._eta_s = injection, None
+        self._pace = Pace(injection.work[-1], injection.work[injection.done])
         self._write(injection, "running")
 
     def after_frame(self, injection: Injection) -> None:

@@ -1,5 +1,6 @@
 """Stiff, thick paste that collapses under the nozzle is computed anew with finer substeps, and the run says so."""
 
+import io
 import itertools
 from functools import cache
 from pathlib import Path
@@ -10,9 +11,10 @@ import pytest
 from sealtwin.core.errors import NumericalError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
+from sealtwin.study.kept_fill import KeptFill
 from simulate.injection import Injection
-from simulate.run import fill, fill_each
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.run import fill, fill_each, ready
+from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.watchers import Checkpoint, FrameFiles, HealthLog, Moments, Watcher
 from tests.fluids import path, pour, sample_of, sealant, slot
 
@@ -70,7 +72,7 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
     assert begun.at == [(1, 0), (2, 0)]
     assert np.array_equal(run.position_mm, four_substeps().position_mm)
     assert run.settings["solver"]["substeps"] == 4
-    assert run.remarks[-1].startswith("solver.substeps: the fluid collapsed with 2 substeps a frame")
+    assert run.remarks[-1].startswith("solver.substeps: the run failed with 2 substeps a frame")
     assert heard.warnings == [f"note: {remark}" for remark in run.remarks], "each once"
     second = moments[next(place for place in range(1, len(moments)) if moments[place] < moments[place - 1]) :]
     assert len(second) == 5, "every moment of the second run is taken, from the first on"
@@ -99,20 +101,61 @@ def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch):
 
 @pytest.mark.parametrize("substeps", [None, 2])
 def test_in_a_launch_only_the_collapsed_run_is_computed_anew(substeps):
-    """With a given number of substeps it fails, and the others have their results."""
+    """With a given number of substeps it fails, and the others have their results. The first run is watched."""
     solver, how = SOLVER.model_copy(update={"substeps": substeps}), {"seed": 0, "device": "cpu"}
     begun = Begun()
-    stiff, thin = fill_each(SAMPLE, [STIFF, THIN], solver, Nozzle(), **how, watchers=[begun])
+    thin, stiff = fill_each(SAMPLE, [THIN, STIFF], solver, Nozzle(), **how, watchers=[begun])
+    assert begun.at == [(1, 0)]
     assert not isinstance(thin, NumericalError)
     assert thin[0].settings["solver"]["substeps"] == 2
     assert np.array_equal(thin[0].position_mm, filled(THIN, solver).position_mm)
     if substeps is None:
         assert not isinstance(stiff, NumericalError)
         assert np.array_equal(stiff[0].position_mm, four_substeps().position_mm)
-        assert begun.at == [(1, 0), (2, 0)]
     else:
         assert isinstance(stiff, NumericalError)
-        assert begun.at == [(1, 0)]
+
+
+def test_alone_in_a_launch_it_has_its_seed_and_slope_and_its_pictures_begin_again():
+    slope, kept = SampleSlope(gradient_deg=3.0), KeptFill((0.1, 0.2))
+    (alone,) = fill_each(SAMPLE, [STIFF], SOLVER, Nozzle(), seed=3, device="cpu", slope=slope, watchers=[kept])
+    assert not isinstance(alone, NumericalError)
+    assert np.array_equal(
+        alone[0].position_mm, fill(SAMPLE, STIFF, SOLVER, Nozzle(), seed=3, slope=slope)[0].position_mm
+    )
+    assert alone[0].settings["solver"]["substeps"] == 4
+    with np.load(io.BytesIO(kept.content())) as arrays:
+        assert len(arrays["t_s"]) == 3, "two moments and the end of the second run"
+
+
+def test_an_error_that_no_run_failed_with_is_no_result(monkeypatch):
+    def fails(self: Injection) -> None:
+        raise NumericalError("of the host")
+
+    monkeypatch.setattr(Injection, "advance", fails)
+    with pytest.raises(NumericalError, match="of the host"):
+        fill_each(SAMPLE, [THIN], SOLVER, Nozzle(), seed=0, device="cpu")
+
+
+@pytest.mark.parametrize("finer", [2, 3, [2, 2], np.inf])
+def test_a_checkpoint_of_another_run_or_with_no_such_factor_begins_nothing(tmp_path, finer):
+    """One of other settings, or damaged: the run starts with its own substeps, and a sentence names the file."""
+    file, sentences, begun = tmp_path / "checkpoint.npz", list[str](), Begun()
+    key = "another" if finer == 2 else "key"
+    np.savez(file, allow_pickle=False, key=np.array(key), finer=np.array(finer))
+    filled(THIN, SOLVER, None, Checkpoint(file, "key", sentences.append), begun)
+    assert begun.at == [(1, 0)]
+    assert len(sentences) == 1
+
+
+def test_remarks_are_of_the_substeps_of_the_run():
+    """Of thin liquid: how much viscosity particles add grows with the number of substeps."""
+    liquid = sealant(viscosity_pa_s=0.001, density_kg_m3=1000.0)
+    of_four, of_sixteen = (
+        next(iter(ready(SAMPLE, [liquid], SOLVER, Nozzle(), seed=0, device="cpu", finer=finer).remarks_on(0)))
+        for finer in (2, 8)
+    )
+    assert of_four != of_sixteen
 
 
 def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path):
