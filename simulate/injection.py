@@ -20,7 +20,7 @@ from simulate.fluid.solver import FluidSolver
 from simulate.fluid.state import State
 from simulate.kernels import status
 from simulate.remarks import remarks_on
-from simulate.settings import COMPUTED_ANEW, LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity
 from simulate.setup.signed_distance import CM
@@ -31,6 +31,9 @@ from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
 """Origin of D that is recorded if the fluid sticks to the walls. If no origin is recorded, the user gave D."""
+FINER = (1, 2, 4, 8)
+"""Factors of the substeps with which a failed run is computed anew. Paste of 12 Pa and 4 Pa s under a nozzle collapses
+with two substeps of 0.0019 s and particles of 0.38 mm, and not with four."""
 SAMPLE_EVERY = 50  # Frames between two samples of the density error
 
 
@@ -56,7 +59,7 @@ class Injection:
     volume_control: VolumeControl | None
     slope: SampleSlope = LEVEL
     finer: int = 1
-    """Substeps over those of the settings. It is above 1 if the fluid collapsed in an earlier attempt."""
+    """Substeps over those of the settings, one of ``FINER``. It is above 1 if the run failed with fewer."""
     done: int = 0  # Number of finished frames
     moving: int = 0  # Moving particles of all runs, counted in each frame on a CPU, in sampled frames on a GPU
     failed: dict[int, NumericalError] = field(default_factory=dict)
@@ -232,8 +235,8 @@ class Injection:
     def _computed_anew(self) -> str:
         now = self.engine.substeps
         return (
-            f"solver.substeps: the run failed with {now // 2} substeps a frame, {COMPUTED_ANEW} {now}. Its frames take "
-            f"about {self.finer} times as long."
+            f"solver.substeps: the run failed with {now // 2} substeps a frame, so it was computed anew with {now}. "
+            f"Its frames take about {self.finer} times as long."
         )
 
     def _d_cm(self, number: int) -> float:
@@ -250,6 +253,7 @@ class Injection:
             "wall_particles": len(self.engine.walls.position_and_share),
             "particles_across": self.outline.mean_width_mm / (2 * self.solver.size_mm),
             "kernels_a_frame": self.engine.kernels_a_frame,
+            **({} if self.finer == 1 else {"finer": self.finer}),
             "setup_s": self.setup_s,
             "frames_s": self.statistics.frames_s,
         }

@@ -97,5 +97,5 @@ def read_material(path: Path) -> Material:
     """Read a material.toml. Raises InputError if it is missing or invalid."""
     content = read_toml(path, name=NAME, starter=STARTER)
     if content and not content.keys() & Material.model_fields.keys():
-        raise InputError(f"{path}: has no key of a material, but {next(iter(content))}: not a {NAME}. {STARTER}.")
+        raise InputError(f"{path}: not a {NAME}: it has {next(iter(content))} and no key of a material. {STARTER}.")
     return checked(Material, path, content)

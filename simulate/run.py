@@ -9,7 +9,7 @@ from sealtwin.core.errors import NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Outline, Profile, Run, Sample, Solid
 from simulate.device import start_warp
-from simulate.injection import Injection, prepare
+from simulate.injection import FINER, Injection, prepare
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import PARTICLE_S
@@ -17,11 +17,8 @@ from simulate.setup.signed_distance import surface_of
 from simulate.setup.wall_particles import Enclosure, enclose
 from simulate.setup_case import case_of
 from simulate.slot.run import pour
-from simulate.watchers import FINER, Watcher
+from simulate.watchers import Watcher
 
-MOST_FINER = FINER[-1]
-"""Largest factor of the substeps with which a failed run is computed anew. Paste of 12 Pa and 4 Pa s under a nozzle
-collapses with two substeps of 0.0019 s and particles of 0.38 mm, and not with four."""
 WORTH_SAYING_S = 20.0  # Time above which a run says at its start how long it takes
 Filled = tuple[Run, Profile]  # A run, with its volume ratio, and its level
 
@@ -166,22 +163,22 @@ def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher]
 def _followed(
     begin: Callable[..., Injection], progress: Progress, watchers: Sequence[Watcher] = (), *, finer: int = 1
 ) -> Injection:
-    """Compute a run. If its fluid collapses, compute it anew with twice the substeps, unless their number is given.
+    """Compute a run. If it fails, compute it anew with twice the substeps, unless their number is given.
 
-    ``begin`` prepares the run for a keyword ``finer``. Raises NumericalError if a run has a fault with MOST_FINER times
-    the substeps, too.
+    ``begin`` prepares the run for a keyword ``finer``. Raises NumericalError if the run fails with all of ``FINER``.
     """
     finer, shown = max([finer, *(watcher.finer for watcher in watchers)]), set[str]()
     while True:
         injection = begin(finer=finer)
-        for remark in injection.remarks_on(0):
+        remarks = injection.remarks_on(0)
+        for remark in remarks:
             if remark not in shown:
                 progress.warn(f"note: {remark}")
-        shown.update(injection.remarks_on(0))
+        shown.update(remarks)
         try:
             follow(injection, progress, watchers)
         except NumericalError:
-            if injection.solver.substeps is not None or finer >= MOST_FINER:
+            if injection.solver.substeps is not None or finer == FINER[-1]:
                 raise
             finer *= 2
         else:

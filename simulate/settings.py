@@ -313,8 +313,6 @@ too dense."""
 
 
 MOST_SUBSTEPS = 1000
-COMPUTED_ANEW = "so it was computed anew with"
-"""Part of the remark of a run that failed with fewer substeps; extra runs are searched for it."""
 STEEPEST_DEG = 45.0  # Largest slope of a sample; roads stay below 12 degrees
 
 

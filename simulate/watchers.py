@@ -22,10 +22,9 @@ from sealtwin.core.progress import Pace
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import MANIFEST
 from sealtwin.core.vtk_files import read_collection, write_collection, write_frame
-from simulate.injection import Injection
+from simulate.injection import FINER, Injection
 from simulate.setup.release_schedule import ROUNDING
 
-FINER = (1, 2, 4, 8)  # Factors of the substeps with which a failed run is computed anew
 EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
 LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Largest checkpoint that is read: 4 kB for each of a million particles
 UNREADABLE = (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile)
@@ -62,10 +61,10 @@ class Watcher:
     """
 
     finer = 1
-    """``Injection.finer`` of the interrupted run that the watcher can restore."""
+    """``Injection.finer`` of the run that the watcher can restore; 1 if it has none."""
 
     def begin(self, injection: Injection) -> None:
-        """Called before the first frame of this process, and again if a collapsed run is computed anew.
+        """Called before the first frame of this process, and again if a failed run is computed anew.
 
         A checkpoint may advance the injection.
         """
@@ -84,7 +83,7 @@ class Checkpoint(Watcher):
 
     @property
     def finer(self) -> int:
-        """Number of the checkpoint's run; 1 if there is none, or if it cannot be read, which ``begin`` tells."""
+        """``Injection.finer`` of the checkpoint. It is 1 without one, and for one that ``begin`` rejects."""
         try:
             if not self._path.is_file():
                 return 1
@@ -95,8 +94,9 @@ class Checkpoint(Watcher):
 
     def begin(self, injection: Injection) -> None:
         if injection.finer > self.finer:
-            self.remove()
-        if self._path.is_file():
+            # It replaces that of the failed attempt, which would otherwise be repeated after a kill.
+            self.keep(injection)
+        elif self._path.is_file():
             self._note(f"{self._path.name}: {self._resume(injection)}")
         self._kept = time.monotonic()
 
@@ -171,7 +171,7 @@ class Moments(Watcher):
 
     def begin(self, injection: Injection) -> None:
         """Skip the moments before the present frame of a resumed run. The moment of that frame is not skipped."""
-        # Kept for a run that is computed anew.
+        # A run that is computed anew takes all moments again.
         self._all_s, self._times_s = itertools.tee(self._all_s)
         self._next_s = next(self._times_s, math.inf)
         while self._due(injection) < injection.done:

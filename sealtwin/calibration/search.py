@@ -25,7 +25,7 @@ best setting."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
 HOPELESS = 3.0
 """Implausibility of the best setting above which the search stops early. It is above 1, since an emulator of few runs
-is overconfident: one search of three by drafts began at 2.0, with readings of a run of the same paste."""
+is overconfident: one search of four by drafts began at 2.0, with readings of a run of the same paste."""
 LEAST_USABLE = 0.75  # Least share of runs with a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 

@@ -34,6 +34,7 @@ class RunHealth(BaseModel):
     frames: int | None = None
     frame_s: Known = None
     substeps: int | None = None
+    finer: int | None = None  # Substeps over those of the settings, if the run failed with fewer
     particles_a_release: int | None = None
     wall_particles: int | None = None
     particles_across: Known = None

@@ -62,8 +62,7 @@ def run_loop(
         )
     with holding(folder), progress:
         passes = passes_of(sample, trial)
-        swollen = trial.solver.model_copy(update={"volume_factor": _volume_factor(folder)})
-        physics = trial.given_fluid, swollen, trial.nozzle
+        physics = trial.given_fluid, trial.solver.model_copy(update=as_verified(folder)), trial.nozzle
         model = _model(folder, sample, trial, passes, physics, progress)
         progress.start("Pouring, EMULATED", round(passes.motion.t_s[-1]))
         how: dict[str, Any] = {"slope": trial.sample, "corrects": corrects, "report": progress.advance}
@@ -141,21 +140,22 @@ def _plan_in(folder: Path) -> tuple[Trial, Sample]:
     return trial.model_copy(update={"readings": None, "gate": None}), record_files.read_sample(folder / SAMPLE)
 
 
-def _volume_factor(folder: Path) -> float:
-    """Return the mean volume factor at the end of the plan's runs.
+def as_verified(folder: Path) -> dict[str, Any]:
+    """Return settings of the solver as in the plan's runs: the mean volume factor at their ends.
 
-    Runs in the same folder that other stage numbers computed do not count.
+    If one of them failed and was computed anew, the largest number of substeps is another. Runs in the same folder that
+    other stage numbers computed do not count.
     """
     verification = read_plan(folder / VERIFICATION)
     with files.understood(folder / VERIFICATION):
-        factors = [
-            present(run.figures.health.volume_factor, "volume_factor") for run in verification.runs if run.figures
-        ]
+        healths = [run.figures.health for run in verification.runs if run.figures]
+        factors = [present(health.volume_factor, "volume_factor") for health in healths]
+        substeps = [present(health.substeps, "substeps") for health in healths if health.finer]
     if not factors:
         raise InputError(
             f"{folder / VERIFICATION}: contains no finished run. Repeat the runs with 'sealtwin plan TRIAL'."
         )
-    return float(np.mean(factors))
+    return {"volume_factor": float(np.mean(factors))} | ({"substeps": max(substeps)} if substeps else {})
 
 
 def _model(

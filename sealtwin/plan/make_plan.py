@@ -168,7 +168,7 @@ def plan_on(
         plan = searched(f"round {number}", goal, plan, drafts=options.drafts, rest_s=rest_s)
         plans.append(plan)
         goal = goal_after(rounds[-1].path, rounds[-1].level)
-    best = min([*rounds, *baselines], key=lambda one: _cost(one.misfit))
+    best = min([*rounds, *baselines], key=lambda one: one.misfit.cost_mm3)
     seeds = [
         (f"{best.name}, seed {seed}", best.path, seed) for seed in range(trial.seed + 1, trial.seed + options.seeds)
     ]
@@ -192,7 +192,7 @@ def plan_on(
             goal = goal_after(best.path, level)
             searched("corrected by the accurate run", goal, start, drafts=False, rest_s=(one_s, 0.0))
             corrected = [rounds.pop()]
-        best = min([replace(best, level=level, misfit=judged), *corrected], key=lambda one: _cost(one.misfit))
+        best = min([replace(best, level=level, misfit=judged), *corrected], key=lambda one: one.misfit.cost_mm3)
         level_mm, runs = np.interp(s_mm, best.level.s_mm, best.level.level_mm), 1
         it = missed(s_mm, level_mm)
     trajectory = plan_trajectory(sample.outline, best.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
@@ -242,10 +242,6 @@ def plan_on(
         of_draft=of_draft,
         unfilled_mm3=unfilled_mm3,
     )
-
-
-def _cost(misfit: Misfit) -> float:
-    return misfit.under_mm3 + searching.OVER_WEIGHT * misfit.over_mm3
 
 
 def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:

@@ -115,7 +115,7 @@ def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
         )
     if planned.best.off_mm is None:
         not_verified = f"NOT VERIFIED: no plan was better than {planned.best.name}, which is the result."
-        if planned.unfilled_mm3 > planned.best.misfit.total_mm3:
+        if planned.unfilled_mm3 > planned.best.misfit.cost_mm3:
             not_verified += (
                 f" A plan aims {planned.margin_mm + planned.reserve_mm:.2f} mm below the face, which leaves "
                 f"{planned.unfilled_mm3:.0f} mm3 unfilled by itself: give a smaller --margin-mm or --reserve-mm."

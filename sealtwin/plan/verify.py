@@ -15,6 +15,7 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Outline, Profile, Sample, Solid, Trajectory
 from sealtwin.core.stage_keys import stage_key
+from sealtwin.plan.search import OVER_WEIGHT
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import Forecast, size_of, timings_of
 from sealtwin.study.runner import Computing, compute
@@ -40,6 +41,11 @@ class Misfit:
     @property
     def total_mm3(self) -> float:
         return self.under_mm3 + self.over_mm3
+
+    @property
+    def cost_mm3(self) -> float:
+        """Total with the weight of a search on the volume above the face. The best plan has the least."""
+        return self.under_mm3 + OVER_WEIGHT * self.over_mm3
 
     @property
     def figures(self) -> dict[str, float]:

@@ -18,7 +18,6 @@ from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
-from simulate.settings import COMPUTED_ANEW
 from validate.wording.of_runs import sentences_of_runs
 
 SEEDS = 2**31  # Number of seeds that a trial may have
@@ -80,11 +79,12 @@ def compute_variants(
             f"{folder}: {len(failed)} of {len(runs)} extra runs failed, so there is no result for {why}. The same "
             f"command tries only these again.\n{reasons}"
         )
-    for sentence in study_folder.fluid_warnings(runs):
-        if COMPUTED_ANEW in sentence:
-            progress.warn(
-                f"note: {sentence} Its level may differ from those of the other runs by more than by the seed."
-            )
+    if finer := [words_of(run.settings) for run in runs if run.figures and run.figures.health.finer]:
+        progress.warn(
+            f"note: {len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
+            f"({finer[0]}). They may differ from the others by more than by the seed: give the trial a number of "
+            "solver.substeps with which none fails."
+        )
     return runs
 
 

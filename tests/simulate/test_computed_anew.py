@@ -17,6 +17,7 @@ from simulate.run import fill, fill_each, ready
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.watchers import Checkpoint, FrameFiles, HealthLog, Moments, Watcher
 from tests.fluids import path, pour, sample_of, sealant, slot
+from tests.narration import Narration
 
 STIFF = sealant(viscosity_pa_s=4.2, yield_stress_pa=12.0, density_kg_m3=1690.0)
 THIN = STIFF.model_copy(update={"viscosity_pa_s": 2.0})
@@ -26,23 +27,16 @@ SAMPLE = sample_of(CRACK, WAY)
 SOLVER = Solver(radius_mm=0.378)
 
 
-class Heard(Progress):
-    def __init__(self) -> None:
-        self.warnings: list[str] = []
-
-    def warn(self, text: str) -> None:
-        self.warnings.append(text)
-
-
 class Dies(Watcher):
-    """Kills a run of twice the substeps after some frames, with what was kept of it."""
+    """Kills a run of twice the substeps after some frames, with its checkpoint as it is, or kept at that frame."""
 
-    def __init__(self, checkpoint: Checkpoint, frame: int) -> None:
-        self._checkpoint, self._frame = checkpoint, frame
+    def __init__(self, frame: int, checkpoint: Checkpoint | None = None) -> None:
+        self._frame, self._checkpoint = frame, checkpoint
 
     def after_frame(self, injection: Injection) -> None:
         if injection.finer == 2 and injection.done == self._frame:
-            self._checkpoint.keep(injection)
+            if self._checkpoint is not None:
+                self._checkpoint.keep(injection)
             raise KeyboardInterrupt
 
 
@@ -64,7 +58,7 @@ def four_substeps() -> Run:
 
 
 def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
-    heard, begun, log = Heard(), Begun(), tmp_path / "health.csv"
+    heard, begun, log = Narration(), Begun(), tmp_path / "health.csv"
     moments = list[float]()
     taken = Moments(itertools.count(0.1, 0.1), lambda t_s, frame: moments.append(frame.t_s))
     frames_of = FrameFiles(tmp_path / "frames" / "fill.pvd", (0.1, 0.2, 0.5))
@@ -72,8 +66,10 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
     assert begun.at == [(1, 0), (2, 0)]
     assert np.array_equal(run.position_mm, four_substeps().position_mm)
     assert run.settings["solver"]["substeps"] == 4
+    assert (run.health.substeps, run.health.finer) == (4, 2)
+    assert "finer" not in four_substeps().health.recorded(), "a given number of substeps is no second attempt"
     assert run.remarks[-1].startswith("solver.substeps: the run failed with 2 substeps a frame")
-    assert heard.warnings == [f"note: {remark}" for remark in run.remarks], "each once"
+    assert heard.notes == [f"note: {remark}" for remark in run.remarks], "each once"
     second = moments[next(place for place in range(1, len(moments)) if moments[place] < moments[place - 1]) :]
     assert len(second) == 5, "every moment of the second run is taken, from the first on"
     assert len(list((tmp_path / "frames").glob("*.vtp"))) == 3
@@ -158,7 +154,9 @@ def test_remarks_are_of_the_substeps_of_the_run():
     assert of_four != of_sixteen
 
 
-def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path):
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path, kept):
+    """Or, before its first checkpoint by the clock, at its first frame, without the attempt that failed."""
     file, sentences = tmp_path / "checkpoint.npz", list[str]()
 
     def checkpoint() -> Checkpoint:
@@ -166,10 +164,10 @@ def test_a_killed_run_of_more_substeps_goes_on_where_it_was(tmp_path: Path):
 
     first = checkpoint()
     with pytest.raises(KeyboardInterrupt):
-        filled(STIFF, SOLVER, None, first, Dies(first, 90))
+        filled(STIFF, SOLVER, None, first, Dies(90, first if kept else None))
     begun = Begun()
     run = filled(STIFF, SOLVER, None, checkpoint(), begun)
-    assert begun.at == [(2, 90)]
+    assert begun.at == [(2, 90 if kept else 0)]
     assert len(sentences) == 1
     assert np.array_equal(run.position_mm, four_substeps().position_mm)
 

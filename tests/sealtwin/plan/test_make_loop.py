@@ -20,6 +20,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
+from sealtwin.core.run_figures import RunHealth
 from sealtwin.plan import loop_model, make_loop, search
 from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import write_model
@@ -199,3 +200,15 @@ def test_plan_and_loop_of_a_tiny_trial(tmp_path, monkeypatch):
     # The pump gives 0.8 of what the first pass asks for, which in so short a crack is 0.76 of the plan.
     assert uncorrected["given_mm3"] == pytest.approx(0.8 * 0.76 * planned["sealant_mm3"], rel=0.1)
     assert uncorrected["given_mm3"] < emulated["given_mm3"]
+
+
+@pytest.mark.parametrize(("finer", "substeps"), [([None, None], None), ([None, 2], 6)])
+def test_a_loop_pours_with_the_substeps_of_a_plan_that_was_computed_anew(tmp_path, monkeypatch, finer, substeps):
+    healths = [
+        RunHealth(volume_factor=1.0 + 0.1 * n, substeps=3 * (one or 1), finer=one) for n, one in enumerate(finer)
+    ]
+    runs = [SimpleNamespace(figures=SimpleNamespace(health=health)) for health in healths]
+    monkeypatch.setattr(make_loop, "read_plan", lambda _: SimpleNamespace(runs=[*runs, SimpleNamespace(figures=None)]))
+    settings = make_loop.as_verified(tmp_path)
+    assert settings.pop("volume_factor") == pytest.approx(1.05)
+    assert settings == ({} if substeps is None else {"substeps": substeps})

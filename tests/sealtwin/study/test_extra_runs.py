@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -265,3 +266,21 @@ def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault
         size_of(finer, sample)
     with job_in(own_run) as job:
         assert time_of_extra_runs(job) == ""
+
+
+def test_an_extra_run_that_was_computed_anew_is_named(again, monkeypatch):
+    """Its substeps differ from those of the others, so that their scatter is not that of the seed alone."""
+
+    def resumed(*given, **how):
+        first, *others = resume(*given, **how)
+        figures = present(first.figures, "figures")
+        health = figures.health.model_copy(update={"finer": 2})
+        return [replace(first, figures=figures.model_copy(update={"health": health})), *others]
+
+    resume = variants.study_folder.resume
+    monkeypatch.setattr(variants.study_folder, "resume", resumed)
+    monkeypatch.setattr("sealtwin.core.run_folder.RunFolder.is_current", lambda *_: False)
+    narration = Narration()
+    _vary(again, narration)
+    (named,) = [note for note in narration.notes if "solver.substeps" in note]
+    assert named.startswith("note: 1 of 12 extra runs failed, and were computed anew with more substeps (")
