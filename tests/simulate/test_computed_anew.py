@@ -144,6 +144,16 @@ def test_a_checkpoint_of_another_run_or_with_no_such_factor_begins_nothing(tmp_p
     assert len(sentences) == 1
 
 
+def test_a_run_of_fewer_substeps_does_not_continue_a_checkpoint_of_more(tmp_path):
+    sentences, checkpoint = list[str](), tmp_path / "checkpoint.npz"
+    few, many = (ready(SAMPLE, [THIN], SOLVER, Nozzle(), seed=0, device="cpu", finer=finer) for finer in (1, 2))
+    many.advance()
+    Checkpoint(checkpoint, "key", sentences.append).keep(many)
+    Checkpoint(checkpoint, "key", sentences.append).begin(few)
+    assert few.done == 0
+    assert len(sentences) == 1
+
+
 def test_remarks_are_of_the_substeps_of_the_run():
     """Of thin liquid: how much viscosity particles add grows with the number of substeps."""
     liquid = sealant(viscosity_pa_s=0.001, density_kg_m3=1000.0)
