@@ -182,11 +182,12 @@ def plan_on(
     require_different(levels_mm, names, f"{where}: {best.name}")
     misfits = tuple(missed(s_mm, level_mm) for level_mm in levels_mm)
     level_mm, it, runs = levels_mm.mean(axis=0), mean_of(misfits), len(levels)
-    of_draft = None
+    of_draft, off_draft_mm = None, np.zeros(len(s_mm))
     if options.drafts:
         one_s, of_draft, corrected = verifier.model_s([False]), best.misfit, list[Round]()
         (level,) = verifier.levels("Accurate run of the plan", [(best.name, best.path, trial.seed)], later_s=one_s)
         judged = missed(level.s_mm, level.level_mm)
+        off_draft_mm = np.interp(s_mm, level.s_mm, level.level_mm) - best.level.level_mm
         if (start := next((plan for plan, one in zip(plans, rounds, strict=True) if one is best), None)) is not None:
             # A draft's particles are larger, and the plan suits them: the accurate run corrects it once.
             goal = goal_after(best.path, level)
@@ -207,9 +208,11 @@ def plan_on(
         height_mm = sections.height_mm(np.maximum(poured.read_mm2 + apart_mm2, 0.0))
         return missed(sections.s_mm, sections.bottom_mm + height_mm).over_mm3
 
+    # Constant flow has only a draft: an accurate run of it would differ as that of the plan differs from its draft.
     constant = baselines[0]
+    steady_mm = np.interp(s_mm, constant.level.s_mm, constant.level.level_mm) + off_draft_mm
     steady = plan_trajectory(sample.outline, constant.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
-    steady_apart_mm2 = discrepancy(nominal.fill(steady), constant.level.s_mm, constant.level.level_mm)
+    steady_apart_mm2 = discrepancy(nominal.fill(steady), s_mm, steady_mm)
     with_more = WithMore(over_with_more_mm3(trajectory, apart_mm2), over_with_more_mm3(steady, steady_apart_mm2))
     chances, variance = None, np.zeros(len(s_mm))
     if len(levels) > 1:

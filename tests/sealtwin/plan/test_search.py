@@ -203,6 +203,17 @@ def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected)
     assert more.constant_flow_over_mm3 > corrected.baselines[0].misfit.over_mm3
 
 
+@pytest.mark.broad
+def test_constant_flow_with_more_is_judged_as_by_an_accurate_run(corrected, tmp_path):
+    """Its draft stands 0.8 mm lower, and the plan that it is compared with was run accurately."""
+    folder = plannable_lab(tmp_path)
+    trial = load_trial(folder / "planned.toml").loaded(folder)
+    particles = FastModelItself(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
+    accurate = plan_on(particles, Options(knots=3, rounds=1, seeds=1, drafts=False), [])
+    over_mm3 = accurate.with_more.constant_flow_over_mm3
+    assert corrected.with_more.constant_flow_over_mm3 == pytest.approx(over_mm3, rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("options", "jobs", "rounds", "drafts"),
     [
