@@ -61,7 +61,8 @@ BUDGET, TRUTHS = 40, 14
 CLOSE_MM, READING_MM = 0.18, 0.09  # 95 % half-width of a reading, and its standard deviation
 LENGTH_MM, WIDTH_MM, DEPTH_MM, WALL_DEG, TRIM_MM = 30.0, 5.0, 14.0, 6.0, 6.0
 STATIONS_MM = np.arange(2.0, 28.5)
-NOMINAL_ML, NOZZLE_MM, SETTLE_S = 1.9, 3.4, 0.6
+NOMINAL_ML, SETTLE_S = 1.9, 0.6
+NOZZLE, ACCURATE = Nozzle(diameter_mm=3.4), Solver(radius_mm=0.8, settle_s=SETTLE_S)
 FREES = (
     Free("fluid.viscosity_pa_s", 0.1, 2.0),
     Free("fluid.yield_stress_pa", 0.5, 8.0),
@@ -87,21 +88,22 @@ def slot() -> tuple[Outline, Solid]:
 class Library:
     """Runs by their settings and seed, in the order in which they were made."""
 
-    def __init__(self) -> None:
+    def __init__(self, kept: KeptRuns = KEPT, solver: Solver = ACCURATE) -> None:
         """Read the runs that are kept. Leaves if another solver computed them."""
-        KEPT.require()
+        kept.require()
+        self._kept, self._solver = kept, solver
         self._rows: dict[tuple[float, ...], Floats] = {}
-        if TABLE.is_file():
-            for row in np.loadtxt(TABLE, delimiter=",", skiprows=1, ndmin=2):
+        if kept.path.is_file():
+            for row in np.loadtxt(kept.path, delimiter=",", skiprows=1, ndmin=2):
                 self._rows[tuple(row[: len(FREES) + 1])] = row[len(FREES) + 1 :]
 
     def levels_mm(self, setting: Setting, seed: int) -> Floats:
         key = (*(setting[free.name] for free in FREES), float(seed))
         if key not in self._rows:
-            self._rows[key] = np.round(fill(setting, seed), 3)
-            fresh = not TABLE.is_file()
-            KEPT.begin()
-            with TABLE.open("a", newline="", encoding="utf-8") as file:
+            self._rows[key] = np.round(fill(setting, seed, self._solver), 3)
+            fresh = not self._kept.path.is_file()
+            self._kept.begin()
+            with self._kept.path.open("a", newline="", encoding="utf-8") as file:
                 if fresh:
                     names = [free.name for free in FREES]
                     csv.writer(file).writerow([*names, "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)])
@@ -116,11 +118,10 @@ class Library:
         return np.mean([self.levels_mm(setting, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)], axis=0)
 
 
-def fill(setting: Setting, seed: int) -> Floats:
+def fill(setting: Setting, seed: int, solver: Solver) -> Floats:
     outline, solid = slot()
-    solver, nozzle = Solver(radius_mm=0.8, settle_s=SETTLE_S), Nozzle(diameter_mm=NOZZLE_MM)
     sample = Sample(outline, solid, trajectory(setting))
-    _, profile = fill_crack(sample, fluid(setting), solver, nozzle, seed=seed)
+    _, profile = fill_crack(sample, fluid(setting), solver, NOZZLE, seed=seed)
     return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
 
 
@@ -150,7 +151,7 @@ def second_reality_mm(setting: Setting) -> Floats:
             setting["fluid.viscosity_pa_s"],
             freezes_at_s=setting["fluid.freeze_after_s"],
         ),
-        Pour(path.t_s, path.s_mm, times_s, flow, NOZZLE_MM),
+        Pour(path.t_s, path.s_mm, times_s, flow, NOZZLE.diameter_mm),
         numerics=Numerics(settle_s=SETTLE_S),
     )
     return bed.at(STATIONS_MM)

@@ -3,13 +3,23 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date as day
+from functools import partial
 from math import ceil
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from sealtwin.calibration.search import DRAWS, SearchResult, Setting, Source, launches_after, search, settings_at
+from sealtwin.calibration.search import (
+    CORRECT,
+    DRAWS,
+    SearchResult,
+    Setting,
+    Source,
+    launches_after,
+    search,
+    settings_at,
+)
 from sealtwin.calibration.twin import Twin
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
@@ -93,33 +103,40 @@ def calibrate(
         for twin in twins:
             twin.require(frees)
 
-        def left_s(done: Mapping[Path, int]) -> float:
-            """Return the time of all runs after ``done`` runs of each trial, by the model."""
-            counts = {twin: launches_after(done.get(twin.folder, 0), budget) for twin in twins}
-            counts |= {twin: [PREDICTING] for twin in others}
-            # A launch begins when all runs of the one before are done.
-            return sum(twin.work_s * ceil(count / max(1, how.jobs)) for twin in counts for count in counts[twin])
+        corrects = any(twin.drafts for twin in twins)
 
-        done: dict[Path, int] = {}
+        def left_s(done: Mapping[Twin, int]) -> float:
+            """Return the time of all runs after ``done`` runs of each trial, by the model."""
+            launches = {twin: launches_after(done.get(twin, 0), budget, corrects=corrects) for twin in twins}
+            launches |= {twin: [(PREDICTING, False), (CORRECT * twin.drafts, True)] for twin in others}
+            # A launch begins when all runs of the one before are done.
+            return sum(
+                twin.work_s(accurate=accurate) * ceil(count / max(1, how.jobs))
+                for twin in launches
+                for count, accurate in launches[twin]
+            )
+
+        done: dict[tuple[Twin, bool], int] = {}
 
         def source(twin: Twin) -> Source:
-            def run(wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
-                done[twin.folder] = len(wanted)
-                return twin.run(wanted, left_s(done))
+            def run(wanted: Sequence[tuple[Setting, int]], *, accurate: bool = False) -> Sequence[Floats | None]:
+                done[twin, accurate] = len(wanted)
+                so_far = {one: sum(done.get((one, kind), 0) for kind in (False, True)) for one in twins}
+                return twin.run(wanted, left_s(so_far), accurate=accurate)
 
-            return Source(twin.name, twin.evidence, run)
+            return Source(twin.name, twin.evidence, run, partial(run, accurate=True) if twin.drafts else None)
 
         progress.note(
             f"{budget} runs of {counted(len(twins), 'trial')}, and {PREDICTING * len(others)} runs of held-out trials: "
-            f"about {in_words(left_s(done))} in all, from a model; the first runs will correct it."
+            f"about {in_words(left_s({}))} in all, from a model; the first runs will correct it."
         )
         result = search(frees, [source(twin) for twin in twins], budget, progress.note)
         predictions = list[Prediction]()
         if (draws := result.draws) is not None:
-            for emulator, twin in zip(result.posterior.emulators, twins, strict=True):
-                predictions.append(
-                    _prediction(twin, "calibrated", *predicted_by_emulator(emulator, twin.evidence, draws))
-                )
+            for emulator, evidence, twin in zip(
+                result.posterior.emulators, result.posterior.evidence, twins, strict=True
+            ):
+                predictions.append(_prediction(twin, "calibrated", *predicted_by_emulator(emulator, evidence, draws)))
             predictions += [_predicted(result, draws, twin) for twin in others]
         calibrated = _summary(result, twins, others, predictions)
         content = _written(folder, result, calibrated, twins, others, date or day.today())
@@ -200,13 +217,32 @@ def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
     chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
-    levels_mm = [level for level in twin.run([(one, seed) for seed, one in enumerate(own)]) if level is not None]
+    wanted = [(one, seed) for seed, one in enumerate(own)]
+    all_mm = twin.run(wanted)
+    levels_mm = [level for level in all_mm if level is not None]
     if len(levels_mm) < PREDICTING // 2:
         raise NumericalError(
             f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of this held-out trial failed, or their "
             f"volume is off by over 5 %: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
         )
-    return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm), twin.evidence))
+    levels_mm, evidence = np.array(levels_mm), twin.evidence
+    if twin.drafts:
+        done = [number for number, level in enumerate(all_mm) if level is not None]
+        paired = [done[at] for at in np.linspace(0, len(done) - 1, CORRECT).astype(int)]
+        off_mm = [
+            accurate - draft
+            for number, accurate in zip(paired, twin.run([wanted[at] for at in paired], accurate=True), strict=True)
+            if accurate is not None and (draft := all_mm[number]) is not None
+        ]
+        if len(off_mm) < 2:
+            raise NumericalError(
+                f"{twin.name}: {CORRECT - len(off_mm)} of {CORRECT} accurate runs of this held-out trial failed, or "
+                "their volume is off by over 5 %; nothing corrects its drafts. Use finer particles."
+            )
+        error_mm2 = float(np.var(off_mm, axis=0, ddof=1).mean()) / len(off_mm)
+        levels_mm += np.mean(off_mm, axis=0)
+        evidence = replace(evidence, covariance_mm2=evidence.covariance_mm2 + error_mm2 * np.eye(len(evidence.s_mm)))
+    return _prediction(twin, "held out", *predicted_by_runs(levels_mm, evidence))
 
 
 def _prediction(twin: Twin, role: Literal["calibrated", "held out"], mean_mm: Floats, half_mm: Floats) -> Prediction:
@@ -240,6 +276,8 @@ def _summary(
         ),
         predictions=tuple(predictions),
         radius_mm=tuple(twin.radius_mm for twin in twins),
+        accurate=result.accurate,
+        corrections_mm=tuple(correction.add_mm for correction in result.corrections),
         warned=tuple(warnings),
     )
 
@@ -271,6 +309,7 @@ def _written(
         "date": date.isoformat(),
         "radius_mm": list(calibrated.radius_mm),
         "runs_of_each_trial": calibrated.runs,
+        "drafts_of_each_trial": calibrated.runs - calibrated.accurate if calibrated.accurate else 0,
         "stage_numbers": NUMBERS,
         "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
         "combinations": [
@@ -294,8 +333,10 @@ def _written(
         ],
         "gates": [
             {"trial": name, "residual_mm": round(reach.residual_mm, 4), "noise_mm": round(reach.noise_mm, 4),
-             "components": reach.components, "possible": reach.possible, "scatter_of_runs_mm": round(noise, 4)}
-            for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
+             "components": reach.components, "possible": reach.possible, "scatter_of_runs_mm": round(noise, 4),
+             "drafts_corrected_by_mm": round(float(np.mean(add_mm)), 4)}
+            for (name, reach), noise, add_mm in zip(
+                calibrated.reaches, calibrated.run_noise_mm, calibrated.corrections_mm, strict=True)
         ],
         "predictions": [
             {"trial": one.trial, "role": one.role, "rms_mm": round(one.rms_mm, 4),
@@ -339,7 +380,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
     if fluid is None or fluid.curve is not None:
         return None
-    health = twin.health(len(result.points))
+    health = twin.health
     draws = {free.name: free.values(column) for free, column in zip(result.frees, drawn.T, strict=True)}
     declared = twin.trial.uncertainty
     stress_pa = best.get(STRESS, fluid.yield_stress_pa)

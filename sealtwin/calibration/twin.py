@@ -17,7 +17,6 @@ from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
-from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, refuse_seeds, with_settings
 from validate.calibration.discrepancy import smooth_errors_mm2
@@ -61,9 +60,15 @@ class Twin:
         self._content = self.trial.model_dump(mode="json", exclude_none=True, exclude={"readings", "gate"})
         self._content["fluid"].pop("material", None)
         self.folder = library / self.trial.folder_name
+        self._asked: list[tuple[Setting, int, bool]] = []
         adopt(self.folder, self.trial.name)
-        self.plan = self._plan([self._planned(1, {}, 0)], dry_run=True)
-        self._sample = record_files.read_sample(self.folder / "samples" / self.plan.runs[0].sample)
+        kinds = [self._planned(number, {}, 0, accurate=accurate) for number, accurate in ((1, False), (2, True))]
+        self.plan = self._plan(kinds, dry_run=True)
+        self._work_s = [run.work_s for run in self.plan.runs]
+        draft, accurate = self.plan.runs
+        self.drafts = draft.key != accurate.key
+        """False if its runs are accurate, or of a preset of its own."""
+        self._sample = record_files.read_sample(self.folder / "samples" / draft.sample)
         self.outline, self.solid = self._sample.outline, self._sample.solid
         self.sheet = file.parent / sheet_settings.file
         self.readings = read_readings(self.sheet, sheet_settings, self.outline.length_mm, self.solid.depth_mm)
@@ -84,10 +89,8 @@ class Twin:
 
     @property
     def radius_mm(self) -> float:
-        """Radius of the particles of its runs."""
-        trial = self._planned(1, {}, 0).trial
-        trial = drafted(trial, self._sample) if self._how.drafts else trial
-        return trial.solver.for_crack(self.outline.mean_width_mm, trial.nozzle).size_mm
+        """Radius of the particles of its runs, and of the accurate ones if it has drafts."""
+        return self.trial.solver.for_crack(self.outline.mean_width_mm, self.trial.nozzle).size_mm
 
     def measured(self, name: str) -> tuple[float, float] | None:
         """Return a setting's value and standard uncertainty; None unless the trial has both."""
@@ -109,21 +112,29 @@ class Twin:
             for end in (free.low, free.high):
                 self._planned(1, {free.name: end}, 0)
 
-    @property
-    def work_s(self) -> float:
+    def work_s(self, *, accurate: bool) -> float:
         """Expected computing time of one run, by the model of ``sealtwin.study.estimate``."""
-        return self.plan.runs[0].work_s
+        return self._work_s[accurate]
 
-    def run(self, wanted: Sequence[tuple[Setting, int]], later_s: float = 0.0) -> Sequence[Floats | None]:
+    def run(
+        self, wanted: Sequence[tuple[Setting, int]], later_s: float = 0.0, *, accurate: bool = False
+    ) -> Sequence[Floats | None]:
         """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used.
 
-        ``later_s`` is the expected time of the runs of the calibration after these.
+        ``wanted`` begins with those of the last call of the same kind; ``accurate`` runs are no drafts. ``later_s`` is
+        the expected time of the runs of the calibration after these.
         """
         self._how = replace(self._how, later_s=later_s)
-        planned = [self._planned(number, *one) for number, one in enumerate(wanted, start=1)]
+        numbers = [number for number, one in enumerate(self._asked, start=1) if one[2] is accurate]
+        self._asked += [(*one, accurate) for one in wanted[len(numbers) :]]
+        numbers += range(len(self._asked) - len(wanted) + len(numbers) + 1, len(self._asked) + 1)
+        planned = [
+            self._planned(number, setting, seed, accurate=accurate)
+            for number, (setting, seed, accurate) in enumerate(self._asked, start=1)
+        ]
         self.plan = self._plan(planned)
         runs = {run.number: run for run in self.plan.runs}
-        return [self._level_mm(runs[one.number]) for one in planned]
+        return [self._level_mm(runs[number]) for number in numbers]
 
     def unused(self) -> list[tuple[int, str]]:
         """Return number and reason of each run that is not used."""
@@ -150,23 +161,24 @@ class Twin:
         """All warnings: about the fluid, and about declared errors that the readings contradict."""
         return [*self.fluid_warnings, *(f"{self.name}: {sentence}" for sentence in self._unused)]
 
-    def health(self, number: int) -> RunHealth:
-        """Return the figures of numerical quality that a run recorded, or an empty record if it has none."""
-        run = next(run for run in self.plan.runs if run.number == number)
-        return RunHealth() if run.figures is None else run.figures.health
+    @property
+    def health(self) -> RunHealth:
+        """Figures of numerical quality that its last run recorded, or an empty record if it has none."""
+        figures = max(self.plan.runs, key=lambda run: run.number).figures
+        return RunHealth() if figures is None else figures.health
 
     def _plan(self, planned: Sequence[PlannedRun], *, dry_run: bool = False) -> study_folder.Plan:
         how = replace(self._how, dry_run=dry_run)
         return brought_up_to_date(self.name, planned, self.file.parent, self.folder, how, self._progress, part=True)
 
-    def _planned(self, number: int, settings: Setting, seed: int) -> PlannedRun:
+    def _planned(self, number: int, settings: Setting, seed: int, *, accurate: bool = False) -> PlannedRun:
         changes: dict[str, Any] = dict(settings)
         if (start_mm := changes.get("path.trim_mm")) is not None:
             near_mm, far_mm = self.trial.path.trims_mm
             changes["path.trim_mm"] = [near_mm, start_mm] if self.trial.path.reverse else [start_mm, far_mm]
         changes["seed"] = (self.trial.seed + seed) % SEEDS
         trial = checked(Trial, self.file, with_settings(self._content, changes))
-        return PlannedRun(number, changes, trial)
+        return PlannedRun(number, changes, trial, accurate)
 
     def _level_mm(self, run: study_folder.StudyRun) -> Floats | None:
         if run.figures is None or not kept_volume(run.figures.volume_ratio):

@@ -173,6 +173,7 @@ class PlannedRun:
     number: int  # Position in the study, from 1
     settings: dict[str, Any]  # Varied settings, by dotted name
     trial: Trial
+    accurate: bool = False  # True if it is no draft in a study of drafts
 
 
 def load_study(path: Path) -> Study:

@@ -198,7 +198,7 @@ def _runs(
     for run in planned:
         name = samples[run.number]
         sample = samples_by_name[name]
-        trial = drafted(run.trial, sample) if options.drafts else run.trial
+        trial = drafted(run.trial, sample) if options.drafts and not run.accurate else run.trial
         settings = stage_settings(trial, "simulate")
         try:
             size, remarks[run.number] = checked_size(trial, sample)

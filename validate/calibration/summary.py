@@ -91,6 +91,8 @@ class Calibrated:
     run_noise_mm: tuple[float, ...]  # Scatter between seeds in each trial
     predictions: tuple[Prediction, ...]
     radius_mm: tuple[float, ...]
+    accurate: int = 0  # Number of each trial's runs that are accurate if the others are drafts
+    corrections_mm: tuple[Floats | float, ...] = ()  # What is added to the levels of each trial's drafts, (n,)
     warned: tuple[str, ...] = ()  # Sentences on the fluids of its runs, and on its readings
 
     @cached_property
@@ -129,6 +131,18 @@ class Calibrated:
                 f"{self.least_implausibility:.2g} times what the uncertainty of readings, runs and emulator allows."
             )
         return [*sentences, "No setting was calibrated. Widen the ranges, free another setting, or check the readings."]
+
+    @property
+    def of_drafts(self) -> list[str]:
+        """Sentences on the correction of drafts by accurate runs."""
+        if not self.accurate:
+            return []
+        parts = list[str]()
+        for (name, _), add_mm in zip(self.reaches, self.corrections_mm, strict=True):
+            rms_mm = np.sqrt(np.mean(np.square(add_mm)))
+            parts.append(f"{name} by {np.mean(add_mm):+.2f} mm on average, {rms_mm:.2f} mm (RMS) along the crack")
+        of = f"{self.accurate} of the {self.runs} runs of each trial are accurate"
+        return [f"{of} and correct the levels of the others, which are drafts: {'; '.join(parts)}."]
 
     @property
     def advice(self) -> list[str]:

@@ -160,6 +160,7 @@ def _gates(calibrated: Calibrated) -> SheetSection:
         f"The error of the best setting within the ranges is {calibrated.least_implausibility:.2f} times what the "
         "uncertainty of readings, runs and emulator allows; above 1, no setting is possible.",
     ]
+    sentences += calibrated.of_drafts
     sizes = SMOOTH_ERRORS_MM
     sentences.append(
         "The intervals allow for smooth errors of readings and model together, which no setting stands for and which "

@@ -141,11 +141,12 @@ def test_the_command_line_names_the_range_that_it_cannot_read():
 
 
 def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_steps):
-    """The readings are found possible, and predict the trial that chose nothing, by half the runs of a search."""
+    """The readings are possible, and predict the trial that chose nothing, by drafts and half the runs of a search."""
     leave_out_figures(monkeypatch)
-    for name, runs in (("FIRST", 8), ("AGAIN", 2), ("ROUND", 2), ("CONFIRM", 2)):
+    for name, runs in (("FIRST", 8), ("AGAIN", 2), ("ROUND", 2), ("CONFIRM", 2), ("CORRECT", 2)):
         monkeypatch.setattr(searching, name, runs)
     monkeypatch.setattr(calibrating, "PREDICTING", 6)
+    monkeypatch.setattr(calibrating, "CORRECT", 2)
     one, other = tiny_trials(tmp_path)
     with one.open("a", encoding="utf-8") as trial:
         trial.write("\n[uncertainty]\nrepeatability_mm = 5.0\npass_mm = 0.0\n")
@@ -154,12 +155,15 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     progress.later = lambda left_s, times=0: later_s.append(left_s)
     # By the model alone, since the times of these small runs are of the machine.
     monkeypatch.setattr(Forecast, "scaled_s", lambda _, model_s: model_s)
-    content = calibrate([one], ranges, tmp_path / "out", HERE, progress, held_out=[other], budget=14).content
-    # Six more runs and six of the held-out trial follow the first eight; six follow the last two; then nothing does.
+    how = replace(HERE, drafts=True)
+    content = calibrate([one], ranges, tmp_path / "out", how, progress, held_out=[other], budget=16).content
+    # Eight more runs and eight of the held-out trial follow the first eight; eight follow the last two; then none does.
     some_s = [left_s for left_s in later_s if left_s > 0]
     assert some_s[0] > 1.5 * some_s[-1]
     assert later_s[-1] == 0.0
-    assert content["possible"]
+    assert content["possible"], content["finding"]
+    assert content["drafts_of_each_trial"] == 12
+    assert content["gates"][0]["drafts_corrected_by_mm"] != 0.0
     roles = {one["trial"]: one["role"] for one in content["predictions"]}
     assert roles == {"tiny": "calibrated", "other": "held out"}
     assert content["predictions"][1]["rms_mm"] < content["predictions"][1]["flat_rms_mm"]
@@ -167,7 +171,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     assert {*content["fluid_warnings"]} < {*content["cautions"]}
     assert {one.partition(":")[0] for one in content["fluid_warnings"]} == {"tiny", "other"}
     (unused,) = (one for one in content["cautions"] if "is not used" in one)
-    assert unused.startswith("tiny: uncertainty.repeatability_mm = 5 is not used: the repeats scatter by only 0.0")
+    assert unused.startswith("tiny: uncertainty.repeatability_mm = 5 is not used: the repeats scatter by only 0.")
     assert callable(st.calibrate), "a package of that name once took its place from the second call on"
 
 
@@ -176,7 +180,7 @@ def test_a_paste_that_thins_is_written_with_k_and_n():
     fluid = Fluid(consistency_pa_s_n=4.0, flow_index=0.5, yield_stress_pa=7.0)
     trial = SimpleNamespace(fluid=fluid, uncertainty=Uncertainty())
     run = SimpleNamespace(viscosity_pa_s=5.0, substeps=3)
-    twin: Any = SimpleNamespace(trial=trial, health=lambda _: run, radius_mm=0.4)
+    twin: Any = SimpleNamespace(trial=trial, health=run, radius_mm=0.4)
     frees = [Free("fluid.consistency_pa_s_n", 3.0, 7.0), Free("fluid.flow_index", 0.4, 0.8)]
     result: Any = SimpleNamespace(frees=frees, best=np.array([0.5, 0.25]), points=[0], levels_mm=[0])
     draws = np.random.default_rng(0).uniform(0.0, 0.5, (500, 2))

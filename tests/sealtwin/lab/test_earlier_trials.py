@@ -24,7 +24,9 @@ from validate.settings import Role
 
 FINISHED = _, *OTHERS = "P01", "P02", "P05", "P07"
 KEEPS_ITS_VOLUME = (
-    ("substeps = 2", "substeps = 6"),
+    ("U = 30.0\nD_cm = 0.3", "viscosity_pa_s = 0.5"),
+    ("yield_stress_pa = 0.0", "yield_stress_pa = 2.0"),
+    ("substeps = 2", "substeps = 3"),
     ("freeze_after_s = 0.2", "freeze_after_s = 1.0"),
     ("volume_ml = 0.08", "volume_ml = 0.16"),
     ("settle_s = 2.0", "settle_s = 0.3"),
@@ -140,7 +142,7 @@ def test_a_new_run_applies_them_and_another_trial_makes_its_report_anew(lab, mon
     for coarse, sound in KEEPS_ITS_VOLUME:
         edit(place / "trial.toml", coarse, sound)
     run = ("run", place / "trial.toml", "--out", place / RUN, "--device", "cpu", "--quiet")
-    assert "In 4 earlier trials" in sealtwin(*run).stdout
+    assert "In 4 earlier trials" in (seen := sealtwin(*run).stdout), seen
     earlier = files.read_json(place / RUN / "earlier_trials.json")
     assert [one["name"] for one in earlier["trials"]] == list(FINISHED)
     level = earlier["expectations"][0]
