@@ -107,7 +107,7 @@ def test_seeds_that_change_nothing_are_no_replicates():
         search(FREES, [copies], FEWEST, lambda _: None)
 
 
-DRAFTS_OFF_MM = 0.4 + 0.1 * np.cos(S_MM / 7)
+DRAFTS_OFF_MM: Floats = np.asarray(0.4 + 0.1 * np.cos(S_MM / 7), dtype=np.float64)
 """Error of drafts that a fill of 0.05 more makes too, nearly: nothing but accurate runs can show it."""
 
 
@@ -133,7 +133,7 @@ def test_accurate_runs_correct_drafts_and_the_posterior_is_theirs():
 
 
 def test_drafts_that_seem_to_rule_out_all_settings_are_corrected_before_the_search_gives_up():
-    off_mm = 1.5 * (S_MM > 20)
+    off_mm: Floats = np.where(S_MM > 20, 1.5, 0.0)
     alone = search(FREES, [_source(Twin(off_mm=off_mm))], 40, lambda _: None)
     assert not alone.possible
     result = search(FREES, [replace(_source(Twin(off_mm=off_mm)), accurate=Twin().run)], 40, lambda _: None)
