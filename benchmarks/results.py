@@ -72,6 +72,7 @@ COMMANDS = {
     "sleep": "-m benchmarks.sleep",
     "stated_intervals": "-m benchmarks.stated_intervals",
     "calibration": "-m benchmarks.calibration",
+    "draft_calibration": "-m benchmarks.draft_calibration",
     "blind_prediction": "-m benchmarks.blind_prediction",
 }
 """Arguments of Python by the name of a benchmark, the short ones first."""
