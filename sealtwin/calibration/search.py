@@ -52,10 +52,10 @@ class Source:
 
 @dataclass(frozen=True)
 class Correction:
-    """What is added to the levels of a trial's drafts, (n,), and the covariance of its error."""
+    """A correction of the levels of a trial's drafts."""
 
-    add_mm: Floats | float = 0.0
-    error_mm2: Floats | float = 0.0
+    add_mm: Floats | float = 0.0  # (n,) added to the levels
+    error_mm2: Floats | float = 0.0  # (n, n) covariance of the error of ``add_mm``
 
 
 @dataclass(frozen=True)
@@ -166,8 +166,8 @@ class _Search:
     def result(
         self, posterior: Posterior, reaches: Sequence[BasisReach], least: float, draws: Floats | None
     ) -> SearchResult:
-        known = self.frees, self.points, self.levels_mm, reaches, posterior, least, draws
-        return SearchResult(*known, accurate=int(self.accurate.sum()), corrections=self.corrections)
+        values = self.frees, self.points, self.levels_mm, reaches, posterior, least, draws
+        return SearchResult(*values, accurate=int(self.accurate.sum()), corrections=self.corrections)
 
     def nearest(self) -> int:
         """Return the index of the run with the levels nearest to all readings, weighted by the readings' covariance."""
