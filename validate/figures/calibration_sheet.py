@@ -22,10 +22,11 @@ def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
     if calibrated.draws is not None:
         sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
     sections.append(_gates(calibrated))
+    drafts = f", {calibrated.runs - calibrated.accurate} of them drafts" if calibrated.accurate else ""
     return FigureSheet(
         title=f"{calibrated.name}: calibration",
         lead=(
-            f"{calibrated.runs} runs of each trial, at a particle radius of "
+            f"{calibrated.runs} runs of each trial{drafts}, for a particle radius of "
             f"{' and '.join(f'{radius:g}' for radius in sorted(set(calibrated.radius_mm)))} mm; "
             f"{len(calibrated.frees)} free settings."
         ),
