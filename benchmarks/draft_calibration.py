@@ -89,7 +89,7 @@ def rows(results: Mapping[str, Sequence[SearchResult]]) -> list[Row]:
     reference, *others = results
     apart = {way: _apart(results[way], results[reference]) for way in others}
     by_chance, total = _rms(apart[others[0]]), len(results[reference])
-    corrections_mm = np.array([one.corrections[0].add_mm for one in results[others[-1]]])
+    corrections_mm = np.array([one.add_mm for result in results[others[-1]] if (one := result.corrections[0])])
     table = [
         Row("what is added to the drafts, mean", float(corrections_mm.mean()), "mm"),
         Row("what is added to the drafts, RMS along the slot", _rms(corrections_mm), "mm"),

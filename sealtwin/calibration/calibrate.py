@@ -126,8 +126,9 @@ def calibrate(
 
             return Source(twin.name, twin.evidence, run, partial(run, accurate=True) if twin.drafts else None)
 
+        predicting = PREDICTING * len(others) + CORRECT * sum(twin.drafts for twin in others)
         progress.note(
-            f"{budget} runs of {counted(len(twins), 'trial')}, and {PREDICTING * len(others)} runs of held-out trials: "
+            f"{budget} runs of {counted(len(twins), 'trial')}, and {predicting} runs of held-out trials: "
             f"about {in_words(left_s({}))} in all, from a model; the first runs will correct it."
         )
         result = search(frees, [source(twin) for twin in twins], budget, progress.note)
@@ -225,24 +226,30 @@ def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
             f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of this held-out trial failed, or their "
             f"volume is off by over 5 %: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
         )
-    levels_mm, evidence = np.array(levels_mm), twin.evidence
-    if twin.drafts:
-        done = [number for number, level in enumerate(all_mm) if level is not None]
-        paired = [done[at] for at in np.linspace(0, len(done) - 1, CORRECT).astype(int)]
-        off_mm = [
-            accurate - draft
-            for number, accurate in zip(paired, twin.run([wanted[at] for at in paired], accurate=True), strict=True)
-            if accurate is not None and (draft := all_mm[number]) is not None
-        ]
-        if len(off_mm) < 2:
-            raise NumericalError(
-                f"{twin.name}: {CORRECT - len(off_mm)} of {CORRECT} accurate runs of this held-out trial failed, or "
-                "their volume is off by over 5 %; nothing corrects its drafts. Use finer particles."
-            )
-        error_mm2 = float(np.var(off_mm, axis=0, ddof=1).mean()) / len(off_mm)
-        levels_mm += np.mean(off_mm, axis=0)
-        evidence = replace(evidence, covariance_mm2=evidence.covariance_mm2 + error_mm2 * np.eye(len(evidence.s_mm)))
-    return _prediction(twin, "held out", *predicted_by_runs(levels_mm, evidence))
+    if not twin.drafts:
+        return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm), twin.evidence))
+    off_mm = _off_drafts_mm(twin, wanted, all_mm)
+    error_mm2 = np.diag(np.full(len(off_mm.T), off_mm.var(axis=0, ddof=1).mean() / len(off_mm)))
+    evidence = replace(twin.evidence, covariance_mm2=twin.evidence.covariance_mm2 + error_mm2)
+    return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm) + off_mm.mean(axis=0), evidence))
+
+
+def _off_drafts_mm(twin: Twin, wanted: Sequence[tuple[Setting, int]], drafts_mm: Sequence[Floats | None]) -> Floats:
+    """Compute a few of the runs accurately, and return their levels less those of the drafts, (m, n)."""
+    done = [number for number, level in enumerate(drafts_mm) if level is not None]
+    paired = [done[at] for at in np.linspace(0, len(done) - 1, CORRECT).astype(int)]
+    pairs = zip(paired, twin.run([wanted[number] for number in paired], accurate=True), strict=True)
+    off_mm = [
+        accurate - draft
+        for number, accurate in pairs
+        if accurate is not None and (draft := drafts_mm[number]) is not None
+    ]
+    if len(off_mm) < 2:
+        raise NumericalError(
+            f"{twin.name}: {CORRECT - len(off_mm)} of {CORRECT} accurate runs of this held-out trial failed, or their "
+            "volume is off by over 5 %; nothing corrects its drafts. Use finer particles."
+        )
+    return np.array(off_mm)
 
 
 def _prediction(twin: Twin, role: Literal["calibrated", "held out"], mean_mm: Floats, half_mm: Floats) -> Prediction:
@@ -277,7 +284,7 @@ def _summary(
         predictions=tuple(predictions),
         radius_mm=tuple(twin.radius_mm for twin in twins),
         accurate=result.accurate,
-        corrections_mm=tuple(correction.add_mm for correction in result.corrections),
+        corrections_mm=tuple(None if one is None else one.add_mm for one in result.corrections),
         warned=tuple(warnings),
     )
 
@@ -309,7 +316,7 @@ def _written(
         "date": date.isoformat(),
         "radius_mm": list(calibrated.radius_mm),
         "runs_of_each_trial": calibrated.runs,
-        "drafts_of_each_trial": calibrated.runs - calibrated.accurate if calibrated.accurate else 0,
+        "drafts_of_each_trial": calibrated.drafts,
         "stage_numbers": NUMBERS,
         "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
         "combinations": [
@@ -334,7 +341,7 @@ def _written(
         "gates": [
             {"trial": name, "residual_mm": round(reach.residual_mm, 4), "noise_mm": round(reach.noise_mm, 4),
              "components": reach.components, "possible": reach.possible, "scatter_of_runs_mm": round(noise, 4),
-             "drafts_corrected_by_mm": round(float(np.mean(add_mm)), 4)}
+             "drafts_corrected_by_mm": None if add_mm is None else round(float(add_mm.mean()), 4)}
             for (name, reach), noise, add_mm in zip(
                 calibrated.reaches, calibrated.run_noise_mm, calibrated.corrections_mm, strict=True)
         ],

@@ -54,8 +54,8 @@ class Source:
 class Correction:
     """A correction of the levels of a trial's drafts."""
 
-    add_mm: Floats | float = 0.0  # (n,) added to the levels
-    error_mm2: Floats | float = 0.0  # (n, n) covariance of the error of ``add_mm``
+    add_mm: Floats  # (n,) added to the levels
+    error_mm2: Floats  # (n, n) covariance of the error of ``add_mm``
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class SearchResult:
     mixing: float = 1.0
     best: Floats = field(default_factory=lambda: np.zeros(0))  # (d,)
     accurate: int = 0  # Number of each trial's runs that are accurate and correct the others, which are drafts
-    corrections: Sequence[Correction] = ()  # Of each trial
+    corrections: Sequence[Correction | None] = ()  # Of each trial; None if its runs are not drafts
 
     @property
     def possible(self) -> bool:
@@ -79,7 +79,7 @@ class SearchResult:
     @property
     def discrepancy_mm(self) -> float | None:
         """Posterior mean of the standard deviation of the model's own error; None if only one trial was used."""
-        if self.draws is None or len(self.posterior.evidence) < 2:
+        if self.draws is None or len(self.levels_mm) < 2:
             return None
         logs = self.posterior.log_densities(self.draws)
         chance = np.exp(logs - np.logaddexp.reduce(logs, axis=0)).mean(axis=1)
@@ -96,7 +96,7 @@ class _Search:
         self.points = np.zeros((0, len(frees)))
         self.accurate = np.zeros(0, dtype=bool)  # Which runs are accurate ones that correct drafts
         self.levels_mm: list[Sequence[Floats | None]] = [[] for _ in sources]
-        self.corrections = [Correction() for _ in sources]
+        self.corrections: list[Correction | None] = [None for _ in sources]
 
     @property
     def corrects(self) -> bool:
@@ -122,18 +122,22 @@ class _Search:
     def _levels_mm(self, source: Source) -> list[Floats | None]:
         wanted = [(settings_at(self.frees, point), seed) for seed, point in enumerate(self.points)]
         levels_mm: list[Floats | None] = [None] * len(wanted)
-        for accurate, runner in ((False, source.run), (True, source.accurate or source.run)):
-            numbers = np.flatnonzero(self.accurate == accurate).tolist()
-            if numbers:
+        for accurate, runner in ((False, source.run), (True, source.accurate)):
+            numbers = self._of_kind(source, accurate=accurate)
+            if runner and numbers:
                 done = runner([wanted[number] for number in numbers])
                 for number, level_mm in zip(numbers, done, strict=True):
                     levels_mm[number] = level_mm
         return levels_mm
 
+    def _of_kind(self, source: Source, *, accurate: bool) -> list[int]:
+        """Return the numbers of a trial's accurate runs that correct drafts, or of all others."""
+        return np.flatnonzero((self.accurate & (source.accurate is not None)) == accurate).tolist()
+
     def done(self, trial: int, *, accurate: bool = False) -> tuple[Floats, Floats]:
         """Return points and levels of a trial's runs of one kind that have a result."""
         levels_mm = self.levels_mm[trial]
-        numbers = [at for at in np.flatnonzero(self.accurate == accurate).tolist() if levels_mm[at] is not None]
+        numbers = [at for at in self._of_kind(self.sources[trial], accurate=accurate) if levels_mm[at] is not None]
         return self.points[numbers], np.array([levels_mm[number] for number in numbers])
 
     def _corrected(self, trial: int) -> Correction:
@@ -152,11 +156,12 @@ class _Search:
         emulators, reaches, evidence = [], [], []
         for trial, source in enumerate(self.sources):
             points, levels_mm = self.done(trial)
-            if source.accurate and self.accurate.any():
+            covariance_mm2 = source.evidence.covariance_mm2
+            if source.accurate:
                 self.corrections[trial] = correction = self._corrected(trial)
                 at, accurate_mm = self.done(trial, accurate=True)
                 points, levels_mm = np.vstack([points, at]), np.vstack([levels_mm + correction.add_mm, accurate_mm])
-            covariance_mm2 = source.evidence.covariance_mm2 + self.corrections[trial].error_mm2
+                covariance_mm2 = covariance_mm2 + correction.error_mm2
             evidence.append(replace(source.evidence, covariance_mm2=covariance_mm2))
             reach = reach_of(points, levels_mm, evidence[-1])
             emulators.append(Emulator.fitted(points, levels_mm, reach.components))

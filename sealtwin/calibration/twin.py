@@ -163,9 +163,11 @@ class Twin:
 
     @property
     def health(self) -> RunHealth:
-        """Figures of numerical quality that its last run recorded, or an empty record if it has none."""
-        figures = max(self.plan.runs, key=lambda run: run.number).figures
-        return RunHealth() if figures is None else figures.health
+        """Figures of numerical quality of its last run, or of another seed of that if it failed; empty without any."""
+        last = max(self.plan.runs, key=lambda run: run.number)
+        alike = [run for run in self.plan.runs if run.settings | {"seed": 0} == last.settings | {"seed": 0}]
+        figures = [run.figures for run in sorted(alike, key=lambda run: run.number) if run.figures is not None]
+        return figures[-1].health if figures else RunHealth()
 
     def _plan(self, planned: Sequence[PlannedRun], *, dry_run: bool = False) -> study_folder.Plan:
         how = replace(self._how, dry_run=dry_run)

@@ -92,7 +92,7 @@ class Calibrated:
     predictions: tuple[Prediction, ...]
     radius_mm: tuple[float, ...]
     accurate: int = 0  # Number of each trial's runs that are accurate if the others are drafts
-    corrections_mm: tuple[Floats | float, ...] = ()  # What is added to the levels of each trial's drafts, (n,)
+    corrections_mm: tuple[Floats | None, ...] = ()  # What is added to the levels of each trial's drafts, (n,)
     warned: tuple[str, ...] = ()  # Sentences on the fluids of its runs, and on its readings
 
     @cached_property
@@ -133,14 +133,20 @@ class Calibrated:
         return [*sentences, "No setting was calibrated. Widen the ranges, free another setting, or check the readings."]
 
     @property
+    def drafts(self) -> int:
+        """Number of each trial's runs that are drafts."""
+        return self.runs - self.accurate if self.accurate else 0
+
+    @property
     def of_drafts(self) -> list[str]:
         """Sentences on the correction of drafts by accurate runs."""
         if not self.accurate:
             return []
         parts = list[str]()
         for (name, _), add_mm in zip(self.reaches, self.corrections_mm, strict=True):
-            rms_mm = np.sqrt(np.mean(np.square(add_mm)))
-            parts.append(f"{name} by {np.mean(add_mm):+.2f} mm on average, {rms_mm:.2f} mm (RMS) along the crack")
+            if add_mm is not None:
+                rms_mm = np.sqrt(np.mean(np.square(add_mm)))
+                parts.append(f"{name} by {np.mean(add_mm):+.2f} mm on average, {rms_mm:.2f} mm (RMS) along the crack")
         of = f"{self.accurate} of the {self.runs} runs of each trial are accurate"
         return [f"{of} and correct the levels of the others, which are drafts: {'; '.join(parts)}."]
 

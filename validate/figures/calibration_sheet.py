@@ -22,7 +22,7 @@ def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
     if calibrated.draws is not None:
         sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
     sections.append(_gates(calibrated))
-    drafts = f", {calibrated.runs - calibrated.accurate} of them drafts" if calibrated.accurate else ""
+    drafts = f", {calibrated.drafts} of them drafts" if calibrated.drafts else ""
     return FigureSheet(
         title=f"{calibrated.name}: calibration",
         lead=(

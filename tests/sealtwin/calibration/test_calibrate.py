@@ -22,8 +22,9 @@ from sealtwin.calibration import search as searching
 from sealtwin.calibration.calibrate import MOST_FREE, calibrate
 from sealtwin.calibration.twin import Twin
 from sealtwin.cli.app import app
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
+from sealtwin.core.run_figures import RunHealth
 from sealtwin.study.estimate import Forecast
 from sealtwin.trial.trial_file import Trial
 from simulate.material_file import read_material
@@ -35,6 +36,7 @@ from tests.places import ROOT
 from tests.studies import tiny_lab
 from validate.calibration.discrepancy import smooth_errors_mm2
 from validate.calibration.free import Free
+from validate.calibration.posterior import ReadLevels
 from validate.settings import Uncertainty
 
 YIELD = {"fluid.yield_stress_pa": (2.0, 20.0)}
@@ -190,6 +192,55 @@ def test_a_paste_that_thins_is_written_with_k_and_n():
     assert (material.viscosity_pa_s, material.consistency_pa_s_n, material.flow_index) == (None, 5.0, 0.5)
     assert material.flow_index_95 == pytest.approx((0.405, 0.595), abs=0.01)
     assert material.viscosity_error_percent is not None
+
+
+class HeldOut:
+    """A held-out trial whose drafts are 0.5 mm lower than its accurate runs, which differ by 0.2 mm in the seed."""
+
+    name, data, drafts = "other", "synthetic", True
+    evidence = ReadLevels(np.arange(5.0), np.zeros(5), 0.01 * np.eye(5))
+
+    def __init__(self, lost=()):
+        self.lost = lost
+
+    def run(self, wanted, *, accurate=False):
+        scatter_mm = np.random.default_rng(accurate).normal(0.0, 0.1, len(wanted))
+        return [
+            None if accurate and at in self.lost else np.full(5, off_mm - 0.5 * (not accurate))
+            for at, off_mm in enumerate(scatter_mm)
+        ]
+
+    def unused(self):
+        return []
+
+
+def test_accurate_runs_correct_the_prediction_of_a_held_out_trial():
+    frees = [Free("fluid.yield_stress_pa", 2.0, 20.0)]
+    result: Any = SimpleNamespace(frees=frees)
+    draws = np.random.default_rng(0).uniform(0.4, 0.6, (500, 1))
+    twin: Any = HeldOut()
+    prediction = calibrating._predicted(result, draws, twin)
+    assert prediction.mean_mm == pytest.approx(0.0, abs=0.15)
+    twin.drafts = False
+    alone = calibrating._predicted(result, draws, twin)
+    assert alone.mean_mm == pytest.approx(-0.5, abs=0.1)
+    assert (prediction.half_mm > alone.half_mm).all(), "the correction has an error of its own"
+    few: Any = HeldOut(lost={0, 1})
+    with pytest.raises(NumericalError, match="other: 2 of 3 accurate runs"):
+        calibrating._predicted(result, draws, few)
+
+
+def test_a_material_has_the_figures_of_a_run_that_confirms_it_if_the_last_one_failed():
+    figures = SimpleNamespace(health=RunHealth(viscosity_pa_s=1.5))
+    runs = [
+        SimpleNamespace(number=1, settings={"fluid.yield_stress_pa": 3.0, "seed": 0}, figures=figures),
+        SimpleNamespace(number=2, settings={"fluid.yield_stress_pa": 7.0, "seed": 1}, figures=figures),
+        SimpleNamespace(number=3, settings={"fluid.yield_stress_pa": 7.0, "seed": 2}, figures=None),
+    ]
+    twin: Any = SimpleNamespace(plan=SimpleNamespace(runs=runs))
+    assert present(Twin.health.fget, "health")(twin).viscosity_pa_s == 1.5
+    twin.plan.runs = [runs[0], runs[2]]
+    assert present(Twin.health.fget, "health")(twin).viscosity_pa_s is None
 
 
 def _command(lab, out):

@@ -9,7 +9,7 @@ import pytest
 
 from sealtwin.calibration import search as searching
 from sealtwin.calibration.search import CORRECT, FEWEST, FIRST, Source, launches_after, search
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.records import Floats
 from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import ReadLevels
@@ -122,14 +122,29 @@ def test_accurate_runs_correct_drafts_and_the_posterior_is_theirs():
     assert all(_held(result))
     assert result.accurate == CORRECT + searching.CONFIRM
     assert len(result.points) == 40
-    add_mm = result.corrections[0].add_mm
-    assert np.sqrt(np.mean((add_mm + DRAFTS_OFF_MM) ** 2)) < 0.07  # Scatter of six runs, and of the emulator
+    correction = present(result.corrections[0], "correction")
+    assert np.sqrt(np.mean((correction.add_mm + DRAFTS_OFF_MM) ** 2)) < 0.07  # Scatter of six runs, and of the emulator
+    added_mm2 = result.posterior.evidence[0].covariance_mm2 - READING_MM**2 * np.eye(len(S_MM))
+    # Six runs, each of which scatters as a draft does.
+    assert added_mm2.diagonal().mean() == pytest.approx(SCATTER_MM**2 / 6, rel=0.6)
     confirmed_mm = result.confirmed_mm(0).mean(axis=0) - _level_mm(TRUTH)
     assert np.sqrt(np.mean(confirmed_mm**2)) < 0.15, "the runs that confirm the best setting are accurate"
     # Broken on purpose: nobody corrects them.
     alone = search(FREES, [_source(Twin(off_mm=DRAFTS_OFF_MM))], 40, lambda _: None)
     assert not alone.possible or not all(_held(alone))
     assert alone.accurate == 0
+
+
+def test_a_trial_whose_runs_are_no_drafts_is_calibrated_beside_one_that_has_drafts():
+    """As a trial with a preset of its own; its runs are all of one kind, and nothing corrects them."""
+    drafts = replace(_source(Twin(off_mm=DRAFTS_OFF_MM)), accurate=Twin().run)
+    own = replace(_source(Twin()), name="own")
+    result = search(FREES, [drafts, own], FEWEST, lambda _: None)
+    assert result.possible
+    assert all(_held(result))
+    assert [one is None for one in result.corrections] == [False, True]
+    assert [len(one.processes.points) for one in result.posterior.emulators] == [FEWEST, FEWEST]
+    assert len(result.confirmed_mm(1)) == searching.CONFIRM
 
 
 def test_drafts_that_seem_to_rule_out_all_settings_are_corrected_before_the_search_gives_up():
