@@ -227,7 +227,9 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
         factor = 100.0 if "%" in unit else 1.0
         for (name, label), (colour, dashes) in zip(curves.items(), STYLES, strict=False):
             values = factor * columns[name]
-            axes.plot(columns["t_s"], values, color=colour, linestyle=dashes, linewidth=1.2, label=label)
+            line = {"color": colour, "linestyle": dashes, "linewidth": 1.2, "label": label}
+            # Over the axis: a line of zeros lies on it.
+            axes.plot(columns["t_s"], values, **line, clip_on=False, zorder=3)
         highest = max(float(np.nanmax(columns[name], initial=0.0)) for name in curves)
         axes.set_ylim(0.0, 1.08 * factor * highest if highest else 1.0)
         if unit == "particles":
