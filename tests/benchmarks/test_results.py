@@ -49,7 +49,7 @@ def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
     assert json.loads((benchmarks / "results.json").read_text())["good"]["before"] == {"kept | width": 1.5, "slow": 3.0}
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_benchmark_without_a_table_has_no_result(benchmarks, capsys):
     assert run() == 1
     results = json.loads((benchmarks / "results.json").read_text())

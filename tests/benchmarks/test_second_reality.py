@@ -48,7 +48,7 @@ def test_what_it_cannot_pour_is_refused(make, words):
         make()
 
 
-@pytest.mark.broad  # Compiles for some seconds.
+@pytest.mark.slow  # Compiles for some seconds.
 def test_worlds_change_what_they_name_and_lose_no_paste():
     beds = {name.split()[0]: poured(CAVITY, PASTE, POUR, world, COARSE) for name, world in WORLDS.items()}
     for name, bed in beds.items():

@@ -346,7 +346,7 @@ def test_a_robot_s_program_comes_from_a_path(way, tmp_path):
     assert written[0].read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_sweep_goes_on_where_it_was(lab, tmp_path):
     """Called from a script without a guard, whose workers must not run it once more."""
     script = tmp_path / "script.py"

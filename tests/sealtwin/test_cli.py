@@ -303,7 +303,7 @@ def test_a_library_that_finds_no_memory_is_one_sentence_and_another_fault_a_bug(
         raise ImportError("no such name")
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="a shell that can close a stream")
 def test_without_an_open_stderr_the_answer_is_the_same(tmp_path):
     """A file opened next would take the closed stream's number, and all narration."""

@@ -38,7 +38,7 @@ def selftest(cache: Path, largest_file_bytes: int | None = None, **environment: 
     return done.returncode, done.stdout
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_damaged_kernel_is_compiled_again(tmp_path):
     """As after a power cut: the object cut short, or its description; a second run finds the cache whole."""
     assert selftest(tmp_path) == (0, "1344\n")

@@ -87,7 +87,7 @@ def wave(y, bend=20):
     return [(x, round(y + bend * np.sin(x / 90 + y))) for x in range(40, 961, 20)]
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
     """On the fine map it is two lines 70 px apart, and one of them was taken."""
     photo = photo_of_lines(tmp_path, [(wave(350), 70)])

@@ -36,7 +36,7 @@ def test_the_width_of_a_thin_crack_is_that_drawn(tmp_path, width_px):
     assert abs(figures.width_error_percent) < 10
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_an_enlarged_photo_is_no_wider_crack(tmp_path):
     """Between walls at half contrast, a crack of 3 px enlarged to 12 is 32 % too wide."""
     assert abs(trace_thin_photo(3, 3.0, tmp_path, times=4).width_error_percent) < 10

@@ -118,7 +118,7 @@ def test_a_crack_along_the_photo_s_border_is_refused(tmp_path):
         along_the_border(tmp_path, to_y=20.0)
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_crack_that_grows_twice_as_wide_is_followed_to_its_blunt_end(tmp_path):
     """45 px, then 105, which the finer map's background swallows: the path hugged a wall, the width was 5.7 % off."""
     figures = trace_wide(950171, drawn=True, folder=tmp_path)

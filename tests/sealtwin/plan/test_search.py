@@ -81,14 +81,14 @@ def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping(level_plan
     assert giving.max() <= 500.01
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_search_aims_by_the_level_of_the_middle():
     """Paste of 5 Pa stands 0.2 mm higher there than on average, where it lies a millimetre below the face."""
     bed = CASE.fill(KNOTS.trajectory(searched(1.0)))
     assert np.median(bed.level_mm) == pytest.approx(-1.0, abs=0.07)
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_last_bits_of_a_solver_do_not_reach_a_plan(level_plan, monkeypatch):
     """By them processors differ, and pours by particles part at any difference."""
     monkeypatch.setattr("scipy.optimize.lsq_linear", with_other_last_bits)
@@ -170,7 +170,7 @@ def corrected(tmp_path_factory) -> Planned:
     return plan_on(particles, Options(knots=3, rounds=2, seeds=1), [])
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_reserve_lowers_the_bed_that_is_searched(tmp_path):
     folder = plannable_lab(tmp_path)
     trial = load_trial(folder / "planned.toml").loaded(folder)

@@ -242,7 +242,7 @@ def test_without_readings_no_old_comparison_is_left(unbroken, copied, no_pages):
     assert not (copied / "comparison.json").exists()
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_the_same(copied):
     """Frames, snapshots and a film change no physics, to the bit; what lies past the run's end is said."""
     before, trial = _files(copied), copied / "trial.toml"
