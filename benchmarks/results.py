@@ -162,10 +162,14 @@ def code_sha256(root: Path, command: str) -> str:
     for name in sorted(filter(None, names)):
         if (root / name).is_file() and _counts(PurePosixPath(name), needed):
             content = (root / name).read_bytes()
-            if name.endswith(".py"):
-                content = ast.dump(_WithoutDocstrings().visit(ast.parse(content))).encode()
-            total.update(f"{name}\0".encode() + hashlib.sha256(content).digest())
+            digest = _module_digest(content) if name.endswith(".py") else hashlib.sha256(content).digest()
+            total.update(f"{name}\0".encode() + digest)
     return total.hexdigest()
+
+
+@cache  # Most modules are of several benchmarks.
+def _module_digest(content: bytes) -> bytes:
+    return hashlib.sha256(ast.dump(_WithoutDocstrings().visit(ast.parse(content))).encode()).digest()
 
 
 class _WithoutDocstrings(ast.NodeTransformer):
