@@ -235,7 +235,10 @@ def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
 
 
 def _off_drafts_mm(twin: Twin, wanted: Sequence[tuple[Setting, int]], drafts_mm: Sequence[Floats | None]) -> Floats:
-    """Compute a few of the runs accurately, and return their levels less those of the drafts, (m, n)."""
+    """Return levels of a few accurate runs less those of the drafts of the same settings and seeds, in mm, (m, n).
+
+    Raises NumericalError if fewer than two accurate runs are left.
+    """
     done = [number for number, level in enumerate(drafts_mm) if level is not None]
     paired = [done[at] for at in np.linspace(0, len(done) - 1, CORRECT).astype(int)]
     pairs = zip(paired, twin.run([wanted[number] for number in paired], accurate=True), strict=True)

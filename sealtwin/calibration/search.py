@@ -131,7 +131,7 @@ class _Search:
         return levels_mm
 
     def _of_kind(self, source: Source, *, accurate: bool) -> list[int]:
-        """Return the numbers of a trial's accurate runs that correct drafts, or of all others."""
+        """Return the numbers of the runs that correct a trial's drafts, or of its other runs."""
         return np.flatnonzero((self.accurate & (source.accurate is not None)) == accurate).tolist()
 
     def done(self, trial: int, *, accurate: bool = False) -> tuple[Floats, Floats]:

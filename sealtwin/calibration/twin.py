@@ -163,7 +163,7 @@ class Twin:
 
     @property
     def health(self) -> RunHealth:
-        """Figures of numerical quality of its last run, or of another seed of that if it failed; empty without any."""
+        """Numerical quality of its last run, or of another seed of that setting if it failed; empty if all failed."""
         last = max(self.plan.runs, key=lambda run: run.number)
         alike = [run for run in self.plan.runs if run.settings | {"seed": 0} == last.settings | {"seed": 0}]
         figures = [run.figures for run in sorted(alike, key=lambda run: run.number) if run.figures is not None]

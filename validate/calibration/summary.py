@@ -133,21 +133,28 @@ class Calibrated:
         return [*sentences, "No setting was calibrated. Widen the ranges, free another setting, or check the readings."]
 
     @property
-    def drafts(self) -> int:
-        """Number of each trial's runs that are drafts."""
-        return self.runs - self.accurate if self.accurate else 0
+    def drafts(self) -> list[int]:
+        """Number of drafts among the runs of each trial; 0 if all of its runs are of its own preset."""
+        return [0 if add_mm is None else self.runs - self.accurate for add_mm in self.corrections_mm]
+
+    @property
+    def of_which_trials(self) -> str:
+        """Names of the trials that have drafts, or "each trial"."""
+        if all(self.drafts):
+            return "each trial"
+        return " and ".join(name for (name, _), drafts in zip(self.reaches, self.drafts, strict=True) if drafts)
 
     @property
     def of_drafts(self) -> list[str]:
         """Sentences on the correction of drafts by accurate runs."""
-        if not self.accurate:
+        if not any(self.drafts):
             return []
         parts = list[str]()
         for (name, _), add_mm in zip(self.reaches, self.corrections_mm, strict=True):
             if add_mm is not None:
                 rms_mm = np.sqrt(np.mean(np.square(add_mm)))
                 parts.append(f"{name} by {np.mean(add_mm):+.2f} mm on average, {rms_mm:.2f} mm (RMS) along the crack")
-        of = f"{self.accurate} of the {self.runs} runs of each trial are accurate"
+        of = f"{self.accurate} of the {self.runs} runs of {self.of_which_trials} are accurate"
         return [f"{of} and correct the levels of the others, which are drafts: {'; '.join(parts)}."]
 
     @property

@@ -22,7 +22,8 @@ def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
     if calibrated.draws is not None:
         sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
     sections.append(_gates(calibrated))
-    drafts = f", {calibrated.drafts} of them drafts" if calibrated.drafts else ""
+    whose = "them" if all(calibrated.drafts) else f"those of {calibrated.of_which_trials}"
+    drafts = f", {max(calibrated.drafts)} of {whose} drafts" if any(calibrated.drafts) else ""
     return FigureSheet(
         title=f"{calibrated.name}: calibration",
         lead=(

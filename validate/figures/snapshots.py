@@ -228,7 +228,7 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
         for (name, label), (colour, dashes) in zip(curves.items(), STYLES, strict=False):
             values = factor * columns[name]
             line = {"color": colour, "linestyle": dashes, "linewidth": 1.2, "label": label}
-            # Over the axis: a line of zeros lies on it.
+            # Drawn above the axis, which would hide a line of zeros.
             axes.plot(columns["t_s"], values, **line, clip_on=False, zorder=3)
         highest = max(float(np.nanmax(columns[name], initial=0.0)) for name in curves)
         axes.set_ylim(0.0, 1.08 * factor * highest if highest else 1.0)

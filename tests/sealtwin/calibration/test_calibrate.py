@@ -164,7 +164,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     assert some_s[0] > 1.5 * some_s[-1]
     assert later_s[-1] == 0.0
     assert content["possible"], content["finding"]
-    assert content["drafts_of_each_trial"] == 12
+    assert content["drafts_of_each_trial"] == [12]
     assert content["gates"][0]["drafts_corrected_by_mm"] != 0.0
     roles = {one["trial"]: one["role"] for one in content["predictions"]}
     assert roles == {"tiny": "calibrated", "other": "held out"}

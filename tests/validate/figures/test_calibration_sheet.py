@@ -55,6 +55,26 @@ def test_a_page_names_what_is_identified_its_unit_and_that_readings_are_emulated
     assert not any("EMULATED" in caution for caution in measured.cautions)
 
 
+@pytest.mark.parametrize(
+    ("corrections_mm", "drafts", "lead", "whose"),
+    [
+        ((np.full(8, 0.2), np.full(8, 0.1)), [34, 34], "40 runs of each trial, 34 of them drafts", "each trial"),
+        ((np.full(8, 0.2), None), [34, 0], "40 runs of each trial, 34 of those of one drafts", "one"),
+        ((None, None), [0, 0], "40 runs of each trial, for", None),
+    ],
+)
+def test_drafts_are_counted_for_the_trials_that_have_them(corrections_mm, drafts, lead, whose):
+    reaches = (("one", BasisReach(0.1, 0.2, True, 5)), ("own preset", BasisReach(0.1, 0.2, True, 5)))
+    accurate = 6 if any(drafts) else 0
+    noise = {"run_noise_mm": (0.15, 0.15), "radius_mm": (0.8, 0.4)}
+    calibrated = _calibrated(reaches=reaches, corrections_mm=corrections_mm, accurate=accurate, **noise)
+    assert calibrated.drafts == drafts
+    assert calibration_sheet(calibrated).lead.startswith(lead)
+    sentences = " ".join(calibrated.of_drafts)
+    assert (f"6 of the 40 runs of {whose} are accurate" in sentences) == (whose is not None)
+    assert ("own preset" in sentences) == (drafts[1] > 0)
+
+
 def test_a_prediction_that_few_readings_meet_is_a_caution():
     (prediction,) = _calibrated().predictions
     # Of eight stations 20 mm of crack away the line is off by more than the band.
