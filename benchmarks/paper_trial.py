@@ -1,10 +1,10 @@
-"""The reconstructed trial, both readings of its geometry, against its truth, the paper's figure and the clock.
+"""The reconstructed trial with five seeds, and the paper's own scheme, against its truth, the paper's figure and time.
 
     python benchmarks/paper_trial.py [--out DIR]
 
-The photo is procedural and its truth exact. The readings follow the paper's prose; U, D and the freezing age are the
-paper's fit to that profile, and the yield stress was read off it: the mean errors are residuals of a calibration, not
-predictions. Both run anew, for a run folder does not know by which code it was computed.
+The photo is procedural and its truth exact. The readings follow the paper's prose. U, D and the freezing age are the
+paper's for that profile, and the walls were chosen so that the crack holds its volume: the mean errors are residuals of
+a fit, not predictions. All runs are computed anew, since a run folder does not name the code that computed it.
 """
 
 import json
@@ -22,49 +22,66 @@ from sealtwin.core import record_files
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import open_folder
-from sealtwin.trial.job import start_job
+from sealtwin.trial.job import STAGES, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.validate_stage import readings_of
+from validate.metrics.baselines import best_curves
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 PAPER_MM = 1.26
 """The paper's mean error with the same U and D, chosen among 132 runs on the one trial that it is measured on."""
+SEEDS = 5
+CURVES = 1, 2, 3, 4
+"""Numbers of coefficients of the curves that the readings are compared with too."""
 TRIMMED_MM = 1.0
 """Left out at open ends, where the nearest point of a wall is its end and not its side."""
 
 
 def main(
-    out: Annotated[Path | None, Option(help="an empty folder that keeps the two run folders")] = None,
+    out: Annotated[Path | None, Option(help="an empty folder that keeps the run folders")] = None,
 ) -> list[Row]:
     with tempfile.TemporaryDirectory() as place:
         return _judged(out or Path(place))
 
 
 def _judged(out: Path) -> list[Row]:
-    opening, leaning = (_run(FIXTURE / name, out) for name in ("trial.toml", "trial-paper.toml"))
-    rows = _tracing_rows(out / "paper-trial")
-    for name, result, limit_mm in (("undercut 4.84, accurate", opening, 1.6), ("lean 11, paper", leaning, 1.8)):
+    flaring, (readings, *_) = zip(
+        *(_run("trial.toml", out / f"seed-{seed}", seed) for seed in range(SEEDS)), strict=True
+    )
+    leaning, _ = _run("trial-paper.toml", out / "lean", 0)
+    first = flaring[0]
+    curves = best_curves(readings, first.comparison.covered_from_mm, first.comparison.covered_to_mm, CURVES)
+    rows = _tracing_rows(out / "seed-0")
+    for seed, result in enumerate(flaring):
+        name = f"flare 5.5, accurate, seed {seed}"
         rows += [
-            Row(f"{name}: mean error", result.comparison.mean_error_mm, "mm", 0, limit_mm, f"<= {PAPER_MM}"),
+            Row(f"{name}: mean error", result.comparison.mean_error_mm, "mm", 0.95, 1.35, f"{PAPER_MM}, the paper"),
+            Row(f"{name}: volume ratio", result.fluid.volume_ratio, "", 0.99, 1.01),
             Row(f"{name}: escaped particles", result.fluid.escaped_particles, "", 0, 0),
-            Row(f"{name}: particles", result.fluid.particles, "", 14_527, 14_527),
         ]
     rows += [
-        Row("undercut 4.84, accurate: volume ratio", opening.fluid.volume_ratio, "", 0.95, 1.05, "0.97 to 1.03"),
-        Row("undercut 4.84, accurate: wall time of all stages", opening.wall_time_s, "s", 0, 240),
+        Row("flare 5.5, accurate: particles", first.fluid.particles, "", 14_527, 14_527),
+        Row("flare 5.5, accurate: wall time of all stages", first.wall_time_s, "s", 0, 240),
+        Row("flare 5.5: the cavity", first.sample.cavity_volume_mm3 / 1e3, "ml"),
+        Row("flare 5.5: the readings hold", first.comparison.measured_sealant_mm3 / 1e3, "ml"),
+        *(Row(f"{curve.name}: mean error", curve.mean_error_mm, "mm") for curve in curves),
+        Row("lean 11, paper: mean error", leaning.comparison.mean_error_mm, "mm", 0, 1.8, f"<= {PAPER_MM}"),
+        Row("lean 11, paper: escaped particles", leaning.fluid.escaped_particles, "", 0, 0),
+        Row("lean 11, paper: particles", leaning.fluid.particles, "", 14_527, 14_527),
     ]
-    apart = abs(opening.comparison.area_mm2 / opening.comparison.area_similaritymeasures_mm2 - 1)
+    apart = abs(first.comparison.area_mm2 / first.comparison.area_similaritymeasures_mm2 - 1)
     rows.append(Row("area between the curves, two ways, apart by", apart, "", 0, 1e-9))
-    print(f"{opening.fluid.device}, {platform.platform()}")
+    print(f"{first.fluid.device}, {platform.platform()}")
     return rows
 
 
-def _run(trial_path: Path, out: Path) -> Any:
-    """Return the result of a trial, whose parts are all there."""
-    trial = load_trial(trial_path)
-    with open_folder(out / trial.folder_name, create=True) as folder, PlainProgress() as progress:
-        job = start_job(trial, trial_path.parent, folder, "auto", progress)
-        return run_stages(job, ("digitise", "simulate", "validate")).result
+def _run(name: str, path: Path, seed: int) -> tuple[Any, Any]:
+    """Return the result of a trial of the fixture, whose parts are all there, and its readings."""
+    trial = load_trial(FIXTURE / name, {"seed": seed})
+    with open_folder(path, create=True) as folder, PlainProgress() as progress:
+        job = start_job(trial, FIXTURE, folder, "auto", progress)
+        return run_stages(job, STAGES).result, readings_of(job)
 
 
 def _tracing_rows(folder: Path) -> list[Row]:

@@ -2,9 +2,9 @@
 
     python -m benchmarks.paper_walls
 
-Nobody measured the walls of the paper's crack, nor what became of its sealant. Two answers fit its 4.8 ml: walls that
-open, or upright ones between which a part of the paste is not found again. The last row pours only what the readings
-hold between upright walls. The fluid is the shipped trial's in all rows; it was fitted to these very readings.
+The paper does not say which wall it tilts by how much, and nobody measured walls. The readings hold the 4.8 ml that
+were dispensed if each wall opens by about 5 degrees, or one wall by 11; between parallel walls they hold a third less.
+The last row dispenses only what they hold between upright walls. The fluid is the same in all rows.
 """
 
 import tempfile
@@ -23,12 +23,13 @@ from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial, with_settings
 
 WALLS: dict[str, dict[str, Any]] = {
-    "undercut 4.84, as shipped": {},
-    "flare 5.5": {"crack.tilt": "flare", "crack.wall_angle_deg": 5.5},
+    "flare 5.5, as shipped": {},
+    "one wall at 11, one upright": {"crack.wall_angle_deg": [11.0, 0.0]},
+    "undercut 4.84": {"crack.tilt": "undercut", "crack.wall_angle_deg": 4.84},
     "upright": {"crack.tilt": "vertical", "crack.wall_angle_deg": 0.0},
     "lean 11": {"crack.tilt": "lean", "crack.wall_angle_deg": 11.0},
 }
-"""Settings by the walls' name; 11 degrees are the paper's, of which it does not say which way."""
+"""Settings of the crack by the name of its walls."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,16 @@ class Seen:
         missing = 100 * (1 - self.readings_ml / self.dispensed_ml)
         widths = f"{self.mouth_mm:.1f} / {self.floor_mm:.1f}"
         volumes = f"{self.cavity_ml:.2f} | {self.dispensed_ml:.2f} | {self.readings_ml:.2f} | {round(missing)} %"
-        return f"{widths} | {volumes} | {self.error_mm:.2f}"
+        return f"{widths} | {volumes} | {self.volume_ratio:.2f} | {self.error_mm:.2f}"
 
 
 def main() -> list[Row]:
     rows = []
-    print("| walls | mouth / floor, mm | cavity, ml | poured, ml | readings hold, ml | not found | mean error, mm |")
-    print("|---|---|---|---|---|---|---|")
+    print(
+        "| walls | mouth / floor, mm | cavity, ml | dispensed, ml | readings hold, ml | not found | volume kept "
+        "| mean error, mm |"
+    )
+    print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as place:
         beds = {name: _seen(settings, Path(place, name)) for name, settings in WALLS.items()}
         poured = {"path.volume_ml": round(beds["upright"].readings_ml, 2)}

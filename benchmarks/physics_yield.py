@@ -26,8 +26,8 @@ CUBE_MM = 9.0
 WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
 SUBSTEP_S = {0.5: 14.1e-3 / 6, 0.4: 7.23e-3 / 4}
 """Those of the paper's trial, by radius in mm."""
-WALLS: dict[str, dict[str, Any]] = {"shipped": {}, "flare": {"tilt": "flare", "wall_angle_deg": 5.5}}
-"""Settings of the crack: of the shipped trial, and of the walls between which its yield stress was fitted."""
+WALLS: dict[str, dict[str, Any]] = {"undercut": {"tilt": "undercut", "wall_angle_deg": 4.84}, "flare": {}}
+"""Settings of the crack: with a mouth of the photo's width, and the trial's walls, between which 12 Pa were fitted."""
 
 
 def paste_of(stress_pa: float) -> Fluid:

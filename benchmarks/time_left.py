@@ -31,12 +31,14 @@ UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 STUDY = """
 name = "paste"
 trial = "trial.toml"
+[fixed]
+"fluid.freeze_after_s" = "never"
 [grid]
 "fluid.yield_stress_pa" = [6, 12, 24]
 "fluid.U" = [10, 30]
 """
-PASTE = "viscosity_pa_s = 1.0"
-"""It takes the place of U and D, which a plan does not take."""
+PASTE = 'viscosity_pa_s = 1.0\nyield_stress_pa = 12.0\nfreeze_after_s = "never"'
+"""It takes the place of U, D and freezing, which a plan does not take."""
 FREE = ("--free", "fluid.yield_stress_pa=3:24", "--free", "fluid.viscosity_pa_s=0.2:3")
 SCALE = ("--mm-per-px", "0.1375", "--ends", "719,658", "1403,259")
 READINGS = """
@@ -83,7 +85,7 @@ def lay_out(home: Path) -> None:
         (home / file.name).write_bytes(file.read_bytes())
     (home / "study.toml").write_text(STUDY, encoding="utf-8")
     trial, _, _ = (FIXTURE / "trial.toml").read_text(encoding="utf-8").partition("[readings]")
-    (home / "paste.toml").write_text(re.sub(r"U = .*\nD_cm = .*", PASTE, trial), encoding="utf-8")
+    (home / "paste.toml").write_text(re.sub(r"U = .*\nD_cm = .*\nfreeze_after_s = .*", PASTE, trial), encoding="utf-8")
 
 
 def prepare(name: str, home: Path) -> None:

@@ -22,13 +22,13 @@ print(f"{crack.length_mm:.1f} mm long, {crack.mean_width_mm:.2f} mm wide; scale:
 
 # %%
 # A photo does not show the depth of a crack, nor the tilt of its walls: both are given.
-solid = st.build_solid(crack, depth_mm=16, tilt="undercut", wall_angle_deg=4.84)
+solid = st.build_solid(crack, depth_mm=16, tilt="flare", wall_angle_deg=5.5)
 path = st.plan_path(crack, solid, speed_mm_s=10, volume_ml=4.8)
 print(f"the cavity holds {solid.cavity_volume_mm3 / 1000:.2f} ml; the nozzle moves for {path.duration_s:.1f} s")
 
 # %%
 # Particles of 0.75 mm radius are quick and coarse: two abreast. Leave ``solver`` out for four abreast.
-paste = st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12)
+paste = st.Fluid(U=30, D_cm=0.3, freeze_after_s=2.58)
 run = st.inject(crack, solid, path, paste, solver=st.Solver(radius_mm=0.75, settle_s=0.5), device="cpu")
 level = st.measure_level(run, crack, solid)
 
