@@ -8,16 +8,12 @@ It takes about a quarter of an hour. The materials of the dam breaks have flow c
 6 are reported.
 """
 
-import csv
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
-from datetime import date
-from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from typer import Option
@@ -25,65 +21,7 @@ from typer import Option
 from benchmarks import measured_pours
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
-from sealtwin.material.by_rheometer import material_of_table
-from sealtwin.material.paste import PasteOnPlate
-from simulate.block import FluidBlock
-from simulate.block_release import release
-from simulate.settings import Fluid, Solver
-
-FACTS = Path(__file__).with_suffix("")
-
-
-@cache
-def content() -> dict[str, Any]:
-    return tomllib.loads((FACTS / "measured.toml").read_text(encoding="utf-8"))
-
-
-@dataclass(frozen=True)
-class Box:
-    """A dam break: the block behind the gate, and the fronts that were seen."""
-
-    material: str
-    length_mm: float
-    height_mm: float
-
-    @property
-    def name(self) -> str:
-        return f"{self.material}, {self.length_mm:g} x {self.height_mm:g} mm"
-
-    @property
-    def measured_mm(self) -> Floats:
-        """Fronts at outlines 0 to 8; 0 at first."""
-        fronts = {row["outline"]: row["front_mm"] for row in _rows() if _box_of(row) == self}
-        return np.array([0.0, *(fronts[float(outline)] for outline in range(1, 9))])
-
-    @property
-    def radius_mm(self) -> float:
-        boxes = content()["boxes"]
-        least, most = boxes["radii_mm"]
-        shortest_mm = min(self.length_mm, self.height_mm, boxes["width_mm"])
-        return float(np.clip(shortest_mm / boxes["diameters"] / 2, least, most))
-
-
-@cache
-def _rows() -> tuple[dict[str, Any], ...]:
-    with (FACTS / "fronts.csv").open(newline="", encoding="utf-8") as file:
-        return tuple({key: _number(text) for key, text in row.items()} for row in csv.DictReader(file))
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-def _box_of(row: Mapping[str, Any]) -> Box:
-    return Box(row["material"], row["length_mm"], row["height_mm"])
-
-
-def boxes(materials: Sequence[str]) -> list[Box]:
-    return list(dict.fromkeys(_box_of(row) for row in _rows() if row["material"] in materials))
+from sealtwin.study.measured_blocks import Course, DamBreak, computed_mm, content, course_of, dam_breaks, fluid_of
 
 
 def with_curve() -> list[str]:
@@ -91,48 +29,11 @@ def with_curve() -> list[str]:
     return [name for name, it in content()["materials"].items() if "curve" in it or "yield_stress_pa" in it]
 
 
-@cache
-def fluid_of(material: str) -> Fluid:
-    """Return a material as its flow curve gives it, or as its authors fitted that."""
-    table = content()["materials"][material]
-    fluid = {key: value for key, value in table.items() if key != "curve"}
-    if "curve" in table:
-        paste = PasteOnPlate(density_kg_m3=table["density_kg_m3"])
-        fitted = material_of_table(FACTS / table["curve"], paste, "measured", date(2023, 1, 1)).material
-        thickness = fitted.thickness
-        if thickness is None:
-            raise ValueError(f"{material}: its curve gives no viscosity")
-        fluid |= {"yield_stress_pa": fitted.yield_stress_pa, thickness[0]: thickness[1]}
-        fluid |= {} if fitted.flow_index is None else {"flow_index": fitted.flow_index}
-    return Fluid.model_validate({"freeze_after_s": "never", **fluid})
-
-
-def course_of(box: Box, fluid: Fluid, solver: Solver | None = None, seed: int = 0) -> tuple[Floats, Floats]:
-    """Return times in s and fronts in mm of a dam break, computed until one outline after the last."""
-    outline_s = content()["clock"]["outline_s"]
-    block = FluidBlock(
-        length_mm=box.length_mm,
-        width_mm=content()["boxes"]["width_mm"],
-        height_mm=box.height_mm,
-        ahead_mm=2.5 * (box.length_mm + box.height_mm),
-        duration_s=9.2 * outline_s,
-        every_s=outline_s / 4,
-    )
-    run = release(block, fluid, solver or Solver(radius_mm=box.radius_mm), seed=seed)
-    return run.t_s, run.front_mm
-
-
-def _course(box: Box) -> tuple[Floats, Floats]:
+def _course(box: DamBreak) -> Course:
     return course_of(box, fluid_of(box.material))
 
 
-def computed_mm(course: tuple[Floats, Floats], shift: float) -> Floats:
-    """Return the fronts at outlines 0 to 8, with the clock ``shift`` outlines ahead."""
-    t_s, front_mm = course
-    return np.interp((np.arange(9) + shift) * content()["clock"]["outline_s"], t_s, front_mm)
-
-
-def best_shift(courses: Mapping[Box, tuple[Floats, Floats]]) -> float:
+def best_shift(courses: Mapping[DamBreak, Course]) -> float:
     """Return the one shift in outlines with which the fronts at the outlines that no target judges differ least."""
     clock = content()["clock"]
     at = clock["chosen_from"]
@@ -148,7 +49,7 @@ def best_shift(courses: Mapping[Box, tuple[Floats, Floats]]) -> float:
 class Pairs:
     """Computed and measured fronts of the materials with a flow curve."""
 
-    boxes: Sequence[Box]
+    boxes: Sequence[DamBreak]
     shift: float  # Of the clock, in outlines
     computed_mm: Floats  # (boxes, 9) at outlines 0 to 8
 
@@ -163,7 +64,7 @@ class Pairs:
 
 
 def pairs(pool: Executor) -> Pairs:
-    cases = boxes(with_curve())
+    cases = dam_breaks(with_curve())
     courses = dict(zip(cases, pool.map(_course, cases), strict=True))
     shift = best_shift(courses)
     return Pairs(cases, shift, np.array([computed_mm(course, shift) for course in courses.values()]))

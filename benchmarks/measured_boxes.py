@@ -22,12 +22,13 @@ import numpy as np
 
 from benchmarks.against import HERE
 from benchmarks.kept_runs import KeptRuns
-from benchmarks.measured import Box, boxes, computed_mm, content, course_of, with_curve
+from benchmarks.measured import with_curve
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.calibration.search import Setting, Source, search, settings_at
 from sealtwin.core.errors import SealtwinError
 from sealtwin.core.files import write_json
 from sealtwin.core.records import Floats
+from sealtwin.study.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks
 from simulate.settings import Fluid, Solver
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
@@ -41,7 +42,7 @@ def frees() -> list[Free]:
     return [Free(name, *ends) for name, ends in content()["calibrated"]["ranges"].items()]
 
 
-def front_mm(box: Box, run: tuple[Setting, int]) -> Floats | None:
+def front_mm(box: DamBreak, run: tuple[Setting, int]) -> Floats | None:
     """Return the fronts at the outlines that are calibrated on; None if the run failed."""
     table, (setting, seed) = content(), run
     fluid = {name.removeprefix("fluid."): value for name, value in setting.items()}
@@ -52,10 +53,10 @@ def front_mm(box: Box, run: tuple[Setting, int]) -> Floats | None:
         course = course_of(box, Fluid.model_validate(fluid), solver, seed)
     except SealtwinError:
         return None
-    return computed_mm(course, table["calibrated"]["shift_outlines"])[table["calibrated"]["outlines"]]
+    return computed_mm(course)[table["calibrated"]["outlines"]]
 
 
-def evidence_of(box: Box) -> ReadLevels:
+def evidence_of(box: DamBreak) -> ReadLevels:
     """Return the fronts of a box with their errors: of the outlines, and of computed fronts in general."""
     table = content()["calibrated"]
     seen_mm = box.measured_mm[table["outlines"]]
@@ -65,7 +66,7 @@ def evidence_of(box: Box) -> ReadLevels:
     return ReadLevels(np.array(table["outlines"], dtype=float), seen_mm, common + own)
 
 
-def calibrated(box: Box, other: Box, jobs: int) -> dict[str, Any]:
+def calibrated(box: DamBreak, other: DamBreak, jobs: int) -> dict[str, Any]:
     """Calibrate on a box, and predict the front of the other one at the last outline."""
     table, runs = content()["calibrated"], dict[tuple[tuple[tuple[str, float], ...], int], Floats | None]()
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
@@ -98,7 +99,7 @@ def both_ways(material: str, jobs: int) -> dict[str, Any]:
         return json.loads(path.read_text(encoding="utf-8"))
     if not jobs:
         raise SystemExit(f"{path.relative_to(HERE)}: no such file; '{KEPT.command}' computes it.")
-    one, other = boxes([material])
+    one, other = dam_breaks([material])
     print(f"{material}: {one.name} -> {other.name}, and back", flush=True)
     kept = {first.name: calibrated(first, second, jobs) for first, second in ((one, other), (other, one))}
     BOXES.mkdir(exist_ok=True)
@@ -120,7 +121,7 @@ def _rows(materials: Sequence[str], jobs: int) -> Iterator[Row]:
 
     table, inside, ours, plain = content()["calibrated"], [], [], []
     for material in materials:
-        kept, pair = both_ways(material, jobs), boxes([material])
+        kept, pair = both_ways(material, jobs), dam_breaks([material])
         for box, other in (pair, pair[::-1]):
             outcome, seen_mm = kept[box.name], float(other.measured_mm[-1])
             scaled = float(box.measured_mm[-1]) * other.height_mm / box.height_mm / seen_mm

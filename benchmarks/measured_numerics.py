@@ -4,7 +4,7 @@
 
 Each figure is a front at outline 8 over that of ``benchmarks/measured.py``, which has 12.5 particles across the
 shortest side, one substep and local pressure. The last rows are geometric means over fronts above 10 mm. Nothing is
-judged.
+judged. Fronts with one substep and with two are written to ``measured/computed.csv``, for 'sealtwin demo --measured'.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,24 +14,34 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.measured import Box, boxes, computed_mm, content, course_of, fluid_of
+from benchmarks.measured import with_curve
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.errors import InputError, present
+from sealtwin.core.files import write_sheet
+from sealtwin.study.measured_blocks import (
+    DamBreak,
+    computed_mm,
+    content,
+    course_of,
+    dam_breaks,
+    fluid_of,
+)
+from sealtwin.trial.starter_files import shipped_measured
 from simulate.settings import Solver
 
-MATERIALS = ("okonomiyaki", "lotion", "tianmianjiang")
+USUAL, HALF_STEP = "usual step", "two substeps"
 WAYS: Mapping[str, dict[str, Any]] = {
-    "as benchmarks/measured.py": {},
+    USUAL: {},
     "another seed": {"seed": 1},
     "radius 1.25 times": {"radius": 1.25},
     "radius 0.75 times": {"radius": 0.75},
-    "two substeps": {"substeps": 2},
+    HALF_STEP: {"substeps": 2},
     "four substeps": {"substeps": 4},
     "two-level pressure": {"pressure": "two-level"},
 }
 
 
-def front_mm(case: tuple[Box, dict[str, Any]]) -> float | None:
+def front_mm(case: tuple[DamBreak, dict[str, Any]]) -> float | None:
     """Return the front at the last outline; None if the block is too large for particles so small."""
     box, way = case
     way = dict(way)
@@ -40,26 +50,42 @@ def front_mm(case: tuple[Box, dict[str, Any]]) -> float | None:
         course = course_of(box, fluid_of(box.material), Solver(radius_mm=radius_mm, **way), seed)
     except InputError:
         return None
-    return float(computed_mm(course, content()["calibrated"]["shift_outlines"])[-1])
+    return float(computed_mm(course)[-1])
 
 
 def main() -> list[Row]:
-    return list(_rows())
-
-
-def _rows() -> Iterator[Row]:
-    cases, over = boxes(MATERIALS), {way: list[float]() for way in list(WAYS)[1:]}
+    cases = dam_breaks(with_curve())
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        fronts_mm = iter(pool.map(front_mm, [(box, way) for box in cases for way in WAYS.values()]))
-        for box in cases:
-            usual_mm = present(next(fronts_mm), "front")
-            yield Row(f"{box.name}: front", usual_mm, "mm")
-            for way in list(WAYS)[1:]:
-                if (other_mm := next(fronts_mm)) is None:
-                    continue
-                yield Row(f"{box.name}, {way}: front over that", other_mm / usual_mm, "")
-                if box.measured_mm[-1] > content()["boxes"]["least_front_mm"]:
-                    over[way].append(other_mm / usual_mm)
+        fronts_mm = iter(pool.map(front_mm, [(case, way) for case in cases for way in WAYS.values()]))
+        fronts = {case: {way: next(fronts_mm) for way in WAYS} for case in cases}
+    columns = ("material", "length_mm", "height_mm", "front_mm", "half_step_front_mm")
+    rows = [
+        (*vars(case).values(), *(round(present(ways[way], "front"), 4) for way in (USUAL, HALF_STEP)))
+        for case, ways in fronts.items()
+    ]
+    write_sheet(shipped_measured() / "computed.csv", columns, rows)
+    return list(_rows(fronts))
+
+
+def _rows(fronts: Mapping[DamBreak, Mapping[str, float | None]]) -> Iterator[Row]:
+    over = {way: list[float]() for way in WAYS if way != USUAL}
+    for way in (USUAL, HALF_STEP):
+        logs = [
+            np.log(present(ways[way], "front") / case.measured_mm[-1])
+            for case, ways in fronts.items()
+            if case.measured_mm[-1] > content()["boxes"]["least_front_mm"]
+        ]
+        yield Row(f"{way}: computed over measured fronts over 10 mm, bias", float(np.exp(np.mean(logs))), "")
+        yield Row(f"{way}: their scatter", 100 * float(np.std(logs, ddof=1)), "%")
+    for case, ways in fronts.items():
+        usual_mm = present(ways[USUAL], "front")
+        yield Row(f"{case.name}: front", usual_mm, "mm")
+        for way in over:
+            if (other_mm := ways[way]) is None:
+                continue
+            yield Row(f"{case.name}, {way}: front over that", other_mm / usual_mm, "")
+            if case.measured_mm[-1] > content()["boxes"]["least_front_mm"]:
+                over[way].append(other_mm / usual_mm)
     for way, ratios in over.items():
         yield Row(f"{way}: fronts over those, {len(ratios)} blocks", float(np.exp(np.mean(np.log(ratios)))), "")
 

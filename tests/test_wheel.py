@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.trial.starter_files import DEMO
+from sealtwin.trial.starter_files import DEMO, MEASURED
 from tests.places import FIXTURE, ROOT
 
 pytestmark = pytest.mark.slow
@@ -71,10 +71,10 @@ def test_the_wheel_holds_every_file_of_the_packages_and_none_of_the_repository(b
         for path in (ROOT / package).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
-    demo = {name for name in names if name.startswith("sealtwin/demo/")}
+    demo = {name for name in names if name.startswith(("sealtwin/demo/", "sealtwin/measured/"))}
     information = {name for name in names if name.split("/")[0].endswith(".dist-info")}
     assert names - demo - information == ours
-    assert {Path(name).name for name in demo} == set(DEMO)
+    assert {Path(name).name for name in demo} == {*DEMO, *MEASURED}
 
 
 def test_the_source_archive_holds_what_the_tests_and_the_reproduction_need(built):
@@ -82,7 +82,7 @@ def test_the_source_archive_holds_what_the_tests_and_the_reproduction_need(built
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
         "constraints.txt", "Makefile", "tests/places.py", "benchmarks/paper_trial.py", "fixtures/paper-trial/photo.jpg",
-        "fixtures/generate/specimen.py", "reports/reproduction/studies.py", "docs/decisions/layout.md",
+        "fixtures/generate/specimen.py", "reports/reproduction/reproduce.py", "docs/decisions/layout.md",
     }  # fmt: skip
     assert wanted <= names
     assert not [name for name in names if name.startswith((".venv", "reports/paper-trial"))]
@@ -100,6 +100,8 @@ def test_the_installed_command_answers_and_finds_a_crack(installed, tmp_path):
     shipped = Path(_run(installed, "-c", f"{place}; assert all((folder / name).is_file() for name in DEMO)")[0].strip())
     assert shipped.is_relative_to(installed.parents[1])
     assert (shipped / "photo.jpg").read_bytes() == (FIXTURE / "photo.jpg").read_bytes()
+    _run(command, "demo", "--measured", "--out", tmp_path / "measured", "--quiet")
+    assert (tmp_path / "measured" / "measured.html").is_file()
 
 
 def test_no_development_tool_is_installed_with_it(installed):

@@ -1,6 +1,6 @@
 """Files to start from: a commented trial for 'sealtwin init', a robot's cell, a study, and the trial of the demo."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files as resources
 from io import BytesIO
 from pathlib import Path
@@ -20,6 +20,8 @@ REMARK = "# One row for each place. Depth is positive below the face of the samp
 STATIONS = 30  # Empty rows with a frame
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
 """Files of the paper's reconstructed trial, which is a fixture of the tests. The wheel has them too."""
+MEASURED = ("measured.toml", "fronts.csv", "computed.csv", "flow_curve_okonomiyaki.csv")
+"""Files of 'sealtwin demo --measured', which the benchmarks read too. The wheel has them too."""
 
 
 def write_example_cell(path: Path) -> None:
@@ -83,12 +85,19 @@ def place_paper_trial(folder: Path) -> None:
 
 
 def shipped_trial() -> Path:
-    """Return the folder of the reconstructed trial: in the package of a wheel, or the fixture of a checkout.
+    """Return the folder of the reconstructed trial. Raises InputError if the installation lacks one of its files."""
+    return _shipped("demo", "fixtures/paper-trial", DEMO)
 
-    Raises InputError if the installation lacks it.
-    """
+
+def shipped_measured() -> Path:
+    """Return the folder of the measured dam breaks. Raises InputError if the installation lacks one of its files."""
+    return _shipped("measured", "benchmarks/measured", MEASURED)
+
+
+def _shipped(in_wheel: str, in_checkout: str, names: Sequence[str]) -> Path:
+    """Return the folder that has all files of these names: in the package of a wheel, or in a checkout."""
     package = Path(str(resources("sealtwin")))
-    for folder in (package / "demo", package.parent / "fixtures" / "paper-trial"):
-        if (folder / "trial.toml").is_file():
+    for folder in (package / in_wheel, package.parent / in_checkout):
+        if all((folder / name).is_file() for name in names):
             return folder
-    raise InputError(f"{package / 'demo'}: the demo's files are missing; install sealtwin again.")
+    raise InputError(f"{package / in_wheel}: the demo's files are missing; install sealtwin again.")

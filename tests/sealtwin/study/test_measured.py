@@ -1,0 +1,101 @@
+"""Dam breaks that others measured: facts, kept fronts, and the page of 'sealtwin demo --measured'."""
+
+import html
+import json
+import re
+
+import numpy as np
+import pytest
+
+from sealtwin.study import measured_blocks
+from sealtwin.study.measured_blocks import SHOWN, content, dam_break_of, dam_breaks, table
+from sealtwin.study.measured_page import measured_sheet
+from sealtwin.trial import starter_files
+from tests.pages import leave_out_figures
+from tests.places import ROOT
+from tests.programs import refusal, sealtwin
+from validate.figures.figure_sheet import write_sheet_of_figures
+
+LONG = 1.1  # Computed over measured fronts of the courses that the tests give
+
+
+def course(case, *_, **__):
+    clock, shift = content()["clock"], content()["calibrated"]["shift_outlines"]
+    return (np.arange(9) + shift) * clock["outline_s"], LONG * case.measured_mm
+
+
+def test_the_command_computes_two_measured_blocks_of_one_sauce():
+    assert [(case.size, case.measured_mm[-1]) for case in dam_breaks([SHOWN])] == [
+        ("42 x 38 mm", 45.5),
+        ("29 x 20 mm", 21.3),
+    ]
+
+
+def test_the_kept_fronts_are_those_of_the_kept_benchmark():
+    """reports/results.json has the rows of 'python -m benchmarks.measured', perhaps of another processor."""
+    results = json.loads((ROOT / "reports" / "results.json").read_text(encoding="utf-8"))["measured"]["rows"]
+    values = {row["name"].partition(":")[0]: row["value"] for row in results if row["name"].endswith(", computed")}
+    fronts_mm = {dam_break_of(row): row["front_mm"] for row in table("computed.csv")}
+    assert len(fronts_mm) == 7
+    for case, front_mm in fronts_mm.items():
+        assert front_mm == pytest.approx(values[f"{case.name}, outline 8"], rel=0.01)
+
+
+def test_the_page_has_every_case_the_shift_the_step_and_the_sources(tmp_path):
+    """The two given courses are 1.1 times as long as measured; the fronts of the other four cases are kept ones."""
+    sheet = measured_sheet({case: course(case) for case in dam_breaks([SHOWN])})
+    write_sheet_of_figures(tmp_path, "measured.html", sheet)
+    page = re.sub(r"<(style|svg).*?</\1>|<[^>]+>", " ", (tmp_path / "measured.html").read_text("utf-8"), flags=re.S)
+    words = " ".join(html.unescape(page).split())
+    assert "Nothing here is a crack" in words
+    assert "One clock shift of 24 ms is fitted to the films" in words
+    assert "differ by +10 % and +10 %" in words
+    rows = [row for row in table("computed.csv") if dam_break_of(row).measured_mm[-1] > 10]
+    assert len(rows) == 6
+    for row in rows:
+        case, now = dam_break_of(row), row["material"] == SHOWN
+        front_mm, seen_mm = LONG * case.measured_mm[-1] if now else row["front_mm"], case.measured_mm[-1]
+        figures = f"{front_mm:.1f} {seen_mm:.1f} {front_mm / seen_mm:.2f} {'now' if now else 'kept'}"
+        assert f"{case.material} {case.size} {figures}" in words
+    seen_mm = np.array([dam_break_of(row).measured_mm[-1] for row in rows])
+    steps = ([row[step] for row in rows] for step in ("front_mm", "half_step_front_mm"))
+    usual, half = (np.exp(np.log(front_mm / seen_mm).mean()) for front_mm in steps)
+    assert f"is {usual:.2f} with the default time step and {half:.2f} with half of it" in words
+    for source in content()["sources"].values():
+        assert all(text in words for text in source.values())
+    assert len(words.split()) < 400
+
+
+def test_the_command_prints_both_fronts_and_the_page(tmp_path, monkeypatch):
+    leave_out_figures(monkeypatch)
+    monkeypatch.setattr(measured_blocks, "course_of", course)
+    answer = sealtwin("demo", "--measured", "--out", tmp_path)
+    assert answer.exit_code == 0, answer.output
+    assert answer.stdout.splitlines() == [
+        "front of the block of 42 x 38 mm: 50.1 mm computed, 45.5 mm measured",
+        "front of the block of 29 x 20 mm: 23.4 mm computed, 21.3 mm measured",
+        f"Page: {tmp_path / 'measured.html'}",
+    ]
+    result = json.loads(sealtwin("demo", "--measured", "--out", tmp_path, "--json").stdout)
+    assert result["page"] == str(tmp_path / "measured.html")
+    assert [(one["height_mm"], one["computed_mm"]) for one in result["fronts"]] == [
+        (38.0, pytest.approx(50.05)),
+        (20.0, pytest.approx(23.43)),
+    ]
+
+
+def test_an_installation_without_the_files_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(starter_files, "MEASURED", (*starter_files.MEASURED, "gone.csv"))
+    table.cache_clear()
+    assert "the demo's files are missing" in refusal("demo", "--measured", "--out", tmp_path)
+
+
+@pytest.mark.slow
+def test_the_command_computes_the_kept_fronts(tmp_path):
+    """On another processor the last digits may differ."""
+    answer = sealtwin("demo", "--measured", "--out", tmp_path, "--device", "cpu", "--json")
+    assert answer.exit_code == 0, answer.output
+    fronts_mm = {dam_break_of(row): row["front_mm"] for row in table("computed.csv")}
+    for front in json.loads(answer.stdout)["fronts"]:
+        assert front["computed_mm"] == pytest.approx(fronts_mm[dam_break_of(front)], rel=0.01)
+    assert (tmp_path / "measured.html").is_file()
