@@ -55,10 +55,10 @@ def remarks_on(
             "particles of a fluid as thin as water keep moving. Smaller particles add less."
         )
     elif fluid.U and not fluid.yields:
-        until = " until they freeze" if fluid.freezes else ""
+        until = " until it freezes" if fluid.freezes else ""
         yield (
-            f"fluid.{given[0]}: without a yield stress, particles move before the viscosity acts, as in the paper, so "
-            f"at any U they level like a thin liquid{until}. For a viscous liquid give fluid.viscosity_pa_s."
+            f"fluid.{given[0]}: at any U, sealant levels like a thin liquid{until}; viscous flow needs "
+            "fluid.viscosity_pa_s."
         )
     stress_pa = fluid.fresh.yield_stress_pa
     width_mm = outline.mean_width_mm

@@ -105,6 +105,7 @@ class Evidence:
     lab_searched: bool = False  # True if a lab's catalogue has no other use of held-out readings
     extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty if unknown
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
+    can_be_planned: bool = False  # True if 'sealtwin plan' takes the sealant
     live: LiveModel | None = None  # Fast model of the page; None if it cannot compute the trial
 
 

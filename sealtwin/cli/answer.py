@@ -35,6 +35,7 @@ NO_MEMORY = re.compile("failed to map segment|cannot allocate memory", re.IGNORE
 DEVICE = option("Device of the fluid run; it is an error if the named device does not exist.", "auto|cpu|cuda:0")
 JSON = flag("--json", "Print one JSON object on stdout, everything else on stderr.")
 QUIET = flag("--quiet", "On stderr, print only warnings: no narration and no progress.")
+VERBOSE = flag("--verbose", "Also print the figures and sentences that the short answer leaves out.")
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class Command:
     device: str = "cpu"
     as_json: bool = False
     quiet: bool = False
+    verbose: bool = False
     stdout: TextIO = field(default_factory=lambda: sys.stdout)
     """Standard output, which receives only the result. What libraries print goes to stderr."""
 
@@ -128,7 +130,12 @@ class CheckedCommand(TyperCommand):
 
 
 def answers(
-    *names: str, needs: Sequence[str] = (), device: bool = False, quiet: bool = True, as_json: bool = True
+    *names: str,
+    needs: Sequence[str] = (),
+    device: bool = False,
+    verbose: bool = False,
+    quiet: bool = True,
+    as_json: bool = True,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Turn a function of a ``Command`` into a command: add options for output and device, turn faults into exit codes.
 
@@ -138,6 +145,7 @@ def answers(
     ends = [("device", str, DEVICE, "auto")] if device else []
     ends += [("as_json", bool, JSON, False)] if as_json else []
     ends += [("quiet", bool, QUIET, False)] if quiet else []
+    ends += [("verbose", bool, VERBOSE, False)] if verbose else []
 
     def decorated(function: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(function)

@@ -37,7 +37,7 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
 fits."""
 
 
-@answers("units", needs=("units",))
+@answers("units", needs=("units",), verbose=True)
 def import_mesh(
     command: Command,
     mesh: Annotated[Path, argument("MESH", "A cracked block as STL, PLY, OBJ, OFF, GLB or 3MF.")],
@@ -53,7 +53,7 @@ def import_mesh(
     run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, settings))
 
 
-@answers(*PHOTO)
+@answers(*PHOTO, verbose=True)
 def digitise(
     command: Command,
     targets: Annotated[
@@ -132,7 +132,7 @@ def export(
     command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
 
 
-@answers()
+@answers(verbose=True)
 def import_dxf(
     command: Command,
     drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,10 +10,14 @@ from sealtwin.cli.answer import GATE_FAILED, Answer, Command
 
 if TYPE_CHECKING:
     from sealtwin.trial.job import StageName
+    from sealtwin.trial.pipeline import FinishedStages
     from sealtwin.trial.trial_file import Trial
     from validate.comparison import ErrorUncertainty
     from validate.result import Comparison, FluidFigures, PredictedLevel, SampleFigures, TrialResult
 
+Rows = Iterator[tuple[str, str]]  # A label and a text; equal labels that follow each other are printed once
+LABEL_LETTERS = 9  # Width of the column of labels
+HEADLINE = 3  # Sentences of a headline with figures; a comparison without a valid mean error has fewer
 
 SAY_ORIGIN = ".data declares it (measured, reconstructed, synthetic)."
 
@@ -26,21 +31,23 @@ def run_trial(
     *,
     trial: "Trial | None" = None,
     threads: int = 1,
+    warned: tuple[str, ...] = (),
 ) -> None:
     """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
-    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made.
+    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made. The command has printed the
+    warnings ``warned`` before.
     """
     from sealtwin.core.cluster import cores
     from sealtwin.lab.held_out import facts_above
     from sealtwin.trial import pipeline
     from sealtwin.trial.trial_file import load_trial
 
-    trial = trial or load_trial(file, settings)
+    made, trial = trial is not None, trial or load_trial(file, settings)
     above = facts_above(trial, file.parent, compared="validate" in stages, jobs=cores())
     with command.progress() as progress:
-        result = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, above).result
-    _reply(command, result, stages)
+        done = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, above)
+    _reply(command, done, stages, (*warned, *progress.warned), "TRIAL" if made else file.as_posix())
 
 
 def resume(
@@ -70,57 +77,74 @@ def resume(
             from sealtwin.study.extra_runs import vary
 
             vary(job)
-        result = run_stages(job, (stage,)).result
-    _reply(command, result, (stage,))
+        done = run_stages(job, (stage,))
+    _reply(command, done, (stage,), progress.warned, "TRIAL")
 
 
-def _reply(command: Command, result: "TrialResult", stages: "Sequence[StageName]") -> None:
+def _reply(
+    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", warned: tuple[str, ...], trial_file: str
+) -> None:
+    result = done.result
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
-    content = result.model_dump(mode="json")
-    command.reply(Answer(content, result_lines(result, stages[-1]), GATE_FAILED if missed else 0))
+    lines = result_lines(result, stages[-1], done.extra_runs, warned, verbose=command.verbose)
+    if "validate" in stages and result.comparison is None and done.can_be_planned:
+        lines.append(
+            f"{'Next':<{LABEL_LETTERS}}'sealtwin plan {trial_file}' searches for a flow that fills this crack better"
+        )
+    command.reply(Answer(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0))
 
 
-def result_lines(result: "TrialResult", last: "StageName") -> list[str]:
-    """Return the lines that describe a result, after a command whose last stage was ``last``."""
-    lines = [*result.other_versions]
-    if result.sample is not None:
-        lines += _sample(result.sample)
-    if result.fluid is not None and last != "digitise":
-        lines += _fluid(result.fluid)
+def result_lines(
+    result: "TrialResult",
+    last: "StageName",
+    extra_runs: str = "",
+    warned: Sequence[str] = (),
+    *,
+    verbose: bool = False,
+) -> list[str]:
+    """Return the lines that describe a result, after a command whose last stage was ``last``.
+
+    Args:
+        result: Result of the trial.
+        last: Last stage of the command.
+        extra_runs: Time of the runs of 'sealtwin validate RUN --uncertainty' in words; empty if it is unknown.
+        warned: Warnings that the command has printed. They are not repeated.
+        verbose: True for all figures and sentences.
+    """
+    compared = last == "validate" and result.report is not None
+    rows = [
+        *_made(result, last),
+        *(("Warning", text) for text in _warnings(result, last) if f"note: {text}" not in warned),
+        *(_concluded(result) if compared else ()),
+    ]
+    hint = _hint(result, extra_runs) if compared else ""
+    rows.append(("Report", f"{result.report}{hint}") if compared else ("Folder", result.folder))
+    if verbose:
+        rows += [("Details", text) for text in _details(result, last, compared=compared)]
+    return [
+        f"{label if number == 0 else '':<{LABEL_LETTERS}}{text}"
+        for label, group in groupby(rows, key=lambda row: row[0])
+        for number, (_, text) in enumerate(group)
+    ]
+
+
+def _made(result: "TrialResult", last: "StageName") -> Rows:
+    """Yield rows on the sample, and on the fluid if ``last`` is a later stage than digitising."""
+    sample, fluid = result.sample, None if last == "digitise" else result.fluid
+    if sample is not None:
+        sealant = f"{sample.sealant_mm3 / 1e3:.2f} ml {'to pour' if fluid is None else 'poured'}"
+        room = f"{_cavity(sample)}{sealant}" if sample.sealant_mm3 else "no sealant set (path.volume_ml)"
+        yield "Crack", f"{sample.length_mm:.1f} mm long, {_width(sample)}; {room}"
+        if sample.weighed is not None:
+            yield "Cavity", f"by weight ({len(sample.weighed.levels_mm)} steps, 95 %): {sample.weighed}"
+        if last == "digitise":
+            yield "Scale", ", ".join(_scale(sample))
+    if fluid is not None:
+        yield from (("Fluid", text) for text in (_fluid(fluid), *(fluid.unfit or ())))
         if result.seeds is not None:
             from validate.wording.seeds import mean_sentence
 
-            lines.append(mean_sentence(result.seeds))
-    if last != "validate" or result.report is None:
-        return [*lines, f"Folder: {result.folder}"]
-    if result.comparison is not None:
-        lines += _compared(result.comparison)
-    elif result.edited:
-        from validate.metrics.verdict import edited_by_hand
-
-        lines.append(f"{edited_by_hand(result.edited)}.")
-    if result.comparison is None:
-        lines.append(_without_readings(result.prediction))
-    if result.earlier_trials is not None:
-        from validate.uncertainty.earlier_trials import expected_sentences
-
-        lines += expected_sentences(result.earlier_trials)
-    return [*lines, f"Report: {result.report}"]
-
-
-def _sample(sample: "SampleFigures") -> Iterator[str]:
-    sealant_mm3 = sample.sealant_mm3
-    sealant = f"sealant {sealant_mm3 / 1e3:.2f} ml" if sealant_mm3 else "no sealant set (volume_ml)"
-    yield (
-        f"Crack: {sample.length_mm:.1f} mm long, {_width(sample)} (path: {sample.path_source}); "
-        f"{_cavity(sample)}{sealant}."
-    )
-    if sample.weighed is not None:
-        yield f"Cavity by weight ({len(sample.weighed.levels_mm)} steps, 95 %): {sample.weighed}."
-    yield _scale(sample)
-    if sample.data == "undeclared":
-        kind = "mesh" if sample.mm_per_px is None else "photo"
-        yield f"Origin of the {kind}: undeclared; {kind}{SAY_ORIGIN}"
+            yield "Seeds", mean_sentence(result.seeds)
 
 
 def _width(sample: "SampleFigures") -> str:
@@ -139,44 +163,174 @@ def _cavity(sample: "SampleFigures") -> str:
         return ""
     interval = sample.cavity_volume_95_mm3
     within = "" if interval is None else f" ({interval[0] / 1e3:.2f} to {interval[1] / 1e3:.2f})"
-    return f"cavity {sample.cavity_volume_mm3 / 1e3:.2f} ml{within}, "
+    return f"room for {sample.cavity_volume_mm3 / 1e3:.2f} ml{within}, "
 
 
-def _scale(sample: "SampleFigures") -> str:
-    """Return the scale's source, and its measured figures unless it was given as a number."""
-    facts = [sample.scale_source]
+def _scale(sample: "SampleFigures") -> Iterator[str]:
+    """Yield the scale's source, and its measured figures unless it was given as a number."""
+    yield sample.scale_source
     if sample.scale_uncertainty is not None:
-        facts += [f"{sample.mm_per_px:.4g} mm/px", f"uncertain by {100 * sample.scale_uncertainty:.2g} %"]
-    if sample.scale_residual_mm is not None:
-        facts.append(f"residual {sample.scale_residual_mm:.3f} mm")
-    if sample.camera_tilt_deg is not None:
-        facts.append(f"camera tilted {sample.camera_tilt_deg:.1f} degrees")
-    return f"Scale: {', '.join(facts)}."
+        yield f"{sample.mm_per_px:.4g} mm/px"
+        yield f"uncertain by {100 * sample.scale_uncertainty:.2g} %"
 
 
-def _fluid(fluid: "FluidFigures") -> list[str]:
-    from validate.wording.headline import FAST
+def _fluid(fluid: "FluidFigures") -> str:
+    if fluid.unfit is not None:
+        fit = "UNFIT for this case" if fluid.unfit else "without particles"
+        return f"fast model, {fit}; for screening only, not as a result"
+    from validate.units import counted
 
-    if (unfit := fluid.unfit) is None:
-        counts = f"{fluid.particles} particles, {fluid.escaped_particles} escaped, {fluid.spilled_particles} spilled"
-        return [f"Fluid: {counts}; volume ratio {fluid.volume_ratio:.3f}; {fluid.device}.", *fluid.warnings]
-    others = [one for one in fluid.warnings if one not in unfit and not one.startswith(FAST)]
-    return ["Fluid: fast model, without particles; for screening only, not as a result.", *unfit, *others]
+    escaped = counted(fluid.escaped_particles, "particle") if fluid.escaped_particles else "no particle"
+    return f"{escaped} escaped" + (f", {fluid.spilled_particles:,} spilled" if fluid.spilled_particles else "")
 
 
-def _compared(comparison: "Comparison") -> list[str]:
-    worst = f"Worst error: {comparison.worst_error_mm:.2f} mm (at s = {comparison.worst_at_mm:.2f} mm)"
-    if (station := comparison.worst_at_a_station) is not None:
-        at_station = f"{station.error_mm:.2f} mm (at s = {station.s_mm:.2f} mm)"
-        worst += f", where there is no reading; the worst at a station is {at_station}"
-    runs = [] if comparison.uncertainty is None else _extra_runs(comparison.uncertainty)
-    return [*comparison.headline, f"{worst}.", *runs, *comparison.findings]
+def _warnings(result: "TrialResult", last: "StageName") -> Iterator[str]:
+    """Yield sentences on what makes the result unsound or unreliable."""
+    yield from result.other_versions
+    if (sample := result.sample) is not None:
+        yield from sample.warnings
+        if sample.data == "undeclared":
+            kind = "mesh" if sample.mm_per_px is None else "photo"
+            yield f"Origin of the {kind}: undeclared; {kind}{SAY_ORIGIN}"
+    if (fluid := result.fluid) is not None and last != "digitise":
+        from validate.wording.headline import FAST
+
+        # The rows on the fluid have the reasons, and the rest in fewer words.
+        yield from (text for text in fluid.warnings if text not in (fluid.unfit or ()) and not text.startswith(FAST))
+    if last == "validate":
+        if result.comparison is None and result.edited:
+            from validate.metrics.verdict import edited_by_hand
+
+            yield f"{edited_by_hand(result.edited)}."
+        if result.comparison is not None and result.comparison.uncertainty is not None:
+            yield from result.comparison.uncertainty.unused
+
+
+def _concluded(result: "TrialResult") -> Rows:
+    """Yield rows on the comparison or the prediction, and on the lab's earlier trials."""
+    if result.comparison is not None:
+        yield from (("Result", text) for text in _compared(result.comparison))
+        yield "Gate", _gate(result.comparison)
+    else:
+        yield "Result", _without_readings(result.prediction)
+    if result.earlier_trials is not None:
+        from validate.uncertainty.earlier_trials import expected_sentences
+
+        yield "Expected", expected_sentences(result.earlier_trials)[0]
+
+
+def _compared(m: "Comparison") -> Iterator[str]:
+    """Yield a line on the mean error and the readings, one on baselines and stations, and one on the worst error.
+
+    If the mean error is not valid, the lines are the sentences that say why.
+    """
+    if len(m.headline) < HEADLINE:
+        yield from m.headline
+        return
+    from validate.metrics.baselines import nearer_baseline
+    from validate.metrics.verdict import NEARLY_ALL, use_of_readings
+    from validate.units import percent
+
+    interval = stations = mean_level = ""
+    if m.uncertainty is not None:
+        interval, stations, mean_level = _uncertain(m.uncertainty)
+    covered = f" The readings cover {percent(m.coverage, 0)} of the crack." if m.coverage < NEARLY_ALL else ""
+    yield f"mean error {m.mean_error_mm:.2f} mm{interval}.{covered} {use_of_readings(m, in_full=False)}"
+    yield f"{nearer_baseline(m.mean_error_mm, m.baselines)}{stations}"
+    worst = f"Worst {m.worst_error_mm:.1f} mm at s = {round(m.worst_at_mm, 1):g} mm"
+    if (station := m.worst_at_a_station) is not None:
+        worst += f", between readings; {station.error_mm:.1f} mm at a station"
+    yield f"{worst}.{mean_level}"
+
+
+def _uncertain(uncertainty: "ErrorUncertainty") -> tuple[str, str, str]:
+    """Return the interval of the mean error, and sentences on the stations and on the mean level, if it was assessed.
+
+    A station counts if its error is outside the 95 % band of all stations together.
+    """
+    from validate.uncertainty.validation import COVERAGE
+    from validate.units import signed
+
+    low_mm, high_mm = uncertainty.mean_error_interval_mm
+    unknown = "" if uncertainty.budget.scatter_known else ", scatter of the readings unknown"
+    interval = f" (95 %: {low_mm:.2f} to {high_mm:.2f}{unknown})"
+    mean, off = uncertainty.mean_level, uncertainty.stations.off
+    computed = {"numerics": mean.numerics_mm, "inputs": mean.inputs_mm}
+    *first, last = ["readings", *(name for name, value_mm in computed.items() if value_mm is not None)]
+    errors = f"the errors of {', '.join(first)} and {last}" if first else "the readings' own error"
+    side = "Beyond" if off.any() else "Within"
+    stations = f" {side} {errors} at {int(off.sum()) or 'all'} of {len(off)} stations."
+    if mean.resolved is None:
+        return interval, stations, ""
+    band = f"{signed(mean.error_mm, 2)} ± {COVERAGE * mean.validation_mm:.2f} mm"
+    return interval, stations, f" Mean level off by {band} (95 %, ASME V&V 20)."
+
+
+def _gate(m: "Comparison") -> str:
+    if m.gate is None:
+        # A gate is not applied to a level by the fast model.
+        return m.headline[0] if len(m.headline) > HEADLINE else "none declared"
+    low_mm, high_mm = m.interval_95_mm or (m.mean_error_mm, m.mean_error_mm)
+    inside = m.outcome == "undecided" and low_mm <= m.gate.mean_error_mm <= high_mm
+    return f"{m.gate.mean_error_mm:g} mm: {m.outcome}{', since it is inside the 95 % interval' if inside else ''}"
+
+
+def _without_readings(prediction: "PredictedLevel | None") -> str:
+    if prediction is None:
+        return "No readings: the simulated fill is not compared with anything."
+    import numpy as np
+
+    from validate.wording.prediction import predicted_sentence
+
+    band_mm = float(np.median(prediction.band_95_mm))
+    return f"{predicted_sentence(prediction)} The level at a place: ± {band_mm:.2f} mm (95 %, median)."
+
+
+def _hint(result: "TrialResult", extra_runs: str) -> str:
+    """Return what 'sealtwin validate RUN --uncertainty' would add; empty if nothing, or if its time is unknown."""
+    if (m := result.comparison) is None:
+        adds = "a 95 % band" if result.prediction is None else ""
+    else:
+        mean = None if m.uncertainty is None or len(m.headline) != HEADLINE else m.uncertainty.mean_level
+        adds = "model errors" if mean is not None and (mean.numerics_mm is None or mean.inputs_waiting) else ""
+    return f" (validate --uncertainty adds {adds}, about {extra_runs})" if adds and extra_runs else ""
+
+
+def _details(result: "TrialResult", last: "StageName", *, compared: bool) -> Iterator[str]:
+    """Yield sentences with the figures that the other lines leave out."""
+    if (sample := result.sample) is not None:
+        yield f"Path of the crack: {sample.path_source}."
+        scale = [*_scale(sample)]
+        if sample.scale_residual_mm is not None:
+            scale.append(f"residual {sample.scale_residual_mm:.3f} mm")
+        if sample.camera_tilt_deg is not None:
+            scale.append(f"camera tilted {sample.camera_tilt_deg:.1f} degrees")
+        yield f"Scale: {', '.join(scale)}."
+    if (fluid := result.fluid) is not None and last != "digitise":
+        particles = "" if fluid.particles is None else f"{fluid.particles:,} particles; "
+        yield f"Fluid: {particles}volume ratio {fluid.volume_ratio:.3f}; {fluid.device}."
+    if not compared:
+        return
+    if (m := result.comparison) is not None:
+        unused = () if m.uncertainty is None else m.uncertainty.unused
+        yield from m.headline if len(m.headline) >= HEADLINE else ()
+        yield from _extra_runs(m.uncertainty) if m.uncertainty is not None else ()
+        yield from (sentence for sentence in m.findings if sentence not in unused)
+        yield f"Readings: {m.readings_dialect}."
+    if result.prediction is not None:
+        from validate.wording.prediction import prediction_sentences
+
+        yield from prediction_sentences(result.prediction)
+    if result.earlier_trials is not None:
+        from validate.uncertainty.earlier_trials import expected_sentences
+
+        yield from expected_sentences(result.earlier_trials)[1:]
 
 
 def _extra_runs(uncertainty: "ErrorUncertainty") -> Iterator[str]:
     """Yield the results of the extra runs of --uncertainty, if there are any."""
     from validate.units import MODELS
-    from validate.wording.comparison import INPUTS
+    from validate.wording.prediction import INPUTS
 
     if (sizes := uncertainty.numerics) is not None:
         error = sizes.mean_error_mm
@@ -189,11 +343,3 @@ def _extra_runs(uncertainty: "ErrorUncertainty") -> Iterator[str]:
         effects = ", ".join(f"{INPUTS[one.name][0]} {one.mean_level_mm:+.2f} mm" for one in inputs)
         how = MODELS[inputs[0].model]
         yield f"Effect on the mean level {how} of each input, if it is larger by one standard uncertainty: {effects}."
-
-
-def _without_readings(prediction: "PredictedLevel | None") -> str:
-    if prediction is None:
-        return "No readings: the simulated fill is not compared with anything."
-    from validate.wording.prediction import predicted_sentence
-
-    return predicted_sentence(prediction)

@@ -122,7 +122,7 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
     return [f"Pump: the program requests {requested} mm³/s so that the pump gives {wanted}, {within}{waits}."]
 
 
-@answers(*PHOTO, *FLUID, device=True)
+@answers(*PHOTO, *FLUID, device=True, verbose=True)
 def quick(
     command: Command,
     photo: Annotated[Path, argument("PHOTO", "A photo of the crack from above.")],
@@ -136,7 +136,8 @@ def quick(
     computed, as a draft.
 
     Settings that you do not give are assumed. They are printed, marked in DIR/trial.toml and listed in the report.
-    Correct them there and continue with 'sealtwin run'.
+    Correct them there and continue with 'sealtwin run'. Walls are assumed to be upright, since no photo shows them; a
+    liquid weighed into the crack (crack.fill) gives their angle.
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
@@ -150,12 +151,12 @@ def quick(
     run = folder / "run"
     command.warn(f"Assumed, because you did not give them: {', '.join(assumed)}.")
     command.say(f"Correct them in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
-    _answer_fast(command, trial, run)
-    run_trial(command, trial, run, ALL_STAGES)
+    warned = _answer_fast(command, trial, run)
+    run_trial(command, trial, run, ALL_STAGES, warned=warned)
 
 
-def _answer_fast(command: Command, file: Path, run: Path) -> None:
-    """Digitise a trial, and print what the fast model says of it."""
+def _answer_fast(command: Command, file: Path, run: Path) -> tuple[str, ...]:
+    """Digitise a trial, and print the fast model's answer. Returns the printed warnings."""
     from sealtwin.core.record_files import read_outline, read_sample
     from sealtwin.trial import pipeline
     from sealtwin.trial.fast_answer import fast_answer
@@ -167,22 +168,54 @@ def _answer_fast(command: Command, file: Path, run: Path) -> None:
     if read_outline(run).width_source != "none":
         for sentence in fast_answer(trial.loaded(file.parent), read_sample(run)):
             command.say(sentence)
+    return progress.warned
 
 
-@answers(device=True)
+@answers(device=True, verbose=True)
 def demo(
-    command: Command, out: Annotated[File, option("Folder for trial/ and run/; default: reports/demo.", "DIR")] = None
+    command: Command,
+    out: Annotated[
+        File, option("Folder for trial/ and run/, or for measured.html and figures/; default: reports/demo.", "DIR")
+    ] = None,
+    measured: Annotated[
+        bool,
+        flag("--measured", "Compute two dam breaks of a sauce that others measured, and write measured.html instead."),
+    ] = False,
 ) -> None:
     """Run the paper's trial, reconstructed: copy its photo, readings and trial, then run all stages."""
     from sealtwin.trial.starter_files import place_paper_trial
 
     folder = out or Path("reports", "demo")
+    if measured:
+        _compare_dam_breaks(command, folder)
+        return
     place_paper_trial(folder / "trial")
     command.say(f"Trial file: {folder / 'trial' / 'trial.toml'}")
     run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
 
 
-@answers(*FLUID, device=True)
+def _compare_dam_breaks(command: Command, folder: Path) -> None:
+    from sealtwin.study.measured_blocks import SHOWN, computed_mm, course_of, dam_breaks, fluid_of
+    from sealtwin.study.measured_page import measured_sheet
+    from sealtwin.trial.job import shown
+    from simulate.device import choose_device
+    from validate.figures.figure_sheet import write_sheet_of_figures
+
+    device, courses = choose_device(command.device), {}
+    for case in dam_breaks([SHOWN]):
+        with command.progress() as progress:
+            courses[case] = course_of(case, fluid_of(SHOWN), device=device, progress=progress)
+    sheet, page = measured_sheet(courses), folder / "measured.html"
+    write_sheet_of_figures(folder, page.name, sheet)
+    fronts = [
+        {**vars(case), "computed_mm": computed_mm(course)[-1], "measured_mm": case.measured_mm[-1]}
+        for case, course in courses.items()
+    ]
+    lines = [*(f"{name}: {figures}" for name, figures in sheet.key_figures), f"Page: {shown(page)}"]
+    command.reply(Answer({"version": 1, "fronts": fronts, "page": shown(page)}, lines))
+
+
+@answers(*FLUID, device=True, verbose=True)
 def run(command: Command, trial: TrialFile, settings: Given, out: Out = None, threads: Threads = 1) -> None:
     """Bring a whole trial up to date: digitise, simulate, validate, report.
 
@@ -192,13 +225,13 @@ def run(command: Command, trial: TrialFile, settings: Given, out: Out = None, th
     run_trial(command, trial, out, ALL_STAGES, settings, threads=threads)
 
 
-@answers(*FLUID, device=True)
+@answers(*FLUID, device=True, verbose=True)
 def simulate(command: Command, folder: RunFolderPath, settings: Given, threads: Threads = 1) -> None:
     """Run the fluid of a digitised run folder, with the settings of RUN/trial.toml."""
     resume(command, folder, "simulate", settings, threads=threads)
 
 
-@answers(device=True)
+@answers(device=True, verbose=True)
 def validate(
     command: Command,
     folder: RunFolderPath,
@@ -220,7 +253,11 @@ def validate(
 
 @answers(quiet=False, as_json=False)
 def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
-    """Write a commented trial and an empty sheet for readings (XLSX) to start from."""
+    """Write a commented trial and an empty sheet for readings (XLSX) to start from.
+
+    Its sealant has a viscosity in Pa s and a yield stress. Its walls are upright, since no photo shows them; a liquid
+    weighed into the crack (crack.fill) gives their angle.
+    """
     from sealtwin.trial.starter_files import write_starter
 
     command.reply(Answer({}, [str(written) for written in write_starter(folder)]))

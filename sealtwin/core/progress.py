@@ -61,8 +61,12 @@ class Progress(AbstractContextManager["Progress"]):
     def note(self, text: str) -> None:
         """Show a line to the user at once."""
 
+    warned: tuple[str, ...] = ()
+    """Warnings until now."""
+
     def warn(self, text: str) -> None:
         """Show a warning about a result, even if notes are not shown."""
+        self.warned = (*self.warned, text)
         self.note(text)
 
     def __exit__(self, *_: object) -> None:
@@ -102,6 +106,7 @@ class QuietProgress(Progress):
     """Progress that shows warnings only, for a command with --quiet. The Python interface uses ``warnings``."""
 
     def warn(self, text: str) -> None:
+        super().warn(text)
         print(text, file=sys.stderr, flush=True)
 
 

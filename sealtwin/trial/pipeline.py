@@ -78,6 +78,8 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
 class FinishedStages:
     result: TrialResult
     redone: tuple[StageName, ...]
+    can_be_planned: bool  # True if 'sealtwin plan' takes the sealant
+    extra_runs: str  # Time of 'sealtwin validate RUN --uncertainty' in words; empty if unknown or nothing is validated
 
 
 def run_trial(
@@ -131,7 +133,9 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         )
     if not redone and not more:
         job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
-    return FinishedStages(result, tuple(redone))
+    fluid = job.trial.fluid
+    can_be_planned = fluid is not None and fluid.can_be_planned
+    return FinishedStages(result, tuple(redone), can_be_planned, job.extra_runs if "validate" in stages else "")
 
 
 def rounds_of_seeds(job: Job) -> int:

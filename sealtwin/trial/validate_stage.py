@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
 NOT_RECORDED = "not recorded"
-REPORT_FORM = 7  # Version of comparison.json and report.json; files of another version are written anew
+REPORT_FORM = 8  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
@@ -118,6 +118,7 @@ def bring_up_to_date(job: Job) -> bool:
         lab_searched=searched,
         extra_runs=job.extra_runs,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
+        can_be_planned=trial.given_fluid.can_be_planned,
         live=live_model(job, outline, solid, trajectory),
     )
     if trial.readings is not None and readings is not None:
@@ -242,6 +243,10 @@ def _sheet(content: dict[str, Any]) -> ReadingsSheet:
     return ReadingsSheet(name=content["name"], sha256=content["sha256"], operator=operator, date=date)
 
 
+WRITTEN = {*DIGITISED, *SIMULATED}
+"""Inputs of a stage that an earlier stage wrote; the manifest has their hashes."""
+
+
 def _provenance(job: Job, sheet: "ReadingsSheet | None", *, varied: bool, seeds: SeedRuns | None) -> dict[str, str]:
     done = ("digitise", "simulate", *([SEEDS] if seeds else []), *([UNCERTAINTY] if varied else []))
     stages = {stage: job.folder.manifest["stages"][stage] for stage in done}
@@ -250,7 +255,7 @@ def _provenance(job: Job, sheet: "ReadingsSheet | None", *, varied: bool, seeds:
     for stage, entry in stages.items():
         facts[f"{stage}: finished"] = str(entry.get("finished_utc", NOT_RECORDED))
         facts[f"{stage}: wall time"] = f"{entry['wall_time_s']:.1f} s"
-        new = [one for one in entry["inputs"].items() if one not in listed]
+        new = [one for one in entry["inputs"].items() if one not in listed and one[0] not in WRITTEN]
         facts |= {f"{stage}: {name}": f"sha256 {digest}" for name, digest in new}
         listed.update(new)
     facts["validate: begun"] = datetime.now(UTC).isoformat(timespec="seconds")

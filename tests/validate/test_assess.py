@@ -131,7 +131,7 @@ def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(e
     (part,) = (each for each in several.budget.parts if each.name.startswith("volume gained or lost"))
     assert part.mean_level_mm == pytest.approx(0.95 * level_mm / 2, rel=1e-3)
     rows = dict(row for table in uncertainty_tables(one) for row in table.rows)
-    assert rows["part of E due to volume gained by the numerics (negative: lost)"] == f"+{level_mm:.3f} mm"
+    assert rows["part of the bias due to volume gained by the numerics (negative: lost)"] == f"+{level_mm:.3f} mm"
 
 
 def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, varied):

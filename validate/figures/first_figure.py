@@ -40,9 +40,9 @@ class FirstLayout:
 WIDE = FirstLayout(width=11.2, left=0.6, right=2.1, font_pt=11.0, whole_titles=True)
 NARROW = FirstLayout(width=4.4, left=0.55, right=0.15, font_pt=9.5, whole_titles=False)
 HEADROOM_MM, BELOW_FLOOR_MM = 1.5, 1.5  # Shown above the highest level or reading, and below the floor
-BAND_READ, BAND_NEXT = "their own error, 19 of 20", "one further run, 19 of 20 places"
+BAND_READ, BAND_NEXT = "error of the readings, 19 of 20", "one further run, 19 of 20 places"
 """Names of the 95 % bands of all readings together, and of a run with another seed: "band" is taken for a tolerance."""
-LABELLED_MM = 0.5  # Least error at a station that has a number
+LABELLED_MM = 0.5  # Least error that has a number
 NEAR_END = 0.06  # Share of the length at each end in which a label is beside its place
 OBLIQUE = 0.3  # Largest distance of a wall's point along the crack, over that across it, at which it is drawn
 ONE_TO_ONE = 1.05  # Ratio of heights to lengths up to which they are drawn to one scale
@@ -157,7 +157,9 @@ class FirstFigure:
         if (prediction := self.prediction) is not None:
             whole_mm = prediction.profile_band_95_mm
             name = f"19 of 20 {levels_in_words(self.seeds, 'simulated level')}"
-            theme.draw_band(axes, prediction.s_mm, prediction.level_mm, whole_mm, theme.MUTED, 0.28, name)
+            curve = prediction.s_mm, prediction.level_mm
+            theme.draw_band(axes, *curve, whole_mm, theme.MUTED, 0.28, name)
+            theme.draw_band(axes, *curve, prediction.band_95_mm, theme.SIMULATED, 0.3, "19 of 20 at one place")
         if readings is not None:
             if comparison is not None and comparison.uncertainty is not None:
                 bands = comparison.uncertainty.levels
@@ -190,26 +192,29 @@ class FirstFigure:
         axes.legend(loc="lower right", fontsize=layout.font_pt, frameon=True, framealpha=0.85, edgecolor="none")
 
     def _draw_error(self, axes: Axes, layout: FirstLayout) -> None:
-        """Draw the error between the curves pale, and at each compared station as a solid bar."""
+        """Draw the error between the curves pale, at each compared station as a bar, and the readings' band about 0."""
         readings, comparison = self.readings, self.comparison
         if readings is None or comparison is None:
             return
         error = level_difference(self.profile, readings)
-        axes.fill_between(error.x, 0.0, error.value, color=theme.MUTED, alpha=0.3, linewidth=0)
+        if comparison.uncertainty is not None:
+            bands = comparison.uncertainty.levels
+            theme.draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, theme.MUTED, 0.28)
+        axes.fill_between(error.x, 0.0, error.value, color=theme.SIMULATED, alpha=0.3, linewidth=0)
         inside = are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)
         s_mm = readings.s_mm[inside]
         error_mm = np.interp(s_mm, error.x, error.value)
         axes.bar(s_mm, error_mm, 0.011 * self.outline.length_mm, color=theme.INK)
         axes.axhline(0.0, color=theme.INK, linewidth=1.0)
-        most_mm = max(1.0, 2.0 * float(np.abs(error_mm).max()))
+        most_mm = max(1.0, 2.0 * float(np.abs(error.value).max()))
         axes.set_ylim(-most_mm, most_mm)
-        for worst in {int(np.argmax(error_mm)), int(np.argmin(error_mm))}:
-            value, along = float(error_mm[worst]), float(s_mm[worst]) / self.outline.length_mm
+        for worst in {int(np.argmax(error.value)), int(np.argmin(error.value))}:
+            value, along = float(error.value[worst]), float(error.x[worst]) / self.outline.length_mm
             if abs(value) >= LABELLED_MM:
                 # Inside the plot, also at its ends.
                 side = "left" if along < NEAR_END else "right" if along > 1 - NEAR_END else "center"
                 axes.annotate(
-                    f"{signed(value, 1)} mm", (s_mm[worst], value), (0, 4 if value > 0 else -4),
+                    f"{signed(value, 1)} mm", (error.x[worst], value), (0, 4 if value > 0 else -4),
                     textcoords="offset points", ha=side, va="bottom" if value > 0 else "top",
                     fontsize=layout.font_pt, fontweight="bold", color=theme.INK, annotation_clip=False,
                 )  # fmt: skip

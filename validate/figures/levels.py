@@ -2,48 +2,19 @@
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, FigureBase
+from matplotlib.figure import Figure
 
 from sealtwin.core.records import Profile, Sections
 from sealtwin.core.solid_figures import WeighedCavity
 from validate.comparison import StationErrors
 from validate.figures import theme
 from validate.metrics.curve_distances import level_difference
-from validate.result import Comparison, PredictedLevel, SeedRuns
+from validate.result import Comparison
 from validate.uncertainty.validation import COVERAGE
-from validate.units import signed
 
 OVER_LINES = {"facecolor": theme.CARD, "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
 MOST_BIN_LABELS = 10  # Most bins whose labels fit side by side
-
-
-@theme.themed()
-def draw_profile(
-    profile: Profile,
-    sections: Sections,
-    readings: Profile | None,
-    comparison: Comparison | None,
-    on: FigureBase | None = None,
-    prediction: PredictedLevel | None = None,
-    seeds: SeedRuns | None = None,
-) -> Figure:
-    """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings.
-
-    A predicted level, and a mean of several runs, is drawn with its own band.
-    """
-    axes = (on or theme.plate(3.4)).add_subplot()
-    if prediction is not None:
-        curve = prediction.s_mm, prediction.level_mm
-        theme.draw_band(axes, *curve, prediction.band_95_mm, theme.SIMULATED, 0.3, "95 % band at each place")
-        whole_mm = prediction.profile_band_95_mm
-        theme.draw_band(axes, *curve, whole_mm, theme.SIMULATED, 0.12, "95 % band of the whole level")
-    elif seeds is not None:
-        curve = profile.s_mm, profile.level_mm
-        theme.draw_band(axes, *curve, seeds.band_95_mm, theme.SIMULATED, 0.3, "95 % band of one further run")
-    compared = (None, None) if readings is None or comparison is None else (readings, comparison)
-    label = "simulated" if seeds is None else f"simulated, mean of {len(seeds.seeds)} runs"
-    return draw_levels(axes, profile, sections, *compared, label=label)
 
 
 def draw_levels(
@@ -105,29 +76,6 @@ def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison | None)
         theme.draw_band(axes, s_mm, level_mm, band_mm, theme.MEASURED, 0.3, theme.BAND)
     kind = "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
     axes.plot(s_mm, level_mm, "o-", color=theme.MEASURED, markersize=3.5, label=kind)
-
-
-@theme.themed()
-def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> Figure:
-    """Draw the simulated minus the measured level along the crack, with the band of the readings about zero."""
-    axes = theme.plate(3.6).add_subplot()
-    error = level_difference(profile, readings)
-    s_mm, error_mm = error.x, error.value
-    if comparison.uncertainty is not None:
-        band_mm = comparison.uncertainty.levels.profile_band_95_mm
-        theme.draw_band(axes, readings.s_mm, 0.0, band_mm, theme.MEASURED, 0.25, theme.BAND)
-    axes.fill_between(s_mm, 0.0, error_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
-    axes.plot(s_mm, error_mm, color=theme.SIMULATED, label="simulated - measured")
-    theme.draw_face(axes)
-    bias_mm, worst_at_mm = comparison.bias_mm, comparison.worst_at_mm
-    axes.axhline(bias_mm, color=theme.MUTED, linewidth=1.0, linestyle="--", label=f"bias {signed(bias_mm, 2)} mm")
-    worst = int(np.argmin(np.abs(s_mm - worst_at_mm)))
-    ring = {"markersize": 6, "markerfacecolor": "none", "linestyle": "none", "clip_on": False}
-    label = f"worst, {comparison.worst_error_mm:.2f} mm at {worst_at_mm:.0f} mm"
-    axes.plot(s_mm[worst], error_mm[worst], "o", color=theme.INK, label=label, **ring)
-    axes.set_xlim(0, profile.s_mm[-1])
-    axes.margins(y=0.15)
-    return theme.label_axes(axes, theme.ALONG, "error (mm)", "Error: above 0 the simulated level is too high", legend=2)
 
 
 @theme.themed()

@@ -117,6 +117,18 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
     return error_mm < min(fair) if fair else None
 
 
+def nearer_baseline(error_mm: float, baselines: Sequence[Baseline]) -> str:
+    """Return a sentence on the simplest baseline nearer to the readings than a mean error, and on simpler baselines."""
+    if not baselines:
+        return "There is no baseline to compare it with."
+    names = [f"{baseline.name} ({baseline.mean_error_mm:.2f} mm)" for baseline in baselines]
+    nearer = next((i for i, baseline in enumerate(baselines) if baseline.mean_error_mm <= error_mm), None)
+    if nearer is None:
+        return f"No baseline is nearer: {', '.join(names)}."
+    unlike = f", unlike {' and '.join(names[:nearer])}" if nearer else ""
+    return f"{names[nearer][0].upper()}{names[nearer][1:]} is nearer{unlike}."
+
+
 def against_baselines(
     error_mm: float,
     baselines: Sequence[Baseline],
@@ -143,7 +155,5 @@ def against_baselines(
     if role != "held-out" and fitted and stations is not None and fitted >= stations:
         text += f" {fitted} settings can fit any level at {stations} stations, as can a curve with {fitted} numbers."
     elif beaten(error_mm, baselines, role, fitted) is False:
-        unseen = role == "held-out" or fitted == 0
-        peer = "a baseline made without them" if unseen else f"a curve with at most {counted(fitted or 1, 'number')}"
-        text += f" The simulation is no closer to the readings than {peer}."
+        text += f" {nearer_baseline(error_mm, baselines)}"
     return text

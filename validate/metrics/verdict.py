@@ -53,7 +53,7 @@ def judged(
     *,
     screening: bool = False,
 ) -> Comparison:
-    """Return the metrics with their headline, which compares the mean error with the declared limit.
+    """Return the metrics with their headline: baselines, use of the readings, and the declared limit.
 
     ``edited`` are files of the run that were changed after their stage wrote them. With such files, an escaped particle
     or a model for ``screening`` there is no verdict. ``passed`` compares the mean error with the limit. ``outcome``
@@ -72,7 +72,7 @@ def judged(
         passed, outcome = None, "open"
         not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not applied."
         figures = f"Mean error {_with_interval(m, uncertainty)}."
-        sentences = NO_VERDICT + not_judged, figures, beside_baselines(m), _use_of_readings(m)
+        sentences = NO_VERDICT + not_judged, figures, beside_baselines(m), use_of_readings(m)
         gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
@@ -81,11 +81,11 @@ def judged(
             f"{100 * m.widest_gap_mm / m.length_mm:.0f} %). Read at least {100 * LEAST_COVERAGE:.0f} % of it, at "
             f"{FEWEST_STATIONS} stations or more, with gaps of at most {100 * WIDEST_GAP:.0f} %."
         )
-        sentences = why, _use_of_readings(m)
+        sentences = why, use_of_readings(m)
     else:
         passed, outcome, first = _against_gate(m, gate, uncertainty)
         first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
-        sentences = first, beside_baselines(m), _use_of_readings(m)
+        sentences = beside_baselines(m), use_of_readings(m), first
         findings = () if uncertainty is None else uncertainty.sentences
     # The metrics were validated before.
     return Comparison.model_construct(
@@ -135,19 +135,24 @@ def beside_baselines(m: LevelMetrics) -> str:
     return against_baselines(m.mean_error_mm, m.baselines, m.role, fitted, m.stations_compared)
 
 
-def _use_of_readings(m: LevelMetrics) -> str:
-    """Return the sentence on the earlier use of the readings, and on a sample that was not measured."""
-    sentence = _role_sentence(m)
+def use_of_readings(m: LevelMetrics, *, in_full: bool = True) -> str:
+    """Return the sentence on the earlier use of the readings, and on a sample that was not measured.
+
+    Fitted settings are named if ``in_full``, and counted otherwise.
+    """
+    sentence = _role_sentence(m, in_full=in_full)
     if m.readings_data != "measured" or m.photo_data == "measured":
         return sentence
     return f"{sentence} The sample is {'of undeclared origin' if m.photo_data == 'undeclared' else m.photo_data}."
 
 
-def _role_sentence(m: LevelMetrics) -> str:
+def _role_sentence(m: LevelMetrics, *, in_full: bool) -> str:
     readings = "readings" if m.readings_data == "measured" else f"{m.readings_data} readings"
     if m.role == "calibrated-on":
         if m.fitted == ():
             return f"Calibrated on these {readings}, with no fitted setting as declared: not a test."
+        if m.fitted and not in_full:
+            return f"Fitted to these {readings} ({counted(len(m.fitted), 'setting')}): not a test."
         what = "the fitted settings are not declared"
         if m.fitted:
             count = counted(m.stations_compared, "station")

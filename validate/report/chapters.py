@@ -12,12 +12,11 @@ from matplotlib.figure import Figure
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Pixels
+from sealtwin.core.run_folder import versions
 from validate.figures.first_figure import FirstFigure, FirstLayout
 from validate.figures.levels import (
     draw_distribution,
-    draw_error,
     draw_histogram,
-    draw_profile,
     draw_uncertainty,
     draw_weighed_fill,
 )
@@ -25,19 +24,19 @@ from validate.figures.snapshots import FillScene, draw_fill
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
 from validate.report_input import Evidence
-from validate.uncertainty.earlier_trials import earlier_table
+from validate.uncertainty.earlier_trials import earlier_table, expected_sentences
 from validate.units import PageTable
 from validate.wording import sample_and_run
 from validate.wording.comparison import (
     agreement_table,
     balance_table,
     readings_table,
+    stretches_off,
     uncertainty_sentences,
     uncertainty_tables,
     volume_table,
-    where_off,
 )
-from validate.wording.headline import verdict_in_full
+from validate.wording.headline import mean_of_seeds
 from validate.wording.prediction import prediction_table
 from validate.wording.seeds import levels_in_words, mean_sentence
 
@@ -134,8 +133,8 @@ def first_caption(evidence: Evidence) -> str:
     stations = uncertainty.stations
     inside = f"{int((~stations.off).sum())} of {len(stations.s_mm)}"
     return f"{mean} ".lstrip() + (
-        "Grey: the readings' own error, no tolerance; a perfect model would be inside all along in 19 of 20 repeats. "
-        f"This one is inside at {inside} places. Bars: single readings."
+        "Grey: the error of the readings, no tolerance; a perfect model would be inside all along in 19 of 20 repeats. "
+        f"This level is inside at {inside} readings. Bars: error of one reading."
     )
 
 
@@ -158,13 +157,12 @@ def chapters(evidence: Evidence) -> list[Chapter]:
 
 def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     """Yield title, name and items of each chapter before the appendix."""
-    yield "The verdict in full", "verdict", [Paragraph(verdict_in_full(evidence))]
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
     if evidence.run.has_particles:
         yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
-    yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
-    yield "Uncertainty", "uncertainty", [Paragraph(uncertainty_sentences(evidence))]
+    yield "Photo", "answer", [_photo(evidence)]
+    yield "Uncertainty", "uncertainty", [Paragraph((*mean_of_seeds(evidence), *uncertainty_sentences(evidence)))]
 
 
 def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
@@ -182,7 +180,8 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     if evidence.prediction is not None:
         yield "Uncertainty in figures", "budget", [prediction_table(evidence.prediction)]
     if evidence.earlier is not None:
-        yield "Earlier trials", "earlier", [earlier_table(evidence.earlier)]
+        expected = Paragraph(expected_sentences(evidence.earlier))
+        yield "Earlier trials", "earlier", [expected, earlier_table(evidence.earlier)]
     dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
     solid = Plate(
         f"The simulated solid as in crack.stl{dams}, and its cavity alone.",
@@ -203,8 +202,13 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     if evidence.commands:
         comment = "makes this report again, from the trial.toml in its folder and the files that the trial names."
         again = CommandLines(evidence.commands, comment)
-    versions = PageTable("Versions and inputs", tuple(evidence.provenance.items()))
-    yield "Provenance", "provenance", [again, versions, sample_and_run.settings_table(evidence)]
+    packages = versions().keys() - {"sealtwin"}  # In report.json
+    origin = tuple((name, text) for name, text in evidence.provenance.items() if name not in packages)
+    yield (
+        "Provenance",
+        "provenance",
+        [again, PageTable("Versions and inputs", origin), sample_and_run.settings_table(evidence)],
+    )
 
 
 def _weighed(evidence: Evidence) -> Iterator[Item]:
@@ -217,41 +221,10 @@ def _weighed(evidence: Evidence) -> Iterator[Item]:
         )
 
 
-def _level_plate(evidence: Evidence) -> Plate:
-    profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
-    prediction, seeds = evidence.prediction, evidence.seeds
-    level = "Simulated level" if seeds is None else f"Simulated level, mean of {len(seeds.seeds)} runs,"
-    if seeds is not None and prediction is None:
-        level = f"{level} with the 95 % band of one further run,"
-    against = "" if readings is None else ", with the caliper's means, their common 95 % band and single readings"
-    if prediction is not None:
-        against = ", predicted with no setting fitted to this sample, and its 95 % bands for a place and for the whole"
-    return Plate(
-        f"{level} along the crack{against}.",
-        lambda: draw_profile(
-            profile, evidence.solid.sections, readings, comparison, prediction=prediction, seeds=seeds
-        ),
-    )
-
-
 def _error_items(evidence: Evidence) -> Iterator[Item]:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     if readings is None or comparison is None:
         return
-    uncertainty = comparison.uncertainty
-    if places := where_off(comparison):
-        yield Paragraph(places)
-    yield Plate(
-        "Error along the crack, with the 95 % band of all stations together.",
-        lambda: draw_error(profile, readings, comparison),
-    )
-    if uncertainty is not None:
-        missing = ", without numerics or inputs" if uncertainty.mean_level.resolved is None else ""
-        yield Plate(
-            "Error E (simulated minus measured level) at each station, ± 2 standard uncertainties; filled markers are "
-            f"outside the band of all stations. Below: the parts of the uncertainty{missing}.",
-            lambda: draw_uncertainty(uncertainty.stations),
-        )
     yield Plate(
         "Mean absolute error in each 10 mm of the crack, as in the paper's Fig. 9b.",
         lambda: draw_histogram(comparison),
@@ -260,6 +233,14 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
         "Share of the crack's length with an error up to a limit.",
         lambda: draw_distribution(profile, readings, comparison),
     )
+    if (uncertainty := comparison.uncertainty) is not None:
+        missing = ", without numerics or inputs" if uncertainty.mean_level.resolved is None else ""
+        yield Paragraph(stretches_off(uncertainty.stations))
+        yield Plate(
+            "Error E (simulated minus measured level) at each station, ± 2 standard uncertainties; filled markers are "
+            f"outside the band of all stations. Below: the parts of the uncertainty{missing}.",
+            lambda: draw_uncertainty(uncertainty.stations),
+        )
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
@@ -268,11 +249,9 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     if frames := evidence.frames:
         scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
         yield Plate(
-            "Sections along the crack during the fill, coloured by speed, as in the paper's Fig. 6. Particles near the "
-            "centreline are drawn on top.",
+            "Sections along the crack during the fill, coloured by speed, as in the paper's Fig. 6.",
             lambda: draw_fill(frames, scene, by=("speed",)),
         )
-        yield Plate("The same sections, coloured by age.", lambda: draw_fill(frames, scene, by=("age",)))
     yield Plate(
         f"All particles from the side{_of_first(evidence)}, coloured by age; the line is the level read from "
         f"{'them' if evidence.seeds is None else 'all runs'}.",
@@ -324,8 +303,8 @@ def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
 
 def _model(evidence: Evidence) -> Model:
     return Model(
-        "The sealant at rest, coloured by age; the line is the crack's mouth. At the drawn surface, half of the space "
-        "is sealant; single particles and the near wall are not drawn.",
+        "The sealant at the end, coloured by age; the line is the crack's mouth. Single particles and the near wall "
+        "are not drawn.",
         "The sealant in the crack, seen from one side and from above, coloured by age",
         build_turntable(evidence.run, evidence.solid),
     )

@@ -207,12 +207,13 @@ def _write_pdf(
             paper.paragraph(f"{word} {text}", colour=MUTED)
         paper.pictures([(first.drawing.pixels, f"Figure 1. {first.wide_scale} {first.caption}".rstrip())])
         paper.tiles(page.tiles)
+        for word, text in page.notes:
+            paper.paragraph(f"{word} {text}", colour=MUTED)
         if first.table:
             paper.stations(first.table)
         paper.add_page()
-        for caution in data.faults:
+        for caution in data.faults[1:]:
             paper.paragraph(caution, size_pt=10, weight="B", colour=CAUTION)
-        paper.paragraph(data.note, colour=MUTED)
         for before, chapter in zip([None, *content], content, strict=False):
             if before is not None and chapter.appendix and not before.appendix:
                 paper.add_page()

@@ -1,11 +1,10 @@
 """Tables and sentences on the agreement with the readings, the volumes and their uncertainty."""
 
-from collections.abc import Mapping
 from itertools import groupby
 
 import numpy as np
 
-from sealtwin.core.records import Floats, Profile
+from sealtwin.core.records import Profile
 from validate.comparison import (
     Baseline,
     BudgetPart,
@@ -17,7 +16,6 @@ from validate.comparison import (
 )
 from validate.report_input import Evidence, ReadingsSheet
 from validate.result import Comparison
-from validate.settings import Role
 from validate.uncertainty.budget import UNDECLARED_MM
 from validate.units import (
     MODELS,
@@ -25,9 +23,7 @@ from validate.units import (
     NOT_RECORDED,
     PageTable,
     counted,
-    millimetres,
     percent,
-    setting_name,
     signed,
     span,
 )
@@ -46,7 +42,7 @@ def balance_table(evidence: Evidence) -> PageTable:
     if run.has_particles:
         rows.append(("space that the settled particles fill, over dispensed volume", f"{evidence.volume_ratio:.3f}"))
     else:
-        rows += [(place, NOT_COMPUTED) for place in ("over the sample's edge", "through a wall")]
+        rows += [(place, NOT_COMPUTED) for place in ("over the edge of the sample", "through a wall")]
     return PageTable("Dispensed sealant, by place", tuple(rows))
 
 
@@ -63,12 +59,12 @@ def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
     height_mm = run.position_mm[~run.spilled, 2]
     counts = {
         "dispensed": ("dispensed", len(run.position_mm)),
-        "in_crack": ("dispensed sealant with centres at or below the face's plane", int((height_mm <= 0).sum())),
+        "in_crack": ("in the crack: centres at or below the face", int((height_mm <= 0).sum())),
         "above_face": (
-            "dispensed sealant with centres above the face's plane, over the mouth, beside it and in the jet",
+            "above the face: over the mouth, beside it and in the jet",
             int((height_mm > 0).sum()),
         ),
-        "spilled": ("dispensed sealant over the sample's edge", run.spilled_particles),
+        "spilled": ("over the edge of the sample", run.spilled_particles),
         "escaped": ("escaped through a wall (must be 0)", run.escaped_particles),
     }
     return {key: (label, count * run.particle_volume_mm3) for key, (label, count) in counts.items()}
@@ -76,48 +72,23 @@ def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
 
 def agreement_table(comparison: Comparison) -> PageTable:
     """Return the table of the error's metrics and of the baselines."""
-    m, uncertainty = comparison, comparison.uncertainty
-    mean_interval = bias_interval = ""
-    if uncertainty is not None:
-        between = ", 95 % interval from the readings {} to {} mm"
-        mean_interval = between.format(*(f"{end:.3f}" for end in uncertainty.mean_error_interval_mm))
-        bias_interval = between.format(*(signed(end, 3) for end in uncertainty.bias_interval_mm))
-    difference_mm2 = m.area_difference_mm2
-    same = "the same to 1e-9 mm²" if abs(difference_mm2) < 1e-9 else f"{difference_mm2:+.1e} mm² apart"
+    m = comparison
     stretch = f"({m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm)"
     room = f"{m.simulated_underfill_mm3:.0f} mm³ simulated, {m.measured_underfill_mm3:.0f} mm³ measured"
     heap = f"{m.simulated_overfill_mm3:.0f} mm³ simulated, {m.measured_overfill_mm3:.0f} mm³ measured"
     rows = (
-        ("the readings were", readings_role(m)),
         ("covered length", f"{m.covered_length_mm:.1f} mm, {percent(m.coverage)} of the crack {stretch}"),
-        ("area between the curves, exact", f"{m.area_mm2:.4f} mm²"),
-        ("area by similaritymeasures", f"{m.area_similaritymeasures_mm2:.4f} mm², {same}"),
-        ("mean error = area / covered length", f"{m.mean_error_mm:.3f} mm{mean_interval}"),
-        ("bias (simulated - measured)", f"{signed(m.bias_mm, 3)} mm{bias_interval}"),
+        ("area between the curves", f"{m.area_mm2:.4f} mm²"),
+        ("mean error = area / covered length", f"{m.mean_error_mm:.3f} mm"),
+        ("bias (simulated - measured)", f"{signed(m.bias_mm, 3)} mm"),
         ("root mean square error", f"{m.rmse_mm:.3f} mm"),
         ("95 % of the length within", f"{m.p95_error_mm:.3f} mm"),
         ("Fréchet distance", f"{m.frechet_mm:.3f} mm"),
-        ("worst error", f"{m.worst_error_mm:.3f} mm at s = {m.worst_at_mm:.1f} mm"),
         ("length with less than 1 mm error", percent(m.share_under_1_mm)),
-        ("mean error, first 10 mm bin", millimetres(m.start_zone_error_mm)),
-        ("mean error, last 10 mm bin", millimetres(m.end_zone_error_mm)),
-        *((f"{one.name}, as a baseline", _baseline(one, m.mean_error_mm)) for one in m.baselines),
         ("room between level and mouth, over the covered length", room),
         ("heap between mouth and level, over the covered length", heap),
     )
     return PageTable("Agreement with the readings", rows)
-
-
-ROLES: Mapping[Role, str] = {"calibrated-on": "calibrated on", "held-out": "held out", "undeclared": "not declared"}
-
-
-def readings_role(metrics: Comparison) -> str:
-    """Return the role of the readings, with the settings that were fitted to them."""
-    if metrics.role != "calibrated-on":
-        return ROLES[metrics.role]
-    if metrics.fitted is None:
-        return f"{ROLES[metrics.role]}: the fitted settings are not declared"
-    return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted)) or 'no setting, as declared'}"
 
 
 def _baseline(one: Baseline, error_mm: float) -> str:
@@ -132,12 +103,8 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
     m, scatter = comparison, comparison.scatter
     rows = [("source", readings.source)]
     if sheet is not None:
-        rows = [
-            ("file", sheet.name),
-            ("sha256 of the file", sheet.sha256),
-            ("read by", sheet.operator or NOT_RECORDED),
-            ("read on", sheet.date or NOT_RECORDED),
-        ]
+        named = (("file", sheet.name), ("read by", sheet.operator), ("read on", sheet.date))
+        rows = [(label, text) for label, text in named if text]
     if readings.dialect:
         rows.append(("read as", readings.dialect))
     rows += [("in doubt", doubt) for doubt in readings.doubts]
@@ -166,8 +133,7 @@ def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
     if evidence.prediction is not None:
         return prediction_sentences(evidence.prediction)
     if comparison is not None and comparison.uncertainty is not None:
-        sentences = _included(comparison.uncertainty)
-        return tuple(sentence for sentence in sentences if sentence not in comparison.findings)
+        return tuple(_included(comparison.uncertainty))
     run = (
         f"with particles of {evidence.run.radius_mm:g} mm radius" if evidence.run.has_particles else "of the fast model"
     )
@@ -181,20 +147,12 @@ def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
 
 def _included(uncertainty: ErrorUncertainty) -> list[str]:
     """Return sentences on the result of the comparison and on what the intervals do not include."""
-    sentences = [*uncertainty.sentences, *uncertainty.budget.notes]
+    conclusion, *_ = uncertainty.sentences
+    sentences = [conclusion, *uncertainty.unused, *uncertainty.budget.notes]
     if not uncertainty.budget.scatter_known:
         sentences.append(
             "The scatter of the readings is not included: no station was read twice, and uncertainty.repeatability_mm "
             "is not declared."
-        )
-    if missing := uncertainty.budget.missing:
-        effects = "; ".join(
-            f"{one.name} ({one.setting}) {2 * one.mean_level_mm:.2f}, {2 * one.station_mm:.2f} mm" for one in missing
-        )
-        of_water = ", or a meniscus like water's," if any(one.source == "assumed" for one in missing) else ""
-        sentences.append(
-            f"No interval includes these undeclared errors. {UNDECLARED_MM:g} mm of one{of_water} would change the "
-            f"mean level and a station by up to (95 %): {effects}."
         )
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(
@@ -215,11 +173,6 @@ def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
     settled_mm3 = balance.in_crack_mm3 + balance.above_mm3
     read_off = f"{percent(metrics.simulated_sealant_mm3 / settled_mm3)} of the settled space" if settled_mm3 else "none"
     rows = (
-        ("dispensed", f"{balance.dispensed_mm3:.0f} mm³"),
-        ("space filled by particles with centres at or below the face's plane", f"{balance.in_crack_mm3:.0f} mm³"),
-        ("space filled by particles with centres above the face's plane", f"{balance.above_mm3:.0f} mm³"),
-        ("dispensed sealant over the sample's edge", f"{balance.spilled_mm3:.0f} mm³"),
-        ("lost by the numerics: dispensed minus these three volumes (negative: gained)", f"{balance.lost_mm3:.1f} mm³"),
         ("face beside the mouth under sealant", f"{balance.footprint_mm2:.0f} mm²"),
         (
             "sealant under the level, over the covered length",
@@ -260,7 +213,10 @@ def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
     tables = {
         "Error and its uncertainty": _result(uncertainty),
         "Budget: u of the mean level, of the mean error and of a station, by each error alone": _budget(uncertainty),
-        "Origin of s": _alignment(uncertainty),
+        f"Not declared, in no interval: the same for {UNDECLARED_MM:g} mm, or a meniscus like water's": _missing(
+            uncertainty
+        ),
+        "Convention for s = 0": _alignment(uncertainty),
         "Particle size": _numerics(uncertainty),
         "Inputs, each raised by one standard uncertainty": _inputs(uncertainty),
     }
@@ -268,42 +224,43 @@ def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
 
 
 def _result(uncertainty: ErrorUncertainty) -> Rows:
-    low_mm, high_mm = uncertainty.mean_error_interval_mm
     bias_low_mm, bias_high_mm = uncertainty.bias_interval_mm
     mean, stations, levels = uncertainty.mean_level, uncertainty.stations, uncertainty.levels
     volume = NOT_RECORDED if mean.volume_level_mm is None else f"{signed(mean.volume_level_mm, 3)} mm"
-    count, validated = len(stations.error_mm), [("u_val and |E| above 2 u_val, ASME V&V 20", "not assessed")]
+    count, validated = len(stations.error_mm), []
     if mean.resolved is not None:
         validated = [
             ("u_val, these three together", f"{mean.validation_mm:.3f} mm"),
             ("|E| above 2 u_val; if not, simulation and readings are consistent", "yes" if mean.resolved else "no"),
         ]
     return [
-        ("mean error, 95 % interval from the readings", f"{low_mm:.3f} to {high_mm:.3f} mm"),
         ("bias, 95 % interval from the readings", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
         ("u of the bias due to errors that all stations share", f"{uncertainty.bias_systematic_mm:.3f} mm (1 sd)"),
         ("95 % band of one station's level, from the readings", f"± {span(levels.band_95_mm, 3)} mm"),
         ("95 % band of all stations' levels together", f"± {span(levels.profile_band_95_mm, 3)} mm"),
-        ("E, error of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),
-        ("part of E due to volume gained by the numerics (negative: lost)", volume),
+        ("part of the bias due to volume gained by the numerics (negative: lost)", volume),
         ("u of the mean level due to the readings", f"{mean.data_mm:.3f} mm"),
-        ("u of the mean level due to the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
-        ("u of the mean level due to the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
+        *(
+            (f"u of the mean level due to the {name}", f"{size_mm:.3f} mm")
+            for name, size_mm in (("numerics", mean.numerics_mm), ("inputs", mean.inputs_mm))
+            if size_mm is not None
+        ),
         *validated,
-        ("stations with E outside the band of all stations together", f"{int(stations.off.sum())} of {count}"),
+        ("stations outside the band of all stations", f"{int(stations.off.sum())} of {count}"),
         (
-            "stations with E outside their own band",
-            f"{int(stations.above.sum())} of {count}; about {stations.by_chance:.1f} expected by chance, if the level "
-            "is right and the budget complete",
+            "stations outside their own band",
+            f"{int(stations.above.sum())} of {count}; about {stations.by_chance:.1f} by chance, if the level is right "
+            "and the budget complete",
         ),
     ]
 
 
 def _budget(uncertainty: ErrorUncertainty) -> Rows:
-    parts = [(f"{one.name} ({one.source})", _part_size(one)) for one in uncertainty.budget.parts]
-    size = {"declared": f"if it were {UNDECLARED_MM:g} mm", "assumed": "if it is like water's"}
-    missing = uncertainty.budget.missing
-    return [*parts, *((f"NOT included: {one.name}", f"{size[one.source]}: {_part_size(one)}") for one in missing)]
+    return [(f"{one.name} ({one.source})", _part_size(one)) for one in uncertainty.budget.parts]
+
+
+def _missing(uncertainty: ErrorUncertainty) -> Rows:
+    return [(f"{one.name} ({one.setting})", _part_size(one)) for one in uncertainty.budget.missing]
 
 
 def _part_size(one: BudgetPart) -> str:
@@ -311,11 +268,13 @@ def _part_size(one: BudgetPart) -> str:
 
 
 def _alignment(uncertainty: ErrorUncertainty) -> Rows:
-    rows = [("choice", uncertainty.alignment.choice)]
-    for row in uncertainty.alignment.shifts:
-        shift = f"readings moved by {row.shift_mm:+g} mm" if row.shift_mm else "as chosen"
-        rows.append((shift, f"mean error {row.mean_error_mm:.3f} mm, bias {signed(row.bias_mm, 3)} mm"))
-    return rows
+    moved = [row for row in uncertainty.alignment.shifts if row.shift_mm]
+    shifts = ", ".join(f"{row.shift_mm:+g}" for row in moved)
+    errors = ", ".join(f"{row.mean_error_mm:.2f}" for row in moved)
+    return [
+        ("choice", uncertainty.alignment.choice),
+        (f"mean error with the readings moved by {shifts} mm", f"{errors} mm"),
+    ]
 
 
 def _numerics(uncertainty: ErrorUncertainty) -> Rows:
@@ -350,13 +309,6 @@ def _inputs(uncertainty: ErrorUncertainty) -> Rows:
     return rows
 
 
-def where_off(comparison: Comparison) -> tuple[str, ...]:
-    """Return sentences on stretches outside the band of all stations, and on a worst error between stations."""
-    if (uncertainty := comparison.uncertainty) is None:
-        return ()
-    return (*stretches_off(uncertainty.stations), *between_stations(uncertainty.levels.s_mm, comparison.worst_at_mm))
-
-
 def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationError | None:
     """Return the largest error at a station, or None if the largest error of all is at a station or there are none."""
     if not len(stations.s_mm) or np.abs(stations.s_mm - worst_at_mm).min() < AT_A_STATION_MM:
@@ -387,10 +339,3 @@ def stretches_off(stations: StationErrors) -> tuple[str, ...]:
     return (
         f"Outside the 95 % band of all stations together, the simulated level is {', '.join(named[:NAMED])}{more}.",
     )
-
-
-def between_stations(stations_mm: Floats, worst_at_mm: float) -> tuple[str, ...]:
-    """Return a sentence if the largest error is not at a station, so that no reading shows it; else nothing."""
-    if np.abs(stations_mm - worst_at_mm).min() < AT_A_STATION_MM:
-        return ()
-    return (f"The largest error, at {worst_at_mm:.1f} mm, is between stations, where the readings are interpolated.",)

@@ -10,6 +10,7 @@ from validate.result import Comparison, PredictedLevel
 from validate.units import counted, setting_name, signed
 from validate.wording.comparison import volumes_mm3
 from validate.wording.headline import faults, headline, not_measured
+from validate.wording.sample_and_run import freezing, hidden_width
 from validate.wording.seeds import levels_in_words
 
 ML = 1000.0  # mm³
@@ -57,6 +58,8 @@ class FirstPage(JsonRecord):
     """Reservations: a word and a text."""
     tiles: tuple[Tile, ...]
     """The four figures."""
+    notes: tuple[tuple[str, str], ...]
+    """Sentences on what the level depends on, and the trial's note: a word and a text."""
 
 
 def first_page(evidence: Evidence) -> FirstPage:
@@ -87,6 +90,7 @@ def first_page(evidence: Evidence) -> FirstPage:
         lead=_lead(evidence),
         labels=_labels(evidence),
         tiles=tiles,
+        notes=_notes(evidence),
     )
 
 
@@ -172,32 +176,35 @@ def _places(evidence: Evidence, comparison: Comparison) -> str:
             f"The line is {abs(bias_mm):.1f} mm too {side} on average; with this shift removed, its mean error is "
             f"{shape_mm:.1f} mm. Check {check} first."
         )
-    inside = are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)
-    if not inside.any():
-        return "No reading is at a place that both cover."
-    s_mm = readings.s_mm[inside]
-    error_mm = np.interp(s_mm, error.x, error.value)
-    high, low = int(np.argmax(error_mm)), int(np.argmin(error_mm))
-    parts = []
-    if error_mm[high] >= AS_ABSENT:
-        parts.append(f"{error_mm[high]:.1f} mm too high at {s_mm[high]:.0f} mm from the start")
-    if error_mm[low] <= -AS_ABSENT:
-        parts.append(f"{-error_mm[low]:.1f} mm too low at {s_mm[low]:.0f} mm")
-    return f"At the readings the line is at most {' and '.join(parts)}." if parts else "It meets every reading."
+    worst = int(np.argmax(np.abs(error.value)))
+    if abs(error.value[worst]) < AS_ABSENT:
+        return "It meets every reading."
+    side, between = "high" if error.value[worst] > 0 else "low", ""
+    if (station := comparison.worst_at_a_station) is not None:
+        between = (
+            f", between readings; at a reading it is off by at most {station.error_mm:.1f} mm, at {station.s_mm:.0f} mm"
+        )
+    return (
+        f"The line is off most at {error.x[worst]:.0f} mm from the start, {abs(error.value[worst]):.1f} mm too {side}"
+        f"{between}."
+    )
 
 
 def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
-    labels = []
-    if (fill := evidence.run.fast_fill) is not None and fill.unfit:
-        reason = fill.unfit[0].partition("; ")[0].rstrip(".")
-        labels.append(("Check first:", f"the fast model is UNFIT for this case. {reason}."))
-    elif sentences := faults(evidence):
-        first, *others = sentences
-        more = f" ({len(others)} more below)" if others else ""
-        labels.append(("Check first:", f"{first.partition('. ')[0].rstrip('.')}{more}."))
+    """Return reservations; the cautions after the first follow below the page."""
+    labels = [("Check first:", sentence) for sentence in faults(evidence)[:1]]
     if kinds := not_measured(evidence):
         labels.append(("Not a validation:", f"{', '.join(kinds)}."))
     return tuple(labels)
+
+
+def _notes(evidence: Evidence) -> tuple[tuple[str, str], ...]:
+    walls = [("Walls:", sentence) for sentence in hidden_width(evidence)]
+    bed = [("Freezing:", sentence) for sentence in freezing(evidence)]
+    note = [("Note:", evidence.note)] if evidence.note else []
+    better = evidence.comparison is None and evidence.can_be_planned
+    plan = [("Next:", "'sealtwin plan trial.toml' searches for a flow that fills this crack better.")] if better else []
+    return (*walls, *bed, *note, *plan)
 
 
 def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:
@@ -212,22 +219,24 @@ def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:
 
 
 def _instead(comparison: Comparison) -> Tile:
-    """Return the best level without a simulation: of as many numbers as were fitted, or, held out, of no reading."""
+    """Return the level without a simulation, of the fewest numbers, that is nearer; if none is nearer, the simplest."""
     fitted = len(set(comparison.fitted or ())) if comparison.role == "calibrated-on" else 0
     simulation = ErrorBar(name="simulation", error_mm=comparison.mean_error_mm, own=True)
     if not comparison.baselines:
         return Tile(title="Something simpler instead", figure="none", text="There is no simpler level to compare with.")
-    equal = max(comparison.baselines, key=lambda one: (one.numbers <= max(fitted, 1), one.numbers))
+    nearer = [one for one in comparison.baselines if one.mean_error_mm <= comparison.mean_error_mm]
+    shown = min(nearer or comparison.baselines, key=lambda one: (one.numbers, one.mean_error_mm))
     bars = [
         ErrorBar(name=one.name.removeprefix("a ").removeprefix("the "), error_mm=one.mean_error_mm, own=False)
         for one in comparison.baselines
     ]
-    text = f"Mean error of {equal.name}."
+    numbers = f", which has {counted(shown.numbers, 'number')}" if shown.numbers else ""
+    text = f"Mean error of {shown.name}{numbers}."
     if fitted:
         text += f" The simulation has {counted(fitted, 'fitted setting')}."
     return Tile(
         title="Something simpler instead",
-        figure=f"{equal.mean_error_mm:.2f} mm",
+        figure=f"{shown.mean_error_mm:.2f} mm",
         text=text,
         bars=tuple(sorted([*bars, simulation], key=lambda bar: -bar.error_mm)),
     )
@@ -249,7 +258,8 @@ def _tested(comparison: Comparison, *, fast: bool) -> Tile:
     title, readings = "Tested?", f"these readings at {counted(comparison.stations_compared, 'place')}"
     if comparison.role == "held-out":
         figure = "Fast model" if fast else "Yes"
-        return Tile(title=title, figure=figure, text=f"No setting was fitted to {readings}: they were held out.")
+        checked = "the lab's catalogue has no other use of them" if comparison.lab_searched else "as declared"
+        return Tile(title=title, figure=figure, text=f"No setting was fitted to {readings}: held out, {checked}.")
     if comparison.role == "calibrated-on":
         if not comparison.fitted:
             text = "Settings were fitted to these readings; the trial does not name them."

@@ -9,7 +9,6 @@ from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_vol
 from validate.report_input import Evidence
 from validate.result import Outcome, SeedRuns
 from validate.uncertainty.earlier_trials import expected_sentences
-from validate.uncertainty.validation import missing_sentence
 from validate.units import counted
 from validate.wording.comparison import volumes_mm3
 from validate.wording.prediction import predicted_sentence
@@ -189,25 +188,12 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
     return ("No readings: the simulated fill is not compared with anything.",), "open"
 
 
-def verdict_in_full(evidence: Evidence) -> tuple[str, ...]:
-    """Return the sentences of the verdict, the result in short, and the conclusions by ASME V&V 20.
-
-    The places of the sealant are on the first page, and the chapter on the uncertainty has the undeclared errors.
-    """
-    comparison = evidence.comparison
-    findings = () if comparison is None else comparison.findings
-    if comparison is not None and comparison.uncertainty is not None and comparison.uncertainty.budget.missing:
-        elsewhere = missing_sentence(comparison.uncertainty.budget.missing)
-        findings = (one for one in findings if one != elsewhere)
-    return (*headline(evidence)[0], *_nearness(evidence), *_mean(evidence), *_expected(evidence), *findings)
-
-
 def in_short(evidence: Evidence) -> tuple[str, ...]:
     """Return sentences on the error, if there are readings, on the places of the sealant, and on earlier trials."""
-    return (*_nearness(evidence), *_mean(evidence), _whereabouts(evidence), *_expected(evidence))
+    return (*_nearness(evidence), *mean_of_seeds(evidence), _whereabouts(evidence), *_expected(evidence))
 
 
-def _mean(evidence: Evidence) -> tuple[str, ...]:
+def mean_of_seeds(evidence: Evidence) -> tuple[str, ...]:
     return seed_sentences(evidence.seeds, draft=is_draft(evidence.run))
 
 

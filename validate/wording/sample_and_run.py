@@ -18,19 +18,25 @@ HEALTH_LABELS: dict[str, tuple[str, float, str]] = LABELS["health"]
 """Label, factor to the reported unit, and format of each number that a run records about itself."""
 
 
+SHOWN_HEALTH = (
+    *("density_error_p95", "density_error_max", "moving_most", "viscosity_iterations_mean", "finer"),
+    *("particles_across", "viscosity_m2_s", "viscosity_pa_s", "viscosity_added_m2_s", "reynolds", "bond", "bingham"),
+    *("end_speed_mm_s", "setup_s", "frames_s"),
+)
+"""Figures of a run's health on the page. report.json has all of them."""
+
+
 def health_table(evidence: Evidence) -> PageTable:
-    return PageTable("Numerical health", (("device", evidence.run.device), *health_rows(evidence.run.health)))
+    return PageTable("Numerical health", tuple(health_rows(evidence.run.health)))
 
 
 def health_rows(health: RunHealth) -> list[tuple[str, str]]:
-    """Return every number that the run recorded, in the run's order. A key without a label keeps its name."""
+    """Return the figures of the page that the run recorded, in the run's order."""
     rows = []
     for key, value in health.recorded().items():
-        if key in HEALTH_LABELS and isinstance(value, int | float) and not isinstance(value, bool):
+        if key in SHOWN_HEALTH and value is not None:
             label, factor, shape = HEALTH_LABELS[key]
             rows.append((label, shape.format(factor * value)))
-        else:
-            rows.append((words(key), plain(value)))
     if health.frames and health.frames_s is not None:
         rows.append(("computing time of a frame", f"{1000 * health.frames_s / health.frames:.1f} ms"))
     return rows
@@ -84,11 +90,6 @@ def geometry_table(evidence: Evidence) -> PageTable:
     if solid.tilt == "funnel" and (closing := figures.closing_depth_mm) and closing.mean is not None:
         above = percent(closing.share_above_floor, 0)
         rows.append(("walls meet at", f"{closing.mean:.1f} mm deep, above the floor on {above}"))
-    if dams := figures.dams:
-        high_mm = max(dam.box_mm[5] for dam in dams)
-        where = f"{counted(len(dams), 'dam')} at open ends, to {high_mm:g} mm above the face"
-        rows.append(("also in crack.stl", f"{where}: not part of the sample"))
-    rows.append(("cavity over sealant", f"{solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3:.2f}"))
     return PageTable("Crack and solid", tuple(rows))
 
 
@@ -133,13 +134,17 @@ def _settled(evidence: Evidence) -> str:
 def settings_table(evidence: Evidence) -> PageTable:
     rows = []
     for group, content in evidence.run.settings.items():
-        if isinstance(content, dict):
-            for key, value in content.items():
-                table = value if isinstance(value, dict) else {"": value}
-                cells = [(f"{group}: {words(key)} {words(name)}".rstrip(), one) for name, one in table.items()]
-                rows += [(name, _listed(one)) for name, one in cells if one is not None]
-        else:
-            rows.append((group, plain(content)))
+        if not isinstance(content, dict):
+            continue  # The seed, which the table of versions has
+        cells = []
+        for key, value in content.items():
+            table = value if isinstance(value, dict) else {"": value}
+            cells += [
+                f"{words(key)} {words(name)}".rstrip() + f" {_listed(one)}"
+                for name, one in table.items()
+                if one is not None
+            ]
+        rows.append((group, ", ".join(cells)))
     return PageTable("Settings in effect", tuple(rows))
 
 
@@ -155,12 +160,6 @@ def assumptions(evidence: Evidence) -> list[str]:
     outline, comparison = evidence.outline, evidence.comparison
     fluid = evidence.run.settings.get("fluid", {})
     sentences = [_tilt(evidence), *_slope(evidence), _surface_tension(evidence), *_meniscus(evidence)]
-    freeze = fluid.get("freeze_after_s")
-    if isinstance(freeze, int | float):
-        sentences.append(
-            f"A particle is fixed in place {freeze:g} s after its release. This represents the stiffening of the paste "
-            "and preserves the slope of the bed; the paper does the same with a limit of moving particles."
-        )
     sentences += [*_curve(fluid), *_measured(fluid)]
     curing_pa_s, yield_stress_pa = fluid.get("structuration_pa_per_s", 0.0), fluid.get("yield_stress_pa", 0.0)
     if yield_stress_pa or curing_pa_s:
@@ -182,20 +181,14 @@ def assumptions(evidence: Evidence) -> list[str]:
         _, as_read = sealant_as_read(volumes.mass_balance)
     absent = "Shrinkage is" if curing_pa_s or fluid.get("curve") else "Curing and shrinkage are"
     residual_mm = outline.scale_residual_mm
-    misfit = "" if residual_mm is None else f", RMS misfit {residual_mm:.3f} mm"
     sentences += [
         f"The profile is taken {_settled(evidence)} the last release. {absent} not modelled{as_read}.",
-        "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
         "The profile includes sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
         "mass balance, not in the profile.",
-        f"Scale of the {outline.seen_in}: {outline.scale_source}{misfit}.",
+        *([] if residual_mm is None else [f"RMS misfit of the scale: {residual_mm:.3f} mm."]),
     ]
     if outline.path_source == "automatic":
         sentences.append("The crack was found automatically: check the overlay before you trust the results.")
-    if comparison is not None and comparison.role == "calibrated-on":
-        sentences.append(
-            "The fluid was calibrated on these readings, so this error is the residual of the fit, not a test."
-        )
     warnings = (*outline.warnings, *evidence.solid.figures.warnings)
     return [*sentences, *(f"Note of the digitising stage: {text}" for text in warnings)]
 
@@ -210,8 +203,7 @@ def left_out(evidence: Evidence) -> list[str]:
             places = ", ".join(f"{s_mm:g}" for s_mm in m.stations_beyond_mm)
             sentences.append(
                 f"Not compared: {counted(beyond, 'station')} of {len(readings.s_mm)} (s = {places} mm) beyond the "
-                f"stretch that both curves cover, {m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm. The nearest one "
-                "beyond each end still defines the slope of the readings' line up to that end."
+                f"stretch that both curves cover, {m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm."
             )
         if readings.repeats_mm is not None and (missing := int(np.isnan(readings.repeats_mm).sum())):
             sentences.append(
@@ -240,23 +232,35 @@ def _tilt(evidence: Evidence) -> str:
             f"{counted(len(weighed.levels_mm), 'step')}: {tilt_words(evidence)}, assumed to be straight; the cavity "
             f"has {ratio:.2f} times the volume of the sealant."
         )
-    figures, traced_mm = evidence.solid.figures, evidence.outline.mean_width_mm
-    mouth_mm, floor_mm = figures.mouth_width_mm, figures.floor_width_mm
-    hidden = ""
-    if evidence.solid.tilt == "flare" and mouth_mm is not None:
-        hidden = (
-            f" The traced width of {traced_mm:.2f} mm is taken as that of the floor. The mouth is then {mouth_mm:.2f} "
-            "mm wide, wider than the dark area in the photo."
-        )
-    if evidence.solid.tilt == "undercut" and floor_mm is not None:
-        hidden = (
-            f" The mouth has the width in the photo, {traced_mm:.2f} mm; the floor, {floor_mm:.2f} mm wide, extends "
-            "under the face on both sides."
-        )
     return (
         f"A photo from above does not show the tilt of the walls. Assumed: {tilt_words(evidence)}; the cavity has "
-        f"{ratio:.2f} times the volume of the sealant.{hidden} The table of the solid has its volume for other tilts."
+        f"{ratio:.2f} times the volume of the sealant."
     )
+
+
+def hidden_width(evidence: Evidence) -> tuple[str, ...]:
+    """Return a sentence on the width that the photo contradicts or does not show, if the walls flare or undercut."""
+    solid, traced_mm = evidence.solid, evidence.outline.mean_width_mm
+    mouth_mm, floor_mm = solid.figures.mouth_width_mm, solid.figures.floor_width_mm
+    if solid.tilt == "flare" and mouth_mm is not None:
+        return (
+            f"the solid's mouth, {mouth_mm:.1f} mm, is wider than the crack in the photo, {traced_mm:.1f} mm, which is "
+            f"taken as its floor: the walls are assumed to flare, {_angle_words(solid)}.",
+        )
+    if solid.tilt == "undercut" and floor_mm is not None:
+        return (
+            f"the floor, {floor_mm:.1f} mm wide, extends under the face on both sides of the mouth, {traced_mm:.1f} "
+            f"mm: the walls are assumed to open downward, {_angle_words(solid)}.",
+        )
+    return ()
+
+
+def freezing(evidence: Evidence) -> tuple[str, ...]:
+    """Return a sentence on freezing by age, if there is any."""
+    freeze_s = evidence.run.settings.get("fluid", {}).get("freeze_after_s")
+    if not isinstance(freeze_s, int | float):
+        return ()
+    return (f"each particle is fixed {freeze_s:g} s after its release, which holds the slope of the bed.",)
 
 
 def _curve(fluid: dict[str, Any]) -> list[str]:

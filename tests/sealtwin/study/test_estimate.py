@@ -99,7 +99,7 @@ def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_afte
     solid, outline = slot(80.0)
     trial = load_trial(FIXTURE / "trial.toml")
     assert trial.fluid is not None
-    fluid = trial.fluid.model_copy(update={"freeze_after_s": freeze_after_s})
+    fluid = trial.fluid.model_copy(update={"freeze_after_s": freeze_after_s, "yield_stress_pa": 12.0})
     # A factor that is given: the columns that a bed is measured in lie on the host.
     solver = trial.solver.model_copy(update={"radius_mm": 0.6, "settle_s": 0.5, "volume_factor": 1.1})
     trial = trial.model_copy(update={"fluid": fluid, "solver": solver})

@@ -48,12 +48,13 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
     report = read_json(out / "report.json")
     assert "the fast model, not by particles" in report["cautions"][0]
     assert "gate of 9 mm is not applied" in report["headline"][0]
-    assert not [line for line in result_lines(finished.result, "validate") if "--uncertainty" in line]
+    lines = result_lines(finished.result, "validate", finished.extra_runs)
+    assert not [line for line in lines if "--uncertainty" in line]
     assert report["outcome"] == "open"
     assert compared.passed is None
     tables = {table["title"]: dict(table["rows"]) for table in report["tables"]}
-    assert tables["Dispensed sealant, by place"]["over the sample's edge"] == "not computed by the fast model"
-    assert any("fast model, without particles" in line for line in result_lines(finished.result, "validate"))
+    assert tables["Dispensed sealant, by place"]["over the edge of the sample"] == "not computed by the fast model"
+    assert "Fluid    fast model, without particles; for screening only, not as a result" in lines
     assert run(tmp_path, fast).redone == ()
     with job_in(out) as job, pytest.raises(InputError, match=r"\[uncertainty\] declares no"):
         vary(job)

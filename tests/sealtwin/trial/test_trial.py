@@ -37,13 +37,13 @@ def _trial(tmp_path, *changes):
         ("depth_mm = 16.0", "depth_mm = nan", ["crack.depth_mm = nan", "finite"]),
         ("depth_mm = 16.0", 'depth_mm = "16"', ["crack.depth_mm = '16'", "number"]),
         ("depth_mm = 16.0", "", ["crack.depth_mm is missing"]),
-        ('tilt = "lean"', 'tilt = "slanted"', ["crack.tilt = 'slanted'", "flare"]),
-        ("wall_angle_deg = 11.0", "wall_angle_deg = -3.0", ["crack.wall_angle_deg = -3.0", "0"]),
+        ('tilt = "vertical"', 'tilt = "slanted"', ["crack.tilt = 'slanted'", "flare"]),
+        ('tilt = "vertical"', "wall_angle_deg = -3.0", ["crack.wall_angle_deg = -3.0", "0"]),
         ("speed_mm_s = 4.0", "speed_mm_s = 0.0", ["path.speed_mm_s = 0.0", "greater than 0"]),
         ('volume_ml = "cavity"', "volume_ml = -1.0", ["volume_ml", "-1"]),
         ("viscosity_pa_s = 0.3 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
-        ("# U = 30.0 ", "U = 30.0 ", ["fluid", "viscosity_pa_s", "U"]),
-        ("# U = 30.0 ", "D_cm = 0.3\nwall_share = 0.5 # ", ["fluid: wall_share is 0.5 and D_cm is 0.3"]),
+        ("# material = ", "U = 30.0 # ", ["fluid", "viscosity_pa_s", "U"]),
+        ("# material = ", "D_cm = 0.3\nwall_share = 0.5 # ", ["fluid: wall_share is 0.5 and D_cm is 0.3"]),
         ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
         ('preset = "accurate"', 'preset = "exact"', ["solver.preset = 'exact'", "paper"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
@@ -51,7 +51,7 @@ def _trial(tmp_path, *changes):
         ("[nozzle]", "[nozzel]", ["nozzel", "did you mean 'nozzle'"]),
         ("[nozzle]", "[sample]\ncrossfal_deg = 1\n[nozzle]", ["sample.crossfal_deg", "did you mean 'crossfall_deg'"]),
         ("[nozzle]", "[sample]\ncrossfall_deg = 50\n[nozzle]", ["sample.crossfall_deg = 50", "45"]),
-        ("# U = 30.0 ", "density_kg_m3 = 1e-300 # ", ["fluid.density_kg_m3 = 1e-300", "1"]),
+        ("# material = ", "density_kg_m3 = 1e-300 # ", ["fluid.density_kg_m3 = 1e-300", "1"]),
         ("[nozzle]", "[gate]\nmean_error_mm = 1e300\n[nozzle]", ["gate.mean_error_mm = 1e+300", "500"]),
         (
             "mm_per_px = 0.1 ",
@@ -110,8 +110,8 @@ def test_a_missing_trial_a_pipe_a_device_and_a_folder_are_refused(tmp_path):
 def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
     trial_file, sheet = write_starter(tmp_path / "new")
     trial = load_trial(trial_file)
-    assert (present(trial.crack, "crack").depth_mm, trial.solver.radius_mm) == (16.0, "auto")
-    fluid = present(trial.fluid, "fluid")
+    crack, fluid = present(trial.crack, "crack"), present(trial.fluid, "fluid")
+    assert (crack.depth_mm, crack.tilt, trial.solver.radius_mm) == (16.0, "vertical", "auto")
     assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 12.0, None), "as a rheometer gives them"
     assert sheet.name in trial_file.read_text(), "its readings point to the sheet"
     with pytest.raises(InputError, match="not overwritten"):
@@ -149,7 +149,7 @@ def test_the_resolved_trial_reads_back_as_itself(tmp_path, name):
 
 
 def test_the_trials_of_the_fixture_say_what_was_fitted_and_why_their_gate_is_what_it_is():
-    for name, more in (("trial.toml", ("fluid.yield_stress_pa", "crack.wall_angle_deg")), ("trial-paper.toml", ())):
+    for name, more in (("trial.toml", ("crack.tilt", "crack.wall_angle_deg")), ("trial-paper.toml", ())):
         trial = load_trial(FIXTURE / name)
         assert {"fluid.U", "fluid.D_cm", *more} <= {*(present(trial.readings, "readings").fitted or ())}
         assert present(trial.gate, "gate").reason
@@ -179,7 +179,9 @@ def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, sa
         (["ends_px", "mask"], []),
         (["ruler_px", "ruler_mm"], ["mm_per_px", "scale_is"]),
         (["face_mm"], ["mm_per_px", "scale_is"]),
-        (["U", "D_cm"], ["viscosity_pa_s"]),
+        (["fill"], []),
+        (["material"], ["viscosity_pa_s", "yield_stress_pa"]),
+        (["curve"], ["viscosity_pa_s", "yield_stress_pa"]),
     ],
 )
 def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left_out):
@@ -191,7 +193,7 @@ def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left
     path = tmp_path / "trial.toml"
     path.write_text("\n".join(lines))
     trial = load_trial(path)
-    given = {**vars(present(trial.photo, "photo")), **vars(present(trial.fluid, "fluid"))}
+    given = {**vars(present(trial.photo, "photo")), **vars(trial.crack), **vars(present(trial.fluid, "fluid"))}
     assert all(given[key] for key in uncommented)
 
 

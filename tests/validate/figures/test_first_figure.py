@@ -1,6 +1,7 @@
 """The figure of the first page: one axis along the crack, errors at readings, and a section of the solid itself."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,9 +10,10 @@ from matplotlib.patches import Polygon, Rectangle
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from tests.evidence import SEEDS, make_evidence
+from validate.compare import assess
 from validate.figures.first_figure import NARROW, WIDE
 from validate.report.chapters import first_caption, first_figure
-from validate.settings import Uncertainty
+from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
 
@@ -33,6 +35,21 @@ def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readin
         assert middles == pytest.approx(evidence.readings.s_mm)
     alone = replace(evidence, readings=None, comparison=None)
     assert len(first_figure(alone).draw(NARROW).axes) == 2
+
+
+def test_the_strip_shows_the_largest_error_between_readings_and_the_band_of_all(evidence):
+    """Broken on purpose, the limits of the strip follow the errors at the readings alone, and cut the largest."""
+    low = np.where(np.abs(evidence.profile.s_mm - 12.5) < 1.0, -6.0, 0.0)
+    profile = replace(evidence.profile, level_mm=evidence.profile.level_mm + low)
+    settings = Readings(file=Path("caliper.csv"), data="measured", role="held-out")
+    judged = replace(evidence, profile=profile)
+    judged = replace(judged, comparison=assess(judged, settings, Uncertainty(), None))
+    strip = first_figure(judged).draw(WIDE).axes[2]
+    assert strip.get_ylim()[0] < -5.5
+    assert "-5.5 mm" in [text.get_text() for text in strip.texts]
+    half_mm = judged.comparison.uncertainty.levels.profile_band_95_mm.max()
+    tops_mm = [np.asarray(part.get_paths()[0].vertices)[:, 1].max() for part in strip.collections]
+    assert any(top_mm == pytest.approx(half_mm) for top_mm in tops_mm)
 
 
 def test_the_mean_of_several_runs_has_the_band_of_one_more(evidence, tmp_path):

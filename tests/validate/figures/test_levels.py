@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from sealtwin.core.records import Sections
-from tests.evidence import SEEDS, STATIONS_MM, axes_of, heights, make_evidence, slope
+from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
 from tests.shapes import level_floor
 from validate.comparison import ErrorBin
 from validate.figures import theme
-from validate.figures.levels import draw_distribution, draw_error, draw_histogram, draw_levels, draw_profile
+from validate.figures.levels import draw_distribution, draw_histogram, draw_levels
 from validate.settings import Gate
 
 
@@ -25,11 +25,8 @@ def evidence(tmp_path_factory):
 @pytest.fixture
 def drawn(evidence):
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
-    return {
-        "profile": draw_profile(profile, level_floor(10.0), readings, comparison),
-        "error": draw_error(profile, readings, comparison),
-        "histogram": draw_histogram(comparison),
-    }
+    levels = draw_levels(theme.plate(3.4).add_subplot(), profile, level_floor(10.0), readings, comparison)
+    return {"levels": levels, "histogram": draw_histogram(comparison)}
 
 
 def curve(figure, label: str):
@@ -56,34 +53,28 @@ def test_every_axis_has_a_unit_and_no_legend_lies_on_the_plot(drawn):
         assert legend.y1 <= title.y0 + 0.5
 
 
-def test_the_profile_shows_simulation_means_and_every_reading(drawn, evidence):
-    figure = drawn["profile"]
+def test_levels_are_those_of_simulation_means_and_every_reading(drawn, evidence):
+    figure = drawn["levels"]
     assert np.array_equal(heights(curve(figure, "simulated")), evidence.profile.level_mm)
     assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
     (axes,) = axes_of(figure)
     marks_mm = np.concatenate([heights(line) for line in axes.lines if line.get_marker() == "_"])
     assert np.sort(marks_mm) == pytest.approx(np.sort(evidence.readings.repeats_mm.ravel()))
     assert [text.get_text() for text in axes.texts] == ["face", "floor"]
-    assert heights(curve(drawn["error"], "simulated - measured")) == pytest.approx(0.5), "above 0 if too high"
-
-
-def test_the_mean_of_several_runs_has_a_band(evidence):
-    figure = draw_profile(evidence.profile, level_floor(10.0), evidence.readings, evidence.comparison, seeds=SEEDS)
-    assert np.array_equal(heights(curve(figure, "simulated, mean of 3 runs")), evidence.profile.level_mm)
-    (axes,) = axes_of(figure)
-    assert "95 % band of one further run" in [str(band.get_label()) for band in axes.collections]
 
 
 def test_readings_that_nobody_took_are_called_so_in_the_legend(evidence):
     readings = replace(evidence.readings, data="reconstructed")
-    figure = draw_profile(evidence.profile, level_floor(10.0), readings, evidence.comparison)
+    axes = theme.plate(3.4).add_subplot()
+    figure = draw_levels(axes, evidence.profile, level_floor(10.0), readings, evidence.comparison)
     assert "RECONSTRUCTED" in str(curve(figure, "caliper").get_label())
 
 
 def test_the_floor_is_drawn_where_it_is(evidence):
     """A floor that rises from 10 to 4 mm half way along; the ground below it reaches the end of the plot."""
     sections = Sections(np.array([0.0, 20.0, 40.0]), np.array([10.0, 10.0, 4.0]), np.full(3, 1.0))
-    (axes,) = axes_of(draw_profile(evidence.profile, sections, None, None))
+    axes = theme.plate(3.4).add_subplot()
+    draw_levels(axes, evidence.profile, sections, None, None)
     (ground,) = axes.collections
     corner_mm = np.array(ground.get_paths()[0].vertices)
     along = np.isclose(corner_mm[:, 0], 30.0, atol=0.11)

@@ -9,7 +9,7 @@ from sealtwin.core.records import Profile
 from tests.shapes import straight_slot
 from validate.compare import compare
 from validate.comparison import Baseline
-from validate.metrics.baselines import against_baselines, beaten, best_curves, flat_levels
+from validate.metrics.baselines import against_baselines, beaten, best_curves, flat_levels, nearer_baseline
 from validate.result import EarlierTrial
 
 OUTLINE = straight_slot(80.0, 3.0)
@@ -75,7 +75,7 @@ def test_a_lab_s_earlier_samples_are_a_baseline():
     assert (pool.mean_error_mm, mean.mean_error_mm) == pytest.approx((2.0, 1.0), abs=1e-3)
     words = against_baselines(1.5, (pool, mean), "held-out", None)
     assert "lying flat 2.00 mm, a flat level that fills as 2 earlier samples 1.00 mm." in words
-    assert words.endswith("than a baseline made without them.")
+    assert words.endswith("(1.00 mm) is nearer, unlike the dispensed volume lying flat (2.00 mm).")
 
 
 def test_nothing_fitted_is_another_declaration_than_none():
@@ -83,7 +83,7 @@ def test_nothing_fitted_is_another_declaration_than_none():
     pool, line = (Baseline(name=name, numbers=count, mean_error_mm=2.0 - count) for count, name in enumerate("ab"))
     words = [against_baselines(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)]
     assert "(no setting fitted) 1.50 mm" in words[0]
-    assert words[1].endswith("than a curve with at most 1 number.")
+    assert words[1].endswith("B (1.00 mm) is nearer, unlike a (2.00 mm).")
     assert "(fitted settings not declared)" in words[1]
     assert [beaten(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)] == [True, False]
     assert not beaten(2.0, [pool], "held-out", None), "of two equal errors the baseline's needs no simulation"
@@ -100,3 +100,20 @@ def test_as_many_settings_as_stations_are_said_to_be_so():
 
 def _earlier(share: float) -> EarlierTrial:
     return EarlierTrial(name="P", computed_fill_ratio=share, read_fill_ratio=share, **NOTHING)
+
+
+@pytest.mark.parametrize(
+    ("error_mm", "sentence"),
+    [
+        (2.5, "A flat line (2.00 mm) is nearer."),
+        (1.5, "A parabola (1.00 mm) is nearer, unlike a flat line (2.00 mm)."),
+        (1.0, "A parabola (1.00 mm) is nearer, unlike a flat line (2.00 mm)."),
+        (0.7, "A curve (0.50 mm) is nearer, unlike a flat line (2.00 mm) and a parabola (1.00 mm)."),
+        (0.1, "No baseline is nearer: a flat line (2.00 mm), a parabola (1.00 mm), a curve (0.50 mm)."),
+    ],
+)
+def test_the_simplest_baseline_that_is_nearer_is_named_with_the_simpler_ones(error_mm, sentence):
+    """With equal errors the baseline wins, since it needs no simulation."""
+    baselines = Baseline("a flat line", 1, 2.0), Baseline("a parabola", 3, 1.0), Baseline("a curve", 4, 0.5)
+    assert nearer_baseline(error_mm, baselines) == sentence
+    assert nearer_baseline(error_mm, ()) == "There is no baseline to compare it with."

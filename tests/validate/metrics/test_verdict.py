@@ -78,7 +78,7 @@ def test_a_basis_is_what_lies_on_the_compared_stretch():
 def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
     judgement = judgement_of(basis_of(np.array(s_mm, dtype=float), s_mm[0], s_mm[-1], 80.0))
     assert judgement.passed is suffices
-    assert judgement.verdict.startswith("Gate passed: " if suffices else "No verdict: the readings cover")
+    assert ("Gate passed: " if suffices else "No verdict: the readings cover") in judgement.verdict
 
 
 @pytest.mark.parametrize(
@@ -102,15 +102,15 @@ def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
 def test_a_kept_gate_validates_nothing_and_says_what_it_rests_on(case, words):
     judgement = judgement_of(**case)
     assert judgement.passed
-    assert words in judgement.headline[-1]
+    assert words in judgement.headline[1]
     assert ("lab_searched" not in case) or "as declared" not in judgement.verdict
     assert "alidated" not in judgement.verdict
 
 
 def test_a_gate_is_printed_with_its_reason_or_as_one_without():
-    reasoned = judgement_of(mean_error_mm=0.99, reason="rain").headline[0]
+    reasoned = judgement_of(mean_error_mm=0.99, reason="rain").headline[-1]
     assert reasoned == "Gate passed: mean error 0.99 mm, limit 1.6 mm (reason: rain)."
-    assert "(no reason is given)" in judgement_of().headline[0]
+    assert "(no reason is given)" in judgement_of().headline[-1]
 
 
 CASES = [
@@ -157,11 +157,13 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("case", "outcome", "passed", "starts"), CASES)
-def test_what_cannot_be_told_is_neither_passed_nor_failed(case, outcome, passed, starts):
+@pytest.mark.parametrize(("case", "outcome", "passed", "words"), CASES)
+def test_what_cannot_be_told_is_neither_passed_nor_failed(case, outcome, passed, words):
+    """The verdict never begins with a gate: it is no answer to how near the level is."""
     judgement = judgement_of(**case)
     assert (judgement.outcome, judgement.passed) == (outcome, passed)
-    assert judgement.verdict.startswith(starts)
+    assert words in judgement.verdict
+    assert not judgement.verdict.startswith(("Gate", "No gate"))
 
 
 @pytest.mark.parametrize("gate", [GATE, None])

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from validate.comparison import StationError, StationErrors
-from validate.wording.comparison import (
-    between_stations,
-    stretches_off,
-    worst_at_a_station,
-)
+from validate.wording.comparison import stretches_off, worst_at_a_station
 
 S_MM = np.arange(0.0, 45.0, 5.0)
 
@@ -43,7 +39,6 @@ def test_stretches_off_are_named(errors_mm, named, absent):
 
 
 def test_a_worst_error_between_stations_or_beyond_the_readings_is_said_to_be_one():
-    assert [len(between_stations(S_MM, at_mm)) for at_mm in (10.0, 12.5)] == [0, 1]
     errors = stations(0, 0, -2.0, *[0] * 6)
     assert worst_at_a_station(errors, S_MM[1]) is None
     assert worst_at_a_station(errors, S_MM[-1] + 0.4) == StationError(2.0, S_MM[2])

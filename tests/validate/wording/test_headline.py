@@ -9,7 +9,7 @@ from sealtwin.core.solid_figures import WeighedCavity
 from tests.evidence import RADIUS_MM, SEEDS, make_evidence
 from validate.settings import Gate
 from validate.wording.comparison import uncertainty_sentences
-from validate.wording.headline import DRAFT, cautions, headline, in_short, run_warnings, verdict_in_full
+from validate.wording.headline import DRAFT, cautions, headline, in_short, mean_of_seeds, run_warnings
 from validate.wording.seeds import OF_DRAFTS, names_of
 
 GATE = Gate(mean_error_mm=1.0)
@@ -97,7 +97,7 @@ def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone
     drafts = replace(evidence, run=replace(run, settings=settings), seeds=SEEDS)
     assert DRAFT in cautions(drafts)
     assert "1 of 3 runs: lost." in cautions(drafts), "of another run"
-    for sentences in (in_short(drafts), verdict_in_full(drafts)):
+    for sentences in (in_short(drafts), mean_of_seeds(drafts)):
         assert OF_DRAFTS in sentences
         assert any("those of seed 0" in sentence for sentence in sentences)
     assert OF_DRAFTS not in in_short(replace(evidence, seeds=SEEDS))

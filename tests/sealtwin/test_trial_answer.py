@@ -1,0 +1,304 @@
+"""The short answer of commands that run a trial: its length, and what it never leaves out."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sealtwin.cli.trial_answer import result_lines
+from sealtwin.core.errors import present
+from sealtwin.core.records import Profile
+from sealtwin.core.solid_figures import WeighedCavity
+from tests.evidence import FAST_FILL, SEEDS, make_evidence, slope
+from tests.validate.test_assess import LIFTED, NO_PASSES, SHEET, spread
+from validate.compare import assess
+from validate.comparison import Baseline, StationError
+from validate.report_input import Evidence
+from validate.result import (
+    Comparison,
+    EarlierTrials,
+    Expectation,
+    FluidFigures,
+    PredictedLevel,
+    SampleFigures,
+    TrialResult,
+)
+from validate.settings import Gate, Uncertainty
+from validate.wording.headline import DRAFT, FAST
+
+GATE = Gate(mean_error_mm=1.6)
+FITTED = ("fluid.U", "fluid.D_cm", "crack.tilt", "crack.wall_angle_deg")
+REMARK = (
+    "fluid.U is 30: at any U, sealant levels like a thin liquid until it freezes; viscous flow needs "
+    "fluid.viscosity_pa_s."
+)
+SAMPLE: dict[str, Any] = {
+    "data": "synthetic",
+    "length_mm": 79.5,
+    "mean_width_mm": 3.12,
+    "width_source": "walls",
+    "width_95_mm": None,
+    "cavity_volume_mm3": 5949.0,
+    "cavity_volume_95_mm3": None,
+    "weighed": None,
+    "sealant_mm3": 4800.0,
+    "path_source": "ends",
+    "scale_source": "8 4x4_50 markers of 16 mm",
+    "mm_per_px": 0.1001,
+    "scale_uncertainty": 0.00045,
+    "scale_residual_mm": 0.004,
+    "camera_tilt_deg": 3.4,
+    "warnings": (),
+}
+FLUID: dict[str, Any] = {
+    "particles": 14527,
+    "escaped_particles": 0,
+    "spilled_particles": 0,
+    "unfit": None,
+    "volume_ratio": 0.999,
+    "device": "CPU",
+    "warnings": (REMARK,),
+}
+OF_FAST: dict[str, Any] = dict.fromkeys(("particles", "escaped_particles", "spilled_particles"))
+WEIGHED = WeighedCavity(
+    *((-9.0, -6.0), (100.0, 200.0), (1.0, 2.0), (3.0, 3.0), (), 3.1, 2.0, 12.0),
+    *(((0.1, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.3)), (900.0, 1100.0)),
+)
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory) -> Evidence:
+    """A slope that is simulated 0.5 mm too high, read at nine stations."""
+    return make_evidence(tmp_path_factory.mktemp("evidence"), error_mm=0.5)
+
+
+def compared(evidence: Evidence, *, runs=None, gate: Gate | None = GATE, declared=NO_PASSES, **changes) -> Comparison:
+    """Return a comparison; ``changes`` are settings of the readings."""
+    return assess(evidence, SHEET.model_copy(update=changes), declared, runs, gate)
+
+
+def result_of(
+    comparison: Comparison | None, sample: dict | None = None, fluid: dict | None = None, **more: Any
+) -> TrialResult:
+    return TrialResult.model_construct(
+        folder="run",
+        report="run/report.html",
+        sample=SampleFigures.model_construct(**SAMPLE | (sample or {})),
+        fluid=FluidFigures.model_construct(**FLUID | (fluid or {})),
+        comparison=comparison,
+        **more,
+    )
+
+
+@pytest.fixture
+def shipped(evidence) -> TrialResult:
+    """The result of the shipped trial with its figures: readings off between stations, and four settings fitted."""
+    readings = replace(present(evidence.readings, "readings"), data="reconstructed", dialect="CSV, commas")
+    comparison = compared(replace(evidence, readings=readings), role="calibrated-on", fitted=FITTED)
+    baselines = Baseline("a flat line", 1, 3.69), Baseline("a parabola", 3, 0.59), Baseline("a curve", 4, 0.39)
+    uncertainty = present(comparison.uncertainty, "uncertainty")
+    uncertainty = uncertainty.model_copy(update={"worst_at_a_station": StationError(5.82, 0.0)})
+    figures = {"mean_error_mm": 1.14, "worst_error_mm": 5.98, "worst_at_mm": 0.6, "baselines": baselines}
+    return result_of(comparison.model_copy(update={**figures, "uncertainty": uncertainty}))
+
+
+def test_the_answer_of_the_shipped_trial_is_short(shipped):
+    """With its remark, as of a command that computes nothing; with the time of the extra runs."""
+    lines = result_lines(shipped, "validate", "3 min")
+    assert len(lines) <= 8
+    assert len(" ".join(lines).split()) <= 110
+    assert lines[2] == f"Warning  {REMARK}"
+    assert lines[3].endswith("Fitted to these reconstructed readings (4 settings): not a test.")
+    assert lines[4].split(". ")[0].strip() == "A parabola (0.59 mm) is nearer, unlike a flat line (3.69 mm)"
+    assert lines[5].strip() == "Worst 6.0 mm at s = 0.6 mm, between readings; 5.8 mm at a station."
+    assert lines[6:] == [
+        "Gate     1.6 mm: passed",
+        "Report   run/report.html (validate --uncertainty adds model errors, about 3 min)",
+    ]
+
+
+def test_verbose_prints_what_the_short_answer_leaves_out(shipped):
+    short, full = (result_lines(shipped, "validate", "3 min", verbose=verbose) for verbose in (False, True))
+    assert full[: len(short)] == short
+    rest, comparison = "\n".join(full[len(short) :]), shipped.comparison
+    sentences = [*comparison.headline, *comparison.findings, comparison.readings_dialect]
+    figures = ["residual 0.004 mm", "tilted 3.4 degrees", "14,527 particles; volume ratio 0.999; CPU", "crack: ends"]
+    assert [text for text in (*sentences, *figures) if text not in rest] == []
+
+
+WARNINGS = (
+    REMARK,
+    DRAFT,
+    "Do not use this run: 3 particles went through a wall, which must never happen.",
+    "The fluid lost 20 % of its volume (0.800; 0.95 to 1.05 is sound), so its levels are too low.",
+    "The bed is compressed (5 % of its particles by more than 38 %), so levels there are too low.",
+    "The sealant still moves at 5 mm/s (RMS) at the end of the run, so this is not its level at rest.",
+    "900 particles (6.2 % of the sealant) ran over the edge of the sample, so the levels are those of the rest.",
+    "1 of 3 runs: The bed is compressed.",
+)
+
+
+@pytest.mark.parametrize("last", ["simulate", "validate"])
+def test_each_warning_of_the_fluid_is_a_line_unless_it_was_printed(evidence, last):
+    result = result_of(compared(evidence), fluid={"warnings": WARNINGS})
+    for printed in ((), WARNINGS[:1], WARNINGS):
+        lines = result_lines(result, last, warned=[f"note: {text}" for text in printed])
+        texts = [line.removeprefix("Warning").strip() for line in lines]
+        assert [texts.count(text) for text in WARNINGS] == [int(text not in printed) for text in WARNINGS]
+
+
+def test_each_reason_why_the_fast_model_is_unfit_is_a_line(evidence):
+    unfit, other = ("A mound.", "It runs over the face."), "The Bond number is 0.9."
+    fast = OF_FAST | {"unfit": unfit, "warnings": (f"{FAST} It is UNFIT for this case:", *unfit, other)}
+    comparison = compared(replace(evidence, run=replace(evidence.run, fast_fill=FAST_FILL)))
+    lines = result_lines(result_of(comparison, fluid=fast), "validate", "3 min")
+    assert lines[1:5] == [
+        "Fluid    fast model, UNFIT for this case; for screening only, not as a result",
+        *(f"         {reason}" for reason in unfit),
+        f"Warning  {other}",
+    ]
+    assert lines[-2:] == [
+        "Gate     No verdict: the level was computed by the fast model, which is for screening. "
+        "The gate of 1.6 mm is not applied.",
+        "Report   run/report.html",
+    ]
+    within = result_of(comparison, fluid=fast | {"unfit": (), "warnings": (f"{FAST} The case is within.",)})
+    assert result_lines(within, "validate")[1].startswith("Fluid    fast model, without particles; for screening only")
+
+
+def _few(evidence: Evidence) -> Evidence:
+    """Return the evidence with readings at three of the nine stations."""
+    s_mm = np.array([5.0, 10.0, 15.0])
+    return replace(evidence, readings=Profile(s_mm, slope(s_mm), data="measured"))
+
+
+LINES = {
+    "held out": (lambda e: {"comparison": compared(e)}, ["Held out, as declared", "Gate     1.6 mm: passed"]),
+    "undeclared": (lambda e: {"comparison": compared(e, role="undeclared")}, ["is not declared: set readings.role"]),
+    "fitted, undeclared": (
+        lambda e: {"comparison": compared(e, role="calibrated-on")},
+        ["the fitted settings are not declared", "not a test"],
+    ),
+    "synthetic sample": (
+        lambda e: {"comparison": compared(replace(e, photo_data="synthetic"))},
+        ["The sample is synthetic."],
+    ),
+    "best": (lambda e: {"comparison": compared(e)}, ["No baseline is nearer: the dispensed volume lying flat ("]),
+    "gate missed": (lambda e: {"comparison": compared(e, gate=Gate(mean_error_mm=0.1))}, ["Gate     0.1 mm: failed"]),
+    "gate undecided": (
+        lambda e: {"comparison": compared(e, gate=Gate(mean_error_mm=0.5))},
+        ["Gate     0.5 mm: undecided, since it is inside the 95 % interval"],
+    ),
+    "no gate": (lambda e: {"comparison": compared(e, gate=None)}, ["Gate     none declared"]),
+    "outside the readings' error": (
+        lambda e: {"comparison": compared(e)},
+        ["Beyond the readings' own error at 9 of 9 stations."],
+    ),
+    "inside it": (
+        lambda e: {"comparison": compared(replace(e, profile=Profile(e.profile.s_mm, e.profile.level_mm - 0.5)))},
+        ["Within the readings' own error at all of 9 stations."],
+    ),
+    "extra runs": (
+        lambda e: {"comparison": compared(e, runs=spread(effects=[LIFTED]), declared=Uncertainty(volume_ml=0.1))},
+        ["the errors of readings, numerics and inputs at", "Mean level off by +0.50 ± ", "ASME V&V 20"],
+    ),
+    "few readings": (
+        lambda e: {"comparison": compared(_few(e))},
+        ["Result   No verdict: the readings cover", "Held out", "Gate     1.6 mm: undecided"],
+    ),
+    "edited": (
+        lambda e: {"comparison": compared(replace(e, edited=("profile.csv",)))},
+        ["Result   Files were edited by hand after the run (profile.csv): no verdict.", "Gate     1.6 mm: undecided"],
+    ),
+    "edited without readings": (
+        lambda e: {"comparison": None, "edited": ("profile.csv",)},
+        ["Warning  ", "Files were edited by hand after the run (profile.csv).", "No readings: "],
+    ),
+    "escaped": (
+        lambda e: {
+            "comparison": compared(replace(e, run=replace(e.run, escaped_particles=2))),
+            "fluid": {"escaped_particles": 2},
+        },
+        ["Fluid    2 particles escaped", "Result   Do not use this run: 2 particles", "Gate     1.6 mm: failed"],
+    ),
+    "spilled": (lambda e: {"comparison": None, "fluid": {"spilled_particles": 12}}, ["particle escaped, 12 spilled"]),
+    "no readings": (
+        lambda e: {"comparison": None},
+        ["Result   No readings: the simulated fill is not compared", "adds a 95 % band, about 3 min)"],
+    ),
+    "prediction": (
+        lambda e: {
+            "comparison": None,
+            "prediction": PredictedLevel.model_construct(
+                mean_level_mm=-5.0, mean_level_95_mm=(-6.0, -4.0), band_95_mm=np.array([1.0, 2.0, 9.0])
+            ),
+        },
+        ["the mean level is -5.00 mm from the face (95 %: -6.00 to -4.00 mm)", "± 2.00 mm (95 %, median)"],
+    ),
+    "seeds": (lambda e: {"comparison": None, "seeds": SEEDS}, ["Seeds    The level is the mean of 3 runs"]),
+    "earlier trials": (
+        lambda e: {
+            "comparison": compared(e),
+            "earlier_trials": EarlierTrials.model_construct(
+                trials=(None, None),
+                expectations=(
+                    Expectation.model_construct(
+                        quantity="mean_level_mm", relative=False, bias=0.8, scatter=0.3, computed=-5.0, expected=-5.8,
+                        expected_95=(-6.5, -5.1),
+                    ),
+                ),
+            ),
+        },
+        ["Expected In 2 earlier trials of this lab"],
+    ),
+    "other versions": (
+        lambda e: {"comparison": compared(e), "other_versions": ("run: computed by simulate 1.",)},
+        ["Warning  run: computed by simulate 1."],
+    ),
+    "contradicted declaration": (
+        lambda e: {
+            "comparison": (m := compared(e)).model_copy(
+                update={"uncertainty": present(m.uncertainty, "").model_copy(update={"unused": ("Not used.",)})}
+            )
+        },
+        ["Not used."],
+    ),
+    "weighed": (
+        lambda e: {"comparison": None, "sample": {"weighed": WEIGHED}},
+        ["Cavity   by weight (2 steps, 95 %): width 3.10 ± 0.20 mm"],
+    ),
+    "assumed scale": (
+        lambda e: {"comparison": None, "sample": {"warnings": ("the scale is assumed",), "data": "undeclared"}},
+        ["the scale is assumed", "Origin of the photo: undeclared"],
+    ),
+    "fitted width": (
+        lambda e: {
+            "comparison": None,
+            "sample": {"width_source": "fit", "width_95_mm": (2.9, 3.4), "cavity_volume_95_mm3": (5500.0, 6500.0)},
+        },
+        ["3.12 mm wide by a fit of its profile, with 95 % from 2.9 to 3.4 mm; room for 5.95 ml (5.50 to 6.50), "],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", LINES)
+def test_each_kind_of_result_has_its_line(evidence, kind):
+    parts, expected = LINES[kind]
+    lines = result_lines(result_of(**parts(evidence)), "validate", "3 min")
+    assert [text for text in expected if text not in "\n".join(lines)] == []
+
+
+@pytest.mark.parametrize("kind", ["extra runs", "few readings", "edited", "escaped", "prediction"])
+def test_extra_runs_are_not_offered_for_what_they_cannot_add(evidence, kind):
+    assert "--uncertainty" not in result_lines(result_of(**LINES[kind][0](evidence)), "validate", "3 min")[-1]
+
+
+def test_a_digitised_crack_shows_its_scale_and_no_fluid():
+    """A path alone has no width."""
+    lines = result_lines(result_of(None), "digitise")
+    assert [line.split()[0] for line in lines] == ["Crack", "Scale", "Folder"]
+    assert lines[1] == "Scale    8 4x4_50 markers of 16 mm, 0.1001 mm/px, uncertain by 0.045 %"
+    path = {"mean_width_mm": None, "cavity_volume_mm3": None, "sealant_mm3": 0.0}
+    alone, *_ = result_lines(result_of(None, sample=path), "digitise")
+    assert alone == "Crack    79.5 mm long, a path alone, without walls or solid; no sealant set (path.volume_ml)"
