@@ -77,10 +77,12 @@ reproduce: $(INSTALLED)
 picture: demo
 	$(BIN)/python reports/images/draw.py reports/paper-trial
 
-# GALLERY=1 also runs the examples and shows their figures.
-docs: $(DEVELOPING)
+# GALLERY=1 also runs the examples and shows their figures. The demo's report lies beside the pages.
+docs: $(DEVELOPING) demo
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[docs]' --constraint constraints.txt
 	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_build/html
+	mkdir -p docs/_build/html/paper-trial
+	cp reports/paper-trial/report.html reports/paper-trial/report.pdf docs/_build/html/paper-trial
 	@echo "Documentation: docs/_build/html/index.html"
 
 docs-gallery:

@@ -6,7 +6,8 @@
 them from three runs at each of three particle sizes, which ``benchmarks.blind_labs`` keeps for each lab. The band is
 computed from them as the command does, with 200 draws of the fast model in place of 1,000. Reality is the particles of
 ``benchmarks.blind_cases``, or the second reality in several worlds, which knows nothing of particles
-(``benchmarks.second_reality``). There is no part by readings: bands are held against the level itself.
+(``benchmarks.second_reality``). There is no part by readings: bands are held against the level itself. Beside the level
+by particles stand two that cost nothing: the flat line of the poured volume, and the fast model.
 """
 
 import tempfile
@@ -29,6 +30,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
 from sealtwin.study.drawn_runs import draw
 from sealtwin.study.moved_inputs import Base
+from validate.metrics.volumes import balance_profile
 from validate.result import PredictedLevel
 from validate.uncertainty.bed_ends import BedEnds
 from validate.uncertainty.computed import Spread
@@ -85,6 +87,8 @@ class _Judged(NamedTuple):
     places: float  # Share of the places in their bands
     whole: bool  # True if the whole profile is in its band
     rms_mm: float
+    flat_rms_mm: float  # Of the poured volume lying flat in the crack
+    fast_rms_mm: float  # Of the fast model's level
     band_mm: float  # Half of the band, median
 
 
@@ -93,13 +97,13 @@ def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iter
     for number in numbers:
         with tempfile.TemporaryDirectory() as place:
             one = measured(ANEW_SEED, number, Path(place))
+            bases = {name: base_of(one, number, lab) for name, lab in LABS.items()}
             predictions = {
-                name: _predicted(base_of(one, number, lab), kept[number, name], Path(place, name))
-                for name, lab in LABS.items()
+                name: _predicted(base, kept[number, name], Path(place, name)) for name, base in bases.items()
             }
         for name, reality in REALITIES.items():
             band = predictions[reality.lab].band(TENSION_N_M if reality.wets else None)
-            judged[name].append(_judge(_real_mm(one, number, reality.world), band))
+            judged[name].append(_judge(_real_mm(one, number, reality.world), band, bases[reality.lab]))
         last = {name: f"{each[-1].off_mm:+.2f} ({each[-1].half_mm:.2f})" for name, each in judged.items()}
         print(f"trial {number}: mean level off by (half of its interval), mm: {last}", flush=True)
     for name, each in judged.items():
@@ -129,18 +133,25 @@ def _real_mm(one: Measured, number: int, world: World | None) -> Floats:
     return np.interp(PLACES_MM, STATIONS_MM, finished(ANEW_SEED)[number]["real_mm"])
 
 
-def _judge(real_mm: Floats, band: PredictedLevel) -> _Judged:
+def _judge(real_mm: Floats, band: PredictedLevel, base: Base) -> _Judged:
     predicted_mm, half_mm, profile_mm = (
         np.interp(PLACES_MM, band.s_mm, values) for values in (band.level_mm, band.band_95_mm, band.profile_band_95_mm)
     )
+    flat = balance_profile(base.run.dispensed_volume_mm3, base.sample.outline, base.sample.solid)
+    flat_mm, fast_mm = (np.interp(PLACES_MM, level.s_mm, level.level_mm) for level in (flat, base.profile))
     off_mm = real_mm - predicted_mm
+    rms_mm, flat_rms_mm, fast_rms_mm = (
+        float(np.sqrt(np.mean((real_mm - level_mm) ** 2))) for level_mm in (predicted_mm, flat_mm, fast_mm)
+    )
     low_mm, high_mm = band.mean_level_95_mm
     return _Judged(
         float(off_mm.mean()),
         (high_mm - low_mm) / 2,
         float(np.mean(np.abs(off_mm) <= half_mm)),
         bool((np.abs(off_mm) <= profile_mm).all()),
-        float(np.sqrt(np.mean(off_mm**2))),
+        rms_mm,
+        flat_rms_mm,
+        fast_rms_mm,
         float(np.median(half_mm)),
     )
 
@@ -161,7 +172,12 @@ def _figures(name: str, trials: Sequence[_Judged], reality: Reality) -> Iterator
         yield Row(f"{name}: half of a mean level's interval over 1.96 sd of the errors", wide, "", 0, most)
     yield Row(f"{name}: half of a mean level's interval, median", float(np.median(half_mm)), "mm")
     yield Row(f"{name}: half of the band, median", float(np.median([one.band_mm for one in trials])), "mm")
-    yield Row(f"{name}: level off by, RMS", float(np.sqrt(np.mean([one.rms_mm**2 for one in trials]))), "mm")
+    for by, rms_mm in (
+        ("level", [one.rms_mm for one in trials]),
+        ("flat line by volume", [one.flat_rms_mm for one in trials]),
+        ("fast model", [one.fast_rms_mm for one in trials]),
+    ):
+        yield Row(f"{name}: {by} off by, RMS", float(np.sqrt(np.mean(np.square(rms_mm)))), "mm")
 
 
 if __name__ == "__main__":

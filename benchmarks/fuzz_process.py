@@ -1,5 +1,6 @@
 """A command in a process of its own, a copy of this one: its exit code, what it prints, its time and its memory."""
 
+import faulthandler
 import importlib
 import os
 import pkgutil
@@ -57,6 +58,7 @@ def in_a_process(arguments: list[str], folder: Path) -> tuple[int, str, float]:
 def _end_as(arguments: list[str], folder: Path, output: TextIO) -> NoReturn:
     """End this process as the command ends, with 1 for any exception, and write what it printed, or its traceback."""
     exit_code = 1
+    faulthandler.disable()  # An abort is one of the cases; pytest would print the stack of each thread.
     try:
         os.setsid()
         os.chdir(folder)

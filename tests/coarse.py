@@ -9,7 +9,7 @@ QUICKER = (
     ("radius_mm = 0.4", "radius_mm = 0.75"),
     ("speed_mm_s = 4.0", "speed_mm_s = 20.0"),
     ("diameter_mm = 2.4", "diameter_mm = 4.6"),
-    ('freeze_after_s = "never"', "freeze_after_s = 0.5"),
+    ("freeze_after_s = 2.58", "freeze_after_s = 0.5"),
     ("settle_s = 2.0", "settle_s = 0.0"),
     ("mean_error_mm = 1.6", "mean_error_mm = 20.0"),
 )

@@ -53,7 +53,7 @@ def remarks_of(settle_s: float = 2.0, **fluid) -> tuple[str, ...]:
 
 
 SINKS = "between walls 3.1 mm apart the sealant sinks by its own weight at up to"
-LEVELS = "without a yield stress, particles move"
+LEVELS = "at any U, sealant levels like a thin liquid"
 HOLDS = "supports the paste between walls 3.1 mm apart"
 STANDS = {"age_s": [0.0, 9.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [20.0, 20.0]}
 THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last in (100.0, 0.5))
@@ -73,13 +73,9 @@ THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last 
         ({"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0}, f"viscosity_pa_s is 2: {SINKS} 0.61 mm/s", ""),
         ({"curve": THICK}, "curve is thick", "0.079 mm/s"),
         # U = 30, with or without what freezes, is the paper's own.
-        ({"U": 30.0}, f"U is 30: {LEVELS}", "level like a thin liquid. For"),
-        ({"U": 1e5}, f"U is 100000: {LEVELS}", "level like a thin liquid. For"),
-        (
-            {"U": 30.0, "freeze_after_s": 2.58},
-            f"U is 30: {LEVELS}",
-            "level like a thin liquid until they freeze. For",
-        ),
+        ({"U": 30.0}, f"U is 30: {LEVELS};", "viscous flow needs fluid.viscosity_pa_s."),
+        ({"U": 1e5}, f"U is 100000: {LEVELS};", ""),
+        ({"U": 30.0, "freeze_after_s": 2.58}, f"U is 30: {LEVELS} until it freezes; viscous flow needs", ""),
         # Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa.
         (
             {"viscosity_pa_s": 1.0, "yield_stress_pa": 15.3},
