@@ -303,8 +303,7 @@ def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
 
 def _model(evidence: Evidence) -> Model:
     return Model(
-        "The sealant at the end, coloured by age; the line is the crack's mouth. Single particles and the near wall "
-        "are not drawn.",
+        "The sealant at the end, coloured by age, without the near wall; the line is the crack's mouth.",
         "The sealant in the crack, seen from one side and from above, coloured by age",
         build_turntable(evidence.run, evidence.solid),
     )

@@ -210,7 +210,7 @@ def _notes(evidence: Evidence) -> tuple[tuple[str, str], ...]:
 def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:
     parts = []
     if (interval_mm := comparison.interval_95_mm) is not None:
-        parts.append("Reading errors alone leave {:.2f} to {:.2f} mm, in 19 of 20 cases.".format(*interval_mm))
+        parts.append("{:.2f} to {:.2f} mm by the errors of the readings, in 19 of 20 cases.".format(*interval_mm))
     if (gate := comparison.gate) is not None:
         parts.append(f"Limit {gate.mean_error_mm:g} mm: {gate.reason or 'no reason given'}.")
     else:
