@@ -60,13 +60,13 @@ FIGURES = (
         ["W0: half of the band, median", "W0: half of a mean level's interval, median"],
     ),
     Figure(
-        "its error in a second model of reality, RMS: particles; fast model; flat line of the same volume",
+        "its RMS error if another flow model is the truth: particles; the fast model; a flat line of its volume",
         "{:.1f}; {:.1f}; {:.1f} mm",
         "blind_own_band",
         ["W0: level off by, RMS", "W0: fast model off by, RMS", "W0: flat line by volume off by, RMS"],
     ),
     Figure(
-        "the same, if particles of another seed and size are the reality",
+        "the same, if particles of another seed and size are the truth",
         "{:.1f}; {:.1f}; {:.1f} mm",
         "blind_own_band",
         [

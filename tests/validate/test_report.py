@@ -149,12 +149,12 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path, monk
     leave_out_figures(monkeypatch)
     _, page, pdf = written(tmp_path, readings_data=None, photo_data="synthetic")
     for text in (page.text, pdf):
-        assert "No readings" in text
+        assert "compared with nothing" in text
         assert text.index("Not a validation") < text.index("Mass balance")
         assert text.count("Not a validation") == 1
         assert "Agreement with the readings" not in text
         assert "mean error" not in text
-    assert sum(tag == "svg" for tag, _ in page.tags) == 7
+    assert sum(tag == "svg" for tag, _ in page.tags) == 6
     data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert (data.comparison, data.outcome) == (None, "open")
 

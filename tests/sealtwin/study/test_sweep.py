@@ -314,7 +314,7 @@ def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab,
     assert report["states"]["waiting"] == 4
     thin, viscous = [note for note in narration.notes if "fluid.U is " in note]
     assert thin.startswith("note: 2 of 4 runs: fluid.U is 3: ")
-    assert viscous.startswith("note: 2 of 4 runs: fluid.U is 300: without a yield stress")
+    assert viscous.startswith("note: 2 of 4 runs: fluid.U is 300: at any U")
     again = Narration()
     sweep(lab, tmp_path / "out", HERE, again)
     assert viscous in again.notes

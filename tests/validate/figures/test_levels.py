@@ -25,7 +25,8 @@ def evidence(tmp_path_factory):
 @pytest.fixture
 def drawn(evidence):
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
-    levels = draw_levels(theme.plate(3.4).add_subplot(), profile, level_floor(10.0), readings, comparison)
+    with theme.themed():
+        levels = draw_levels(theme.plate(3.4).add_subplot(), profile, level_floor(10.0), readings, comparison)
     return {"levels": levels, "histogram": draw_histogram(comparison)}
 
 
