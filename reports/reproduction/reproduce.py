@@ -1,40 +1,48 @@
-"""The paper reproduced by one command, which goes on where it was killed; README.md, elements.md, figures/ beside it.
+"""Reproduce the paper by one command, which continues where it was killed.
 
-    python -m reports.reproduction.reproduce                    all stages
-    python -m reports.reproduction.reproduce flare flare-seeds  these
-    python -m reports.reproduction.reproduce page               none: the page alone
+    python -m reports.reproduction.reproduce           all runs, kept.json, figures/ and README.md
+    python -m reports.reproduction.reproduce --page    README.md alone, from kept.json
 
-What a stage finds is kept in kept.json, of which the page is made. Times are judged only where nothing else runs beside
-them, so their stages are best run alone.
+The runs are in reports/paper-*, which git ignores.
 """
 
 import argparse
-import sys
+from dataclasses import asdict
 from pathlib import Path
 
-from reports.reproduction.stages import parts, stages
-from reports.reproduction.studies import reproduce
-from sealtwin.core.errors import SealtwinError
-from sealtwin.core.progress import progress_for_stderr
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from reports.reproduction.claims import SAME_MM, claims_of
+from reports.reproduction.runs import Results, compute
+from sealtwin.core import files
 
 HOME = Path(__file__).resolve().parent
-PAGE = "page"
+KEPT = HOME / "kept.json"
 
 
 def main() -> None:
-    wanted = parts(HOME)
-    names = [stage.name for stage in stages(wanted)]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("stages", nargs="*", metavar="STAGE", help=f"{', '.join(names)}, or {PAGE}; none: all")
-    asked: list[str] = parser.parse_args().stages
-    if unknown := [name for name in asked if name not in (*names, PAGE)]:
-        parser.error(f"{unknown[0]}: no such stage; there are {', '.join(names)} and {PAGE}")
-    try:
-        lines = reproduce(HOME, wanted, asked or names, HOME.parent, progress_for_stderr(quiet=False))
-    except SealtwinError as fault:
-        print(fault, file=sys.stderr)
-        sys.exit(fault.exit_code)
-    print("\n".join(lines))
+    parser.add_argument("--page", action="store_true", help="write the page alone, from kept.json")
+    if not parser.parse_args().page:
+        files.write_json(KEPT, asdict(compute(HOME.parent, HOME / "figures")))
+    files.write_text(HOME / "README.md", page(Results(**files.read_json(KEPT))))
+    print(HOME / "README.md")
+
+
+def page(results: Results) -> str:
+    environment = Environment(
+        loader=FileSystemLoader(HOME), undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True
+    )
+    claims = claims_of(results)
+    return environment.get_template("page.md.j2").render(
+        asdict(results),
+        claims=claims,
+        agreeing=sum(claim.agrees for claim in claims),
+        same_mm=SAME_MM,
+        least_mm=np.min(results.error_mm),
+        most_mm=np.max(results.error_mm),
+    )
 
 
 if __name__ == "__main__":
