@@ -235,7 +235,8 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
     )
     if (uncertainty := comparison.uncertainty) is not None:
         missing = ", without numerics or inputs" if uncertainty.mean_level.resolved is None else ""
-        yield Paragraph(stretches_off(uncertainty.stations))
+        if sentences := stretches_off(uncertainty.stations):
+            yield Paragraph(sentences)
         yield Plate(
             "Error E (simulated minus measured level) at each station, ± 2 standard uncertainties; filled markers are "
             f"outside the band of all stations. Below: the parts of the uncertainty{missing}.",
