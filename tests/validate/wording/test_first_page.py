@@ -173,3 +173,16 @@ def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(plain):
     assert set(rows["error, mm"]) == {"+0.5"}
     beyond = replace(plain.readings, s_mm=plain.readings.s_mm + 1.0)
     assert dict(station_rows(judged(replace(plain, readings=beyond))))["error, mm"][-1] == "-"
+
+
+def test_the_page_states_what_holds_the_bed_and_ends_with_the_command_that_plans_a_better_fill(plain):
+    """Broken on purpose, with the command beside readings too, or for a sealant that no plan takes."""
+    settings = plain.run.settings | {"fluid": plain.run.settings["fluid"] | {"freeze_after_s": 2.58}}
+    frozen = replace(judged(plain), run=replace(plain.run, settings=settings), note="A slot.", can_be_planned=True)
+    notes = dict(first_page(frozen).notes)
+    assert "2.58 s after its release" in notes["Freezing:"]
+    assert notes["Note:"] == "A slot."
+    assert "Next:" not in notes
+    alone = replace(frozen, readings=None, comparison=None)
+    assert first_page(alone).notes[-1][1].startswith("'sealtwin plan trial.toml'")
+    assert "Next:" not in dict(first_page(replace(alone, can_be_planned=False)).notes)
