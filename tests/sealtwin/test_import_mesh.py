@@ -62,5 +62,5 @@ def test_a_scan_is_injected_and_reported(tmp_path):
     assert (result["fluid"]["escaped_particles"], result["fluid"]["spilled_particles"]) == (0, 0)
     assert result["sample"]["cavity_volume_mm3"] == pytest.approx(solid.cavity_volume_mm3, rel=1e-3)
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    assert "The walls stand as they do in the mesh" in page
+    assert "The walls are those of the mesh" in page
     assert "the mesh is synthetic" in page
