@@ -40,7 +40,7 @@ def results(many, tmp_path_factory):
 def _start(study, out, jobs=2):
     command = [sys.executable, "-m", "sealtwin", "sweep", study, "--out", out, "--device", "cpu", "--jobs", jobs]
     # A group of its own, as a terminal makes it.
-    return start_interruptible([*map(str, command), "--quiet"], start_new_session=True)
+    return start_interruptible([*map(str, command), "--accurate", "--quiet"], start_new_session=True)
 
 
 def _workers(pid):
