@@ -186,3 +186,17 @@ def test_the_page_states_what_holds_the_bed_and_ends_with_the_command_that_plans
     alone = replace(frozen, readings=None, comparison=None)
     assert first_page(alone).notes[-1][1].startswith("'sealtwin plan trial.toml'")
     assert "Next:" not in dict(first_page(replace(alone, can_be_planned=False)).notes)
+
+
+def test_too_few_readings_are_told_how_many_are_needed(plain):
+    """Seen to fail without the label: the page then only states that there are too few."""
+    few = [0, 4]
+    readings = replace(
+        plain.readings,
+        s_mm=plain.readings.s_mm[few],
+        level_mm=plain.readings.level_mm[few],
+        repeats_mm=plain.readings.repeats_mm[few],
+    )
+    labels = dict(first_page(judged(replace(plain, readings=readings))).labels)
+    assert "5 stations or more" in labels["Verdict:"]
+    assert "Verdict:" not in dict(first_page(judged(plain)).labels)
