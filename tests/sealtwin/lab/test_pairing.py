@@ -7,14 +7,13 @@ from pathlib import PurePath
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.file_owners import place_files, with_owners
 from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import FilePlace, read_name, read_names
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import pair
-from sealtwin.lab.pairing_columns import possible_answers
+from sealtwin.lab.pairing_columns import columns_asked, possible_answers
 from tests.labs import QUIET, answer, edit, fates, question
 from validate.readings.column_units import SET_UNIT
 from validate.readings.columns import ASSIGN
