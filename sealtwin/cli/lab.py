@@ -28,8 +28,8 @@ def ingest(
     sheet the command shows how it was read: columns, roles, units and first values. Questions about doubtful cases are
     written into LAB/pairing.csv; answer them there, or in lab.toml at the top of FOLDER. You need not edit your own
     files. A note gives settings that no photo shows, as keys of a trial: a TOML file, or lines such as
-    crack.depth_mm = 16.0 in a text. Other numbers in notes and texts are quoted, and their sample waits for an answer. A
-    table of masses and levels is read as a liquid weighed into the crack.
+    crack.depth_mm = 16.0 in a text. Other numbers of notes and texts are quoted, and their sample waits for an answer.
+    A table of masses and levels is read as a liquid weighed into the crack.
 
     A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
     of doubtful samples are traced too, so that all questions come at once. The lab keeps each tracing, so that later

@@ -9,14 +9,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.plain_files import opened
 from sealtwin.core.settings import dotted_names, read_toml
 from sealtwin.lab.found_files import NAMED_FILES, NOTE_SUFFIX, TABLE_SUFFIXES, few, plain
-from sealtwin.lab.sheets import LARGEST_READ_BYTES, text_of
 from sealtwin.trial.trial_file import Trial
 from validate.readings.header_words import sample_key
 from validate.readings.samples import read_cells, sheets_of
 from validate.readings.sheet import clipped
+from validate.readings.text_table import decoded
 from validate.settings import OF_THE_SHEET, SIGNS, Columns, Declared
 
 NAME = "name"
@@ -44,11 +45,12 @@ KEYS = "a note may have the keys of a trial ('sealtwin init DIR' shows them), an
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 ASSIGNED = re.compile(r"\s*([A-Za-z_]\w*(?:\.[A-Za-z_]\w*){0,3})\s*=[^#]*")
 """Line ``key = value``. Behind a # could be a number that sets nothing."""
-SENTENCE_END = re.compile(r"(?<=[^\W\d]{2}[.!?])\s")
+SENTENCE_END = re.compile(r"(?<=[^\W\d][.!?])\s+(?=[A-ZÀ-Þ])")
 LEAST_LINES = 3  # Lines of numbers from which a text may be readings
 LINE_OF_NUMBERS = re.compile(r"(?!.*[^\W\d_]{3})(?:.*?(?<![\w.,])[-+\u2212]?\d+(?:[.,]\d+)?(?![.,]?\d)){2}")
 """Line with two numbers or more, and no word of three letters."""
 MOST_QUOTED = 8  # Sentences in one question
+LARGEST_READ_BYTES = 200_000
 LONGEST_OWN = 200
 GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 
@@ -152,7 +154,7 @@ class Note:
 def _lines(path: Path) -> Iterator[str]:
     """Yield the lines of a text, or the rows of all sheets of a table. Raises InputError if it cannot be read."""
     if path.suffix.lower() not in TABLE_SUFFIXES:
-        yield from text_of(path).splitlines()
+        yield from _text_of(path).splitlines()
         if path.stat().st_size > LARGEST_READ_BYTES:
             yield f"all behind its first {LARGEST_READ_BYTES} bytes"
         return
@@ -160,6 +162,13 @@ def _lines(path: Path) -> Iterator[str]:
         for row in grid.rows:
             cells = (cell.text or "0 (formula without a result)" * (cell.kind == "formula") for cell in row.cells)
             yield "; ".join(filter(None, cells))
+
+
+def _text_of(path: Path) -> str:
+    """Return the beginning of a text in any encoding. Raises InputError if the file is not text."""
+    with naming(path), opened(path) as file:
+        content = file.read(LARGEST_READ_BYTES)
+    return decoded(path, content)[0]
 
 
 def _has_number(text: str, sample: str) -> bool:
@@ -172,7 +181,7 @@ def _has_number(text: str, sample: str) -> bool:
 def lines_of_readings(path: Path) -> int:
     """Return the number of lines of a text that may be readings; 0 if it has too few of them."""
     try:
-        lines = sum(LINE_OF_NUMBERS.match(line) is not None for line in text_of(path).splitlines())
+        lines = sum(LINE_OF_NUMBERS.match(line) is not None for line in _text_of(path).splitlines())
     except (InputError, OSError):
         return 0
     return lines if lines >= LEAST_LINES else 0

@@ -6,8 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from digitise.weighing.fill import WeighedFill
-from sealtwin.core.errors import InputError, naming
-from sealtwin.core.plain_files import opened
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from validate.readings.columns import Mass, read_header
@@ -17,13 +16,11 @@ from validate.readings.samples import read_cells
 from validate.readings.sheet import FaultList, SheetGrid
 from validate.readings.table_reader import TableReader
 from validate.readings.table_rows import is_a_number
-from validate.readings.text_table import decoded
 from validate.readings.turned import upright
 from validate.readings.understood import WAYS, understood
 from validate.settings import Columns, Declared
 
 LEAST_STEPS = 2
-LARGEST_READ_BYTES = 200_000
 
 
 def kind_of_text(path: Path) -> Literal["readings", "fill", "text"]:
@@ -40,13 +37,6 @@ def kind_of_text(path: Path) -> Literal["readings", "fill", "text"]:
         places = [row.cell(0).text.split(" ") for row in grid.rows if row.width > 1]
         numbers = sum(unit_of(unit) is not None for _, *units in places for unit in units) + numbers
     return "readings" if numbers > 1 and path.suffix.lower() != ".md" else "text"
-
-
-def text_of(path: Path) -> str:
-    """Return the beginning of a text in any encoding. Raises InputError if the file is not text."""
-    with naming(path), opened(path) as file:
-        content = file.read(LARGEST_READ_BYTES)
-    return decoded(path, content)[0]
 
 
 def _is_fill(grid: SheetGrid) -> bool:
