@@ -43,8 +43,8 @@ OF_ONE = (NAME, DATE, *NAMED_FILES.values(), "readings.as_written")
 STARTER = 'Write a note with what no photo shows: data = "measured", and depth_mm = 16.0 in [crack]'
 KEYS = "a note may have the keys of a trial ('sealtwin init DIR' shows them), and data, date and operator."
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
-ASSIGNED = re.compile(r"\s*([A-Za-z_]\w*(?:\.[A-Za-z_]\w*){0,3})\s*=[^#]*")
-"""Line ``key = value``. Behind a # could be a number that sets nothing."""
+ASSIGNED = re.compile(r"\s*([A-Za-z_]\w*(?:\.[A-Za-z_]\w*){0,3})\s*=[^#]*(#\D*)?")
+"""Line ``key = value``, perhaps with a comment, which has no number."""
 SENTENCE_END = re.compile(r"(?<=[^\W\d][.!?])\s+(?=[A-ZÀ-Þ])")
 LEAST_LINES = 3  # Lines of numbers from which a text may be readings
 LINE_OF_NUMBERS = re.compile(r"(?!.*[^\W\d_]{3})(?:.*?(?<![\w.,])[-+\u2212]?\d+(?:[.,]\d+)?(?![.,]?\d)){2}")
@@ -118,13 +118,14 @@ class Note:
 
     def _take_line(self, line: str, where: str, sample: str) -> list[str]:
         """Take a line ``key = value``, or return the sentences of another line that have a number."""
-        assigned = ASSIGNED.fullmatch(line)
+        key = ASSIGNED.match(line)
         try:
-            if assigned is not None:
+            if key is not None and key.end() == len(line):
                 return self.take_tables(tomllib.loads(line), where)
         except (ValueError, RecursionError):
-            if assigned is not None and assigned[1] in known_keys():
-                return [line.strip()]
+            pass  # Quoted below
+        if key is not None and (key[1] in known_keys() or "." in key[1]):
+            return [line]
         return [one.strip() for one in SENTENCE_END.split(line) if _has_number(one, sample)]
 
     def _is_taken(self, key: str, value: Any, where: str) -> bool:

@@ -130,7 +130,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         outcome.note.entries |= _answered(role, given, f"{PAIRING}, {sample.files[role]}")
     take_depths(folder, outcome)
     outcome.faults += outcome.note.faults
-    outcome.remarks += outcome.note.remarks
+    outcome.remarks += [*outcome.note.remarks, *outcome.unread]
     return outcome
 
 
@@ -191,7 +191,7 @@ def _read_notes(folder: Path, outcome: SampleOutcome) -> Note:
         if not (unread := note.read(folder / file, sample.name)):
             continue
         if _answers(sample).get(file, {}).get("settings"):
-            outcome.remarks.append(f"{file}: not read: {unread}.")
+            outcome.unread.append(f"{file}: not read: {unread}.")
             continue
         question = (
             f"{file}: not read: {unread}. Write settings among these into the column settings of {PAIRING}, such as "

@@ -20,8 +20,8 @@ def test_notes_in_the_words_of_labs_are_quoted_and_hold_their_samples_until_answ
     """Broken on purpose by reading texts only if they are called notes: P03, P08 and P10 are new without a question."""
     folder, lab = make_lab_folder(tmp_path / "folder"), tmp_path / "lab"
     quote_notes(folder)
-    held = fates(ingest(folder, lab, QUIET))
-    assert {name for name, fate in held.items() if fate == "failed"} == QUOTED.keys()
+    states = fates(ingest(folder, lab, QUIET))
+    assert {name for name, state in states.items() if state == "failed"} == QUOTED.keys()
     for name, _, quotations in QUOTED.values():
         assert question(lab, name).startswith(f"{name}: not read: {', '.join(quotations)}. Write settings")
     answer(lab, {name: {"settings": ANSWER} for name, _, _ in QUOTED.values()})
@@ -63,6 +63,10 @@ def test_lines_of_a_text_are_settings_and_its_other_numbers_are_asked_about(smal
     answer(lab, {"zu P01 notiert.txt": ignored, "README.txt": ignored, "P01.txt": {"settings": "crack.depth_mm = 9"}})
     assert not ingest(small, lab, QUIET).faults
     assert present(load_trial(lab / "P01@2" / "trial.toml").crack, "crack").depth_mm == 9
+    edit(small / "P01.txt", "21 °C", "12 mm tief")
+    changed = ingest(small, lab, QUIET).outcomes[0]
+    assert changed.fate == "revised", "what the answer was not about"
+    assert any("12 mm tief" in remark for remark in changed.remarks)
 
 
 @pytest.mark.parametrize(
@@ -72,6 +76,8 @@ def test_lines_of_a_text_are_settings_and_its_other_numbers_are_asked_about(smal
         ("crack.depth_mm = 8 mm", "'crack.depth_mm = 8 mm'"),
         ("crack.tilt = lean", "'crack.tilt = lean'"),
         ("depth_mm = 8", "'depth_mm = 8'"),
+        ("crack.depth_mm = 8 # or 9?", "'crack.depth_mm = 8 # or 9?'"),
+        ("crack.tlit = lean", "'crack.tlit = lean'"),
         ("Wetter = 'trocken'", ""),
         ("Risstiefe ½ cm", "'Risstiefe ½ cm'"),
         ("Siehe P-01 und P02.", "'Siehe P-01 und P02.'"),
