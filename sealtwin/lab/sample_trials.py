@@ -43,6 +43,7 @@ from validate.settings import Declared
 
 MARKDOWN = "|"  # Separator of a table in Markdown
 IN_NAME = re.compile(r"\d+(?:[.,]\d+)?[ _]?(?:mm|cm|in|inch|deg|ml|pa)(?![^\W\d_])", re.IGNORECASE)
+"""Number with a unit in the names of a file and its folders."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     outcome.remarks += [
         f"{file}: its name has {', '.join(numbers)}; settings are not read from names."
         for file in sample.files.values()
-        if (numbers := _numbers_in(file))
+        if (numbers := IN_NAME.findall(file.with_suffix("").as_posix()))
     ]
     for file, given in _answers(sample).items():
         outcome.note = read_cell(given.get("settings", ""), f"{PAIRING}, {file}").over(outcome.note)
@@ -170,11 +171,6 @@ def _answered(role: Role, given: Mapping[str, str], origin: str) -> dict[str, No
     if "crack" in given:
         settings["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
     return {key: NoteEntry(value, origin) for key, value in settings.items()}
-
-
-def _numbers_in(file: PurePath) -> list[str]:
-    """Return numbers in the names of a file and its folders that have a unit."""
-    return IN_NAME.findall(file.with_suffix("").as_posix())
 
 
 def _answers(sample: SampleFiles) -> dict[PurePath, Mapping[str, str]]:
