@@ -77,10 +77,6 @@ def map(
 
     drawn_on = choose_device(command.device) if fills else None
     mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
-    if caliper is not None:
-        from sealtwin.lab.held_out import note_use
-
-        note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
     command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
@@ -168,7 +164,6 @@ def sweep(
     if len(targets) != 1:
         raise typer.BadParameter(f"{len(targets)} studies are given; give one")
     from sealtwin.core.cluster import cores
-    from sealtwin.lab.held_out import note_study
     from simulate.device import choose_device, describe_device
 
     part = _shard(shard)
@@ -187,8 +182,6 @@ def sweep(
         shard=part,
     )
     swept = sweeps.sweep(targets[0], out, options, command.progress(), settings)
-    if swept["best"] is not None:
-        note_study(targets[0], settings)
     command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 
@@ -238,23 +231,19 @@ def calibrate(
     """
     from sealtwin.calibration.calibrate import calibrate as find
     from sealtwin.core.cluster import cores
-    from sealtwin.lab.held_out import facts_above, note_use
     from sealtwin.study.sweep import SweepOptions
-    from sealtwin.trial.trial_file import load_trial
     from simulate.device import choose_device, describe_device
 
     ranges = _ranges(free)
     if twice := sorted(ranges.keys() & settings.keys()):
         raise typer.BadParameter(f"{twice[0]} is given by both --set and --free; give one of them")
-    for file in hold_out or []:
-        facts_above(load_trial(file, settings), file.parent)
     chosen = choose_device(command.device)
     command.say(f"Device: {describe_device(chosen)}")
     count = jobs or (cores() if chosen == "cpu" else 1)
     # A worker process takes seconds to start, in each round.
     how = SweepOptions(device=chosen, jobs=0 if count == 1 else count, drafts=not accurate)
     when = day.today() if date is None else day_of(date)
-    done = find(
+    content = find(
         trials,
         ranges,
         out,
@@ -265,9 +254,7 @@ def calibrate(
         date=when,
         settings=settings,
     )
-    for twin in done.calibrated:
-        note_use(twin.sheet, twin.readings, f"calibration of '{done.content['name']}'")
-    command.reply(Answer(done.content, calibrated_lines(done.content), 0 if done.content["possible"] else GATE_FAILED))
+    command.reply(Answer(content, calibrated_lines(content), 0 if content["possible"] else GATE_FAILED))
 
 
 def _ranges(given: list[str]) -> dict[str, tuple[float, float]]:

@@ -27,13 +27,13 @@ from sealtwin.trial.seed_levels import OF_SEEDS, read_level
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
 from validate.report_input import ReadingsSheet, provenance
-from validate.result import COMPARISON, EARLIER, PREDICTION, SeedRuns
+from validate.result import COMPARISON, PREDICTION, SeedRuns
 
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
 NOT_RECORDED = "not recorded"
-REPORT_FORM = 8  # Version of comparison.json and report.json; files of another version are written anew
+REPORT_FORM = 9  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
@@ -63,12 +63,8 @@ def bring_up_to_date(job: Job) -> bool:
         inputs |= {name: files.sha256(job.path / name) for name in OF_SEEDS}
     settings = stage_settings(trial, "validate")
 
-    sheet, searched = sheet_of(job), job.above.lab_searched
-    above: dict[str, Any] = {"sheet": sheet and dict(sheet), "searched": searched}
-    if earlier := job.above.earlier(job):
-        above["earlier"] = [one.model_dump() for one in earlier]
-    numbers = job.numbers("validate")
-    key = stage_key(inputs, {**settings, "form": REPORT_FORM, **above}, numbers)
+    sheet, numbers = sheet_of(job), job.numbers("validate")
+    key = stage_key(inputs, {**settings, "form": REPORT_FORM, "sheet": sheet and dict(sheet)}, numbers)
     if job.folder.is_current("validate", key):
         return False
     job.progress.start("Validating", 2)
@@ -80,7 +76,6 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
     from validate.uncertainty.bed_ends import BedEnds
-    from validate.uncertainty.earlier_trials import foresee
     from validate.uncertainty.meniscus import Mouth
     from validate.uncertainty.validation import predict
 
@@ -115,26 +110,23 @@ def bring_up_to_date(job: Job) -> bool:
         commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
         sheet=sheet,
         edited=tuple(name for stage in stages for name in job.folder.edited(stage) if name in used),
-        lab_searched=searched,
         extra_runs=job.extra_runs,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
         can_be_planned=trial.given_fluid.can_be_planned,
         live=live_model(job, outline, solid, trajectory),
     )
     if trial.readings is not None and readings is not None:
-        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate, earlier)
+        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)
         evidence = replace(evidence, comparison=comparison)
     elif spread is not None:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
         ends, mouth = BedEnds.of(trajectory, run), Mouth.of(outline, solid, run.density_kg_m3)
         prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm, ends, mouth)
         evidence = replace(evidence, prediction=prediction)
-    evidence = replace(evidence, earlier=foresee(earlier, evidence))
     begin_writing(job, "validate")
     keep_origin(job)
     outputs: list[str] = list(REPORT)
-    records = {COMPARISON: evidence.comparison, PREDICTION: evidence.prediction, EARLIER: evidence.earlier}
-    for name, record in records.items():
+    for name, record in ((COMPARISON, evidence.comparison), (PREDICTION, evidence.prediction)):
         if record is not None:
             files.write_json(job.path / name, record.model_dump())
             outputs.append(name)

@@ -260,8 +260,7 @@ def _tested(comparison: Comparison, *, fast: bool) -> Tile:
     title, readings = "Tested?", f"these readings at {counted(comparison.stations_compared, 'place')}"
     if comparison.role == "held-out":
         figure = "Fast model" if fast else "Yes"
-        checked = "the lab's catalogue has no other use of them" if comparison.lab_searched else "as declared"
-        return Tile(title=title, figure=figure, text=f"No setting was fitted to {readings}: held out, {checked}.")
+        return Tile(title=title, figure=figure, text=f"No setting was fitted to {readings}: held out, as declared.")
     if comparison.role == "calibrated-on":
         if not comparison.fitted:
             text = "Settings were fitted to these readings; the trial does not name them."

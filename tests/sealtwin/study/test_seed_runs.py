@@ -12,9 +12,9 @@ from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
-from sealtwin.lab.held_out import facts_above
 from sealtwin.plan.verify import require_plannable
 from sealtwin.study import extra_runs, run_comparison, runner, variants
+from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import read_plan, run_path
 from sealtwin.study.sweep import sweep
@@ -63,7 +63,7 @@ def _validate(
 ) -> FinishedStages:
     with open_folder(path, create=False) as folder:
         job = resume_job(folder, "cpu", progress or Narration(), settings)
-        return run_stages(replace(job, above=facts_above(job.trial, job.source)), [stage])
+        return run_stages(replace(job, above=by_studies()), [stage])
 
 
 def _levels(path: Path) -> dict[str, np.ndarray]:
@@ -176,7 +176,7 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
     """The extra runs take the seeds' own for the trial's size; the level scatters by 1 / sqrt(3) of a single run."""
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
     with job_in(path) as job:
-        job = replace(job, above=facts_above(job.trial, job.source))
+        job = replace(job, above=by_studies())
         assert extra_runs.vary(job)
         spread = read_spread(job)
         assert spread is not None
