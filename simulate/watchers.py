@@ -139,8 +139,8 @@ class Checkpoint(Watcher):
 
 
 def _finer(content: Mapping[str, Any]) -> int:
-    """Return ``Injection.finer`` of a checkpoint; older ones have none. Raises ValueError if it is not one of a run."""
-    finer = content.get("finer", np.array(1))
+    """Return ``Injection.finer`` of a checkpoint. Raises KeyError or ValueError if it is not one of a run."""
+    finer = content["finer"]
     if finer.ndim or finer not in FINER:
         raise ValueError(f"finer is {finer}")
     return int(finer)

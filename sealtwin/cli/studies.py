@@ -89,9 +89,8 @@ def sweep(
     targets: Annotated[
         list[Path] | None,
         argument(
-            "STUDY | status DIR | merge DIR DIR ...",
-            "A study.toml; 'status' and the folder of a sweep, which may be running; or 'merge' and the folders of the "
-            "shards.",
+            "STUDY | status DIR",
+            "A study.toml; or 'status' and the folder of a sweep, which may be running.",
         ),
     ] = None,
     *,
@@ -113,7 +112,6 @@ def sweep(
             "tls://HOST:PORT",
         ),
     ] = None,
-    shard: Annotated[Text, option("Compute only the I-th of N parts of the study, into its own folder.", "I/N")] = None,
     keep_runs: Annotated[bool, flag("--keep-runs", "Also keep the particles of each run.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
     accurate: Accurate = False,
@@ -133,8 +131,6 @@ def sweep(
     Examples: sealtwin sweep fixtures/paper-trial/study-paper.toml --dry-run
 
     sealtwin sweep status reports/paper-132
-
-    sealtwin sweep merge reports/paper-132-1-of-2 reports/paper-132-2-of-2 --out reports/paper-132
     """
     if example is not None:
         if targets:
@@ -148,25 +144,17 @@ def sweep(
         raise typer.BadParameter("give a study; --example FILE writes one to start from")
     from sealtwin.study import sweep as sweeps
 
-    verb = str(targets[0])
-    if verb == "status":
+    if str(targets[0]) == "status":
         if len(targets) != 2:
             raise typer.BadParameter("status: give the folder of one sweep")
         swept = sweeps.status(targets[1])
         command.reply(Answer(swept, swept_lines(swept)))
-        return
-    if verb == "merge":
-        if len(targets) < 2 or out is None:
-            raise typer.BadParameter("merge: give the folders of the shards, and --out")
-        merged = sweeps.merge(targets[1:], out)
-        command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
         return
     if len(targets) != 1:
         raise typer.BadParameter(f"{len(targets)} studies are given; give one")
     from sealtwin.core.cluster import cores
     from simulate.device import choose_device, describe_device
 
-    part = _shard(shard)
     chosen = choose_device(command.device)
     command.say(f"Device: {describe_device(chosen)}")
     on_cpu = chosen == "cpu"
@@ -179,20 +167,9 @@ def sweep(
         dry_run=dry_run,
         drafts=not accurate,
         scheduler=scheduler,
-        shard=part,
     )
     swept = sweeps.sweep(targets[0], out, options, command.progress(), settings)
     command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
-
-
-def _shard(text: str | None) -> tuple[int, int]:
-    """Read I/N. Raises typer.BadParameter."""
-    if text is None:
-        return 1, 1
-    number, _, count = text.partition("/")
-    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
-        raise typer.BadParameter(f"--shard {text}: expected I/N with I from 1 to N, as in 3/16")
-    return int(number), int(count)
 
 
 @answers(device=True)
@@ -279,11 +256,9 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
     """Return the lines that describe a sweep, made from its --json object."""
     from sealtwin.core.progress import in_words
 
-    runs, total, best = swept["runs"], swept["runs_of_study"], swept["best"]
+    runs, best = swept["runs"], swept["best"]
     counts = ", ".join(f"{number} {state}" for state, number in swept["states"].items() if number)
     lines = [f"{swept['name']}: {len(runs)} runs, {counts}."]
-    if len(runs) < total:
-        lines.append(f"These are {len(runs)} of the study's {total} runs; 'sealtwin sweep merge' joins its shards.")
     lines += swept["other_versions"]
     if swept["computed_by"]:
         remaining = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"

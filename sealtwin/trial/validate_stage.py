@@ -32,7 +32,6 @@ from validate.result import COMPARISON, PREDICTION, SeedRuns
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-NOT_RECORDED = "not recorded"
 REPORT_FORM = 9  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
@@ -245,7 +244,7 @@ def _provenance(job: Job, sheet: "ReadingsSheet | None", *, varied: bool, seeds:
     facts: dict[str, str] = {}
     listed: set[tuple[str, str]] = set()
     for stage, entry in stages.items():
-        facts[f"{stage}: finished"] = str(entry.get("finished_utc", NOT_RECORDED))
+        facts[f"{stage}: finished"] = entry["finished_utc"]
         facts[f"{stage}: wall time"] = f"{entry['wall_time_s']:.1f} s"
         new = [one for one in entry["inputs"].items() if one not in listed and one[0] not in WRITTEN]
         facts |= {f"{stage}: {name}": f"sha256 {digest}" for name, digest in new}
