@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, naming
-from sealtwin.core.frames import Frame, ParticleState
 from sealtwin.core.plain_files import opened
 from sealtwin.core.progress import Pace
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import MANIFEST
-from sealtwin.core.vtk_files import read_collection, write_collection, write_frame
+from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write_collection, write_frame
 from simulate.injection import FINER, Injection
 from simulate.setup.release_schedule import ROUNDING
 

@@ -7,9 +7,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sealtwin.core.frames import Frame
 from sealtwin.core.records import DataKind, JsonRecord, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.stage_keys import number_words
+from sealtwin.core.vtk_files import Frame
 from validate.result import Comparison, PredictedLevel, SeedRuns
 
 

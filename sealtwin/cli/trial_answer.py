@@ -139,7 +139,7 @@ def _made(result: "TrialResult", last: "StageName") -> Rows:
     if fluid is not None:
         yield from (("Fluid", text) for text in (_fluid(fluid), *(fluid.unfit or ())))
         if result.seeds is not None:
-            from validate.wording.seeds import mean_sentence
+            from validate.wording.of_runs import mean_sentence
 
             yield "Seeds", mean_sentence(result.seeds)
 

@@ -28,9 +28,9 @@ from sealtwin.trial.job import (
     shown,
     start_job,
 )
-from sealtwin.trial.seed_levels import read_seeds
 from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.validate_stage import read_seeds
 from validate.result import (
     PREDICTION,
     RESULT,

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.record_files import LEVEL
 from sealtwin.core.records import Outline, Profile, Solid
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.core.vtk_files import read_frame
@@ -23,7 +25,6 @@ from sealtwin.trial.job import (
     made_by,
     stage_settings,
 )
-from sealtwin.trial.seed_levels import OF_SEEDS, read_level
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
 from validate.report_input import ReadingsSheet, provenance
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 REPORT_FORM = 9  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
+SEED_RUNS = "seeds.json"
+OF_SEEDS = (LEVEL, SEED_RUNS)  # Files of the runs with the other seeds that the report reads
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
 RECORD = "record.json"  # File in the folder of a trial that was ingested from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
@@ -134,6 +137,24 @@ def bring_up_to_date(job: Job) -> bool:
     facts = {"numbers": numbers, "given": list(given)}
     job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, **facts)
     return True
+
+
+def read_seeds(job: Job) -> SeedRuns | None:
+    """Read the record of the runs whose mean is the level; None if there is one run, or they are not finished."""
+    if job.trial.seeds is None or SEEDS not in job.folder.finished():
+        return None
+    return record_files.read_record(SeedRuns, job.path / SEED_RUNS)
+
+
+def read_level(job: Job) -> tuple[Profile, SeedRuns | None]:
+    """Read the level, and the record of the runs if it is a mean. Raises InputError if one of them is missing."""
+    seeds = read_seeds(job)
+    if job.trial.seeds is not None and (seeds is None or len(seeds.seeds) != job.trial.seeds):
+        raise InputError(
+            f"{job.path}: the runs of its {job.trial.seeds} seeds are not finished. Run 'sealtwin validate {job.path}' "
+            "first."
+        )
+    return (record_files.read_profile if seeds is None else record_files.read_level)(job.path), seeds
 
 
 def varied_settings(trial: Trial) -> dict[str, Any]:

@@ -36,8 +36,8 @@ from validate.wording.comparison import (
     volume_table,
 )
 from validate.wording.headline import mean_of_seeds
+from validate.wording.of_runs import levels_in_words, mean_sentence
 from validate.wording.prediction import prediction_table
-from validate.wording.seeds import levels_in_words, mean_sentence
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from validate.result import Comparison, PredictedLevel
 from validate.units import counted, setting_name, signed
 from validate.wording.comparison import volumes_mm3
 from validate.wording.headline import faults, headline, not_measured
+from validate.wording.of_runs import levels_in_words
 from validate.wording.sample_and_run import freezing, hidden_width
-from validate.wording.seeds import levels_in_words
 
 ML = 1000.0  # mm³
 MOST_NAMED = 6  # Most fitted settings that the page names

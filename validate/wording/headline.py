@@ -10,8 +10,8 @@ from validate.report_input import Evidence
 from validate.result import Outcome, SeedRuns
 from validate.units import counted
 from validate.wording.comparison import volumes_mm3
+from validate.wording.of_runs import seed_sentences
 from validate.wording.prediction import predicted_sentence
-from validate.wording.seeds import seed_sentences
 
 FEW_ACROSS = 3.0
 """Least number of particles from wall to wall; the paper has four. Runs with two particles gained 11 to 17 % in volume,

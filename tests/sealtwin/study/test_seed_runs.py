@@ -20,10 +20,9 @@ from sealtwin.study.study_folder import read_plan, run_path
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import SEEDS, resume_job
 from sealtwin.trial.pipeline import FinishedStages, run_stages
-from sealtwin.trial.seed_levels import OF_SEEDS
 from sealtwin.trial.stage_numbers import StageName
 from sealtwin.trial.trial_file import load_trial
-from sealtwin.trial.validate_stage import read_spread
+from sealtwin.trial.validate_stage import OF_SEEDS, read_spread
 from tests.labs import edit
 from tests.narration import Narration
 from tests.pages import leave_out_pages
