@@ -33,7 +33,7 @@ class Above:
 
     extra_runs: "Callable[[Job], str]" = lambda _: ""
     """Function that returns the time of 'sealtwin validate RUN --uncertainty' in words, or "" if it is unknown."""
-    other_seeds: "Callable[[Job], bool] | None" = None
+    other_seeds: "Callable[[Job], bool]" = lambda _: False
     """Function that brings the runs with the other seeds up to date, and returns True if it computed any."""
     announce_seeds: "Callable[[Job], None]" = lambda _: None
     """Function that notes the expected time of the runs with all seeds before the first begins."""

@@ -145,8 +145,6 @@ def _bring_seeds_up_to_date(job: Job) -> bool:
     Returns True if a file was changed.
     """
     if job.trial.seeds is not None:
-        if job.above.other_seeds is None:
-            raise RuntimeError("a trial with seeds needs Above.other_seeds")
         return job.above.other_seeds(job)
     was_there = SEEDS in job.folder.manifest["stages"]
     clear(job, SEEDS)
