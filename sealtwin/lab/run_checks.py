@@ -18,7 +18,6 @@ from sealtwin.core.run_folder import MANIFEST, RunFolder, holding, look_into, op
 from sealtwin.core.stage_keys import content_key
 from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
 from sealtwin.lab.found_files import TRIAL
-from sealtwin.lab.held_out import facts_above
 from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
 from sealtwin.lab.notes import DEPTH, SCALE
 from sealtwin.lab.pairing import PAIRING
@@ -193,7 +192,6 @@ def _faults_of(source: Path, run: Path) -> list[str]:
     """Return the faults that prevent the run of a traced trial, and doubts about its readings."""
     trial = load_trial(source / TRIAL)
     try:
-        facts_above(trial, source)
         with open_folder(run, create=True) as opened:
             return list(check_run(start_job(trial, source, opened, "cpu", Progress())))
     except InputError as fault:
