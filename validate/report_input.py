@@ -7,10 +7,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sealtwin.core.frames import Frame
 from sealtwin.core.records import DataKind, JsonRecord, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.stage_keys import number_words
-from validate.result import Comparison, EarlierTrials, PredictedLevel, SeedRuns
+from sealtwin.core.vtk_files import Frame
+from validate.result import Comparison, PredictedLevel, SeedRuns
 
 
 class ReadingsSheet(JsonRecord):
@@ -93,7 +93,6 @@ class Evidence:
     readings: Profile | None = None  # None without a caliper sheet; the report then shows only the simulation
     comparison: Comparison | None = None  # Comparison of profile and readings; None without readings
     prediction: PredictedLevel | None = None  # Of a run without readings; None without extra runs
-    earlier: EarlierTrials | None = None  # Readings expected from earlier trials; None with fewer than two valid ones
     volume_ratio: float
     overlay_path: Path
     straight_path: Path  # Picture of the photo along the crack
@@ -102,7 +101,6 @@ class Evidence:
     commands: tuple[str, ...] = ()  # Commands that make this report again, in order
     sheet: ReadingsSheet | None = None  # File of the readings; None without readings
     edited: tuple[str, ...] = ()  # Files of the run that were changed after their stage wrote them
-    lab_searched: bool = False  # True if a lab's catalogue has no other use of held-out readings
     extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty if unknown
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
     can_be_planned: bool = False  # True if 'sealtwin plan' takes the sealant

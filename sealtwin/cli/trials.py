@@ -159,7 +159,7 @@ def _answer_fast(command: Command, file: Path, run: Path) -> tuple[str, ...]:
     """Digitise a trial, and print the fast model's answer. Returns the printed warnings."""
     from sealtwin.core.record_files import read_outline, read_sample
     from sealtwin.trial import pipeline
-    from sealtwin.trial.fast_answer import fast_answer
+    from sealtwin.trial.quick_trial import fast_answer
     from sealtwin.trial.trial_file import load_trial
 
     trial = load_trial(file)

@@ -16,7 +16,6 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
-from sealtwin.core.replicates import Z_95, further_run_mm2, require_different
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
@@ -28,6 +27,7 @@ from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
+from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
 
 REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"

@@ -34,8 +34,6 @@ def test_no_sentence_names_an_option_or_a_command_that_does_not_exist():
     texts = {str(path): "\n".join(_strings(tree)) for path, tree in modules() if path.name not in drawn}
     texts |= {str(page): page.read_text() for page in (ROOT / "README.md", *(ROOT / "docs").rglob("how-to/*.md"))}
     templates = {*(ROOT / "sealtwin" / "templates").glob("*.toml")}
-    # It names options that are gone.
-    templates.remove(ROOT / "sealtwin" / "templates" / "removed_options.toml")
     texts |= {str(page): page.read_text() for page in templates}
     named = {
         (place, name)

@@ -13,8 +13,8 @@ from PIL import Image
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
-from sealtwin.core.frames import Frame
 from sealtwin.core.records import Pixels
+from sealtwin.core.vtk_files import Frame
 from validate.figures.particles import SPEED, add_bar, draw_discs
 from validate.figures.snapshots import OVER, UNDER, FillScene
 from validate.figures.theme import ALONG, GROUND, INK, label_axes, themed, wide_figure

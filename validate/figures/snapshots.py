@@ -13,8 +13,8 @@ from matplotlib.path import Path as Outlines
 from matplotlib.ticker import MaxNLocator
 
 from sealtwin.core.files import replacing
-from sealtwin.core.frames import Frame, ParticleState
 from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
+from sealtwin.core.vtk_files import Frame, ParticleState
 from validate.figures import particles, theme
 from validate.figures.drawing import as_picture
 

@@ -158,7 +158,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     # By the model alone, since the times of these small runs are of the machine.
     monkeypatch.setattr(Forecast, "scaled_s", lambda _, model_s: model_s)
     how = replace(HERE, drafts=True)
-    content = calibrate([one], ranges, tmp_path / "out", how, progress, held_out=[other], budget=16).content
+    content = calibrate([one], ranges, tmp_path / "out", how, progress, held_out=[other], budget=16)
     # Eight more runs and eight of the held-out trial follow the first eight; eight follow the last two; then none does.
     some_s = [left_s for left_s in later_s if left_s > 0]
     assert some_s[0] > 1.5 * some_s[-1]
