@@ -18,8 +18,8 @@ COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttribu
 ALL_OPTIONS = {"--help", "--version"} | {
     name for command in COMMANDS.values() for parameter in command.params for name in parameter.opts if name[0] == "-"
 }
-OTHERS = {"--array", "--job-name", "--cpus-per-task", "--constraint", "--editable"}
-"""Options of batch systems, in the scripts that we write for them, and of pip."""
+OTHERS = {"--nworkers", "--nthreads", "--constraint", "--editable"}
+"""Options of Dask and of pip."""
 PHOTO = ("--depth-mm", "5", "--mm-per-px", "0.1")
 
 
