@@ -40,7 +40,6 @@ from validate.report.chapters import (
     first_figure,
     scale_words,
 )
-from validate.report.live_chapter import live_chapter
 from validate.report.report_data import ReportData, report_data
 from validate.report_input import Evidence
 from validate.units import PageTable
@@ -158,16 +157,12 @@ def _page(
     drawings: Mapping[Plate, DrawnFigure],
 ) -> str:
     environment = page_environment()
-    # The page lists exceeded limits of the fast model in their own order.
-    environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
     environment.filters["kind"] = lambda item: type(item).__name__
     environment.filters["photo"] = lambda item: _data_uri("jpeg", item.pixels)
     environment.filters["still"] = lambda item: _data_uri("webp", item.still)
     environment.filters["svg"] = lambda item: in_page(drawings[item].svg, item.caption)
-    live = live_chapter(evidence)
     turns = any(isinstance(item, Model) for chapter in content for item in chapter.items)
-    named = (*(["turntable.js"] if turns else []), *(["slot.js", "live.js"] if live else []))
-    scripts = [resources("validate").joinpath("templates", name).read_text(encoding="utf-8") for name in named]
+    script = resources("validate").joinpath("templates", "turntable.js").read_text(encoding="utf-8") if turns else ""
     stops = map(to_hex, matplotlib.colormaps[AGES](np.linspace(0, 1, STOPS)))
     return environment.get_template("report.html.j2").render(
         data=data,
@@ -175,11 +170,9 @@ def _page(
         chapters=content,
         # The colour scale of ages for CSS, from left to right.
         colours=f"linear-gradient(to right, {', '.join(stops)})",
-        # The page's policy allows only these scripts, by their hashes.
-        scripts=[
-            (Markup(script), base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()) for script in scripts
-        ],
-        live=live,
+        script=Markup(script),
+        # The page's policy allows only this script, by its hash.
+        digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
     )
 
 
