@@ -1,7 +1,6 @@
 """The report as a PDF of at most four pages: the facts of the first page, and all pictures with their captions.
 
-Two pages of text, and two of pictures: six on each, and a report has at most eleven. Text beyond that is in report.html
-only.
+Two pages of text, and two of pictures: six on each, and a report has at most eleven. Pages say if text was left out.
 """
 
 import io
@@ -25,10 +24,11 @@ MARGIN_IN, LINE_IN, GUTTER_IN = 0.7, 0.165, 0.2
 """Margin of an A4 page, distance between two lines of text, and space between two pictures side by side."""
 TEXT_PT, LEAD_PT, LARGE_PT, SMALL_PT = 8.5, 10.0, 15.0, 8.0
 TEXT_PAGES, ROWS = 2, 3  # Most pages of text, and rows of two pictures on a page
-LONGEST, CAPTION_LINES = 20, 5  # Most lines of a paragraph (a trial's note has 2,000 characters), and of a caption
+LONGEST, CAPTION_LINES, SHORT = 20, 5, 60
+"""Most lines of a paragraph (a trial's note has up to 2,000 characters), of a caption, and characters of a foot."""
+MORE = "Not all sentences on this trial have room here: read report.html."
 OUTCOME_COLOUR = {"passed": "#00704f", "failed": "#b3261e", "undecided": "#7a5c00", "open": MUTED}
-"""Colours of the verdict on the light page; the sentence has the same meaning without them."""
-CAUTION = "#7a5c00"
+"""Colours of the verdict, whose sentence has the same meaning without them; "undecided" is that of cautions too."""
 
 Captioned = tuple[Image.Image | io.BytesIO, str]
 """A picture, as pixels or as a JPEG, and its caption."""
@@ -47,10 +47,10 @@ def write_pdf(path: Path, data: ReportData, first: Captioned, others: Sequence[C
     paper.image(picture, w=paper.epw)
     paper.paragraph(caption, SMALL_PT, colour=MUTED)
     paper.tiles(page.tiles)
+    for caution in data.faults[1:]:
+        paper.paragraph(caution, LEAD_PT, "B", OUTCOME_COLOUR["undecided"])
     for word, text in page.notes:
         paper.paragraph(f"{word} {text}", colour=MUTED)
-    for caution in data.faults[1:]:
-        paper.paragraph(caution, LEAD_PT, "B", CAUTION)
     paper.pictures(others)
     paper.output(str(path))
     # fpdf2 leaves the files of its fonts open.
@@ -73,16 +73,16 @@ class _Paper(FPDF):
         # Otherwise {nb} in a text would become the number of pages.
         self.str_alias_nb_pages = ""
         self.set_creation_date(datetime(1970, 1, 1, tzinfo=UTC))
-        self._title = printable(title)
-        self.set_title(self._title)
+        self.set_title(printable(title))
+        self._foot = printable(title)[:SHORT]
         self.set_creator("sealtwin")
         self.add_page()
 
     def footer(self) -> None:
-        """Print the page's number and the title; fpdf2 calls it at the end of each page."""
+        """Print the page's number, and the title or MORE; fpdf2 calls it at the end of each page."""
         self.set_y(-0.5)
         self._style(SMALL_PT, "", MUTED)
-        self.cell(0, LINE_IN, f"{self.page_no()} · {self._title}")
+        self.cell(0, LINE_IN, f"{self.page_no()} · {self._foot}")
 
     def paragraph(
         self,
@@ -102,6 +102,7 @@ class _Paper(FPDF):
             lines[most - 1 :] = ["…"]
         if self.will_page_break(line_in * len(lines)):
             if self.page_no() == TEXT_PAGES:
+                self._foot = MORE
                 return
             self.add_page()
         self.multi_cell(width_in, line_in, "\n".join(lines), align="L", new_x="LMARGIN", new_y="NEXT")

@@ -41,7 +41,9 @@ def test_a_report_with_everything_has_four_pages_and_every_picture_with_its_capt
     assert len(pages) == 4
     assert [text.count("Figure ") for text, _ in pages[2:]] == [6, 5]
     assert sum(pictures for _, pictures in pages[:2]) == 1
-    assert "…" in pages[0][0]
+    assert "Caution 1." in pages[1][0]
+    assert "Caution 39." not in pages[1][0]
+    assert "read report.html" in pages[1][0]
 
 
 def test_a_plain_report_has_its_facts_on_the_first_page(tmp_path, data):
