@@ -32,8 +32,8 @@ from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced
 from simulate.material_file import Material
-from validate.calibration.discrepancy import SMOOTH_ERRORS_MM
 from validate.calibration.free import Free, Marginal
+from validate.calibration.posterior import SMOOTH_ERRORS_MM
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
 from validate.figures.calibration_sheet import calibration_sheet
 from validate.figures.figure_sheet import write_sheet_of_figures

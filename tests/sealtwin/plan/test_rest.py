@@ -19,8 +19,7 @@ from sealtwin.core.records import Trajectory
 from sealtwin.plan import search
 from sealtwin.plan.make_plan import Options
 from sealtwin.plan.rest import Continued, Rest, read_levels, rest_of
-from sealtwin.plan.search import Case
-from sealtwin.plan.shape import Knots, Limits
+from sealtwin.plan.search import Case, Knots, Limits
 from sealtwin.plan.verify import Misfit, misfit
 from simulate.slot.flux import HerschelBulkley
 from tests.shapes import straight_slot
