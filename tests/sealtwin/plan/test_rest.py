@@ -80,6 +80,7 @@ def test_a_pour_that_is_a_tenth_low_is_corrected(reverse):
     assert rest.unchanged.total_mm3 == pytest.approx(unchanged.total_mm3, abs=3)
 
 
+@pytest.mark.broad
 def test_a_pour_that_is_high_goes_on_where_it_paused_with_less():
     rest, at_end = continued(planned(), 1.1)
     assert rest.trajectory.s_mm[0] == pytest.approx(PAUSED_MM, abs=0.5)
