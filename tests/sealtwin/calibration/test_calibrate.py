@@ -216,7 +216,7 @@ def test_a_material_has_the_figures_of_a_run_that_confirms_it_if_the_last_one_fa
 
 def _command(lab, out):
     free = [part for text in FREE for part in ("--free", text)]
-    line = ["calibrate", "trial.toml", *free, "--hold-out", "other.toml", "--date", "2026-11-22"]
+    line = ["calibrate", "trial.toml", *free, "--hold-out", "other.toml", "--date", "2026-11-22", "--accurate"]
     return [sys.executable, "-m", "sealtwin", *line, "--jobs", "1", "--device", "cpu", "--json", "--out", out]
 
 
@@ -255,6 +255,7 @@ def _holds(lab, answer):
         hold_out=[lab / "other.toml"],
         out=lab / "out",
         jobs=1,
+        accurate=True,
     )
     assert calibration.content["finding"] == answer["finding"]
     assert calibration.posterior["fluid.yield_stress_pa"].shape == (500,)
