@@ -16,16 +16,7 @@ from sealtwin.packages_check import require_at_import
 if TYPE_CHECKING:
     from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
     from sealtwin.api.outputs import write_report, write_robot_program
-    from sealtwin.api.planning import (
-        FlowPlan,
-        LevelFrame,
-        LoopModel,
-        LoopState,
-        RemainingPlan,
-        loop_step,
-        plan_flow,
-        read_loop,
-    )
+    from sealtwin.api.planning import FlowPlan, plan_flow, plan_rest
     from sealtwin.api.runs import (
         BlockRelease,
         Fluid,
@@ -63,14 +54,10 @@ __all__ = [
     "Fluid",
     "InputError",
     "LevelComparison",
-    "LevelFrame",
     "LevelReadings",
-    "LoopModel",
-    "LoopState",
     "Nozzle",
     "NumericalError",
     "PlannedPath",
-    "RemainingPlan",
     "Run",
     "SamplePhoto",
     "SealtwinError",
@@ -88,12 +75,11 @@ __all__ = [
     "import_dxf",
     "import_mesh",
     "inject",
-    "loop_step",
     "measure_level",
     "plan_flow",
     "plan_path",
+    "plan_rest",
     "plot_levels",
-    "read_loop",
     "read_photo",
     "read_readings",
     "release_block",

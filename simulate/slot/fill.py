@@ -3,9 +3,14 @@
 The balance of each cell is dA/dt + dQ/ds = q. A step uses the upwind area and perimeter after its sealant has landed,
 and the slopes at its end. The end then minimises a convex function, and is found by Newton steps, halved if they go too
 far. The areas follow from the flows, so that volume is conserved even if the search has a residual.
+
+The paste supports a mound under the nozzle and a crown across the crack, which an averaged flow would spread. The
+sideways pressure of paste that is pulled apart is 2 tau less than its weight, that of paste that is pushed together
+2 tau more (Rankine's limits of a plastic soil without friction). At the nozzle's last place both meet along the crack,
+and levels differ by 4 tau / rho g. Across the crack paste that was laid along the middle is pulled apart, and its level
+is 2 tau / rho g higher there than at the walls.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +20,6 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.settings import LEVEL, SampleSlope
 from simulate.slot.flux import Conduits, HerschelBulkley, conduits
-from simulate.slot.mound import crown_mm, mound_mm2
 from simulate.slot.sections import Trapezoids, sections_of
 
 CELLS = 60
@@ -33,6 +37,10 @@ the convex function.
 SAMPLES = 8  # Samples of the nozzle's motion per step
 GRAVITY_MM_S2 = 9810.0
 HUGE = 1e6  # Reach of a fluid without a yield stress, in 1/mm
+MOUND, CROWN = 4.0, 2.0
+"""Heights of a mound and of a crown, divided by tau / rho g."""
+MOST_MOUND = 0.5
+"""Largest share of the sealant that is in a mound. In a short crack a larger mound would have no bed under it."""
 
 
 @dataclass(frozen=True)
@@ -74,13 +82,8 @@ def fill(
     slope: SampleSlope = LEVEL,
     cells: int = CELLS,
     steps: int = STEPS,
-    watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
 ) -> Filled:
-    """Pour along the trajectory, let the bed settle, and return it.
-
-    ``watch`` receives the time and the filled area of each section after each step. Only the returned bed includes the
-    mound that remains under the nozzle.
-    """
+    """Pour along the trajectory, let the bed settle, and return it with the mound that remains under the nozzle."""
     weight = paste.weight_pa_mm
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
@@ -99,9 +102,8 @@ def fill(
     )
     flowing_mm3 = landed_mm3 * (1 - float(heap_mm2.sum()) * sections.step_mm / max(all_mm3, np.finfo(float).tiny))
     bed = _Bed(sections, paste, weight * into, weight * along)
-    for t_s, step_s, more_mm3 in zip(times_s[1:], np.diff(times_s), flowing_mm3, strict=True):
+    for step_s, more_mm3 in zip(np.diff(times_s), flowing_mm3, strict=True):
         bed.advance(float(step_s), more_mm3 / sections.step_mm)
-        watch(float(t_s), bed.area_mm2)
     area_mm2 = bed.area_mm2 + heap_mm2
     height_mm = sections.height_mm(area_mm2)
     return Filled(
@@ -125,6 +127,31 @@ def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
     count = int(np.ceil(np.log1p(left_s / (times_s[1] - begin_s) * (GROWS - 1)) / np.log(GROWS)))
     after_s = np.cumsum(GROWS ** np.arange(count))
     return np.concatenate([times_s, end_s + after_s / after_s[-1] * left_s])
+
+
+def mound_mm2(
+    sections: Trapezoids, landed_mm3: float, *, held_mm: float, middle_mm: float, nozzle_mm: float, surface_mm: float
+) -> Floats:
+    """Return the mound's area in each section, (n,), above a bed with its surface at ``surface_mm``.
+
+    It moves with the nozzle and remains at its last place, ``middle_mm``. Its top is as wide as the nozzle; its flanks
+    are those of a slump on its base, h dh/dx = tau / rho g, which is ``held_mm``.
+    """
+    aside_mm = np.maximum(np.abs(sections.s_mm - middle_mm) - nozzle_mm / 2, 0.0)
+    rise_mm = np.sqrt(np.maximum((MOUND * held_mm) ** 2 - 2 * held_mm * aside_mm, 0.0))
+    _, width_mm = sections.area_mm2(surface_mm - sections.bottom_mm)
+    area_mm2 = rise_mm * width_mm
+    total_mm3 = float(area_mm2.sum()) * sections.step_mm
+    return area_mm2 * (min(1.0, MOST_MOUND * landed_mm3 / total_mm3) if total_mm3 > 0 else 0.0)
+
+
+def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
+    """Return the level in the middle of the crack minus the mean across it, (n,).
+
+    It is a third of the height of a parabola, and at most the height of the bed. It is 0 if the bed reaches the face,
+    because paste above the face slumps next to the mouth.
+    """
+    return np.clip(np.minimum(height_mm, depth_mm - height_mm), 0.0, CROWN * held_mm / 3)
 
 
 def supplied_mm3(

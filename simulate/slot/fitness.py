@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sealtwin.core.records import Outline, Solid, Trajectory
-from simulate.slot.fill import CELLS
+from simulate.slot.fill import CELLS, MOUND
 from simulate.slot.flux import HerschelBulkley
-from simulate.slot.mound import MOUND
 from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import Trapezoids, sections_of, trapezoid_misfit
 
