@@ -152,7 +152,7 @@ def _meshed(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline
 
 def _in_sections(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline, Solid]:
     """Move only the walls and sections, since ring and mesh take longer than a run of the fast model."""
-    from digitise.solid.tilt_variants import crack_sections
+    from digitise.solid.sections import crack_sections
 
     outline = walls_apart(sample.outline, wider_mm / sample.outline.mean_width_mm)
     moved = {"depth_mm": shape.deepest_mm, "wall_angles_deg": shape.wall_angles_deg}
