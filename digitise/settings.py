@@ -322,7 +322,7 @@ class MeshInput(Settings):
     """A modelled or scanned sample in place of a photo."""
 
     file: Path
-    """STL, PLY, OBJ, OFF, GLB or 3MF file. The path is relative to the trial file's folder or absolute."""
+    """STL, PLY, OBJ, GLB or 3MF file. The path is relative to the trial file's folder or absolute."""
     data: DataKind
     """Origin of the mesh. Reports state it unless it is "measured"; only then can a comparison be a validation."""
     units: MeshUnit

@@ -220,7 +220,7 @@ def import_mesh(
     Parameters
     ----------
     mesh
-        STL, PLY, OBJ, OFF, GLB or 3MF.
+        STL, PLY, OBJ, GLB or 3MF.
 
     Returns
     -------

@@ -60,7 +60,7 @@ NOT_COMPARED = (
 
 A key is its path, as stages/digitise/key, or a row and a column. FACTS, as dates and hashes, are compared in no text.
 """
-BINARY = {".glb", ".gz", ".jpg", ".npy", ".npz", ".obj", ".off", ".ply", ".png", ".stl", ".vtp", ".xlsx"}
+BINARY = {".glb", ".gz", ".jpg", ".npy", ".npz", ".obj", ".ply", ".png", ".stl", ".vtp", ".xlsx"}
 
 LINE = [(50, 118), (130, 108), (220, 120), (310, 102)]
 PHOTOS = {
