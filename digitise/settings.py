@@ -142,9 +142,6 @@ class PhotoInput(Settings):
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is relative to the trial file's folder or absolute."""
-    second_photo: Path | None = None
-    """Photo of the same sample by the same camera, lit from the other side. At each place the darker of the two pixels
-    is used, since each lamp lights a different wall."""
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
     """Share of the contrast from crack to mortar that defines a wall. Half is the middle of a blurred edge; 0.7
     includes more of a lit wall. The bounds are set by noise, in the crack and in the mortar."""
