@@ -16,7 +16,7 @@ from sealtwin.core.settings import checked
 from sealtwin.trial.job import Job
 from sealtwin.trial.seed_levels import read_seeds
 from sealtwin.trial.trial_file import Trial, with_settings
-from simulate.material_file import LEAST_WALL_SHARE
+from simulate.settings import LEAST_WALL_SHARE
 from validate.settings import ANGLE, OF_THE_WALLS
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")
