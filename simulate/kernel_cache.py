@@ -1,7 +1,6 @@
-"""Check Warp's cache of compiled kernels. Damaged kernels are compiled again; a read-only folder is an error."""
+"""Check Warp's cache of compiled kernels: a full or read-only folder is an error that names it."""
 
 import functools
-import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,20 +37,8 @@ def _guarded(load: Any) -> Any:
         wanted = block_dim if block_dim is not None else module.options["block_dim"]
         if (wp.get_device(device).context, wanted) in module.execs:
             return load(module, device, block_dim, *others, **more)
-        home = Path(wp.config.kernel_cache_dir or "", module.get_module_identifier(wanted))
-        cached = home.is_dir()
-        if not cached:
+        if not Path(wp.config.kernel_cache_dir or "", module.get_module_identifier(wanted)).is_dir():
             _require_room()
-        try:
-            with naming_the_cache():
-                return load(module, device, block_dim, *others, **more)
-        except Exception:
-            # A module from the cache may be damaged; if it was compiled just now, the fault is in our code.
-            if not cached:
-                raise
-        shutil.rmtree(home, ignore_errors=True)
-        _require_room()
-        module.mark_modified()
         with naming_the_cache():
             return load(module, device, block_dim, *others, **more)
 
