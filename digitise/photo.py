@@ -1,35 +1,26 @@
-"""A photo with a scale, made from one or two pictures. Only this module converts pixels to millimetres."""
+"""A photo with a scale. Only this module converts pixels to millimetres."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from digitise.geometry.polyline import depth_inside, rectangle
 from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_photo
 from digitise.image.painted import read_mask
-from digitise.image.raster import Map, moved
+from digitise.image.raster import Map, shrunk
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.scale.face_scale import scale_by_face
 from digitise.scale.marker_scale import scale_by_markers, unused_markers
-from digitise.scale.view import Scale, View
+from digitise.scale.view import Lens, Scale, View
 from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
 
 RING_POINTS = 32  # Points on each side of the face: between two, a lens of k1 = -0.2 bends the side by 0.01 px
-TILES = 3  # Tiles along each side in which a second photo is compared; a rotated camera shifts each differently
-TILE_PX = 512
-GRAIN_PX, LIGHT_PX = 1, 17  # Blur that preserves a tile's grain; width above which light varies more than grain
-GRAINS = 2.0  # Largest difference that counts, over the median grain; more is a difference in light
-LEAST_PEAK = 0.2  # Least peak of a tile's phase correlation: over 0.7 for the same grain in both photos, 0.02 for other
-MOST_MOVED_PX = 2.0  # Largest shift that is corrected, as of a tripod that was touched
-MOST_APART_PX = 1.0  # Largest difference of a tile's shift from the median; more is a rotation, which no shift corrects
-LEAST_MOVED_PX = 0.1  # Smallest shift that is corrected; resampling for less would blur more than it corrects
 CLICK_PX = 1.0  # Standard deviation of each coordinate of a click
 SHORTEST_RULER_PX = 50.0  # Shortest ruler: two clicks on it are uncertain by 3 % of every length
 TILT_COST = 0.0035  # Standard uncertainty for a camera held by hand: 3 degrees at 0.12 % each, on synthetic photos
@@ -97,37 +88,16 @@ def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
     """Read the pixels for ``load_photo``. This takes longer than finding their scale."""
     path = folder / settings.file
     decoded = read_photo(path)
-    second = None if settings.second_photo is None else folder / settings.second_photo
-    other = None if second is None else (_another(second, path, decoded), second)
     drawn = None if settings.mask is None else read_mask(folder / settings.mask, decoded.image.shape[1::-1])
-    return pixels_of(decoded, path, other, drawn)
+    return pixels_of(decoded, path, drawn)
 
 
-def _another(second: Path, path: Path, decoded: Decoded) -> Decoded:
-    """Read the second photo. Raises InputError if it is the same as the first one."""
-    other = read_photo(second, "photo.second_photo")
-    if np.array_equal(other.image, decoded.image):
-        raise InputError(
-            f"{second}: photo.second_photo shows the same pixels as {path.name}; give a photo lit from the other side, "
-            "or leave it out."
-        )
-    return other
+def pixels_of(decoded: Decoded, file: Path, drawn: NDArray[np.bool_] | None = None) -> Pixels:
+    """Add the brightness of each pixel, and ``drawn``, the mask of the crack, (height, width).
 
-
-def pixels_of(
-    decoded: Decoded, file: Path, second: tuple[Decoded, Path] | None = None, drawn: NDArray[np.bool_] | None = None
-) -> Pixels:
-    """Combine pictures in memory: brightness is that of the darker one at each pixel, colour that of the first.
-
-    ``second`` is lit from the other side, and ``drawn`` is the mask of the crack, (height, width). Raises InputError if
-    a picture is black, or if the second picture does not show the scene of the first.
+    Raises InputError if the picture is black.
     """
-    brightness, warnings = _light(decoded.image, file), decoded.warnings
-    if second is not None:
-        other, name = second
-        brightness, remarks = darker_of_both(brightness, _light(other.image, name), name)
-        warnings += (*(f"{name.name}: {warning}" for warning in other.warnings), *remarks)
-    return Pixels(**{**vars(decoded), "warnings": warnings}, file=file, brightness=brightness, drawn=drawn)
+    return Pixels(**vars(decoded), file=file, brightness=_light(decoded.image, file), drawn=drawn)
 
 
 def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
@@ -145,85 +115,6 @@ def _light(image: NDArray[np.uint8], file: Path) -> Map:
     if np.percentile(light[::2, ::2], BRIGHT_PART) < (BLACK / 255) ** DISPLAY_GAMMA:
         raise InputError(f"{file}: the photo is black; take it with more light or a longer exposure.")
     return light
-
-
-def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str, ...]]:
-    """Align the second photo, and return the darker light at each pixel and warnings.
-
-    The photos are lit from opposite sides, so that each wall is dark in one of them. Raises InputError, which names the
-    second one's ``file``, if the two photos do not show the same scene.
-    """
-    if second.shape != light.shape:
-        raise InputError(
-            f"{file}: the second photo is {second.shape[1]} x {second.shape[0]} px, the first {light.shape[1]} x "
-            f"{light.shape[0]}: take both with the same camera, and do not crop them."
-        )
-    shifts_px, matched = _shifts(light, second)
-    if np.mean(matched) < 0.5:
-        raise InputError(
-            f"{file}: the second photo does not show the scene of the first; leave the camera in place, and move "
-            "only the lamp."
-        )
-    shift_px = np.median(shifts_px[matched], axis=0)
-    (x_px, y_px), moved_px = shift_px, float(np.linalg.norm(shift_px))
-    apart_px = float(np.linalg.norm(shifts_px[matched] - shift_px, axis=1).max())
-    if moved_px > MOST_MOVED_PX or apart_px > MOST_APART_PX:
-        raise InputError(
-            f"{file}: the camera has moved by {moved_px + apart_px:.1f} px since the first photo; at most "
-            f"{MOST_MOVED_PX:g} can be corrected. Take both from a tripod, with a remote release or a timer."
-        )
-    aligned = second * np.float32(np.median(light[::4, ::4]) / np.median(second[::4, ::4]))
-    warnings: list[str] = []
-    if moved_px > LEAST_MOVED_PX:
-        aligned = moved(aligned, -x_px, -y_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE)
-        warnings.append(f"the second photo was moved by {moved_px:.1f} px onto the first; a tripod avoids that")
-    if not np.all(matched):
-        warnings.append(
-            f"in {np.sum(~matched)} of {len(matched)} parts, the second photo does not show the scene of the first: "
-            "check that both are of one sample"
-        )
-    return np.minimum(light, aligned), tuple(warnings)
-
-
-def _shifts(light: Map, second: Map) -> tuple[Floats, np.ndarray]:
-    """Return the shift of the second photo in each tile, px (n, 2), and which tiles show the same scene."""
-    tiles = [(light[part], second[part]) for part in _parts(light.shape)]
-    window = np.asarray(cv2.createHanningWindow(tiles[0][0].shape[::-1], cv2.CV_32F))
-    # Roots of light, so that glare does not outweigh grain.
-    own = [cv2.phaseCorrelate(np.sqrt(tile), np.sqrt(other), window) for tile, other in tiles]
-    shifts_px = np.array([shift_px for shift_px, _ in own])
-    matched = np.array([height_of_peak > LEAST_PEAK for _, height_of_peak in own])
-    likeliest_px = shifts_px.copy()
-    for i in np.flatnonzero(matched):
-        likeliest_px[i] = _likeliest(shifts_px[matched], *tiles[i])
-    return likeliest_px, matched
-
-
-def _parts(shape: tuple[int, ...]) -> list[tuple[slice, slice]]:
-    """Return rows and columns of each tile."""
-    height, width = shape
-    most = min(TILE_PX, height // TILES, width // TILES)
-    # OpenCV pads a tile to a length that is quick to transform; if that is odd, the shift is half a pixel off.
-    side = max(length for length in range(2, most + 1, 2) if cv2.getOptimalDFTSize(length) == length)
-    return [
-        np.s_[top : top + side, left : left + side]
-        for top in np.linspace(0, height - side, TILES).astype(int)
-        for left in np.linspace(0, width - side, TILES).astype(int)
-    ]
-
-
-def _likeliest(shifts_px: Floats, tile: Map, other: Map) -> Floats:
-    """Return the shift at which the grain of both tiles differs least."""
-    grain, others = _grain(tile), _grain(other)
-    most = GRAINS * np.median(np.abs(grain))
-    back = (moved(others, -x_px, -y_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE) for x_px, y_px in shifts_px)
-    return shifts_px[int(np.argmin([np.minimum(np.abs(grain - other), most).mean() for other in back]))]
-
-
-def _grain(tile: Map) -> Map:
-    """Return a tile in which the effects of exposure and of slow changes of light are removed."""
-    root = cv2.GaussianBlur(np.sqrt(tile / np.mean(tile)), (0, 0), GRAIN_PX)
-    return np.asarray(root - cv2.blur(root, (LIGHT_PX, LIGHT_PX)), dtype=np.float32)
 
 
 def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
@@ -282,3 +173,27 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
         return scale
     warning = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
     return replace(scale, warnings=(*scale.warnings, warning))
+
+
+def smaller(photo: Photo, factor: int) -> Photo:
+    """Return the photo with brightness and view in pixels ``factor`` times as wide. Its colours do not change."""
+    offset = (factor - 1) / 2
+    to_photo_px = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
+    lens = photo.view.lens
+    width, height = (side // factor for side in photo.size_px)
+    whole = photo.brightness[: height * factor, : width * factor]
+    return replace(
+        photo,
+        brightness=shrunk(whole, (width, height)),
+        view=View(
+            mm_from_px=photo.view.mm_from_px @ to_photo_px,
+            lens=lens and Lens(in_copy(lens.centre_px, factor), lens.bend_px2 * factor**2),
+        ),
+        mm_per_px=photo.mm_per_px * factor,
+        markers_px=tuple(in_copy(corners, factor) for corners in photo.markers_px),
+    )
+
+
+def in_copy(points_px: Floats, factor: int) -> Floats:
+    """Map pixels of the photo to pixels of the copy. The origin of each is the centre of its first pixel."""
+    return (points_px - (factor - 1) / 2) / factor

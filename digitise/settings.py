@@ -142,9 +142,6 @@ class PhotoInput(Settings):
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is relative to the trial file's folder or absolute."""
-    second_photo: Path | None = None
-    """Photo of the same sample by the same camera, lit from the other side. At each place the darker of the two pixels
-    is used, since each lamp lights a different wall."""
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
     """Share of the contrast from crack to mortar that defines a wall. Half is the middle of a blurred edge; 0.7
     includes more of a lit wall. The bounds are set by noise, in the crack and in the mortar."""
@@ -292,12 +289,6 @@ class CrackShape(Settings):
         return np.interp(s_mm, *self._stations_mm.T)
 
     @property
-    def level_depths_mm(self) -> Floats:
-        """Depths of the floor's level parts and of its first and last station, (k,), increasing."""
-        depth_mm = self._stations_mm[:, 1]
-        return np.unique(np.concatenate([depth_mm[:-1][np.diff(depth_mm) == 0], depth_mm[[0, -1]]]))
-
-    @property
     def _stations_mm(self) -> Floats:
         return np.array(self.depth_mm if isinstance(self.depth_mm, tuple) else [(0.0, self.depth_mm)], dtype=float)
 
@@ -322,7 +313,7 @@ class MeshInput(Settings):
     """A modelled or scanned sample in place of a photo."""
 
     file: Path
-    """STL, PLY, OBJ, OFF, GLB or 3MF file. The path is relative to the trial file's folder or absolute."""
+    """STL, PLY, OBJ, GLB or 3MF file. The path is relative to the trial file's folder or absolute."""
     data: DataKind
     """Origin of the mesh. Reports state it unless it is "measured"; only then can a comparison be a validation."""
     units: MeshUnit

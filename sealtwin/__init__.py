@@ -9,9 +9,11 @@ Functions take and return frozen records of NumPy arrays::
     read_photo -> trace_crack -> build_solid -> plan_path -> inject -> measure_level -> compare -> write_report
 """
 
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sealtwin.packages_check import require_at_import
+from sealtwin.core.errors import InputError as _InputError
 
 if TYPE_CHECKING:
     from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
@@ -44,7 +46,26 @@ if TYPE_CHECKING:
     from sealtwin.api.shared import InputError, NumericalError, Run, SealtwinError, Solid
     from sealtwin.api.trials import CalibrationResult, SweepResult, TrialRun, calibrate, run_trial, sweep, write_map
 
-require_at_import()
+
+def _require_own_packages() -> None:
+    """Raise InputError if digitise, simulate or validate is not sealtwin's: configobj, for one, has a validate too.
+
+    None of them is executed. pip may overwrite an __init__.py in place, which then lacks its line PART_OF.
+    """
+    for name in ("digitise", "simulate", "validate"):
+        own = Path(__file__).absolute().parents[1] / name / "__init__.py"
+        spec = find_spec(name)
+        # A folder without an __init__.py has no origin.
+        origin = own if spec is None or spec.origin is None else Path(spec.origin)
+        is_own = own.is_file() and origin.samefile(own) and 'PART_OF = "sealtwin"' in own.read_text("utf-8", "replace")
+        if not is_own:
+            raise _InputError(
+                f"{origin}: '{name}' is not sealtwin's own package; rename it or start elsewhere, or give sealtwin an "
+                "environment of its own ('uv tool install', 'pipx install' or a new venv)."
+            )
+
+
+_require_own_packages()
 
 __all__ = [
     "BlockRelease",

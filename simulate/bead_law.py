@@ -29,33 +29,6 @@ which they were laid. That height is not measured."""
 
 
 @dataclass(frozen=True)
-class Bead:
-    """Straight bead before it slumps: a bar whose height is that of a round filament of its section over ``wide``."""
-
-    length_mm: float
-    section_mm2: float
-    wide: float = 1.0
-
-    @property
-    def height_mm(self) -> float:
-        return math.sqrt(4 * self.section_mm2 / math.pi) / self.wide
-
-    @property
-    def volume_mm3(self) -> float:
-        return self.length_mm * self.section_mm2
-
-    def lattice_mm(self, side_mm: float, kept_mm: float) -> Floats:
-        """Return points of a lattice that fills the bead, (n, 3). Each has the volume of a cube of side ``side_mm``."""
-        sizes = np.array([self.length_mm, self.section_mm2 / self.height_mm, self.height_mm])
-        counts = np.maximum(1, np.round(sizes / side_mm)).astype(int)
-        # The number along it makes the volume right, despite rounding across.
-        counts[0] = round(self.volume_mm3 / side_mm**3 / (counts[1] * counts[2]))
-        axes = [(np.arange(count) + 0.5) / count * size for count, size in zip(counts, sizes, strict=True)]
-        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        return points - [sizes[0] / 2, sizes[1] / 2, sizes[2] / counts[2] / 2 - kept_mm]
-
-
-@dataclass(frozen=True)
 class PasteArea:
     """Area of the paste's footprint in classes of distance from its edge, (m,): of all, and of a piece in its middle.
 

@@ -165,10 +165,6 @@ class LooseFluid:
         """Height of the highest fluid above the floor."""
         return float(self.place_mm[:, 2].max()) + self.half_mm
 
-    def edge_mm(self, beyond: float) -> float:
-        """Radius around the z axis that contains all but a share ``beyond`` of the particles, plus half a spacing."""
-        return float(np.quantile(np.hypot(*self.place_mm[:, :2].T), 1 - beyond)) + self.half_mm
-
     @property
     def volume_mm3(self) -> float:
         """Volume below the surface that the particles form."""

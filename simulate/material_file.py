@@ -15,8 +15,6 @@ Sentences = Annotated[tuple[Sentence, ...], Field(max_length=20, strict=False)]
 NAME = "file of a material"
 STARTER = "'sealtwin material spread PHOTO' or 'sealtwin material rheometer CSV' writes one"
 
-LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
-
 
 class Material(Settings):
     """A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."""
@@ -48,12 +46,6 @@ class Material(Settings):
     is what a budget changes K by, at the same n."""
     shear_rates_per_s: Annotated[tuple[float, float] | None, Field(strict=False)] = None
     """Smallest and largest shear rate of the rows that were fitted."""
-    wall_share: float | None = Field(default=None, ge=LEAST_WALL_SHARE, le=1)
-    """Share of the paste's stress that the sample's walls take up, if strips were tested; for fluid.wall_share."""
-    wall_share_error: float | None = Field(default=None, ge=0, le=0.5)
-    """Standard uncertainty of wall_share."""
-    wall_share_95: Annotated[tuple[float, float] | None, Field(strict=False)] = None
-    """95 % interval of wall_share."""
     density_kg_m3: float = Field(ge=1, le=2e4)
     """Density of the paste."""
     density_error_kg_m3: float = Field(ge=0, le=2e4)
@@ -84,8 +76,6 @@ class Material(Settings):
             raise ValueError("consistency_pa_s_n and flow_index go together: give both or neither")
         if self.viscosity_pa_s is not None and self.consistency_pa_s_n is not None:
             raise ValueError("viscosity_pa_s and consistency_pa_s_n are two laws: give one of them")
-        if (self.wall_share is None) != (self.wall_share_error is None):
-            raise ValueError("wall_share and wall_share_error go together: give both or neither")
         if (self.thickness is None) != (self.viscosity_error_percent is None):
             raise ValueError(
                 "viscosity_error_percent goes together with viscosity_pa_s or consistency_pa_s_n: give both or neither"

@@ -21,7 +21,7 @@ from simulate.material_curve import (
     fault_of,
     read_table,
 )
-from simulate.material_file import LEAST_WALL_SHARE, Material, read_material
+from simulate.material_file import Material, read_material
 
 STIFFEST_U = 1e6
 """Largest U that is accepted: a hundred times that of the paper's stiffest fluid, and as stiff as a solid. A run may be
@@ -30,10 +30,8 @@ THICKNESSES = ("U", "viscosity_pa_s", "consistency_pa_s_n")
 """Settings of the viscosity: a fluid has exactly one, unless a curve or a material gives it."""
 
 MOST_YIELD_PA = 1e4  # Yield stress of paste that has set: it carries a column of a metre
-
-
 PAPERS_D_CM = 0.3  # The paper's D, fitted together with its U: it cannot be measured
-
+LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
 
 REPLACED_BY_CURVE = (
     *("U", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
@@ -70,8 +68,8 @@ class Fluid(Settings):
     viscosity the default is that the fluid sticks to the walls."""
     wall_share: float | None = Field(default=None, ge=LEAST_WALL_SHARE, le=1)
     """Stress that walls and floor take up, divided by the paste's own stress at the same shear rate. Default: 1, rough
-    walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress. A
-    strip test measures it. It cannot be combined with D_cm, which is a drag of its own."""
+    walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress. It
+    cannot be combined with D_cm, which is a drag of its own."""
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
     """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
     to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
@@ -142,13 +140,7 @@ class Fluid(Settings):
                     f"{measured}, but fluid.viscosity_pa_s is {self.viscosity_pa_s:g}: leave fluid.viscosity_pa_s out"
                 )
             raise InputError(f"{file}: has {problem}.")
-        if material.wall_share is not None and self.wall_share not in (None, material.wall_share):
-            raise InputError(
-                f"{file}: has wall_share {material.wall_share:g}, but fluid.wall_share is {self.wall_share:g}: leave "
-                "fluid.wall_share out."
-            )
         numbers = {
-            "wall_share": material.wall_share or self.wall_share,
             "viscosity_pa_s": self.viscosity_pa_s or material.viscosity_pa_s,
             **{key: getattr(material, key) for key in OF_MATERIAL},
         }

@@ -18,7 +18,9 @@ GRAVITY_M_S2 = 9.81
 STRETCH = math.sqrt(3) * math.pi / 4
 """Reduction of a section's thrust by stretching, divided by tau h. It is sqrt(3) tau, the von Mises limit without
 shear, averaged over a depth in which the shear stress grows evenly to tau."""
-FLATTEST = 0.1  # Largest height over radius of a heap for which the closed form is used
+HIGHEST = 0.43
+"""Largest height over radius of a heap for which the closed form is used. Up to there it was compared with slumps in
+particles: its stress is 10 % too high at 0.09 and 23 % too low at 0.42."""
 
 
 @dataclass(frozen=True)
@@ -33,20 +35,6 @@ class Cone:
     def volume_mm3(self) -> float:
         a, b = self.bottom_mm, self.top_mm
         return math.pi / 12 * self.height_mm * (a * a + a * b + b * b)
-
-    def scaled_to(self, volume_mm3: float) -> "Cone":
-        """Return the same shape with another volume."""
-        by = (volume_mm3 / self.volume_mm3) ** (1 / 3)
-        return Cone(self.bottom_mm * by, self.top_mm * by, self.height_mm * by)
-
-    def lattice_mm(self, side_mm: float, kept_mm: float) -> Floats:
-        """Return points of a cubic lattice inside the cone, (n, 3). The lowest are ``kept_mm`` above the plate."""
-        half = self.bottom_mm / 2
-        across = np.arange(-half, half + side_mm / 2, side_mm)
-        up = np.arange(kept_mm, self.height_mm, side_mm)
-        points = np.stack(np.meshgrid(across, across, up, indexing="ij"), axis=-1).reshape(-1, 3)
-        shrink = (self.top_mm - self.bottom_mm) / 2 / self.height_mm
-        return points[np.hypot(points[:, 0], points[:, 1]) <= half + shrink * points[:, 2]]
 
 
 def flat_stress_pa(volume_mm3: Floats | float, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:
@@ -73,17 +61,6 @@ def stretched_stress_pa(volume_mm3: Floats | float, radius_mm: Floats | float, d
         # The volume grows about with the root of the stress.
         stress = stress * (np.atleast_1d(volume) / _heap_mm3(stress, radius, density)) ** 1.5
     return stress if np.ndim(radius_mm) or np.ndim(volume_mm3) or np.ndim(density_kg_m3) else stress[0]
-
-
-def spread_radius_mm(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> float:
-    """Return the radius of a heap with a yield stress. It is the inverse of ``stretched_stress_pa``."""
-    from scipy.optimize import root_scalar
-
-    def excess_mm3(radius_mm: float) -> float:
-        return float(_heap_mm3(stress_pa, radius_mm, density_kg_m3)[0]) - volume_mm3
-
-    flat_mm = 1e3 * float(flat_stress_pa(volume_mm3, 1e3, density_kg_m3) / stress_pa) ** 0.2
-    return float(root_scalar(excess_mm3, bracket=(flat_mm / 4, flat_mm)).root)
 
 
 def _heap_mm3(stress_pa: Floats | float, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:

@@ -26,7 +26,7 @@ READER = "sealtwin/core/plain_files.py"
 PAST_THE_READER = {
     READER: "is the reader",
     "sealtwin/core/files.py": "opens the files that it has written itself, to flush them",
-    "sealtwin/packages_check.py": "reads the packages' own files, before any of them is imported",
+    "sealtwin/__init__.py": "reads the packages' own files, before any of them is imported",
     "sealtwin/trial/starter_files.py": "reads files of the package",
     "validate/units.py": "reads a file of the package",
     "validate/readings/text_table.py": "reads a file of the package",

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy.optimize import root_scalar
 
 from digitise.image.raster import blurred
 from digitise.image.tone_curve import DISPLAY_GAMMA
@@ -13,6 +14,7 @@ from digitise.scale.marker_scale import black_modules
 from fixtures.generate.camera import camera_above
 from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats
+from simulate.spread_law import flat_stress_pa, stretched_stress_pa
 
 FACE_MM, BEAD_FACE_MM = (150.0, 150.0), (90.0, 60.0)
 """Openings of the sheets of spreads and of beads."""
@@ -119,3 +121,13 @@ def write_sheet_table(path: Path, face_mm: tuple[float, float] = FACE_MM) -> Pat
     board = board_around(face_mm, MARKER_MM, "4x4_50", 8)
     path.write_text(board_toml(draw_frame(face_mm, board, "a4")), encoding="utf-8")
     return path
+
+
+def spread_radius_mm(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> float:
+    """Return the radius of a heap with a yield stress. It is the inverse of ``stretched_stress_pa``."""
+
+    def excess_pa(radius_mm: float) -> float:
+        return float(stretched_stress_pa(volume_mm3, radius_mm, density_kg_m3)) - stress_pa
+
+    flat_mm = 1e3 * float(flat_stress_pa(volume_mm3, 1e3, density_kg_m3) / stress_pa) ** 0.2
+    return float(root_scalar(excess_pa, bracket=(flat_mm / 4, flat_mm), xtol=1e-12).root)

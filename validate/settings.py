@@ -293,8 +293,7 @@ class Uncertainty(Settings):
     yield_stress_pa: Standard | None = None
     """Uncertainty of the yield stress. Default: that of fluid.material."""
     wall_share: Annotated[float, Field(gt=0, le=0.5)] | None = None
-    """Uncertainty of fluid.wall_share, the part of the paste's stress that the walls take up. Default: that of
-    fluid.material."""
+    """Uncertainty of fluid.wall_share, the part of the paste's stress that the walls take up."""
     station_mm: Standard | None = None
     """Uncertainty of the origin of the readings' s: all stations shift together."""
     station_each_mm: Standard | None = None
@@ -351,11 +350,10 @@ class Uncertainty(Settings):
             return self
         return self.model_copy(update={"width_mm": width_mm})
 
-    def with_paste(self, yield_stress_pa: float, viscosity_percent: float | None, wall_share: float | None) -> Self:
+    def with_paste(self, yield_stress_pa: float, viscosity_percent: float | None) -> Self:
         """Return the uncertainties, completed with those of the measured paste. Declared ones take precedence."""
         measured = {
             "yield_stress_pa": yield_stress_pa or None,
             "viscosity_percent": viscosity_percent or None,
-            "wall_share": wall_share or None,
         }
         return self.model_copy(update={key: value for key, value in measured.items() if getattr(self, key) is None})

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.image.raster import Map, blurred, moved, resized, shrunk
+from digitise.image.raster import Map, blurred, resized, shrunk
 
 Stack = NDArray[np.float32]  # One map per direction, (directions, height, width)
 
@@ -131,8 +131,9 @@ def _followed(responses: Stack) -> Map:
 
 def _moved(picture: Map, distance_px: float, angle: float) -> Map:
     """Return at each pixel the value that is ``distance_px`` away in the direction ``angle``."""
-    x_px, y_px = -distance_px * np.cos(angle), -distance_px * np.sin(angle)
-    return moved(picture, x_px, y_px, cv2.INTER_LINEAR, cv2.BORDER_REFLECT)
+    motion = np.array([[1, 0, -distance_px * np.cos(angle)], [0, 1, -distance_px * np.sin(angle)]])
+    size, mirrored = picture.shape[::-1], cv2.BORDER_REFLECT
+    return np.asarray(cv2.warpAffine(picture, motion, size, flags=cv2.INTER_LINEAR, borderMode=mirrored), np.float32)
 
 
 def _spread_from(value: Map, usable: NDArray[np.bool_]) -> Map:

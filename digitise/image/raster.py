@@ -1,4 +1,4 @@
-"""Blur, shrink, sample and shift one-channel pictures."""
+"""Blur, shrink and sample one-channel pictures."""
 
 import cv2
 import numpy as np
@@ -45,12 +45,6 @@ def sampled(
 def resized(picture: Map, shape: tuple[int, ...]) -> Map:
     """Scale to a height and width, linearly between the pixels."""
     return np.asarray(cv2.resize(picture, shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
-
-
-def moved(picture: Map, x_px: float, y_px: float, how: int, beyond: int) -> Map:
-    """Shift a picture. ``how`` and ``beyond`` are OpenCV's modes of interpolation and of borders."""
-    motion, size = np.array([[1, 0, x_px], [0, 1, y_px]]), (picture.shape[1], picture.shape[0])
-    return np.asarray(cv2.warpAffine(picture, motion, size, flags=how, borderMode=beyond), dtype=np.float32)
 
 
 def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:

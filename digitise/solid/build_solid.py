@@ -21,26 +21,17 @@ from digitise.solid.dams import (
 )
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
-from digitise.solid.tilt_variants import (
-    Slicer,
-    TiltVariants,
-    cavity_volume_mm3,
-    compare_tilts,
-    crack_sections,
-    largest_share,
-    meeting_share,
-)
+from digitise.solid.sections import crack_sections
+from digitise.solid.slicer import Slicer, largest_share, meeting_share
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Integers, Outline, Solid
-from sealtwin.core.solid_figures import EndOfCrack, SolidFigures, Span, WeighedCavity
+from sealtwin.core.records import Floats, Integers, Outline, Sections, Solid
+from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, Span, WeighedCavity
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
 LEAST_CLOSED = 0.02  # Share of a crack with meeting funnel walls that gives a warning: at closed tips they always meet
 TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths without a warning: ends are uncertain by as much
 ATTEMPTS = 6
-CAVITY_TOLERANCE = 1e-3  # Relative difference allowed between the mesh's cavity and the integral of its sections
-FINER = 8  # Factor on the sections before a refusal: those of a funnel change fast near the meeting of walls
 LEAST_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's: less means that the crack leaves the sample
 SMALLEST_DEG = 0.1  # Least angle that a refusal proposes, and the step of what it proposes
 SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
@@ -67,14 +58,15 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     if shape.tilt == "undercut":
         _require_room(footprint, shape)
     plates = dams(footprint, sections, spread_mm)
-    variants = compare_tilts(outline, footprint, shape)
-    _require_volume(variants, shape)
+    along = crack_sections(outline, shape)
+    _require_volume(outline, along, shape)
     vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
     bottom_mm = -(shape.deepest_mm + shape.floor_thickness_mm)
     dam_area = CrossSection.batch_boolean([box_region(dam.box_mm) for dam in plates], OpType.Add)
     dam_mm3 = dam_area.area() * (shape.dam_height_mm - bottom_mm)
     cavity_mm3 = footprint.block.area() * -bottom_mm + dam_mm3 - mesh_volume_mm3(vertices_mm, faces)
-    _require_agreement(cavity_mm3, variants, footprint, shape)
+    mouth_mm, floor_mm = _widths_mm(outline, shape)
+    closing = _closing_depth(outline, shape)
     return Solid(
         vertices_mm=vertices_mm,
         faces=faces,
@@ -84,18 +76,21 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
         tilt=shape.tilt,
         wall_angles_deg=shape.wall_angles_deg,
         cavity_volume_mm3=cavity_mm3,
-        sections=crack_sections(outline, shape),
+        sections=along,
         figures=SolidFigures(
-            **vars(variants),
+            photo_width_mm=outline.mean_width_mm,
             photo_width_95_mm=outline.width_95_mm,
             cavity_volume_95_mm3=_doubt_of_volume(outline, shape, cavity_mm3),
+            mouth_width_mm=mouth_mm,
+            floor_width_mm=floor_mm,
+            closing_depth_mm=closing,
             # _watertight refuses a mesh that leaks.
             watertight=True,
             **vars(figures),
             jitter_mm=jitter_mm,
             ends=tuple(EndOfCrack(end.kind, tuple(end.centre_mm), tuple(end.outward)) for end in footprint.ends),
             dams=tuple(dam_box(dam.box_mm, bottom_mm, shape.dam_height_mm, dam.end) for dam in plates),
-            warnings=(*footprint.warnings, *table_warnings, *_tilt_warnings(outline, footprint, shape, variants)),
+            warnings=(*footprint.warnings, *table_warnings, *_tilt_warnings(outline, footprint, shape, closing)),
         ),
     )
 
@@ -196,13 +191,13 @@ def _leaving_share(footprint: Footprint, slicer: Slicer, shape: CrackShape) -> f
     return largest_share(lambda share: bool(pieces(slicer.between_walls(share * shape.deepest_mm) - covered)))
 
 
-def _require_volume(variants: TiltVariants, shape: CrackShape) -> None:
-    volume_mm3 = variants.volume_mm3[shape.tilt]
+def _require_volume(outline: Outline, along: Sections, shape: CrackShape) -> None:
+    volume_mm3 = float(np.trapezoid(along.area_mm2, along.s_mm))
     if volume_mm3 >= SMALLEST_CAVITY_MM3:
         return
     remedy = "Check depth_mm and the photo's scale."
     # Only a funnel reduces the cavity; otherwise the crack itself is too shallow or too small.
-    if shape.tilt == "funnel" and variants.volume_mm3["vertical"] >= SMALLEST_CAVITY_MM3:
+    if shape.tilt == "funnel" and np.trapezoid(outline.width_mm * along.depth_mm, along.s_mm) >= SMALLEST_CAVITY_MM3:
         remedy = f'{REDUCE_ANGLE} or choose tilt = "flare" or "lean".'
     raise InputError(
         f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
@@ -210,20 +205,30 @@ def _require_volume(variants: TiltVariants, shape: CrackShape) -> None:
     )
 
 
-def _require_agreement(cavity_mm3: float, variants: TiltVariants, footprint: Footprint, shape: CrackShape) -> None:
-    integral_mm3 = variants.volume_mm3[shape.tilt]
-    if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
-        integral_mm3 = cavity_volume_mm3(footprint, shape, FINER)
-    if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
-        raise InputError(
-            f"The mesh's cavity is {cavity_mm3:.6g} mm³, but the sections of its outline give {integral_mm3:.6g} mm³: "
-            f"they may differ by at most {CAVITY_TOLERANCE:.1%}. Reduce floor_thickness_mm and margin_mm, or choose "
-            "another tilt."
-        )
+def _widths_mm(outline: Outline, shape: CrackShape) -> tuple[float, float]:
+    """Return the mean width at the mouth and at the floor."""
+    opening_mm = sum(wall_shifts_mm(shape)) * {"flare": 1.0, "undercut": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
+    other_mm = _mean_along(outline, np.maximum(0.0, outline.width_mm + opening_mm))
+    photo_mm = outline.mean_width_mm
+    return (other_mm, photo_mm) if shape.tilt == "flare" else (photo_mm, other_mm)
 
 
-def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, variants: TiltVariants) -> list[str]:
-    closing = variants.closing_depth_mm
+def _mean_along(outline: Outline, values: Floats) -> float:
+    return float(np.trapezoid(values, outline.s_mm) / outline.length_mm)
+
+
+def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
+    """Return the depth at which the walls of a funnel at these angles meet: w / (tan left + tan right)."""
+    funnel = shape.model_copy(update={"tilt": "funnel"})
+    closing = float(np.tan(np.radians(funnel.wall_angles_deg)).sum())
+    if closing == 0:
+        return ClosingDepth(None, None, 0.0)
+    depth_mm = outline.width_mm / closing
+    closed = (depth_mm < shape.depth_at_mm(outline.s_mm)).astype(float)
+    return ClosingDepth(float(depth_mm.min()), _mean_along(outline, depth_mm), _mean_along(outline, closed))
+
+
+def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, closing: ClosingDepth) -> list[str]:
     if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor < LEAST_CLOSED:
         return []
     depth_mm = f"{shape.deepest_mm:g} mm" if footprint.floor is None else f"of up to {shape.deepest_mm:g} mm"
@@ -231,8 +236,8 @@ def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, va
     return [
         f"At {_angles(shape)} the walls meet above the requested depth {depth_mm} along "
         f"{closing.share_above_floor:.0%} of the crack; averaged over the whole crack, they meet at "
-        f"{closing.mean:.1f} mm. The volume is {variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below "
-        f'{steepest_deg:.1f}°, choose tilt = "flare" or "lean", or accept the V-shaped section.'
+        f"{closing.mean:.1f} mm. Reduce the angle below {steepest_deg:.1f}°, choose "
+        f'tilt = "flare" or "lean", or accept the V-shaped section.'
     ]
 
 

@@ -93,6 +93,8 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     """Return the sample in mm, dams included, before its mesh is tidied."""
     depth_mm = shape.deepest_mm
     bottom_mm = -(depth_mm + shape.floor_thickness_mm)
+    # Made first, since Manifold sorts the triangles of a boolean by the age of its bodies.
+    ground = footprint.floor.ground if footprint.floor else Manifold()
     block = prism(footprint.block, bottom_mm, 0.0)
     shaft = prism(footprint.crack, -depth_mm - (BELOW_MM if footprint.floor else 0.0), 0.0)
     walls = Manifold()
@@ -110,8 +112,7 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     if not footprint.stoppers.is_empty():
         shaft -= prism(footprint.stoppers, -depth_mm - 2 * BELOW_MM, BELOW_MM)
     sample = block - shaft
-    if footprint.floor:
-        walls += footprint.floor.ground
+    walls += ground
     if not walls.is_empty():
         # Wedges of the run-outs extend beyond the block's sides, where only dams belong.
         sample = (sample + walls) ^ block

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,6 @@ from sealtwin.api.shared import FilePath, Points, content_of, file_of, settings_
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import DataKind, Outline, Shown, Solid
 from sealtwin.core.settings_text import keywords_of
-
-if TYPE_CHECKING:
-    from digitise.image.decoding import Decoded
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -73,13 +70,12 @@ def read_photo(
     markers: Mapping[str, Any] | None = None,
     lens: Literal["auto", "none"] | None = None,
     camera_distance_mm: float | None = None,
-    second_photo: FilePath | NDArray[np.uint8] | None = None,
     mask: FilePath | NDArray[Any] | None = None,
     data: DataKind = "undeclared",
 ) -> SamplePhoto:
     """Read a photo taken from above, with its scale. Give one scale: it is never guessed.
 
-    Keywords are settings of [photo] in a trial file; ``second_photo`` and ``mask`` may be arrays too.
+    Keywords are settings of [photo] in a trial file; ``mask`` may be an array too.
 
     Parameters
     ----------
@@ -96,23 +92,25 @@ def read_photo(
     InputError
         The photo cannot be read or is black; no scale is given, or two are; or the markers are not found.
     """
-    file = _name_of(photo, "photo")
-    # Second photo and mask may be arrays, so they are read here.
-    settings = settings_from(PhotoInput, "read_photo", locals(), second_photo=None, mask=None)
+    # Messages name an array by its argument.
+    file = Path("photo") if isinstance(photo, np.ndarray) else file_of(photo, "photo")
+    # A mask may be an array, so it is read here.
+    settings = settings_from(PhotoInput, "read_photo", locals(), mask=None)
+    from digitise.image import decoding
     from digitise.image.painted import read_mask, take_mask
     from digitise.photo import beside_markers, pixels_of, scaled
 
-    decoded = _decoded(photo, "photo")
-    second = None
-    if second_photo is not None:
-        second = _decoded(second_photo, "second_photo"), _name_of(second_photo, "second_photo")
+    if isinstance(photo, np.ndarray):
+        decoded = decoding.take_photo(photo, "photo")
+    else:
+        decoded = decoding.read_photo(file, "photo")
     height, width = decoded.image.shape[:2]
     drawn = None
     if isinstance(mask, np.ndarray):
         drawn = take_mask(mask, (width, height), "mask")
     elif mask is not None:
         drawn = read_mask(file_of(mask, "mask"), (width, height))
-    pixels = pixels_of(decoded, file, second, drawn)
+    pixels = pixels_of(decoded, file, drawn)
     digest = sha256_of(photo if isinstance(photo, np.ndarray) else file)
     scaled_photo = scaled(pixels, settings)
     cautions = (*scaled_photo.warnings, *beside_markers(scaled_photo, settings))
@@ -219,7 +217,7 @@ def import_mesh(
     Parameters
     ----------
     mesh
-        STL, PLY, OBJ, OFF, GLB or 3MF.
+        STL, PLY, OBJ, GLB or 3MF.
 
     Returns
     -------
@@ -365,14 +363,3 @@ def import_dxf(
 
 def _drawn(outline: Outline, photo: Photo, data: DataKind, given: NDArray[Any]) -> CrackOutline:
     return CrackOutline(**content_of(outline), photo=photo, data=data, sha256=sha256_of(given))
-
-
-def _decoded(given: FilePath | NDArray[np.uint8], name: str) -> "Decoded":
-    from digitise.image.decoding import read_photo, take_photo
-
-    return take_photo(given, name) if isinstance(given, np.ndarray) else read_photo(file_of(given, name), name)
-
-
-def _name_of(given: FilePath | NDArray[np.uint8], name: str) -> Path:
-    """Return the path that was given. For an array, return the argument's name, so that messages can name it."""
-    return Path(name) if isinstance(given, np.ndarray) else file_of(given, name)

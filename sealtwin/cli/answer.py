@@ -19,7 +19,6 @@ from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from sealtwin.cli.options import describe, flag, option, parameter, parameters, settings_of
 from sealtwin.core.errors import SealtwinError, naming
-from sealtwin.packages_check import foreign_package
 
 if TYPE_CHECKING:
     from sealtwin.core.progress import Progress
@@ -216,16 +215,6 @@ def take_any_name() -> None:
     # COLUMNS=0 means an unknown width, and would make help blank.
     if os.environ.get("COLUMNS", "").strip("0 ") == "":
         os.environ.pop("COLUMNS", None)
-
-
-def refuse_foreign_packages() -> None:
-    """Exit with a message if digitise, simulate or validate belong to another distribution, before any is imported."""
-    message = foreign_package()
-    if message is not None:
-        print(f"sealtwin: {message}", file=sys.stderr)
-        if "--json" in sys.argv:
-            print(_as_error(message, BAD_INPUT))
-        sys.exit(BAD_INPUT)
 
 
 def _as_error(message: str, exit_code: int) -> str:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from sealtwin.cli import doctor, lab, material, photo_tools, planning, samples, studies, trials
-from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, refuse_foreign_packages, take_any_name
+from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, take_any_name
 
 app = typer.Typer(
     name="sealtwin",
@@ -73,7 +73,6 @@ def main() -> None:
         # Without a handler, Python prints the logs of libraries on stderr.
         logging.getLogger().addHandler(logging.NullHandler())
     gc.set_threshold(OBJECTS_A_COLLECTION, *gc.get_threshold()[1:])
-    refuse_foreign_packages()
     app()
 
 

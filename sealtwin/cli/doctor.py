@@ -29,17 +29,6 @@ def doctor(command: Command) -> None:
     command.reply(Answer(content, lines, 0 if healthy else BUG))
 
 
-def _packages() -> str:
-    """Check that the packages are sealtwin's own.
-
-    Other distributions have packages with these names, and pip lets them overwrite ours.
-    """
-    from sealtwin.packages_check import PACKAGES, require_own_packages
-
-    require_own_packages()
-    return f"{', '.join(PACKAGES)} are sealtwin's own"
-
-
 def _photo() -> str:
     """Draw a marker and detect it. This fails if OpenCV was built without aruco, which is a common fault."""
     import cv2
@@ -97,7 +86,6 @@ def _report() -> str:
 
 
 SELF_TESTS: dict[str, Callable[[], str]] = {
-    "packages": _packages,
     "photo": _photo,
     "mesh": _mesh,
     "devices": _devices,

@@ -9,7 +9,6 @@ import typer
 
 from sealtwin.cli.answer import Answer, Command, answers
 from sealtwin.cli.options import (
-    File,
     Given,
     Number,
     Text,
@@ -31,37 +30,31 @@ CONE = "38x19x57 for Kantro's mini-cone"
 OF_PASTE, OF_PHOTO = ("spread", "bead", "rheometer"), ("spread", "bead")
 METHODS = {
     **dict.fromkeys(("density_kg_m3", "density_error_kg_m3"), OF_PASTE),
-    **dict.fromkeys(("mass_g", "edge_n_m", "edge_error_n_m"), OF_PHOTO),
-    "mass_error_g": (*OF_PHOTO, "strip"),
-    **dict.fromkeys(("side_error_mm", "rise_error_mm"), ("strip",)),
-    **dict.fromkeys(("cone_mm", "early"), ("spread",)),
+    **dict.fromkeys(("mass_g", "mass_error_g", "edge_n_m", "edge_error_n_m"), OF_PHOTO),
+    "cone_mm": ("spread",),
     **dict.fromkeys(("asked_mm3_s", "speed_mm_s", "start_mm"), ("bead",)),
     **dict.fromkeys(("nozzle_mm", "flow_mm3_s", "width_mm", "shear_rates", "rows"), ("rheometer",)),
 }
-"""Methods that take each option. Each option of a photo except early is a field of the method's table."""
+"""Methods that take each option. Each option of a photo is a field of the method's table."""
 OF_POUR = ("nozzle_mm", "flow_mm3_s", "width_mm")
 
 
 @answers("markers", "face_mm")
 def material(
     command: Command,
-    method: Annotated[Literal["spread", "bead", "rheometer", "strip"], argument("spread|bead|rheometer|strip")],
+    method: Annotated[Literal["spread", "bead", "rheometer"], argument("spread|bead|rheometer")],
     source: Annotated[
         Path,
         argument(
-            "PHOTO|SHEET",
-            "Photo of the paste on the plate, a rheometer's export of rate and stress, or a table of strips that slid.",
+            "PHOTO|CSV",
+            "Photo of the paste on the plate, or a rheometer's flow curve with the columns shear_rate_per_s,stress_pa.",
         ),
     ],
     data: Annotated[Literal["measured", "reconstructed", "synthetic"], option("Origin of the photo or table.")],
     settings: Given,
     density_kg_m3: Annotated[
-        Number,
-        number_option(
-            "Density of the paste, for example from a weighed syringe. Needed by all methods but strip.", 100, 20_000
-        ),
-    ] = None,
-    of: Annotated[File, option("The measured paste of which strips were tested.", "material.toml")] = None,
+        float, number_option("Density of the paste, for example from a weighed syringe.", 100, 20_000)
+    ],
     out: Annotated[Path, option("The file to write, for fluid.material of a trial.", "FILE")] = Path("material.toml"),
     cone_mm: Annotated[
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
@@ -71,15 +64,7 @@ def material(
     ] = None,
     mass_error_g: Annotated[
         Number,
-        number_option(
-            "Standard uncertainty of the mass; default: 0.1 g, 0.03 g for a bead, 0.05 g for a strip.", 1e-6, 10_000
-        ),
-    ] = None,
-    side_error_mm: Annotated[
-        Number, number_option("Standard uncertainty of a strip's length and width; default: 0.3 mm.", 1e-6, 100)
-    ] = None,
-    rise_error_mm: Annotated[
-        Number, number_option("Standard uncertainty of the rise at which strips slide; default: 0.3 mm.", 1e-6, 100)
+        number_option("Standard uncertainty of the mass; default: 0.1 g, 0.03 g for a bead.", 1e-6, 10_000),
     ] = None,
     density_error_kg_m3: Annotated[
         Number, number_option("Standard uncertainty of the density; default: 1 % of the density.", 1e-6, 20_000)
@@ -89,14 +74,6 @@ def material(
     ] = None,
     edge_error_n_m: Annotated[
         Number, number_option("Standard uncertainty of lambda; default: 0.0015 N/m.", 0, 0.1)
-    ] = None,
-    early: Annotated[
-        list[str] | None,
-        option(
-            "Photo taken while the paste spread, and its time after the cone was lifted, to measure the viscosity; may "
-            "be repeated, needs --cone-mm.",
-            "PHOTO@SECONDS",
-        ),
     ] = None,
     asked_mm3_s: Annotated[Number, number_option("Flow in the program that laid the bead.", 1e-3, 1e6)] = None,
     speed_mm_s: Annotated[Number, number_option("Speed of the nozzle that laid the bead.", 0.01, 5000)] = None,
@@ -123,7 +100,7 @@ def material(
         ),
     ] = None,
     rows: Annotated[
-        Text, option("First and last row of one curve, in a file with several; row 1 is the first line.", "FIRST:LAST")
+        Text, option("First and last row that are used, of one sweep among several; row 1 is the header.", "FIRST:LAST")
     ] = None,
     date: Annotated[Text, option("Day of the measurement; default: today.", "YYYY-MM-DD")] = None,
 ) -> None:
@@ -136,8 +113,6 @@ def material(
     --asked-mm3-s 320 --speed-mm-s 5 --data measured
 
     sealtwin material rheometer curve.csv --density-kg-m3 1690 --data measured
-
-    sealtwin material strip strips.csv --of material.toml --data measured --out with-walls.toml
     """
     given = locals()
     when = day_of(date)
@@ -145,16 +120,9 @@ def material(
     others = [spelt(name) for name in paste if method not in METHODS[name]]
     if method not in OF_PHOTO:
         others = [*settings, *others]
-    if (of is not None) != (method == "strip"):
-        others = [*others, "--of"]
     if others:
-        fault = "is needed by" if others[0] == "--of" and of is None else "is not an option of"
-        raise typer.BadParameter(f"{others[0]} {fault} {method}")
-    if method != "strip" and density_kg_m3 is None:
-        raise typer.BadParameter(f"--density-kg-m3 is needed by {method}")
-    if of is not None:
-        measured = _of_strips(source, of, paste, data, when)
-    elif method == "rheometer":
+        raise typer.BadParameter(f"{others[0]} is not an option of {method}")
+    if method == "rheometer":
         measured = _of_curve(source, paste, data, when)
     else:
         if "photo.data" in settings:
@@ -171,9 +139,6 @@ def material(
     ]
     if identified.thickness is not None:
         lines.append(_in_words(identified))
-    if identified.wall_share is not None and identified.wall_share_95 is not None:
-        low, high = identified.wall_share_95
-        lines.append(f"Walls take up {identified.wall_share:.2f} of the paste's stress, 95 % {low:.2f} to {high:.2f}.")
     lines += [f"{text[0].upper()}{text[1:]}." for text in identified.basis] + [*measured.sentences]
     lines.append(f'{out}: to use it, write [fluid] material = "{out.name}" in a trial.')
     content = {"version": 1, "file": out.as_posix(), **identified.model_dump(mode="json"), **measured.figures}
@@ -189,14 +154,6 @@ def _in_words(paste: "Material") -> str:
         for ends in (paste.consistency_95_pa_s_n, paste.flow_index_95)
     )
     return f"Consistency K {paste.consistency_pa_s_n:.3g} Pa s^n, {k_95}; flow index n {paste.flow_index:.3g}, {n_95}."
-
-
-def _of_strips(source: Path, of: Path, given: dict[str, Any], data: "DataKind", when: day) -> "MeasuredPaste":
-    from sealtwin.core.settings import checked
-    from sealtwin.material.by_strip import StripErrors, material_of_strips
-    from simulate.material_file import read_material
-
-    return material_of_strips(source, read_material(of), checked(StripErrors, source, given), data, when)
 
 
 def _of_curve(source: Path, given: dict[str, Any], data: "DataKind", when: day) -> "MeasuredPaste":
@@ -239,25 +196,11 @@ def _of_photo(
     photo = present(trial.photo, "photo").model_copy(update={"file": source.resolve(), "path_only": None})
     if method == "spread":
         paste["cone_mm"] = _three(paste["cone_mm"]) if "cone_mm" in paste else None
-        early = [_photo_and_time(text) for text in paste.pop("early", ())]
-        return material_of(photo, checked(Heap, source, paste), early, when, say)
+        return material_of(photo, checked(Heap, source, paste), when, say)
     if not {"mass_g", "asked_mm3_s", "speed_mm_s"} <= paste.keys():
         raise typer.BadParameter("a bead needs --mass-g, --asked-mm3-s and --speed-mm-s")
     paste["start_mm"] = two_numbers(paste["start_mm"], ",", "--start-mm") if "start_mm" in paste else None
     return material_of_bead(photo, checked(LaidBead, source, paste), when, say)
-
-
-def _photo_and_time(text: str) -> tuple[Path, float]:
-    name, _, time = text.rpartition("@")
-    try:
-        seconds = read_number(time)
-    except ValueError as fault:
-        raise typer.BadParameter(
-            f"--early {text}: {fault}; give the photo and the time in seconds, as in photo.jpg@1.5"
-        ) from None
-    if not name or not 0.05 <= seconds <= 3600:
-        raise typer.BadParameter(f"--early {text}: give a photo and 0.05 to 3600 seconds, as in photo.jpg@1.5")
-    return Path(name).resolve(), seconds
 
 
 def _three(text: str) -> list[float]:

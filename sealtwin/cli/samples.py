@@ -40,7 +40,7 @@ fits."""
 @answers("units", needs=("units",), verbose=True)
 def import_mesh(
     command: Command,
-    mesh: Annotated[Path, argument("MESH", "A cracked block as STL, PLY, OBJ, OFF, GLB or 3MF.")],
+    mesh: Annotated[Path, argument("MESH", "A cracked block as STL, PLY, OBJ, GLB or 3MF.")],
     settings: Given,
     out: Out = None,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Readers of mesh files. STL, PLY, GLB and 3MF are read with trimesh, OBJ and OFF with our own readers.
+"""Readers of mesh files. STL, PLY, GLB and 3MF are read with trimesh, OBJ with our own reader.
 
 trimesh gets the bytes of the file and no resolver, so it cannot open a second file such as a material, a texture or a
 buffer.
@@ -67,7 +67,7 @@ class Triangles:
 
 
 def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
-    """Read the triangles of an STL, PLY, OBJ, OFF, GLB or 3MF file, in the file's own unit and axes.
+    """Read the triangles of an STL, PLY, OBJ, GLB or 3MF file, in the file's own unit and axes.
 
     Raises InputError if the file is missing or too large, its format does not match its suffix, or it lacks triangles
     or has a number that is not finite. The message ends with ``remedy`` if the content is at fault.
@@ -299,30 +299,13 @@ def _read_obj(content: bytes) -> Triangles:
     return _checked(_coordinates(vertices), _grouped(faces))
 
 
-def _read_off(content: bytes) -> Triangles:
-    lines = [words for line in content.splitlines() if (words := line.partition(b"#")[0].split())]
-    if not lines or lines[0][0].upper() not in (b"OFF", b"COFF", b"NOFF", b"CNOFF") or b"BINARY" in lines[0]:
-        raise UnreadableError("its first line is not OFF, COFF, NOFF or CNOFF")
-    # The counts follow on the first line or on the next.
-    counts = _integers(lines[0][1:3] or [word for line in lines[1:2] for word in line[:2]])
-    rest = lines[1 if len(lines[0]) > 1 else 2 :]
-    if len(counts) < 2 or min(counts) < 0 or len(rest) < sum(counts):
-        raise UnreadableError(f"its header gives {counts} vertices and faces, but {len(rest)} lines follow")
-    rows = rest[counts[0] : sum(counts)]
-    sizes = _integers([words[0] for words in rows])
-    if short := [(size, words) for size, words in zip(sizes, rows, strict=True) if not 0 <= size < len(words)]:
-        raise UnreadableError(f"a face of {short[0][0]} corners lists {len(short[0][1]) - 1} vertices")
-    faces = [_integers(words[1 : size + 1]) for size, words in zip(sizes, rows, strict=True)]
-    return _checked(_coordinates(words[:3] for words in rest[: counts[0]]), _grouped(faces))
-
-
 def _integers(words: Sequence[bytes]) -> list[int]:
     try:
         numbers = [int(word) for word in words]
     except ValueError:
-        raise UnreadableError("a vertex number or a count is not a whole number") from None
+        raise UnreadableError("a vertex number is not a whole number") from None
     if any(abs(number) > LARGEST_NUMBER for number in numbers):
-        raise UnreadableError(f"a vertex number or a count is beyond {LARGEST_NUMBER}")
+        raise UnreadableError(f"a vertex number is beyond {LARGEST_NUMBER}")
     return numbers
 
 
@@ -337,7 +320,6 @@ READERS: dict[str, Callable[[bytes], Triangles]] = {
     ".stl": _read_stl,
     ".ply": _read_ply,
     ".obj": _read_obj,
-    ".off": _read_off,
     ".glb": _read_glb,
     ".3mf": _read_3mf,
 }

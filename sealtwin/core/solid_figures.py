@@ -1,6 +1,6 @@
 """Figures of a solid: widths, volumes, soundness of its mesh, dams, and the nozzle path over it."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from math import hypot
 from typing import Any, Literal
 
@@ -126,7 +126,6 @@ class SolidFigures:
     cavity_volume_95_mm3: Span | None = None
     mouth_width_mm: float | None = None
     floor_width_mm: float | None = None
-    volume_mm3: dict[str, float] = field(default_factory=dict)  # Volume of the cavity by interpretation of the tilt
     closing_depth_mm: ClosingDepth | None = None
     mesh: MeshOrigin | None = None
     watertight: bool | None = None
@@ -146,5 +145,4 @@ class SolidFigures:
     def recorded(self) -> dict[str, Any]:
         """Return the content for solid.json."""
         dams = [{key: value for key, value in asdict(dam).items() if value is not None} for dam in self.dams]
-        absent = (None, {})
-        return {key: value for key, value in asdict(self).items() if value not in absent} | {"dams": dams}
+        return {key: value for key, value in asdict(self).items() if value is not None} | {"dams": dams}

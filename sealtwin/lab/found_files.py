@@ -18,11 +18,11 @@ from validate.readings.header_words import sample_key
 from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters
 
-Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "text", "ignore"]
+Role = Literal["photo", "mask", "readings", "fill", "note", "text", "ignore"]
 """Role of a file. A "fill" is the sheet of a liquid weighed into the crack. A "text" is kept with its sample but gives
 no settings."""
 
-PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
+PICTURES: Mapping[Role, str] = {"photo": "photo.file", "mask": "photo.mask"}
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 """Settings of a trial that name a file, by the file's role."""
 NOTE_SUFFIX = ".toml"
@@ -128,7 +128,7 @@ def as_label(text: str) -> str:
 def possible_roles(suffix: str) -> tuple[Role, ...]:
     """Return the roles that a file with this suffix may have. The first is the default."""
     if suffix in PHOTO_SUFFIXES:
-        return ("photo", "second_photo", "mask")
+        return ("photo", "mask")
     if suffix in TABLE_SUFFIXES:
         return ("readings", "note", "fill")
     if suffix in FREE_TEXT:

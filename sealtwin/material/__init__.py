@@ -1,1 +1,1 @@
-"""Measure a paste by a cone's spread, a bead, a rheometer or strips that slide, and write a file for trials."""
+"""Measure a paste by a cone's spread, a bead or a rheometer, and write a file for trials."""

@@ -6,15 +6,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import DataKind, Floats
-from sealtwin.material.flow_curve_file import LEAST_RANGE, LEAST_ROWS, FlowCurve, read_flow_curve
+from sealtwin.core.number_tables import read_columns
+from sealtwin.core.records import DataKind, Floats, Integers
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
 from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, four_digits, measured_material
 from simulate.material_file import Material
 
+RATE, STRESS = "shear_rate_per_s", "stress_pa"  # Columns of the file
+MOST_ROWS = 10_000
+LEAST_ROWS = 5
+LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a smaller range determines no law
 SLOWEST = 1 / 30
 """Smallest shear rate that matters, divided by the crack's shear rate. At this rate, and with n = 0.5, the viscous
 stress is less than a fifth of that in the flow, so that the yield stress dominates."""
@@ -66,9 +69,9 @@ def material_of_table(
     shear_rates_per_s: tuple[float, float] | None = None,
     rows: tuple[int, int] | None = None,
 ) -> MeasuredPaste:
-    """Fit a law to a rheometer's export at ``shear_rates_per_s``; default: those of ``Pour``.
+    """Fit a law to the flow curve in a CSV at ``shear_rates_per_s``; default: those of ``Pour``.
 
-    ``rows`` are those of one curve among several. Raises InputError if neither law fits.
+    ``rows`` are the first and last row of the file that count. Raises InputError if neither law fits.
     """
     if paste.spread_of_density > paste.density_kg_m3 / 2:
         raise InputError(
@@ -76,11 +79,16 @@ def material_of_table(
             f"{paste.density_kg_m3:g}: give the standard uncertainty of the density, or omit it."
         )
     low, high = shear_rates_per_s or Pour().shear_rates_per_s
-    curve = read_flow_curve(path, rows)
-    used = (curve.rate_per_s >= low * (1 - EDGE)) & (curve.rate_per_s <= high * (1 + EDGE))
-    rate, stress = curve.rate_per_s[used], curve.stress_pa[used]
-    file_rows = np.array([place.row or 0 for place in curve.places])[used]
-    _refuse_no_curve(path, curve, used, (low, high))
+    columns = read_columns(path, {RATE: (0, 1e9), STRESS: (-1e9, 1e9)}, (RATE, STRESS), (1, MOST_ROWS))
+    every, stress, file_rows = (np.array(columns[name]) for name in (RATE, STRESS, "row"))
+    first, last = rows or (0, MOST_ROWS + 1)
+    kept = (file_rows >= first) & (file_rows <= last)
+    if not kept.any():
+        raise InputError(f"{path}: no row has a number from {first} to {last}; row 1 is the header.")
+    every, stress, file_rows = every[kept], stress[kept], file_rows[kept].astype(int)
+    used = (every >= low * (1 - EDGE)) & (every <= high * (1 + EDGE))
+    rate, stress, file_rows = every[used], stress[used], file_rows[used]
+    _refuse_no_curve(path, rate, stress, file_rows, every, (low, high))
     _refuse_two_pastes(path, rate, stress, file_rows)
     law = fit_flow_law(rate, stress)
     _refuse_misfit(path, law, rate)
@@ -88,7 +96,7 @@ def material_of_table(
         f"{len(rate)} of {len(used)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the fill, "
         f"{low:g} to {high:g} /s",
         _choice(law),
-        curve.basis[:300],
+        f"rows {file_rows[0]} to {file_rows[-1]} of the file",
     ]
     return MeasuredPaste(_material(path, paste, data, day, law, rate, stated), _figures(law))
 
@@ -138,9 +146,13 @@ def _figures(law: FlowLaw) -> dict[str, float]:
     }
 
 
-def _refuse_no_curve(path: Path, curve: FlowCurve, used: NDArray[np.bool_], rates: tuple[float, float]) -> None:
-    """Raise InputError if too few rows are within the shear rates, or if a stress cannot be that of a paste."""
-    every, rate, stress = curve.rate_per_s, curve.rate_per_s[used], curve.stress_pa[used]
+def _refuse_no_curve(
+    path: Path, rate: Floats, stress: Floats, file_rows: Integers, every: Floats, rates: tuple[float, float]
+) -> None:
+    """Raise InputError if too few rows are within the shear rates, or if a stress cannot be that of a paste.
+
+    ``every`` has the rates outside of them too.
+    """
     if len(rate) < LEAST_ROWS or rate.max() < LEAST_RANGE * rate.min():
         raise InputError(
             f"{path}: {len(rate)} of {len(every)} rows have shear rates from {rates[0]:g} to {rates[1]:g} /s; a fit "
@@ -148,18 +160,18 @@ def _refuse_no_curve(path: Path, curve: FlowCurve, used: NDArray[np.bool_], rate
             f"{every.min():g} to {every.max():g} /s. Measure more rows there, or give the shear rates of your fill "
             "(--nozzle-mm, --flow-mm3-s and --width-mm, or --shear-rates)."
         )
-    places = [place for place, one in zip(curve.places, used, strict=True) if one]
-    for place, one_pa in zip(places, stress, strict=True):
+    for row, one_pa in zip(file_rows, stress, strict=True):
         if not 0 < one_pa <= STIFFEST_PA:
             raise InputError(
-                f"{place}: {one_pa:g} Pa; the stress of a paste that flows is above 0 and at most {STIFFEST_PA:g} Pa. "
-                "Check the unit, and select the rows of one sweep (--rows)."
+                f"{path}, row {row}, column {STRESS}: {one_pa:g} Pa; the stress of a paste that flows is above 0 "
+                f"and at most {STIFFEST_PA:g} Pa. Check the unit, and select the rows of one sweep (--rows)."
             )
     fastest = int(rate.argmax())
     if (thin := stress[fastest] / rate[fastest]) < THINNEST_PA_S:
         raise InputError(
-            f"{places[fastest]}: {stress[fastest]:.3g} Pa at {rate[fastest]:.3g} /s is a viscosity of {thin:.2g} Pa s, "
-            f"below {THINNEST_PA_S:g}, nearly as thin as water. Check the unit of the stress: is it kPa?"
+            f"{path}, row {file_rows[fastest]}, column {STRESS}: {stress[fastest]:.3g} Pa at {rate[fastest]:.3g} /s is "
+            f"a viscosity of {thin:.2g} Pa s, below {THINNEST_PA_S:g}, nearly as thin as water. Check the "
+            "unit of the stress: is it kPa?"
         )
 
 
@@ -189,7 +201,7 @@ def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
         )
 
 
-def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats, file_rows: NDArray[np.int64]) -> None:
+def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats, file_rows: Integers) -> None:
     """Raise InputError if stresses at repeated rates are nearly all higher, or nearly all lower, than before.
 
     Shear has then changed the paste between two sweeps, or the table has the stresses of two pastes.

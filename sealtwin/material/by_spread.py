@@ -1,6 +1,6 @@
-"""Determine a paste's yield stress from its spread on a plate, and its viscosity from photos during the spread."""
+"""Determine a paste's yield stress from its spread on a plate."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -13,25 +13,12 @@ from digitise.spread import SpreadBlob, measure_spread
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, PasteValue, by_source, measured_material
-from simulate.slump import Slump, SlumpCurve, slump
-from simulate.spread_law import (
-    FLATTEST,
-    GRAVITY_M_S2,
-    Cone,
-    flat_stress_pa,
-    heap_height_mm,
-    stretched_stress_pa,
-)
+from simulate.spread_law import HIGHEST, Cone, flat_stress_pa, heap_height_mm, stretched_stress_pa
 
 DRAWS, SEED = 4000, 16
 CONE_ERROR_MM = 0.1  # Standard uncertainty of each size of a cone, by caliper
 MASS_ERROR_G = 0.1  # Standard uncertainty: a kitchen scale, and paste that sticks to the cone
 FORMULA = 0.25  # Standard uncertainty of the closed form over its stretching term: higher orders are neglected
-REPLAY = 0.05  # Relative standard uncertainty of a yield stress from simulated slumps (benchmarks/slumps.py)
-COURSE = 0.25  # Relative standard uncertainty of the time in a simulated slump (benchmarks/heaps.py)
-LIFT_ERROR_S = 0.2  # Standard uncertainty of the moment at which the cone is lifted by hand
-LATE = 0.97  # Largest radius in an early photo over that at rest; near rest the radius hardly depends on time
-MOST_GALILEI = 1000.0  # Largest rho^2 g V / mu^2: beyond it inertia slows the spread, not viscosity
 NOT_FOR = (
     "a paste of another age, batch or temperature: pastes stiffen with time and thin when sheared",
     "flow that is faster than a spread, unless the viscosity was measured with a rheometer",
@@ -46,10 +33,6 @@ class Heap(PasteOnPlate):
     mass_g: float | None = Field(default=None, gt=0, le=1e5)
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     cone_mm: tuple[float, float, float] | None = None  # Inner diameters below and above, and height
-
-    @property
-    def cone(self) -> Cone | None:
-        return None if self.cone_mm is None else Cone(*self.cone_mm)
 
 
 @dataclass(frozen=True)
@@ -70,43 +53,28 @@ class PasteEstimate(PasteValue):
     flat_pa: float  # By Roussel and Coussot's formula alone
     height_to_radius: float
     volume_mm3: float
-    replayed: bool
     parts: dict[str, float]  # Standard uncertainty by source, Pa
 
 
-def estimate(
-    heap: Heap,
-    spread: SpreadBlob,
-    note: Callable[[str], None] = lambda _: None,
-    curve: SlumpCurve | None = None,
-) -> PasteEstimate:
-    """Return the yield stress that a spread shows. Raises InputError if the spread does not determine it.
-
-    ``curve`` has simulated slumps that are reused; without it they are computed if needed.
-    """
+def estimate(heap: Heap, spread: SpreadBlob) -> PasteEstimate:
+    """Return the yield stress that a spread shows. Raises InputError if the spread does not determine it."""
     middle, drawn, by_source = _draws(heap, spread)
-    one = _closed(middle)
-    height = float(heap_height_mm(one, middle.radius_mm, middle.density_kg_m3)[0]) / spread.radius_mm
-    law: Callable[[Draws], Floats] = _closed
-    replayed = height > FLATTEST
-    if replayed:
-        cone = heap.cone
-        if cone is None:
-            raise InputError(
-                f"the heap's height is {height:.2f} times its radius; the closed form is valid up to {FLATTEST:g}, and "
-                "a simulation of the slump needs the initial shape: give --cone-mm, or spread more paste."
-            )
-        note(f"The heap's height is {height:.2f} times its radius: simulating its slump takes 1 to 2 minutes.")
-        law = _replayed(curve or SlumpCurve(cone.scaled_to(float(middle.volume_mm3[0])), heap.density_kg_m3, {}))
-    values = law(drawn) - _surface_pa(drawn)
-    stress = float((law(middle) - _surface_pa(middle))[0])
+    closed_pa = _closed(middle)
+    height = float(heap_height_mm(closed_pa, middle.radius_mm, middle.density_kg_m3)[0]) / spread.radius_mm
+    if height > HIGHEST:
+        raise InputError(
+            f"the heap's height is {height:.2f} times its radius; the closed form is valid up to {HIGHEST:g}: spread "
+            "more paste, or use a rheometer."
+        )
+    values = _closed(drawn) - _surface_pa(drawn)
+    stress = float((closed_pa - _surface_pa(middle))[0])
     if not stress > 0:
         raise InputError(
             f"the paste spread to {2 * spread.radius_mm:.0f} mm, as far as water would against surface tension: this "
             "shows no yield stress. Check mass and density, or take a thicker paste."
         )
     low, high = (float(end) for end in np.quantile(values, (0.025, 0.975)))
-    parts = {name: float((law(of) - _surface_pa(of)).std()) for name, of in by_source.items()}
+    parts = {name: float((_closed(of) - _surface_pa(of)).std()) for name, of in by_source.items()}
     return PasteEstimate(
         stress,
         (high - low) / 4,
@@ -114,7 +82,6 @@ def estimate(
         float(flat_stress_pa(middle.volume_mm3, middle.radius_mm, middle.density_kg_m3)[0]),
         height,
         float(middle.volume_mm3[0]),
-        replayed,
         parts,
     )
 
@@ -160,70 +127,12 @@ def _closed(of: Draws) -> Floats:
     return stress + FORMULA * of.law * (flat - stress)
 
 
-def _replayed(curve: SlumpCurve) -> Callable[[Draws], Floats]:
-    def law(of: Draws) -> Floats:
-        return curve.stress_pa(of.volume_mm3, of.radius_mm, of.density_kg_m3) * (1 + REPLAY * of.law)
-
-    return law
-
-
-def viscosity(
-    heap: Heap, stress: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]], replay: Slump | None = None
-) -> tuple[float, float]:
-    """Return the viscosity in Pa s from radii at earlier times, and its standard uncertainty in percent.
-
-    Simulates the slump with a constant viscosity, unless ``replay`` is given. Without inertia, times are proportional
-    to the viscosity. Photos are weighted by the error of their time; the errors of the lift and of the simulated times
-    are common to all. Raises InputError for a photo whose radius does not determine the viscosity.
-    """
-    cone = heap.cone
-    if cone is None:
-        raise InputError("an early photo needs the initial shape of the paste: give --cone-mm.")
-    replay = replay or slump(cone.scaled_to(stress.volume_mm3), stress.value, heap.density_kg_m3, steady=True)
-    if replay.viscosity_pa_s is None:
-        raise ValueError("replay must be a slump with a constant viscosity")
-    radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
-    steps = np.append(True, np.diff(radii) > 0)
-    values, by_radius, by_lift = [], [], []
-    for blob, early_s in early:
-        if not 1.1 * cone.bottom_mm / 2 < blob.radius_mm < LATE * replay.at_rest_mm:
-            raise InputError(
-                f"the photo of {early_s:g} s shows {blob.radius_mm / replay.at_rest_mm:.0%} of the radius at rest: to "
-                f"determine the viscosity, the radius must be over 1.1 times the cone's and under {LATE:.0%} of that "
-                "at rest. Take a photo at such a time."
-            )
-        around_mm = blob.radius_mm + blob.radius_error_mm * np.array([-1, 0, 1])
-        reached = np.interp(around_mm, radii[steps], times[steps])
-        values.append(replay.viscosity_pa_s * early_s / float(reached[1]))
-        by_radius.append(float(reached[2] - reached[0]) / 2 / float(reached[1]))
-        by_lift.append(LIFT_ERROR_S / early_s)
-    weight = 1 / (np.square(by_radius) + np.square(by_lift))
-    weight /= weight.sum()
-    value = float(np.exp(weight @ np.log(values)))
-    galilei = heap.density_kg_m3**2 * GRAVITY_M_S2 * stress.volume_mm3 * 1e-9 / value**2
-    if galilei > MOST_GALILEI:
-        raise InputError(
-            f"early photos give {value:.2g} Pa s; in so thin a paste inertia and the lift of the cone set the time, "
-            "not the viscosity: measure it with a rheometer, or omit --early."
-        )
-    own = np.linalg.norm(weight * by_radius)
-    return value, 100 * float(np.sqrt(COURSE**2 + (weight @ by_lift) ** 2 + own**2))
-
-
-def material_of(
-    photo: PhotoInput, heap: Heap, early: Sequence[tuple[Path, float]], day: date, note: Callable[[str], None]
-) -> MeasuredPaste:
+def material_of(photo: PhotoInput, heap: Heap, day: date, note: Callable[[str], None]) -> MeasuredPaste:
     """Measure a spread in a photo and return the paste. Raises InputError if the photo does not determine it."""
     spread = measure_spread(photo, Path())
     for warning in spread.warnings:
         note(f"note: {warning}")
-    stress = estimate(heap, spread, note)
-    thickness = None
-    if early:
-        blobs = [(measure_spread(photo.model_copy(update={"file": file}), Path()), at_s) for file, at_s in early]
-        note("Simulating the slump again to get its radius over time.")
-        thickness = viscosity(heap, stress, blobs)
-    way = "slump of a cone simulated with particles" if stress.replayed else "spread, closed form with stretching"
+    stress = estimate(heap, spread)
     small, large = spread.diameters_mm
     material = measured_material(
         photo.file,
@@ -231,8 +140,7 @@ def material_of(
         day,
         heap,
         stress,
-        thickness,
-        method=f"{way}, surface tension's term subtracted",
+        method="spread, closed form with stretching, surface tension's term subtracted",
         basis=(
             f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
             f"{stress.volume_mm3 / 1000:.4g} ml",
@@ -248,7 +156,6 @@ def material_of(
         "unround": spread.unround,
         "height_to_radius": stress.height_to_radius,
         "flat_formula_pa": stress.flat_pa,
-        "replayed": stress.replayed,
         "parts_pa": stress.parts,
     }
     return MeasuredPaste(material, figures)

@@ -16,7 +16,7 @@ from sealtwin.core.settings import checked
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import Trial, with_settings
 from sealtwin.trial.validate_stage import read_seeds
-from simulate.material_file import LEAST_WALL_SHARE
+from simulate.settings import LEAST_WALL_SHARE
 from validate.settings import ANGLE, OF_THE_WALLS
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")
@@ -152,7 +152,7 @@ def _meshed(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline
 
 def _in_sections(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline, Solid]:
     """Move only the walls and sections, since ring and mesh take longer than a run of the fast model."""
-    from digitise.solid.tilt_variants import crack_sections
+    from digitise.solid.sections import crack_sections
 
     outline = walls_apart(sample.outline, wider_mm / sample.outline.mean_width_mm)
     moved = {"depth_mm": shape.deepest_mm, "wall_angles_deg": shape.wall_angles_deg}

@@ -124,7 +124,7 @@ def plan(targets: Sequence[Path], settings: Mapping[str, Any]) -> list[PlannedPh
     """
     named = [file for target in targets for file in _photos(target)]
     own = [trial if (trial := file.with_suffix(".toml")).is_file() else file for file in named]
-    # A mask or a second photo is part of another photo's trial.
+    # A mask is part of another photo's trial.
     parts = {part for file in set(own) if _is_trial(file) for part in _parts(file)}
     chosen = list(dict.fromkeys(file for photo, file in zip(named, own, strict=True) if photo.absolute() not in parts))
     given = {*named}

@@ -21,7 +21,7 @@ DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 OVERLAY, STRAIGHT = "overlay.png", "straight.png"  # Pictures of the first stage that the report shows
 OF_A_PATH = ("outline.json", "trajectory.csv")  # The files among DIGITISED of a path without a solid
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the second stage that the third reads
-FILES_OF_A_SAMPLE = ("file", "second_photo", "mask", "path")  # Settings of [photo] and [mesh] that name a file
+FILES_OF_A_SAMPLE = ("file", "mask", "path")  # Settings of [photo] and [mesh] that name a file
 SEEDS = "simulate-seeds"
 """Name of the runs with the other seeds of a trial in the manifest; it sorts after simulate."""
 LARGEST_SHEET_BYTES = 5_000_000

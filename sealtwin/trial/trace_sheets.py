@@ -29,8 +29,8 @@ def sheets_in(folder: Path, given: Mapping[str, Any]) -> list[Sheet]:
             # Its photo would get a second trial of the same name, which is refused when the photo is opened.
             continue
         if settings is not None:
-            # A mask and a second photo do not show other cracks.
-            named = (settings.file, settings.mask, settings.second_photo)
+            # A mask does not show another crack.
+            named = (settings.file, settings.mask)
             sheets |= {(folder / one).resolve(): sheet_of(trial, given) for one in named if one is not None}
     photos = [file for file in folder.iterdir() if file.suffix.lower() in PHOTO_SUFFIXES and file.is_file()]
     sheets |= {file.resolve(): sheet_of(file, given) for file in photos if file.resolve() not in sheets}

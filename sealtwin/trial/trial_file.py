@@ -150,9 +150,7 @@ class Trial(Settings):
         if fluid is not None:
             fluid = fluid.loaded(folder)
             if isinstance(measured := fluid.material, Material):
-                uncertainty = uncertainty.with_paste(
-                    measured.yield_stress_error_pa, measured.viscosity_error_percent, measured.wall_share_error
-                )
+                uncertainty = uncertainty.with_paste(measured.yield_stress_error_pa, measured.viscosity_error_percent)
             if (weighed := self.path.weighed) is not None:
                 apart = abs(fluid.density_kg_m3 - weighed.density_kg_m3)
                 if apart > MOST_APART * fluid.density_kg_m3:

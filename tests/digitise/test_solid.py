@@ -13,9 +13,12 @@ from digitise.geometry.mesh_topology import check_mesh
 from digitise.geometry.polyline import signed_area
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.build_solid import build_solid
+from digitise.solid.footprint import lay_out
+from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Solid
+from tests.integrals import cavity_volume_mm3
 from tests.meshes import labelled_mm2
 from tests.shapes import (
     CLOSED,
@@ -91,7 +94,6 @@ def test_deep_and_steep_cavities_keep_their_cut_ends():
     flare, funnel = (build_solid(outline, shape(tilt, depth_mm=100.0)) for tilt in ("flare", "funnel"))
     assert flare.cavity_volume_mm3 == pytest.approx(L * (W + spread) * 100, rel=1e-6)
     assert funnel.cavity_volume_mm3 == pytest.approx(SLOT_VOLUMES["funnel"], rel=1e-6)
-    assert funnel.figures.volume_mm3["funnel"] == pytest.approx(SLOT_VOLUMES["funnel"], rel=3e-4)
 
 
 @pytest.mark.parametrize(
@@ -234,8 +236,6 @@ def test_labels_cover_the_faces_they_name():
 
 def test_the_report_says_what_the_tilt_means():
     figures = solid_of("oblique", "flare").figures
-    for tilt in TILTS:
-        assert figures.volume_mm3[tilt] == pytest.approx(SLOT_VOLUMES[tilt], rel=2e-4)
     assert figures.floor_width_mm == figures.photo_width_mm == pytest.approx(W, rel=0.02)
     assert figures.mouth_width_mm is not None
     assert figures.photo_width_mm is not None
@@ -285,16 +285,6 @@ def test_impossible_cracks_are_refused_in_a_sentence(outline, changes, says):
         build_solid(outline, shape(**changes))
 
 
-def test_a_mesh_whose_cavity_lost_its_digits_is_refused():
-    """A floor a thousand kilometres thick, past the bounds of the settings: the cavity drowns in the block's rounding.
-
-    Without the check the cavity came out 4.8 % too large, and the sealant with it.
-    """
-    thick = shape("vertical").model_copy(update={"floor_thickness_mm": 1e9})
-    with pytest.raises(InputError, match=r"cavity is .* the sections of its outline .* may differ by at most 0\.1%"):
-        build_solid(oblique_slot(W), thick)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_any_crack_becomes_sound_in_every_tilt(seed):
@@ -313,4 +303,5 @@ def test_any_crack_becomes_sound_in_every_tilt(seed):
             assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
             rounded = solid.vertices_mm.astype(np.float32).astype(float)
             assert check_mesh(rounded, solid.faces, expected_euler=2) == []
-            assert solid.cavity_volume_mm3 == pytest.approx(solid.figures.volume_mm3[tilt], rel=1e-3)
+            footprint = lay_out(outline, shape(tilt), max(wall_shifts_mm(shape(tilt))))
+            assert solid.cavity_volume_mm3 == pytest.approx(cavity_volume_mm3(footprint, shape(tilt), 8), rel=1e-3)

@@ -72,7 +72,6 @@ def test_counts_are_whole_and_within_their_bounds():
     "aside", ["warnings.warn('aside', RuntimeWarning)", "logging.getLogger('lib').warning('aside')"]
 )
 def test_what_a_library_says_aside_is_not_printed(aside, tmp_path):
-    script = "import logging, sys, warnings; from sealtwin.cli import app; sys.argv = ['sealtwin', 'init', 'lab']\n"
-    script += f"app.refuse_foreign_packages = lambda: {aside}\napp.main()"
+    script = f"import logging, warnings; from sealtwin.cli import app; app.app = lambda: {aside}\napp.main()"
     answer = subprocess.run([sys.executable, "-c", script], capture_output=True, cwd=tmp_path, text=True, check=False)
     assert (answer.returncode, answer.stderr) == (0, "")

@@ -41,7 +41,7 @@ COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttribu
         ("note=1\nseed = 2", "1\nseed = 2"),
         ("note=", ""),
         ("output.snapshots_s=[]", []),
-        ("photo.second_photo=b.png", Path("b.png").absolute()),
+        ("photo.mask=b.png", Path("b.png").absolute()),
         ("crack.fill=fill.csv", Path("fill.csv").absolute()),
         ('crack.fill={file="fill.csv"}', {"file": Path("fill.csv").absolute()}),
         ("crack.wall_angle_deg=[4,9]", [4, 9]),

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from simulate.bead_law import STRETCH, Bead, PasteArea, laid_section, slumped_stress
+from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.spread_law import GRAVITY_M_S2, flat_stress_pa
 
 ONE, NO = np.ones(1), np.zeros(1)
@@ -49,14 +49,3 @@ def test_the_correction_turns_with_stiffness_and_needs_no_unit():
     assert 0.94 < soft < 1 < stiff < 1.15
     assert slumped_stress(2.4 * ONE, 256.0 * ONE)[0] == pytest.approx(2 * slumped_stress(1.2 * ONE, 64.0 * ONE)[0])
     assert 1.03 < laid_section(0.8 * ONE, 64.0 * ONE)[0] / 64 < 1.12
-
-
-@pytest.mark.parametrize("wide", [1.0, 1.6])
-def test_a_bars_particles_have_its_volume_and_its_place(wide):
-    bar, side = Bead(40.0, 64.0, wide), 0.7
-    points = bar.lattice_mm(side, 0.3)
-    assert len(points) * side**3 == pytest.approx(bar.volume_mm3, rel=0.02)
-    assert points[:, 2].min() == pytest.approx(0.3)
-    low, high = points.min(axis=0), points.max(axis=0)
-    assert low[:2] == pytest.approx(-high[:2])
-    assert high[:2] == pytest.approx([20, 32 / bar.height_mm], abs=side)

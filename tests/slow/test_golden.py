@@ -60,7 +60,7 @@ NOT_COMPARED = (
 
 A key is its path, as stages/digitise/key, or a row and a column. FACTS, as dates and hashes, are compared in no text.
 """
-BINARY = {".glb", ".gz", ".jpg", ".npy", ".npz", ".obj", ".off", ".ply", ".png", ".stl", ".vtp", ".xlsx"}
+BINARY = {".glb", ".gz", ".jpg", ".npy", ".npz", ".obj", ".ply", ".png", ".stl", ".vtp", ".xlsx"}
 
 LINE = [(50, 118), (130, 108), (220, 120), (310, 102)]
 PHOTOS = {
@@ -83,7 +83,7 @@ COMMANDS = {
     "trace-narrow": f"digitise narrow.png {SCALED} {ENDS} --set crack.tilt=vertical --set photo.edge_fraction=0.6"
     " --out {out}",
     "trace-wide": f"digitise wide.png {SCALED} {ENDS} --set crack.tilt=funnel --out {{out}}",
-    "trace-lit": f"digitise lit.png {SCALED} {ENDS} --set photo.second_photo=lit-2.png --out {{out}}",
+    "trace-lit": f"digitise lit.png {SCALED} {ENDS} --out {{out}}",
     "trace-branches": f"digitise branches.png {SCALED} {ENDS} --set photo.branches=keep --set crack.tilt=vertical"
     " --out {out}",
     # Without ends: between given ends the way hangs on distances whose last bits OpenCV changes from call to call.
@@ -152,11 +152,10 @@ def make_inputs(folder: Path) -> None:
     for ground, (name, (points_px, width_px)) in zip(grounds, PHOTOS.items(), strict=True):
         write_png(folder / f"{name}.png", with_crack(ground, points_px, width_px))
     write_png(folder / "mask.png", np.where(with_crack(np.ones((220, 360)), LINE, 15) < 0.5, 1.0, 0.0))
-    # A lamp from either side lights the wall opposite to it.
-    for name, up_px, light in (("lit", 5, (1.3, 0.8)), ("lit-2", -5, (0.8, 1.3))):
-        photo = with_crack(grounds[0] * np.linspace(*light, 360), LINE, 22)
-        strip = 1 - with_crack(np.ones((220, 360)), [(x, y + up_px) for x, y in LINE], 4)
-        write_png(folder / f"{name}.png", photo + 0.15 * strip)
+    # A lamp from the side lights the wall opposite to it.
+    photo = with_crack(grounds[0] * np.linspace(1.3, 0.8, 360), LINE, 22)
+    strip = 1 - with_crack(np.ones((220, 360)), [(x, y + 5) for x, y in LINE], 4)
+    write_png(folder / "lit.png", photo + 0.15 * strip)
     side, loop = [(180, 114), (210, 160), (225, 190)], [(110, 110), (150, 160), (220, 165), (260, 112)]
     for name, other, width_px in (("branches", side, 10), ("loop", loop, 12)):
         write_png(folder / f"{name}.png", with_crack(with_crack(grounds[1], LINE, 14), other, width_px))

@@ -84,9 +84,6 @@ def geometry_table(evidence: Evidence) -> PageTable:
     ]
     if (weighed := figures.weighed) is not None:
         rows.append((f"by weight, {counted(len(weighed.levels_mm), 'step')} (95 %)", str(weighed)))
-    if figures.volume_mm3:
-        volumes = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in figures.volume_mm3.items())
-        rows.append((f"volume for each tilt, {_angle_words(solid)}", f"{volumes} mm³"))
     if solid.tilt == "funnel" and (closing := figures.closing_depth_mm) and closing.mean is not None:
         above = percent(closing.share_above_floor, 0)
         rows.append(("walls meet at", f"{closing.mean:.1f} mm deep, above the floor on {above}"))

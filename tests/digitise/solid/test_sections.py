@@ -7,7 +7,7 @@ import pytest
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from digitise.solid.tilt_variants import crack_sections
+from digitise.solid.sections import crack_sections
 from sealtwin.core.records import Floats, Solid
 from tests.shapes import CUT, straight_slot
 

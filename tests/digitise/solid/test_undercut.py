@@ -115,11 +115,6 @@ def test_a_trace_that_leaves_the_block_is_no_fault_of_the_tilt():
         build(beside, 2.0)
 
 
-def test_other_tilts_list_no_volume_of_an_undercut_without_room():
-    assert "undercut" in build(STONY, 2.0, "flare").figures.volume_mm3
-    assert "undercut" not in build(STONY, 8.0, "flare").figures.volume_mm3
-
-
 @pytest.mark.parametrize("angle_deg", [-4.84, (-4.0, 5.0)])
 def test_a_negative_angle_is_told_the_tilt_s_name(angle_deg):
     with pytest.raises(ValidationError, match='tilt = "undercut"'):

@@ -5,9 +5,9 @@ import pytest
 
 from digitise.settings import CrackShape
 from digitise.solid.footprint import Footprint, lay_out
-from digitise.solid.tilt_variants import cavity_volume_mm3
 from digitise.solid.wedges import MITRE_DEG, carve, wall_shifts_mm
 from sealtwin.core.records import Floats
+from tests.integrals import cavity_volume_mm3
 from tests.shapes import CLOSED, straight_slot, with_ring
 
 SLOPE = np.tan(np.radians(11.0))

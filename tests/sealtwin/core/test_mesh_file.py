@@ -79,7 +79,6 @@ SAMPLES: dict[str, Callable[[], tuple[str, bytes]]] = {
     "big-endian PLY of quads": lambda: (".ply", polygons_ply()),
     "OBJ": lambda: (".obj", written(box(), "obj")),
     "OBJ of quads": lambda: (".obj", polygons_obj()),
-    "OFF": lambda: (".off", written(box(), "off")),
     "GLB": lambda: (".glb", written(box(), "glb")),
     "3MF": lambda: (".3mf", three_mf()),
 }
@@ -182,8 +181,6 @@ REFUSED = {
     "a PLY that claims 4 billion vertices": (".ply", (PLY.format("ascii", HUGE, 1) + LIST).encode()),
     "a binary PLY that claims a million": (".ply", (PLY.format("binary_little_endian", 1_000_000, 1) + LIST).encode()),
     "a PLY of points": (".ply", (PLY.format("ascii", 1, 0).split("element face")[0] + "end_header\n0 0 0\n").encode()),
-    "an OFF that claims too much": (".off", b"OFF\n9 99999999 0\n"),
-    "an OFF face shorter than it says": (".off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n"),
     "a face that names a vertex that is not there": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9"),
     "a face that names a vertex beyond all numbers": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999"),
     "a polygon without area": (".obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\nf 1 2 3 4 5"),

@@ -22,10 +22,9 @@ from validate.readings.header_words import sample_key
 SPELLINGS = {
     "photo": (
         "P01.jpg", "p-01_top.JPEG", "photos/P 01.png", "Fotos/P01 Draufsicht.png", "P01_Foto.tif", "P01/IMG_2041.jpg",
-        "P01/P01.webp",
+        "P01/P01.webp", "P01_second_photo.jpg",
     ),
     "mask": ("P01_mask.png", "masks/P01.png"),
-    "second_photo": ("P01_second_photo.jpg",),
     "readings": (
         "P01.csv", "p.01 Messung.xlsx", "caliper/P01.txt", "P01/Messwerte.tsv", "Tiefen P01.csv", "P01 mesures.txt",
         "Relevés/P01.csv", "P01_profondeur.csv", "P01 lecturas.xlsx", "Höhen P01.csv", "P01_Pegel.csv",
@@ -306,7 +305,7 @@ def test_a_decision_of_the_user_counts_before_the_name():
 
 
 FAULTS = (
-    "line 2: P01.png cannot be 'readings'; write one of photo, second_photo, mask, ignore.",
+    "line 2: P01.png cannot be 'readings'; write one of photo, mask, ignore.",
     "line 3: no file 'gone.png'",
     "line 4: P01.csv has no sample",
     "line 6: P02.png has two rows",

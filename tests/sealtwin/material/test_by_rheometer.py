@@ -125,9 +125,9 @@ FALLING = (9.0, 8.0, 7.0, 6.0, 5.0)
         ((1, 2, 4, 8, 16), FALLING, "misses the stresses"),
         (RATES, [12.0] * 9, "do not determine viscosity_pa_s"),
         (RATES, 5 * RATES**0.1, "flow_index is 0.1"),
-        ((1, 2, 4, 8, 16), (9, -8, 9, 9, 9), "line 3, column stress_pa: -8"),
-        ((1, 3, 10, 30, 100), (0.02, 0.03, 0.05, 0.08, 0.2), "line 6, column stress_pa: 0.2 Pa .* kPa"),
-        ((1, 3, 10, 30, 100), (12e3, 13e3, 17e3, 27e3, 62e3), "line 2, column stress_pa: 12000"),
+        ((1, 2, 4, 8, 16), (9, -8, 9, 9, 9), "row 3, column stress_pa: -8"),
+        ((1, 3, 10, 30, 100), (0.02, 0.03, 0.05, 0.08, 0.2), "row 6, column stress_pa: 0.2 Pa .* kPa"),
+        ((1, 3, 10, 30, 100), (12e3, 13e3, 17e3, 27e3, 62e3), "row 2, column stress_pa: 12000"),
         (np.geomspace(1, 100, 10), np.r_[5 + RATES[:5], 50 + RATES[4:]], "misses the stresses"),
     ],
 )

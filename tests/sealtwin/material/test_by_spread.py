@@ -9,11 +9,10 @@ from typer.testing import CliRunner
 from digitise.spread import SpreadBlob
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
-from sealtwin.material.by_spread import Heap, PasteEstimate, estimate, viscosity
+from sealtwin.material.by_spread import Heap, estimate
 from simulate.material_file import read_material
-from simulate.slump import STEP, SlumpCurve, slump
-from simulate.spread_law import GRAVITY_M_S2, Cone, spread_radius_mm
-from tests.spreads import Blob, write_sheet_table
+from simulate.spread_law import GRAVITY_M_S2, Cone
+from tests.spreads import Blob, spread_radius_mm, write_sheet_table
 
 CONE = (38.0, 19.0, 57.0)
 VOLUME = Cone(*CONE).volume_mm3
@@ -32,7 +31,6 @@ def flat_heap(stress_pa: float) -> tuple[Heap, SpreadBlob]:
 def test_a_flat_heap_has_the_closed_forms_stress():
     heap, seen = flat_heap(8.0)
     paste = estimate(heap, seen)
-    assert not paste.replayed
     assert paste.height_to_radius < 0.1
     assert paste.value == pytest.approx(8.0, rel=1e-6)
     assert paste.interval[0] < 8.0 < paste.interval[1]
@@ -59,17 +57,24 @@ def test_a_larger_error_of_one_thing_makes_the_interval_wider(part, changes, err
     assert wide.parts[part] > 2 * narrow.parts[part]
 
 
-def test_a_high_heap_is_told_from_slumps_and_refused_without_a_cone():
-    """The slumps are known here, and are those of the closed form."""
-    radius_mm, length_mm = spread_radius_mm(20.0, VOLUME, 1690.0), VOLUME ** (1 / 3)
-    unit_pa = 1690 * GRAVITY_M_S2 * length_mm * 1e-3
-    slumps = {n: spread_radius_mm(STEP**n * unit_pa, VOLUME, 1690.0) / length_mm for n in range(-14, 0)}
+# Slumps of a mini-cone in particles (benchmarks/slumps.csv, kind truth): yield stress over rho g V^(1/3), R / V^(1/3).
+SLUMPS = [(0.0071948438, 1.77602), (0.0125909767, 1.57924), (0.0359742191, 1.24091), (0.107922657, 0.941941)]
+
+
+@pytest.mark.parametrize(("stress", "radius"), SLUMPS)
+def test_the_interval_contains_the_stress_of_slumps_in_particles(stress, radius):
+    """Heights of 0.09 to 0.42 radii: the closed form is up to 23 % off, and its own uncertainty grows with it."""
+    length_mm = VOLUME ** (1 / 3)
     heap = Heap(density_kg_m3=1690.0, cone_mm=CONE, edge_n_m=0.0, edge_error_n_m=0.0)
-    paste = estimate(heap, spread(radius_mm), curve=SlumpCurve(Cone(*CONE), 1690.0, slumps))
-    assert paste.replayed
-    assert paste.value == pytest.approx(20.0, rel=0.01)
-    with pytest.raises(InputError, match=r"valid up to 0\.1, .*give --cone-mm, or spread more paste"):
-        estimate(Heap(density_kg_m3=1690.0, mass_g=VOLUME * 1.69e-3), spread(radius_mm))
+    paste = estimate(heap, spread(radius * length_mm))
+    true_pa = stress * 1690 * GRAVITY_M_S2 * length_mm * 1e-3
+    assert paste.value == pytest.approx(true_pa, rel=0.25)
+    assert paste.interval[0] < true_pa < paste.interval[1]
+
+
+def test_a_heap_higher_than_the_closed_form_is_valid_for_is_refused():
+    with pytest.raises(InputError, match=r"valid up to 0\.43: spread more paste, or use a rheometer"):
+        estimate(Heap(density_kg_m3=1690.0, cone_mm=CONE), spread(0.85 * VOLUME ** (1 / 3)))
 
 
 def test_what_tells_nothing_is_refused():
@@ -77,9 +82,6 @@ def test_what_tells_nothing_is_refused():
         estimate(Heap(density_kg_m3=1690.0), spread(60.0))
     with pytest.raises(InputError, match="shows no yield stress"):
         estimate(Heap(density_kg_m3=1000.0, mass_g=10.0), spread(60.0))
-    heap, seen = flat_heap(8.0)
-    with pytest.raises(InputError, match="give --cone-mm"):
-        viscosity(heap, estimate(heap, seen), [(seen, 2.0)])
 
 
 def test_a_photo_becomes_a_file_of_the_material(tmp_path):
@@ -99,29 +101,3 @@ def test_a_photo_becomes_a_file_of_the_material(tmp_path):
     again = CliRunner().invoke(app, [*line[:-1], "--mass-error-g", "3"])
     assert again.exit_code == 3
     assert "not overwritten" in again.output
-
-
-DENSITY_KG_M3, STRESS_PA = 1690.0, 25.0
-
-
-@pytest.mark.slow
-def test_the_time_of_a_radius_tells_the_viscosity():
-    heap = Heap(density_kg_m3=DENSITY_KG_M3, cone_mm=(38.0, 19.0, 57.0))
-    cone = heap.cone
-    assert cone is not None
-    true = slump(cone, STRESS_PA, DENSITY_KG_M3, steady=True, finer=1.2)
-    assert true.viscosity_pa_s is not None
-    radius_mm = 0.85 * true.at_rest_mm
-    early_s = float(np.interp(radius_mm, np.maximum.accumulate(true.radius_mm), true.t_s))
-    paste = PasteEstimate(STRESS_PA, 1.0, (23.0, 27.0), 30.0, 0.3, cone.volume_mm3, True, {})
-    early = SpreadBlob(radius_mm, 0.2, 0.0, (2 * radius_mm, 2 * radius_mm), ())
-    value, percent = viscosity(heap, paste, [(early, early_s)])
-    assert value == pytest.approx(true.viscosity_pa_s, rel=0.15)
-    assert 25 < percent < 60
-    # Twice as thick, it takes twice as long, and of two photos both count.
-    twice, doubt = viscosity(heap, paste, [(early, 2 * early_s)])
-    assert twice == pytest.approx(2 * value)
-    both, less = viscosity(heap, paste, [(early, early_s), (early, 2 * early_s)])
-    assert value < both < twice
-    assert 25 < less < percent
-    assert doubt < percent

@@ -175,7 +175,7 @@ def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, sa
 @pytest.mark.parametrize(
     ("uncommented", "left_out"),
     [
-        (["ends_px", "via_px", "roi_px", "second_photo"], []),
+        (["ends_px", "via_px", "roi_px"], []),
         (["ends_px", "mask"], []),
         (["ruler_px", "ruler_mm"], ["mm_per_px", "scale_is"]),
         (["face_mm"], ["mm_per_px", "scale_is"]),

@@ -3,7 +3,6 @@
 import json
 import struct
 import zipfile
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -81,13 +80,6 @@ def _write_obj(path: Path, *parts: str) -> None:
     for head, share in zip(parts, np.array_split(faces + 1, len(parts)), strict=True):
         lines += [head, *(f"f {a} {b} {c}" for a, b, c in share)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _write_off(folder: Path, head: str, before_corners: Sequence[str] = (), before_faces: Sequence[str] = ()) -> None:
-    vertices, faces = mesh_of(slotted())
-    lines = [f"{head}{len(vertices)} {len(faces)} 0", *before_corners, *(f"{x} {y} {z}" for x, y, z in vertices)]
-    lines += [*before_faces, *(f"3 {a} {b} {c}" for a, b, c in faces)]
-    (folder / "block.off").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 # Concave polygons of an OBJ are cut into a fan that covers their notches.
@@ -279,15 +271,3 @@ def ply_of_polygons(folder: Path) -> None:
     rows = [" ".join([*corner, "0 0 1 0.5 0.5"]) for corner in corners]
     rows += [" ".join([str(len(face)), *face]) for face in faces]
     (folder / "block.ply").write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
-
-
-@report("mikedh/trimesh/issues/542", MESH("off"), SLOT, refused("block.off", "readable|line|remark"))
-def off_with_remarks(folder: Path) -> None:
-    """Remarks in an OFF stop its import. Remarks and empty lines between the parts of the file."""
-    _write_off(folder, "OFF\n# a slotted block\n", ["", "# corners"], ["", "# triangles"])
-
-
-@report("mikedh/trimesh/pull/753", MESH("off"), SLOT, refused("block.off", "readable|header|count"))
-def off_of_one_head(folder: Path) -> None:
-    """The counts of an OFF stand directly behind its first word."""
-    _write_off(folder, "OFF")
