@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from digitise.solid.build_solid import build_solid, with_weighed
 from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid, with_weighed
 from digitise.trajectory import plan_trajectory
 from digitise.weighing.fit_cavity import weigh
 from digitise.weighing.moved_walls import widened

@@ -20,7 +20,7 @@ from tests.spreads import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
 from tests.studies import TRIAL, plannable_lab
 
 PLAN = "plan planned.toml --knots 3 --verify 1 --seeds 1 --device cpu --quiet"
-MESHES = ("stl", "ply", "glb", "obj", "off")
+MESHES = ("stl", "ply", "glb", "obj")
 ACCEPTED = (0, 5)
 MINE = {
     "notes.txt": "mine",
@@ -33,7 +33,6 @@ MADE_BY = (
     "run trial.toml --device cpu --quiet --out run",
     "robot run --cell cell.toml --format all --quiet",
     f"{PLAN} --out plan",
-    "loop plan --emulate faults.toml --quiet",
     "sweep study.toml --out study --device cpu --jobs 1 --quiet",
     "map study --any-volume --quiet",
     "ingest photos --out ingested --quiet",
