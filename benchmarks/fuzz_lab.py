@@ -62,7 +62,7 @@ def sound_lab(folder: Path) -> None:
     photos = folder / "photos"
     photos.mkdir()
     # Longer than that of trial.toml: nobody gives its ends.
-    longer = with_crack(mortar((200, 400)), [(10, 101), (150, 97), (250, 103), (390, 98)], 20)
+    longer = with_crack(mortar((400, 200)), [(10, 101), (80, 75), (150, 110), (220, 80), (300, 115), (390, 90)], 20)
     write_png(photos / "P01.png", longer)
     shutil.copy(folder / "readings.csv", photos / "P01.csv")
     (photos / "lab.toml").write_text(DEFAULTS.replace("[crack]", "[crack]\ndepth_mm = 8.0"))

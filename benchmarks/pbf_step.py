@@ -7,7 +7,7 @@ viscosity; on one thread, and on two. Then the shipped trial's paste as a run ta
 collapses and nearly at rest: pressure that is carried over and some iterations ("1+3 pressure"), shear, and the
 implicit solve in so many iterations ("CG"). Both programs start from the same state and take as many passes of each
 kind; a figure is the least of many turns. On one thread they take turns, and time is the processor's, which other work
-on the machine disturbs least; on two it is the clock's, of a machine that does nothing else. The C++ is
+on the machine disturbs least; on two (``--only threads``) it is the clock's, and nothing else may run. The C++ is
 ``pbf_cpp/step.cpp``, built by g++; it is judged if the processor has AVX-512, which both then use.
 """
 
@@ -123,7 +123,7 @@ CASES: dict[str, Callable[[], Iterator[Row]]] = {case.__name__: case for case in
 
 def main(only: Annotated[list[str] | None, one_of(CASES)] = None) -> list[Row]:
     print(f"{processor()}, load {os.getloadavg()[0]:.1f}")
-    names = only or (CASES if has_compiler() else ("memory",))
+    names = only or (("explicit", "paste", "memory") if has_compiler() else ("memory",))
     return [row for name in names for row in CASES[name]()]
 
 
