@@ -85,11 +85,6 @@ class Endless:
         moved_mm = self.place_mm - from_mm
         return moved_mm - self.side_mm * np.round(moved_mm / self.side_mm)
 
-    @property
-    def density(self) -> float:
-        """Mean, over rest density."""
-        return float(self._of("density")[: self.count].mean())
-
     def set_velocity(self, velocity_mm_s: Floats) -> None:
         self._of("velocity")[: self.count] = velocity_mm_s * CM
 
