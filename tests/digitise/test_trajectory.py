@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from digitise.settings import NozzlePath
-from digitise.trajectory import begun_late, plan_trajectory, smooth_centreline, times_along, volume_warnings
+from digitise.trajectory import begun_late, plan_trajectory, smooth_centreline, volume_warnings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Sections, Trajectory
@@ -237,10 +237,3 @@ def test_a_volume_far_from_the_cavity_s_is_remarked_on():
     assert "1000 ml of sealant to a cavity of 3.17 ml, 315 times" in flood
     (drop,) = volume_warnings(1.0, 3170.0)
     assert "0.000315 times" in drop
-
-
-def test_acceleration_is_constant_and_speed_is_reached_at_the_end_of_the_ramp():
-    """4 mm/s over 8 mm: 1 mm/s², 4 s. Second differences of t² / 2 are exact at even times."""
-    way = np.array([0.0, 0.5, 2.0, 4.5, 8.0, 12.0, 16.0, 19.5, 22.0, 23.5, 24.0])
-    # Half a second at a time: 0.5 t² up to t = 4 s, 4 mm/s in between, and the same way down.
-    assert times_along(way, 4.0, 8.0) == pytest.approx([0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10], abs=1e-12)

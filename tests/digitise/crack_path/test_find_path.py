@@ -11,7 +11,6 @@ from digitise.crack_path import find_path as of_this
 from digitise.crack_path.crack_map import FoundCrack, cracks_on
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
 from digitise.crack_path.line_likeness import Likeness
-from digitise.settings import MOST_RANKED
 from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, with_paint, write_png
 
@@ -96,17 +95,6 @@ def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
     inner = only.line_px[(only.line_px[:, 0] > 100) & (only.line_px[:, 0] < 900)]
     assert distance_to(inner, np.array(wave(350), dtype=float)).max() < 15
     assert find_path(photo, None).width_px == pytest.approx(70, rel=0.1)
-
-
-@pytest.mark.broad
-def test_rivals_are_offered_best_first_and_no_more_than_a_few(tmp_path):
-    lines = [(wave(60 + 95 * number), width_px) for number, width_px in enumerate((5, 8, 6, 7, 5, 6, 5))]
-    says = r"5 cracks compete \(best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
-    with pytest.raises(RivalCracksError, match=says) as asked:
-        find_path(photo_of_lines(tmp_path, lines), None)
-    scores = [crack.score for crack in asked.value.cracks]
-    assert len(scores) == MOST_RANKED
-    assert scores == sorted(scores, reverse=True)
 
 
 def test_a_number_takes_the_crack_of_that_rank(tmp_path):

@@ -40,11 +40,6 @@ def test_a_point_between_leads_the_way(wire, via):
     assert distance_to(np.array([HIGH[1]]), path.points_px)[0] < 5
 
 
-def test_points_on_the_way_change_nothing(wire):
-    path, plain = wire.path(ENDS, ((120.0, 150.0), (380.0, 152.0))), wire.path(ENDS)
-    assert distance_to(path.points_px, plain.points_px).max() < 3
-
-
 @pytest.mark.parametrize(
     ("via", "says"),
     [

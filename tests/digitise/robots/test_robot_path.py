@@ -147,11 +147,6 @@ def test_a_comment_is_one_line_of_harmless_signs(text):
     assert len(comment) <= len(" ") + LONGEST
 
 
-def test_plain_words_and_numbers_are_kept():
-    assert comments("", ["trial paper-trial_2, 4.8 ml: 100/160 = ok"]) == [" trial paper-trial_2, 4.8 ml: 100/160 = ok"]
-    assert comments(";", ["a", ""]) == ["; a", ";"]
-
-
 @pytest.mark.parametrize(
     ("value", "decimals", "text"), [(1e-9, 4, "0.0000"), (-1e-9, 4, "0.0000"), (1e6, 1, "1000000.0"), (-2.5, 0, "-2")]
 )

@@ -56,22 +56,6 @@ def test_walls_lie_on_the_rim_of_the_paint(scene):
     assert np.array_equal(again.outline_mm, outline.outline_mm)
 
 
-@pytest.mark.broad
-def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
-    truth, photo = scene
-    photo = painted(photo, [truth.outline_mm, *truth.branch_rings_mm], truth.islands_mm)
-    outline = trace_outline(photo, find_path(photo, truth.ends_px), how_traced(branches="keep"))
-    assert outline.branches_kept
-    assert [signed_area(ring) < 0 for ring in outline.islands_mm] == [True, True]
-    net_mm2 = signed_area(outline.outline_mm) + sum(signed_area(ring) for ring in outline.islands_mm)
-    # As many pixels as the paint has, at the scale that the main crack's own pixels have on average.
-    main = painted(photo, [truth.outline_mm]).drawn
-    assert main is not None
-    assert photo.drawn is not None
-    px_mm2 = signed_area(truth.outline_mm) / main.sum()
-    assert net_mm2 == pytest.approx(px_mm2 * photo.drawn.sum(), rel=0.01)
-
-
 def strokes(folder, *boxes, without=None):
     """A plain photo on which boxes of rows and columns are painted."""
     photo = evenly_scaled(write_png(folder / "photo.png", mortar()))
@@ -83,7 +67,6 @@ def strokes(folder, *boxes, without=None):
     return with_paint(photo, drawn)
 
 
-@pytest.mark.broad
 def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
     """A stroke is as wide as it was painted; on a photo, 5 px would be too little to tell."""
     photo = strokes(tmp_path, ((140, 164), (30, 470)), ((60, 140), (250, 255)))
@@ -105,7 +88,6 @@ def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     assert outline.ends == ("closed", "closed")
 
 
-@pytest.mark.broad
 def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
     crack, ends = ((140, 160), (30, 470)), ((40.0, 150.0), (460.0, 150.0))
     both, alone = (strokes(tmp_path, *boxes) for boxes in ((crack, ((163, 175), (100, 400))), (crack,)))

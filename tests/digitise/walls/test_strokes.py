@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import find_path
-from digitise.outline import DoubtfulWalls, glance, trace_outline
+from digitise.outline import DoubtfulWalls, trace_outline
 from digitise.settings import MOST_STROKES, MOST_WALL_POINTS
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, how_traced, mortar, with_crack, write_png
@@ -151,31 +151,3 @@ def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
 def test_strokes_are_bounded(given, named):
     with pytest.raises(InputError, match=named):
         how_traced(**given)
-
-
-def test_as_many_strokes_as_there_may_be_are_taken(banded):
-    photo, path = banded
-    zigzag = [(float(x), float(y)) for x, y in zip(np.linspace(40, 460, 200), 100 * [0, 130], strict=True)]
-    settings = how_traced(
-        crack_strokes_px=[[(40.0 + x, 150.0) for x in np.linspace(0, 400, 200)]] * MOST_STROKES,
-        ground_strokes_px=[zigzag] * MOST_STROKES,
-    )
-    outline = trace_outline(photo, path, settings)
-    assert any("strokes drawn by hand" in warning for warning in outline.warnings)
-
-
-def test_a_stroke_shows_at_a_glance(banded):
-    photo, _ = banded
-    large = evenly_scaled_copy(photo, 3)
-    wide = find_path(large, ((90.0, 451.0), (1410.0, 451.0)))
-    line = [(3 * x, 3 * y) for x, y in OVER_BAND]
-    rough = glance(large, wide, how_traced(crack_strokes_px=[line]))
-    assert rough is not None
-    assert any("strokes drawn by hand" in warning for warning in rough.warnings)
-
-
-def evenly_scaled_copy(photo, times):
-    picture = cv2.resize(photo.image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
-    file = photo.file.with_name("large.png")
-    cv2.imwrite(str(file), picture)
-    return evenly_scaled(file)
