@@ -113,13 +113,6 @@ def test_a_solid_without_areas_by_level_is_of_an_earlier_state(tmp_path, slot):
         read_solid(tmp_path)
 
 
-def test_it_is_named_a_mesh_wherever_a_photo_would_be(slot):
-    assert (slot.outline.path_source, slot.outline.scale_source) == ("mesh", "mesh in mm: scan.stl")
-    assert slot.outline.warnings == ()
-    shown_px = slot.outline.centreline_px * slot.outline.mm_per_px
-    assert np.ptp(shown_px, axis=0) == pytest.approx(np.ptp(slot.outline.centreline_mm, axis=0), abs=1e-6)
-
-
 def test_each_repair_is_told(tmp_path):
     vertices, faces = soup(mesh_of(slotted()), noise_mm=1e-5)
     back = brought(tmp_path, (vertices, faces[:, ::-1]))

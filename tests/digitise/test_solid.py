@@ -229,23 +229,6 @@ def test_labels_cover_the_faces_they_name():
         assert labelled_mm2(solid, label) == pytest.approx(area, rel=1e-6), label.name
 
 
-def test_the_report_says_what_the_tilt_means():
-    figures = solid_of("oblique", "flare").figures
-    assert figures.floor_width_mm == figures.photo_width_mm == pytest.approx(W, rel=0.02)
-    assert figures.mouth_width_mm is not None
-    assert figures.photo_width_mm is not None
-    assert figures.mouth_width_mm - figures.photo_width_mm == pytest.approx(2 * SLOPE * DEPTH_MM)
-    assert (figures.watertight, figures.euler, figures.self_intersections) == (True, 2, 0)
-    assert figures.warnings == ()
-
-
-def test_an_open_end_without_a_known_face_lies_at_the_block_s_side():
-    outline = dataclasses.replace(straight_slot(L, W, OPEN), face_mm=None)
-    solid = build_solid(outline, shape("vertical", margin_mm=7.0))
-    assert solid.block_mm == pytest.approx((0.0, -W / 2 - 7.0, L, W / 2 + 7.0))
-    assert solid.cavity_volume_mm3 == pytest.approx(L * W * DEPTH_MM)
-
-
 @pytest.mark.parametrize("tilt", TILTS)
 def test_without_a_face_the_margin_stands_around_mouth_and_floor(tilt):
     solid = build_solid(straight_slot(L, W, CLOSED), shape(tilt, margin_mm=5.0))

@@ -7,8 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.crack_path import find_path as of_this
-from digitise.crack_path.crack_map import FoundCrack, cracks_on
+from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
 from digitise.crack_path.line_likeness import Likeness
 from sealtwin.core.errors import InputError
@@ -120,19 +119,3 @@ def test_the_path_of_a_line_follows_it_where_another_way_between_its_ends_is_dar
     one = FoundCrack(line_px, line_px, 4.0, 1.0)
     path = replace(search, cracks=(one,), likenesses=(Likeness(0.0, 9.0, 0.0),)).path(1)
     assert distance_to(path.points_px, np.array(faint, dtype=float)).max() < 8
-
-
-def test_a_crack_is_offered_that_is_found_without_short_joints_alone(tmp_path, monkeypatch):
-    """Here each line is found only when the joints that the first search names are left out."""
-    searches = []
-
-    def of_joints(field, joints_px=None):
-        whole = cracks_on(field, joints_px)
-        searches.append(joints_px)
-        return whole if joints_px else replace(whole, cracks=(), short_px=(np.array([(30.0, 280.0), (230.0, 282.0)]),))
-
-    monkeypatch.setattr(of_this, "cracks_on", of_joints)
-    crack = [(30, 60), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
-    (only,) = CrackSearch.of(photo_of_lines(tmp_path, [(crack, 8)], size_px=(500, 300))).cracks
-    assert distance_to(only.line_px, np.array(crack, dtype=float)).max() < 12
-    assert len(searches[-1]) == 1

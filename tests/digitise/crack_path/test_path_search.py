@@ -26,12 +26,6 @@ def wire(forked):
     return LiveWire(forked)
 
 
-def test_without_a_point_between_the_way_is_the_shorter_one(wire):
-    path = wire.path(ENDS)
-    assert path.source == "ends"
-    assert distance_to(path.points_px, np.array(LOW)).max() < 7  # half its width
-
-
 @pytest.mark.parametrize("via", [(250.0, 45.0), (244.0, 52.0)], ids=["on it", "9 px beside"])
 def test_a_point_between_leads_the_way(wire, via):
     path = wire.path(ENDS, (via,))

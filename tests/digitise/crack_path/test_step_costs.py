@@ -13,7 +13,6 @@ from digitise.crack_path.step_costs import (
     cost_off_centre,
     measure,
     middle_width,
-    voted_lines,
 )
 from sealtwin.core.records import Floats
 
@@ -81,34 +80,3 @@ def test_a_way_along_a_wall_measures_the_whole_width_and_is_led_to_the_middle():
     assert middle_width(field, beside, 0.8) == pytest.approx(31, abs=2)
     cost = cost_off_centre(field, beside, 0.8)
     assert cost[30, 50] < cost[20, 50] / 3
-
-
-DEAR = 25.0
-"""Of a step off the crack, against 1 on it."""
-
-
-def cost_of(cells):
-    return np.where(cells, 1.0, DEAR)
-
-
-@pytest.fixture
-def crack():
-    cells = np.zeros((80, 160), dtype=bool)
-    cells[40, 10:150] = True
-    return cells
-
-
-def test_votes_gather_on_the_cheapest_way_beside_the_voters(crack):
-    """Voters two cells off the crack, as a coarse map puts them, and lines on it."""
-    voters = np.roll(crack, 2, axis=0)
-    lines = voted_lines(voters, voters, cost_of(crack))
-    rows, columns = np.nonzero(lines)
-    assert np.all(np.sort(rows)[:-3] == 40)  # the voter to whom all ways lead is linked to the crack
-    assert np.ptp(columns) > 140 - 2 * 11
-
-
-def test_a_gap_is_bridged_and_a_wide_one_is_not(crack):
-    for width, bridged in ((12, True), (50, False)):
-        cells = crack.copy()
-        cells[:, 80 - width // 2 : 80 + width // 2] = False
-        assert voted_lines(cells, cells, cost_of(cells))[:, 80].any() == bridged

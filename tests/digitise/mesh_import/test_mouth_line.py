@@ -8,7 +8,7 @@ from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from tests.shapes import CLOSED, CUT, OPEN
+from tests.shapes import CLOSED, OPEN
 from tests.slots import oblique, straight, strip, zigzag
 
 FAR_MM = (-1e3, -1e3, 1e3, 1e3)
@@ -77,13 +77,6 @@ def test_side_cracks_are_lines_of_their_own():
     assert np.abs(line.centreline_mm[:, 1]).max() < 0.2
     assert swept_mm2(line) == pytest.approx(180.0, rel=0.005)
     assert sorted(round(arc_length(side)[-1]) for side in line.side_lines_mm) == [10, 12, 15]
-
-
-def test_a_part_of_a_crack_is_cut_square_to_it():
-    line = line_of_mouth(straight(60.0, 3.0), FAR_MM, np.array([[12.0, 0.0], [40.0, 0.0]]))
-    assert line.ends == CUT
-    assert length_mm(line) == pytest.approx(28.0, abs=0.2)
-    assert swept_mm2(line) == pytest.approx(3.0 * length_mm(line), rel=1e-3)
 
 
 @pytest.mark.parametrize(

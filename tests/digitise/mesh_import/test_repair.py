@@ -161,14 +161,6 @@ def test_a_sheet_stands_on_its_base(from_mm):
     assert str(solid.repairs[-1]) == "1 sheet given sides and an underside 15 mm below the face"
 
 
-def test_holes_in_a_sheet_are_not_its_rim():
-    mesh = sheet()
-    surface = one_surface(mesh[0], np.delete(mesh[1], [3025, 6025, 9025], axis=0))
-    openings = find_openings(surface)
-    assert sorted(map(len, openings.holes)) == [3, 3, 3]
-    assert openings.rim is not None
-
-
 def based(vertices_mm: Floats, faces: Integers, base_mm: float) -> RepairedSurface:
     surface = one_surface(vertices_mm, faces)
     rim = find_openings(surface).rim
@@ -215,12 +207,6 @@ def test_bodies_count_once_hollows_are_filled_and_crumbs_left_out(meshes, volume
     body, repairs = bounded_body(joined(*meshes))
     assert body.volume() == pytest.approx(volume_mm3)
     assert [(it.what, it.count, pytest.approx(it.volume_change)) for it in repairs] == ([repair] if repair else [])
-
-
-def test_a_surface_that_is_not_closed_bounds_nothing():
-    surface = joined(ONE)
-    with pytest.raises(InputError, match="not watertight: 3 open edges"):
-        bounded_body(RepairedSurface(surface.vertices_mm, surface.faces[1:]))
 
 
 def test_a_fold_bounds_nothing():

@@ -57,17 +57,6 @@ def test_a_lens_that_is_not_wanted_is_not_fitted(bent, tmp_path):
         load_photo(bent.photo_input().model_copy(update={"lens": "none"}), tmp_path)
 
 
-def test_the_face_has_a_bowed_edge_in_a_bent_photo(bent_photo):
-    """From its corners on; its sides leave the straight line between them by half a pixel."""
-    photo = bent_photo
-    assert photo.face_ring_px is not None
-    assert photo.face_px is not None
-    assert photo.face_ring_px[::32] == pytest.approx(photo.face_px)
-    lower = photo.face_ring_px[:32]
-    straight = np.linspace(photo.face_px[0], photo.face_px[1], 33)[:-1]
-    assert np.abs(lower - straight)[:, 1].max() > 0.5
-
-
 def test_tilt_and_uncertainty_of_a_photo_are_told(bent_photo):
     """The camera leans by 4 degrees about x and 2 about y. The frame's callipered size is most of what is unsure."""
     photo = bent_photo

@@ -7,7 +7,7 @@ from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out, sides
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from tests.shapes import CLOSED, CUT, reversed_path, straight_slot, with_ring
+from tests.shapes import CLOSED, CUT, straight_slot, with_ring
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 
@@ -27,15 +27,6 @@ UP, DOWN, RIGHT, LEFT = np.array([[0, 1], [0, -1], [1, 0], [-1, 0]], dtype=float
 
 def share(outline, place: tuple[float, float], outward: Floats) -> float:
     return float(sides(outline, 10.0).left_share(np.array([place]), outward[None])[0])
-
-
-def test_left_is_left_of_the_walk():
-    """Along +x left is +y, wherever the wall itself faces; walked back it is the other."""
-    slot = straight_slot(40.0, 3.0, CUT)
-    for outline, left in ((slot, 1.0), (reversed_path(slot), 0.0)):
-        for outward in (UP, DOWN, RIGHT):
-            assert share(outline, (20.0, 1.5), outward) == left
-            assert share(outline, (20.0, -0.1), outward) == 1 - left
 
 
 @pytest.mark.parametrize(("tip_x", "out"), [(40.0, RIGHT), (0.0, LEFT)])

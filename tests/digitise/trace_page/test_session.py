@@ -18,7 +18,6 @@ from digitise.trace_page.session import Hints, OutdatedError, TraceSession
 from digitise.walls import followed_walls
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, mortar, wandering, with_crack, write_png
-from tests.places import FIXTURE
 
 ENDS = ((50.0, 201.0), (450.0, 101.0))
 
@@ -105,21 +104,6 @@ def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
     assert answers["walls"]["unit"] == "px"
 
 
-def test_corners_that_were_found_can_be_set_right_by_hand():
-    """Given as corners, they are the same face; and are then no longer offered."""
-    settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", mm_per_px=1.0)
-    session = TraceSession(settings, FIXTURE, Hints())
-    scale = _asked(session, Hints(face_mm=(160.0, 40.0)), until="scale")["scale"]
-    assert "found by its edges" in scale["source"]
-    lower_left, lower_right, upper_right, upper_left = (tuple(corner) for corner in scale["corners_px"])
-    given = Hints(face_mm=(160.0, 40.0), face_corners_px=(lower_left, lower_right, upper_right, upper_left))
-    again = _asked(session, given, until="scale")["scale"]
-    assert "corners given" in again["source"]
-    assert again["corners_px"] is None
-    # Corners are handed over to a hundredth of a pixel.
-    assert np.allclose(again["face_px"], scale["face_px"], atol=0.03)
-
-
 def test_via_points_and_region_are_followed(session):
     answers = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)), "path")
     assert answers["path"]["source"] == "via"
@@ -149,22 +133,6 @@ def test_one_line_that_is_not_sure_is_offered_and_asked_about(tmp_path):
     assert list(offered) == ["scale", "cracks", "refused"]
     assert len(offered["cracks"]) == 1
     assert "not sure" in offered["refused"]
-
-
-def test_where_several_may_be_the_crack_all_are_offered_and_a_number_takes_one(tmp_path):
-    upper = [(30, 60), (120, 40), (200, 75), (300, 50), (390, 90), (470, 70)]
-    lower = [(30, 240), (110, 262), (210, 225), (290, 250), (380, 215), (470, 230)]
-    session = _session(write_png(tmp_path / "two.png", with_crack(with_crack(mortar(), upper), lower)))
-    offered = _asked(session, Hints(), revision=1.0)
-    assert list(offered) == ["scale", "cracks", "refused"]
-    assert "2 lines may be the crack" in offered["refused"]
-    assert all(len(crack["outline_px"]) > 10 for crack in offered["cracks"])
-    by_number = _asked(session, Hints(crack=2), revision=2.0)
-    (x, y), (right, below) = offered["cracks"][1]["ends_px"]
-    clicked = _asked(session, Hints(ends_px=((x, y), (right, below))), "path", revision=3.0)
-    assert list(by_number) == ["scale", "cracks", "path", "walls"]
-    assert clicked["path"]["points_px"] == by_number["path"]["points_px"]
-    assert (by_number["path"]["source"], clicked["path"]["source"]) == ("choice", "ends")
 
 
 def test_it_starts_with_the_trials_hints(file):

@@ -50,11 +50,10 @@ def test_walls_centreline_and_both_ends_are_drawn_where_they_are(scene):
     assert share_of_colour(picture, (outline.centreline_px[[0, -1]] + 0.5) * scale - 0.5, ENDS) == 1
 
 
-@pytest.mark.parametrize("reverse", [False, True])
-def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene, reverse):
+def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene):
     """Beads on the path alone, and none where it is trimmed; between them the centreline is still seen."""
     photo, outline, bare = scene
-    path = NozzlePath(volume_ml=1.0, trim_mm=15.0, reverse=reverse)
+    path = NozzlePath(volume_ml=1.0, trim_mm=15.0)
     trajectory = plan_trajectory(outline, path, cavity_volume_mm3=1e3)
     picture = draw_overlay(photo, outline, trajectory)
     scale = picture.shape[1] / photo.size_px[0]

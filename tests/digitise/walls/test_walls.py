@@ -45,14 +45,6 @@ def test_a_wall_is_found_to_a_twentieth_of_a_pixel(walls_of, shift):
     assert walls.open_line.all()
 
 
-def test_a_slope_of_light_across_the_crack_hardly_moves_a_wall(walls_of):
-    """By less than an eighth of a pixel where the light changes by two thirds over 100 px; 0.09 was measured."""
-    light = np.linspace(0.6, 1.4, 120)[:, None]
-    walls = walls_of(band(50.5, 70.5) * light)
-    assert walls.left_mm / MM_PER_PX == pytest.approx(9.5, abs=0.125)
-    assert walls.right_mm / MM_PER_PX == pytest.approx(10.5, abs=0.125)
-
-
 def test_a_wall_off_the_sample_goes_with_the_other_one(walls_of):
     """The upper wall leaves the mask at x = 200; from there on it is known by the width alone."""
     brightness, mask = band(51.0, 69.0), np.full((120, 300), 255, dtype=np.uint8)
