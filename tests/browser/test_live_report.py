@@ -118,19 +118,7 @@ def test_names_are_text_in_the_data_and_in_the_trial_file(open_report, by_slot, 
     assert changed.note == HOSTILE
 
 
-def test_sliders_go_by_keys_and_say_their_unit(open_report, by_slot):
-    page = open_report(by_slot)
-    slider = page.get_by_label("Flow")
-    slider.focus()
-    begun = slider.get_attribute("aria-valuetext")
-    page.keyboard.press("ArrowRight")
-    move(page, {})
-    assert slider.get_attribute("aria-valuetext") != begun
-    assert begun.endswith(" mm³/s")
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [320, 390, 1280])
+@pytest.mark.parametrize(("width", "scheme"), [(320, "dark"), (1280, "light")])
 def test_it_fits_the_window_and_axe_finds_nothing(open_report, by_slot, width, scheme):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
     page = open_report(by_slot, width=width, color_scheme=scheme)

@@ -100,14 +100,16 @@ def test_a_number_takes_the_crack_of_that_rank(tmp_path):
     upper = [(30, 60), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
     lower = [(30, 240), (100, 222), (180, 241), (250, 225), (320, 250), (400, 231), (470, 245)]
     photo = photo_of_lines(tmp_path, [(upper, 14), (lower, 14)], size_px=(500, 300))
-    with pytest.raises(RivalCracksError, match="2 cracks compete") as asked:
-        find_path(photo, None)
-    for number, crack in enumerate(asked.value.cracks, 1):
-        path = find_path(photo, None, crack=number)
+    search = CrackSearch.of(photo)
+    with pytest.raises(RivalCracksError, match="2 cracks compete"):
+        search.path()
+    assert search.cracks[0].score >= search.cracks[1].score
+    for number, crack in enumerate(search.cracks, 1):
+        path = search.path(number)
         assert path.source == "choice"
         assert distance_to(path.points_px, crack.line_px).max() < 6
     with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 .*: 1\. .*; 2\. "):
-        find_path(photo, None, crack=3)
+        search.path(3)
 
 
 def test_the_path_of_a_line_follows_it_where_another_way_between_its_ends_is_darker(tmp_path):
