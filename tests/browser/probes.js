@@ -58,35 +58,6 @@ window.probe = {
     new MutationObserver(note).observe(stage, { attributes: true, attributeFilter: ["data-state"] });
   },
 
-  /** WCAG's contrast of every text that can be seen: [ratio, where, what]. */
-  contrasts() {
-    const pen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
-    const painted = (colour, under) => {
-      for (const paint of [`rgb(${under})`, colour]) {
-        pen.fillStyle = paint;
-        pen.fillRect(0, 0, 1, 1);
-      }
-      return [...pen.getImageData(0, 0, 1, 1).data].slice(0, 3);
-    };
-    const ground = (part) =>
-      part ? painted(getComputedStyle(part).backgroundColor, ground(part.parentElement)) : [255, 255, 255];
-    const linear = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
-    const light = (colour) => {
-      const [red, green, blue] = colour.map((value) => linear(value / 255));
-      return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-    };
-    const holdsText = (part) =>
-      part.matches("input:not([type])") || [...part.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
-    return [...document.querySelectorAll("body *")]
-      .filter((part) => holdsText(part) && part.checkVisibility() && !part.disabled)
-      .map((part) => {
-        const under = ground(part);
-        const lights = [light(painted(getComputedStyle(part).color, under)), light(under)];
-        const ratio = (Math.max(...lights) + 0.05) / (Math.min(...lights) + 0.05);
-        return [ratio, part.id || part.className || part.tagName, part.textContent.trim().slice(0, 30)];
-      });
-  },
-
   /** Parts that reach past the left or right edge of the window. */
   stickingOut() {
     return [...document.querySelectorAll(".panel *, .toolbar, .toolbar *, .guide, .status, .notices *")]
@@ -104,14 +75,6 @@ window.probe = {
       .filter((part) => part.checkVisibility())
       .filter((part) => Math.min(part.getBoundingClientRect().width, part.getBoundingClientRect().height) < least)
       .map((part) => part.id || part.innerText);
-  },
-
-  /** Controls that a screen reader could not name. */
-  nameless() {
-    const labelled = (part) => [...(part.labels ?? [])].some((label) => label.textContent.trim());
-    return [...document.querySelectorAll("button, input, summary, [role=application]")]
-      .filter((part) => !part.getAttribute("aria-label") && !part.textContent.trim() && !labelled(part))
-      .map((part) => part.outerHTML);
   },
 
   moving() {

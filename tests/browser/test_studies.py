@@ -29,8 +29,7 @@ def eight_runs(folder: Path) -> Path:
     return folder / "compare.html"
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
 @pytest.mark.parametrize("write", [a_map, eight_runs])
 def test_a_page_fits_asks_for_nothing_and_bars_nobody(chromium, tmp_path, write, width, scheme):
     target = write(tmp_path).as_uri()

@@ -62,10 +62,3 @@ def test_a_key_or_a_focused_number_takes_a_crack(bench):
     bench.page.focus(".offered")
     bench.page.keyboard.press("Enter")
     taken(bench, first)
-
-
-def test_a_click_of_ones_own_takes_the_offers_away(bench):
-    bench.click(LOWER[0])
-    assert not bench.page.is_visible("#offers")
-    bench.click(LOWER[-1])
-    taken(bench, LOWER)

@@ -91,16 +91,6 @@ def test_walls_follow_a_point_that_is_dragged(open_page, big):
     bench.until("window.probe.number('length') === given[0]", whole)
 
 
-def test_a_box_bounds_the_search(bench, shot):
-    bench.await_state("walls")
-    bench.page.keyboard.press("b")
-    bench.drag(*shot.mortar_px)
-    bench.await_state("refused")
-    assert "no crack found" in bench.text("#refusal") or "compete" in bench.text("#refusal")
-    assert "crack.jpg" in bench.text("#refusal")
-    assert str(shot.file.parent) not in bench.text("#refusal")
-
-
 def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(bench):
     bench.await_state("walls")
     assert bench.page.is_visible("#proposal")
@@ -115,17 +105,6 @@ def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(bench):
     assert "Between your two ends" in bench.text("#how")
 
 
-def test_a_refusal_is_shown_and_taken_back(bench, shot):
-    bench.await_state("walls")
-    for place in shot.mortar_px:
-        bench.click(place)
-    bench.await_state("refused")
-    assert "crack" in bench.text("#refusal")
-    assert not re.search(r"\d", bench.text("#length"))
-    bench.page.click("#undo")
-    assert bench.text("#refusal") == ""
-
-
 def test_a_line_that_is_refused_does_not_stay_on_the_photo(bench, shot):
     bench.give_ends(shot)
     bench.drag(shot.along(0.95), shot.mortar_px[1])
@@ -135,14 +114,3 @@ def test_a_line_that_is_refused_does_not_stay_on_the_photo(bench, shot):
     bench.until("document.getElementById('refusal').innerText.includes('px apart')")
     assert bench.page.locator("#way").count() == 0
     assert bench.page.locator("#left-wall").count() == 0
-
-
-def test_two_windows_on_one_page_do_not_lock_each_other_out(bench, shot):
-    """The server answers the newest question, whichever window asks it, and however long that has been open."""
-    bench.give_ends(shot)
-    other = bench.page.context.new_page()
-    other.goto(bench.url)
-    other.wait_for_selector("#stage[data-state=walls]", timeout=30_000)
-    bench.click(shot.along(0.5))
-    bench.until("document.getElementById('how').innerText.includes('past 1 via point;')")
-    bench.await_state("walls")

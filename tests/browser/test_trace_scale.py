@@ -61,16 +61,3 @@ def test_corners_that_were_found_are_adjusted_by_hand(bench, shot):
     bench.until("document.getElementById('scale-found').innerText.includes('corners given')")
     for corner in range(4):
         assert bench.at(bench.place(f"face-{corner}")) == pytest.approx(bench.at(shot.corners_px[corner]), abs=2)
-
-
-def test_what_is_half_said_asks_nothing(bench):
-    """A search of the photo takes seconds: a width without a height is no reason for another one."""
-    bench.await_state("walls")
-    asked = []
-    bench.page.on("request", lambda request: asked.append(request.post_data_json["hints"]))
-    bench.page.check("input[value=face]")
-    bench.page.fill("#face-width-mm", "160")
-    bench.page.fill("#face-height-mm", "40")
-    bench.page.keyboard.press("Enter")
-    bench.until("document.getElementById('length').innerText.endsWith('mm')")
-    assert asked == [{"face_mm": [160, 40]}]

@@ -40,7 +40,6 @@ def bent_photo(tmp_path_factory) -> Photo:
 
 
 BENT_ENDS = ((60.0, 111.0), (440.0, 201.0))
-BROAD = pytest.mark.broad
 POOR = Look(light=0.5, grain=0.15, blur_px=2.0, noise=0.04, jpeg_quality=50)
 
 
@@ -65,28 +64,24 @@ def width_error(outline: Outline, truth: Specimen) -> float:
     return outline.mean_width_mm / mean_width_mm(truth.centreline_mm, truth.width_mm) - 1
 
 
-@pytest.mark.parametrize("with_ends", [True, pytest.param(False, marks=pytest.mark.broad)])
-def test_the_fixture_is_traced_as_the_issue_asks(paper, paper_photo, paper_outline, with_ends):
+def test_the_fixture_is_traced_as_the_issue_asks(paper, paper_outline):
     """Limits of issue 2. Measured: centreline 0.04, walls 0.03 mm, width 0.8 %, length 0.5 mm."""
-    outline = paper_outline if with_ends else trace_outline(paper_photo, find_path(paper_photo, None))
+    outline = paper_outline
     assert rms(distance_to(outline.centreline_mm, paper.centreline_mm)) <= 0.10
     assert wall_rms_mm(outline, paper) <= 0.15
     assert abs(width_error(outline, paper)) <= 0.02
     assert outline.length_mm == pytest.approx(80, abs=2)
     assert outline.ends == ("open", "open")
-    assert outline.path_source == ("ends" if with_ends else "automatic")
-    assert any("found automatically" in doubt for doubt in outline.warnings) == (not with_ends)
+    assert outline.path_source == "ends"
 
 
 @pytest.mark.parametrize(
     ("seed", "recipe"),
     [
-        pytest.param(3, Recipe(**SMALL_FACE, tilt_deg=10, mirrored=True), marks=BROAD),
-        (4, Recipe(**SMALL_FACE, mm_per_px=0.15)),
-        pytest.param(6, Recipe(face_mm=(70, 40), length_mm=45, ends="closed", width_mm=1.2), marks=BROAD),
-        pytest.param(7, Recipe(**SMALL_FACE, look=POOR), marks=BROAD),
+        (4, Recipe(**SMALL_FACE, mm_per_px=0.15, look=POOR, wall_pores=20)),
+        (6, Recipe(face_mm=(50, 30), length_mm=30, ends="closed", width_mm=1.2)),
     ],
-    ids=["tilted and mirrored", "coarse", "closed, 12 px", "blur, noise, JPEG 50"],
+    ids=["coarse, blur, noise, pores, JPEG 50", "closed, 12 px"],
 )
 def test_other_cracks_are_traced_as_well(tmp_path, seed, recipe):
     """The wall that an open end hides makes the mean width of a short crack uncertain: 3 % there, 2 % else."""
@@ -98,6 +93,7 @@ def test_other_cracks_are_traced_as_well(tmp_path, seed, recipe):
     assert abs(width_error(outline, truth)) <= (0.03 if recipe.ends == "open" else 0.02)
     assert outline.length_mm == pytest.approx(recipe.length_mm, abs=2 if recipe.ends == "open" else 0.5)
     assert outline.ends == (recipe.ends, recipe.ends)
+    assert (outline.islands_mm, outline.branches_mm) == ((), ())
 
 
 def test_the_left_wall_is_left_of_travel_with_y_up(paper_outline, bent_outline):
@@ -122,36 +118,9 @@ def test_the_ring_is_simple_and_stations_are_a_quarter_of_a_millimetre_apart(pap
         assert there == pytest.approx(getattr(outline, f"{name}_mm"), abs=1e-6)
 
 
-WAVE = [(60.0, 90.0), (150.0, 178.0), (262.0, 101.0), (330.0, 190.0), (440.0, 200.0)]
-
-
 def traced_between(folder: Path, picture: Floats, ends: Floats) -> Outline:
     photo = evenly_scaled(write_png(folder / "photo.png", picture))
     return trace_outline(photo, find_path(photo, (tuple(ends[0]), tuple(ends[-1]))))
-
-
-@pytest.fixture(scope="module")
-def plain(tmp_path_factory) -> Outline:
-    return traced_between(tmp_path_factory.mktemp("plain"), with_crack(mortar(), WAVE), np.array(WAVE))
-
-
-@pytest.mark.broad
-def test_a_turned_camera_changes_nothing_on_the_face(tmp_path):
-    """Markers fix the face's own frame; what is left is the second sampling of a turned picture."""
-    truth = make_specimen(3, Recipe(**SMALL_FACE))
-    plain = photo_of(truth, tmp_path)
-    height, width = plain.image.shape[:2]
-    side = int(np.hypot(height, width)) + 2
-    turn = cv2.getRotationMatrix2D((width / 2, height / 2), 45, 1.0)
-    turn[:, 2] += (np.array([side, side]) - (width, height)) / 2
-    image = cv2.warpAffine(plain.image, turn, (side, side), flags=cv2.INTER_CUBIC, borderValue=(190, 190, 190))
-    cv2.imwrite(str(tmp_path / "turned.png"), image[..., ::-1])
-    (a, b), (c, d) = np.column_stack([np.array(truth.ends_px), [1, 1]]) @ turn.T
-    turned = load_photo(truth.photo_input(Path("turned.png")), tmp_path)
-    outline = trace_outline(turned, find_path(turned, ((a, b), (c, d))))
-    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.10
-    assert wall_rms_mm(outline, truth) <= 0.15
-    assert np.linalg.norm(outline.centreline_mm[0] - truth.centreline_mm[0]) < 1
 
 
 def test_ends_inside_a_longer_crack_cut_it_straight_across(bent_photo, bent_outline):
@@ -192,7 +161,6 @@ def test_doubts_travel_with_the_outline(bent_outline):
     assert sum("beyond the end" in doubt for doubt in bent_outline.warnings) == len(BENT_ENDS)
 
 
-@pytest.mark.broad
 def test_the_photo_s_warnings_travel_with_the_outline(tmp_path):
     path = write_png(tmp_path / "photo.png", with_crack(mortar(), [(20, 150), (480, 140)]))
     photo = load_photo(PhotoInput(file=path, data="synthetic", mm_per_px=0.1, scale_is="assumed"), tmp_path)

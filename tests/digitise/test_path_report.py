@@ -17,15 +17,6 @@ def reported(outline: Outline, sections: Sections | None = None, **changes: Any)
     return path_report(plan_trajectory(outline, path, 1.0, sections), outline, path)
 
 
-def test_a_straight_path_has_its_own_length_no_turn_and_no_radius():
-    report, warnings = reported(straight_slot(80.0))
-    assert (report.length_mm, report.centreline_mm) == pytest.approx((60.0, 60.0))
-    assert report.largest_turn_deg == pytest.approx(0.0, abs=1e-9)
-    assert report.smallest_radius_mm is None
-    assert report.sealant_mm3_per_mm == pytest.approx((80.0, 80.0))
-    assert warnings == ()
-
-
 def test_an_arc_has_its_radius_and_turns_by_a_step_of_it():
     """Unsmoothed: 1 mm steps of a circle of 60 mm turn by 1/60; the chord is shorter than the arc by 1e-5 of it."""
     report, warnings = reported(arc_slot(60.0), smoothing_mm=0.0)
@@ -44,18 +35,6 @@ def test_leads_change_no_figure_of_the_crack():
     assert led.sealant_mm3_per_mm == pytest.approx(plain.sealant_mm3_per_mm)
     assert led.starts_at_s_mm == pytest.approx(-20.0)
     assert led.waypoints == plain.waypoints + 39
-
-
-def test_what_smoothing_takes_is_stated():
-    """A rougher bound shortens the path and leaves the centreline further; both are in the figures."""
-    fine, _ = reported(wandering_crack(2), smoothing_mm=0.05)
-    coarse, _ = reported(wandering_crack(2), smoothing_mm=0.6)
-    assert coarse.length_mm < fine.length_mm < fine.centreline_mm * (1 + 1e-4)
-    assert fine.off_centreline_rms_mm < 0.06 < 0.2 < coarse.off_centreline_rms_mm
-    assert fine.smallest_radius_mm is not None
-    assert coarse.smallest_radius_mm is not None
-    assert coarse.smallest_radius_mm > fine.smallest_radius_mm
-    assert fine.off_centreline_worst_mm >= fine.off_centreline_rms_mm
 
 
 def test_the_doses_of_a_varying_section_and_the_speeds_of_a_ramp_are_told():

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from digitise.settings import NozzlePath
-from digitise.trajectory import begun_late, plan_trajectory, smooth_centreline, times_along, volume_warnings
+from digitise.trajectory import begun_late, plan_trajectory, smooth_centreline, volume_warnings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Sections, Trajectory
-from tests.shapes import arc_slot, cut_crack, reversed_path, straight_slot, wandering_crack
+from tests.shapes import arc_slot, cut_crack, straight_slot, wandering_crack
 
 PAPER = NozzlePath(volume_ml=4.8)
 
@@ -37,18 +37,6 @@ def test_a_straight_crack_gets_the_paper_s_path():
     # A controller that holds the last row stands still and gives no more.
     assert path.flow_mm3_s == pytest.approx([320.0] * 60 + [0.0])
     assert path.speed_mm_s == pytest.approx([4.0] * 60 + [0.0])
-
-
-def test_an_arc_is_followed_within_the_smoothing_bound():
-    """Radius 60 mm. The bound is an RMS over the whole line; the ends are where a spline leaves it most."""
-    path = plan_trajectory(arc_slot(60.0), PAPER, cavity_volume_mm3=1.0)
-    radius_mm = np.linalg.norm(path.position_mm[:, :2], axis=1)
-    assert np.sqrt(np.mean((radius_mm - 60.0) ** 2)) < PAPER.smoothing_mm
-    angle = np.arctan2(path.position_mm[:, 1], path.position_mm[:, 0])
-    assert angle * 60.0 == pytest.approx(path.s_mm, abs=0.05)
-    exact = plan_trajectory(arc_slot(60.0), NozzlePath(volume_ml=4.8, smoothing_mm=0.0), cavity_volume_mm3=1.0)
-    # Sagitta of the centreline's own 0.25 mm chords: 0.13 micrometres.
-    assert np.abs(np.linalg.norm(exact.position_mm[:, :2], axis=1) - 60.0).max() < 1e-3
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -121,22 +109,6 @@ def test_the_volume_is_out_exactly_when_the_path_ends(
     assert path.s_mm[[0, -1]] == pytest.approx([first - onward * leads[0], last + onward * leads[1]], abs=1e-9)
 
 
-def test_a_reversed_path_is_the_same_line_from_its_other_end():
-    """Without leads: the same places and the same doses, s of the same crack, and time from the other end."""
-    outline = wandering_crack(3)
-    there, back = (planned(outline, reverse=reverse, trim_mm=(5.0, 15.0)) for reverse in (False, True))
-    assert np.abs(back.position_mm - there.position_mm[::-1]).max() < 1e-12
-    assert np.abs(back.s_mm - there.s_mm[::-1]).max() < 1e-12
-    assert back.s_mm[-1] == pytest.approx(5.0, abs=1e-9)
-    assert back.given_mm3 == pytest.approx(there.given_mm3[::-1])
-    assert back.t_s[0] == 0
-    # Turned about twice is a reversed crack with its trims exchanged, but for where the spline sets its knots: that
-    # must stay below the bound of the smoothing.
-    walked = planned(reversed_path(outline), trim_mm=(15.0, 5.0))
-    assert np.linalg.norm(there.position_mm[0, :2] - outline.centreline_mm[0]) < 5.1
-    assert np.linalg.norm(walked.position_mm[[0, -1]] - back.position_mm[[0, -1]], axis=1).max() < 0.1
-
-
 @pytest.mark.parametrize("reverse", [False, True])
 def test_leads_are_straight_tangent_and_dry(reverse):
     """On an arc of 60 mm radius about the origin a tangent is square to the radius; s runs on below 0."""
@@ -186,13 +158,6 @@ def test_a_late_pump_gives_each_flow_later_while_the_nozzle_moves_as_before():
     assert late.duration_s == own.duration_s
 
 
-def test_a_pinch_between_two_waypoints_is_not_skipped():
-    """Section 20 mm², but 0 at s = 40.5, from 40.25 to 40.75: the step from 40 to 41 holds 3/4 of any other."""
-    pinched = Sections(np.array([0, 40.25, 40.5, 40.75, 80.0]), np.full(5, 9.0), np.array([20, 20, 0, 20, 20.0]))
-    given_mm3 = planned(straight_slot(80.0), pinched, flow="cross_section").given_mm3
-    assert given_mm3[30] / given_mm3[0] == pytest.approx(0.75)
-
-
 @pytest.mark.parametrize(("path", "share"), [({}, 1.0), ({"fill": 0.55}, 0.55), ({"volume_ml": "cavity"}, 1.0)])
 def test_the_cavity_s_volume_or_a_share_of_it_is_given_where_asked_for(path, share):
     it = plan_trajectory(straight_slot(), NozzlePath.model_validate(path), cavity_volume_mm3=3968.0)
@@ -237,10 +202,3 @@ def test_a_volume_far_from_the_cavity_s_is_remarked_on():
     assert "1000 ml of sealant to a cavity of 3.17 ml, 315 times" in flood
     (drop,) = volume_warnings(1.0, 3170.0)
     assert "0.000315 times" in drop
-
-
-def test_acceleration_is_constant_and_speed_is_reached_at_the_end_of_the_ramp():
-    """4 mm/s over 8 mm: 1 mm/s², 4 s. Second differences of t² / 2 are exact at even times."""
-    way = np.array([0.0, 0.5, 2.0, 4.5, 8.0, 12.0, 16.0, 19.5, 22.0, 23.5, 24.0])
-    # Half a second at a time: 0.5 t² up to t = 4 s, 4 mm/s in between, and the same way down.
-    assert times_along(way, 4.0, 8.0) == pytest.approx([0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10], abs=1e-12)

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.darkness import surroundings
-from digitise.crack_path.find_path import find_path
-from tests.pictures import distance_to, evenly_scaled, mortar, wandering, with_crack, write_png
 
 
 def picture(dark, rows=slice(220, 300), columns=slice(0, 500)):
@@ -34,15 +32,3 @@ def test_black_cloth_is_beyond_the_sample():
 )
 def test_shadows_holes_and_cracks_that_leave_the_photo_are_part_of_it(shown):
     assert not surroundings(shown).any()
-
-
-@pytest.mark.broad
-def test_a_crack_that_runs_to_the_edge_does_not_turn_along_it(tmp_path):
-    """Seen on a cropped photo of a sample over black cloth, whose edge is the longest dark line there."""
-    crack = wandering([(60.0, 5.0), (150.0, 90.0), (210.0, 215.0)])
-    scene = with_crack(mortar(), crack)
-    x, y = np.meshgrid(np.arange(500), np.arange(300))
-    scene = np.where(y > 218 + 0.01 * x, 0.004, scene)
-    path = find_path(evenly_scaled(write_png(tmp_path / "photo.png", scene)), None)
-    assert distance_to(path.points_px, np.array(crack)).max() < 14
-    assert np.ptp(path.points_px[:, 1]) > 180

@@ -7,11 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.crack_path import find_path as of_this
-from digitise.crack_path.crack_map import FoundCrack, cracks_on
+from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
 from digitise.crack_path.line_likeness import Likeness
-from digitise.settings import MOST_RANKED
 from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, with_paint, write_png
 
@@ -98,29 +96,20 @@ def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
     assert find_path(photo, None).width_px == pytest.approx(70, rel=0.1)
 
 
-@pytest.mark.broad
-def test_rivals_are_offered_best_first_and_no_more_than_a_few(tmp_path):
-    lines = [(wave(60 + 95 * number), width_px) for number, width_px in enumerate((5, 8, 6, 7, 5, 6, 5))]
-    says = r"5 cracks compete \(best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
-    with pytest.raises(RivalCracksError, match=says) as asked:
-        find_path(photo_of_lines(tmp_path, lines), None)
-    scores = [crack.score for crack in asked.value.cracks]
-    assert len(scores) == MOST_RANKED
-    assert scores == sorted(scores, reverse=True)
-
-
 def test_a_number_takes_the_crack_of_that_rank(tmp_path):
     upper = [(30, 60), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
     lower = [(30, 240), (100, 222), (180, 241), (250, 225), (320, 250), (400, 231), (470, 245)]
     photo = photo_of_lines(tmp_path, [(upper, 14), (lower, 14)], size_px=(500, 300))
-    with pytest.raises(RivalCracksError, match="2 cracks compete") as asked:
-        find_path(photo, None)
-    for number, crack in enumerate(asked.value.cracks, 1):
-        path = find_path(photo, None, crack=number)
+    search = CrackSearch.of(photo)
+    with pytest.raises(RivalCracksError, match="2 cracks compete"):
+        search.path()
+    assert search.cracks[0].score >= search.cracks[1].score
+    for number, crack in enumerate(search.cracks, 1):
+        path = search.path(number)
         assert path.source == "choice"
         assert distance_to(path.points_px, crack.line_px).max() < 6
     with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 .*: 1\. .*; 2\. "):
-        find_path(photo, None, crack=3)
+        search.path(3)
 
 
 def test_the_path_of_a_line_follows_it_where_another_way_between_its_ends_is_darker(tmp_path):
@@ -132,19 +121,3 @@ def test_the_path_of_a_line_follows_it_where_another_way_between_its_ends_is_dar
     one = FoundCrack(line_px, line_px, 4.0, 1.0)
     path = replace(search, cracks=(one,), likenesses=(Likeness(0.0, 9.0, 0.0),)).path(1)
     assert distance_to(path.points_px, np.array(faint, dtype=float)).max() < 8
-
-
-def test_a_crack_is_offered_that_is_found_without_short_joints_alone(tmp_path, monkeypatch):
-    """Here each line is found only when the joints that the first search names are left out."""
-    searches = []
-
-    def of_joints(field, joints_px=None):
-        whole = cracks_on(field, joints_px)
-        searches.append(joints_px)
-        return whole if joints_px else replace(whole, cracks=(), short_px=(np.array([(30.0, 280.0), (230.0, 282.0)]),))
-
-    monkeypatch.setattr(of_this, "cracks_on", of_joints)
-    crack = [(30, 60), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
-    (only,) = CrackSearch.of(photo_of_lines(tmp_path, [(crack, 8)], size_px=(500, 300))).cracks
-    assert distance_to(only.line_px, np.array(crack, dtype=float)).max() < 12
-    assert len(searches[-1]) == 1

@@ -1,6 +1,5 @@
 """A stretch of a path that the ground beside it equals refuses the path, unless it is pointed at."""
 
-import numpy as np
 import pytest
 
 from digitise.crack_path.path_search import LiveWire
@@ -36,10 +35,3 @@ def test_a_gap_that_the_ground_beside_it_equals_is_refused_with_its_place(tmp_pa
     else:
         (doubt,) = wire.path(ENDS).warnings
         assert "shows no crack" in doubt
-
-
-def test_a_gap_between_two_clicks_is_crack(tmp_path):
-    wire = broken(tmp_path, filled)
-    path = wire.path(ENDS, ((186.0, 92.0), (254.0, 85.0)))
-    assert "shows no crack" in path.warnings[0]
-    assert np.ptp(path.points_px[:, 0]) > 360

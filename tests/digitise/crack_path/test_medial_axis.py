@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from digitise.crack_path.medial_axis import distance_outside, longest_line, radius, side_lines
+from digitise.crack_path.medial_axis import distance_outside, longest_line, side_lines
 from tests.pictures import distance_to
 
 
@@ -48,31 +48,3 @@ def test_side_lines_run_outward_and_roughness_is_none():
     assert np.linalg.norm(outward[-1] - BRANCH[1]) < 9
     assert not comes_back
     assert len(side_lines(region, longest_line(region), least=6)) == 2
-
-
-def test_a_way_beside_the_middle_has_the_same_side_lines():
-    """Nothing of the crack itself, though its skeleton runs beside the way all along."""
-    region = painted([(20, 100), (280, 100)], width_px=41) | painted([(150, 100), (190, 20)])
-    for row in (85, 100, 115):
-        way = np.column_stack([np.full(240, row), np.arange(30, 270)])
-        ((cells, _),) = side_lines(region, way, least=18)
-        assert np.linalg.norm(cells[-1, ::-1] - (190, 20)) < 9
-
-
-def test_a_side_line_that_comes_back_ends_at_the_wall():
-    region = painted(MAIN, [(80, 95), (80, 40), (220, 40), (220, 101)])
-    way = np.array([(round(np.interp(x, *np.array(MAIN).T)), x) for x in range(20, 281)])
-    ((cells, comes_back),) = side_lines(region, way, least=18)
-    assert comes_back
-    assert {round(end / 140) for end in cells[[0, -1], 1]} == {1, 2}
-
-
-def test_what_goes_on_past_the_ends_of_a_way_leaves_nothing():
-    region = painted(MAIN)
-    way = longest_line(region)
-    assert side_lines(region, way[60:-60], least=18) == []
-
-
-def test_off_the_picture_is_outside_the_region():
-    """A crack that the photo cuts is as deep as its walls are apart, not as its picture is large."""
-    assert radius(np.ones((9, 40), dtype=bool)).max() == pytest.approx(5, abs=0.1)

@@ -26,23 +26,12 @@ def wire(forked):
     return LiveWire(forked)
 
 
-def test_without_a_point_between_the_way_is_the_shorter_one(wire):
-    path = wire.path(ENDS)
-    assert path.source == "ends"
-    assert distance_to(path.points_px, np.array(LOW)).max() < 7  # half its width
-
-
 @pytest.mark.parametrize("via", [(250.0, 45.0), (244.0, 52.0)], ids=["on it", "9 px beside"])
 def test_a_point_between_leads_the_way(wire, via):
     path = wire.path(ENDS, (via,))
     assert path.source == "via"
     assert distance_to(path.points_px, np.array([LOW[0], *HIGH, LOW[-1]])).max() < 7
     assert distance_to(np.array([HIGH[1]]), path.points_px)[0] < 5
-
-
-def test_points_on_the_way_change_nothing(wire):
-    path, plain = wire.path(ENDS, ((120.0, 150.0), (380.0, 152.0))), wire.path(ENDS)
-    assert distance_to(path.points_px, plain.points_px).max() < 3
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from ezdxf import units
 
 from digitise.drawing.drawn_block import FLOOR_MM, drawn_crack
 from digitise.drawing.drawn_layers import DrawnLayers
-from digitise.drawing.join_lines import DrawnLine, joined, without_copies
+from digitise.drawing.join_lines import DrawnLine, without_copies
 from digitise.drawing.read_dxf import open_drawing
 from digitise.exports import dxf_text
 from sealtwin.core.errors import InputError
@@ -80,16 +80,6 @@ def test_an_outline_in_segments_and_any_unit_is_one_crack(tmp_path, unit):
     assert np.ptp(crack.vertices_mm, axis=0) == pytest.approx([64, 27, DEPTH_MM + FLOOR_MM], rel=1e-6)
 
 
-def test_walls_either_way_round_are_the_outline(tmp_path):
-    def draw(space):
-        space.add_lwpolyline(RING[:2], dxfattribs={"layer": "A"})
-        space.add_lwpolyline(RING[2:], dxfattribs={"layer": "B"})
-
-    layers = _layers(_saved(tmp_path, draw))
-    for walls in (("A", "B"), ("b", "a")):
-        assert _volume_mm3(drawn_crack(layers, DEPTH_MM, walls=walls), 64 * 27) == pytest.approx(960, rel=1e-6)
-
-
 def test_a_line_has_its_width_and_round_ends_and_a_face_its_sides(tmp_path):
     def draw(space):
         space.add_lwpolyline([(0, 0, 0), (40, 0, 0)], format="xyb", dxfattribs={"layer": "L"})
@@ -111,11 +101,6 @@ def test_an_island_stands_in_the_crack(tmp_path):
     assert _volume_mm3(crack, 64 * 27) == pytest.approx((120 - np.pi / 4) * DEPTH_MM, rel=1e-3)
 
 
-def test_lines_that_do_not_meet_stay_apart():
-    lines = [DrawnLine(np.array([(0.0, 0.0), (1.0, 0.0)]), False), DrawnLine(np.array([(1.1, 0.0), (2.0, 0.0)]), False)]
-    assert len(joined(lines)) == 2
-
-
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
@@ -133,16 +118,6 @@ def test_a_layer_that_is_not_there_or_something_else_is_named(tmp_path, asked, n
     with pytest.raises(InputError, match=r"drawn\.dxf") as fault:
         drawn_crack(_layers(file), DEPTH_MM, **asked)
     assert named in str(fault.value)
-
-
-@pytest.mark.broad
-def test_twenty_thousand_segments_in_any_order_are_one_line():
-    """A second's work; it took ten when each was compared with all others."""
-    x = np.arange(20_001.0)
-    points_mm = np.column_stack([x, np.sin(x)])
-    lines = [DrawnLine(points_mm[i : i + 2], False) for i in np.random.default_rng(0).permutation(20_000)]
-    (whole,) = joined(without_copies(lines))
-    assert len(whole.points_mm) == len(points_mm)
 
 
 def test_a_line_drawn_twice_is_once_whatever_end_or_corner_it_begins_at():

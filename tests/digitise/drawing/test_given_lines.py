@@ -43,14 +43,6 @@ def test_a_line_with_a_width_is_a_crack_of_that_length_width_and_volume(face_mm,
     assert dark_mm2 == pytest.approx(signed_area(outline.outline_mm), rel=1e-3)
 
 
-def test_widths_follow_the_table_from_the_lines_first_point():
-    table_mm = np.array([[0.0, 2.0], [40.0, 4.0]])
-    outline, _ = outline_of_line(LINE_MM, table_mm, (0.0, 0.0, 80.0, 40.0), "line")
-    # Over an oblique open end the width is the mean of what is square to the line there.
-    inside = (outline.s_mm > 2.0) & (outline.s_mm < outline.length_mm - 2.0)
-    assert outline.width_mm[inside] == pytest.approx(np.interp(outline.s_mm, *table_mm.T)[inside], rel=1e-3)
-
-
 @pytest.mark.parametrize("face_mm", [None, (0.0, 0.0, 80.0, 40.0)])
 @pytest.mark.parametrize("turned", [False, True])
 def test_two_walls_are_the_crack_between_them_whichever_way_the_second_runs(face_mm, turned):

@@ -2,24 +2,10 @@
 
 import numpy as np
 import pytest
-from manifold3d import Manifold
 
-from digitise.geometry.mesh_topology import edge_uses, equal_rows, intersecting_faces, open_edges
+from digitise.geometry.mesh_topology import equal_rows, intersecting_faces
 
 FLAT = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]
-
-
-def test_each_edge_of_a_closed_body_is_used_once_each_way_and_one_beside_a_hole_once():
-    """A cube of 12 triangles has 18 edges. A face left out leaves its three edges open the other way."""
-    faces = np.array(Manifold.cube((1.0, 1.0, 1.0)).to_mesh64().tri_verts, dtype=np.int64)
-    directed, uses = edge_uses(faces)
-    assert len(uses.begins) == 18
-    assert (uses.count == 2).all()
-    there, back = directed[uses.order].reshape(-1, 2, 2).transpose(1, 0, 2)
-    assert np.array_equal(there, back[:, ::-1])
-    assert len(open_edges(faces)) == 0
-    a, b, c = faces[5]
-    assert {tuple(edge) for edge in open_edges(np.delete(faces, 5, axis=0)).tolist()} == {(b, a), (c, b), (a, c)}
 
 
 @pytest.mark.parametrize(
@@ -73,7 +59,6 @@ def test_triangles_that_share_a_vertex_may_still_cross():
     assert len(intersecting_faces(np.array([*FLAT, [3.0, 1.0, 1.0], [0.5, 2.0, 2.0]]), faces)) == 0
 
 
-@pytest.mark.broad
 def test_the_tree_of_boxes_misses_no_pair_in_one_part_or_in_many(monkeypatch):
     """Thirty random triangles: as many crossings as when each pair is tried alone.
 

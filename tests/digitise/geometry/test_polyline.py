@@ -4,7 +4,6 @@ import pytest
 from digitise.geometry.polyline import (
     clipped_to_box,
     crossings,
-    extended,
     signed_area,
     smoothed,
     without_loops,
@@ -70,9 +69,3 @@ def test_clipping_keeps_the_area_inside_and_takes_in_a_corner_of_the_box():
     assert signed_area(inside) == pytest.approx(0.125)
     assert any(np.allclose(point, [1, 1]) for point in inside)
     assert len(clipped_to_box(diamond + 5, (0, 0, 1, 1))) == 0
-
-
-def test_a_line_is_extended_along_its_last_piece_however_long_that_is():
-    line = extended(np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 5.0)]), 2.0, 1.0, 1.0, 1.0)
-    assert line[0] == pytest.approx([-2.0, 0.0])
-    assert line[-1] == pytest.approx([10.0, 6.0])

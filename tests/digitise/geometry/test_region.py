@@ -56,12 +56,6 @@ def test_a_small_island_is_filled_and_its_place_named():
     assert footprint.warnings == ("Island of 0.090 mm² near (5.0, 0.2) mm filled (smaller than 0.1 mm²).",)
 
 
-def test_an_island_at_a_wall_is_a_notch():
-    footprint = lay_out(with_islands(stone(5.0, -1.5, 0.5)), VERTICAL, 0.0)
-    assert footprint.crack.num_contour() == 1
-    assert footprint.crack.area() == pytest.approx(60.0 - signed_area(stone(5.0, -1.5, 0.5)[::-1]) / 2, rel=1e-3)
-
-
 def test_islands_that_fill_the_crack_are_refused():
     with pytest.raises(InputError, match="outside its islands: this is not a crack"):
         lay_out(with_islands(stone(10.0, 0.0, 30.0)), VERTICAL, 0.0)

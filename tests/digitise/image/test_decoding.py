@@ -134,15 +134,6 @@ def test_transparent_pixels_are_read_and_remarked_on(tmp_path, picture):
     assert np.array_equal(decoded.image, picture)
 
 
-def test_a_phone_held_upright_gives_an_upright_photo(tmp_path, picture):
-    """EXIF orientation 6: the camera was turned, the stored picture lies on its side."""
-    path = tmp_path / "photo.png"
-    exif = Image.Exif()
-    exif[0x0112] = 6
-    Image.fromarray(picture).save(path, exif=exif)
-    assert np.array_equal(read_photo(path).image, np.rot90(picture, -1))
-
-
 @pytest.mark.parametrize("mode", ["L", "P", "RGBA", "CMYK", "RGB"])
 @pytest.mark.parametrize(("orientation", "quarters"), [(6, -1), (8, 1), (3, 2)])
 def test_an_uncompressed_tiff_that_lies_on_its_side_is_read_upright(tmp_path, picture, mode, orientation, quarters):

@@ -38,14 +38,6 @@ def test_the_cavity_is_all_of_the_block_that_the_mouth_leads_to(body, volume_mm3
     assert cavity.warnings == ()
 
 
-def test_pits_beside_the_crack_are_told_and_left():
-    pits = [box((x, 5.0, -3.0), (x + 2.0, 7.0, 1.0)) for x in (10.0, 50.0)]
-    cavity = cavity_in(slotted(*pits))
-    assert cavity.volume_mm3 == pytest.approx(SLOT_MM3)
-    (warning,) = cavity.warnings
-    assert warning.startswith("2 other openings of up to 4.0 mm² in the face are not part of the crack")
-
-
 def second_slot() -> Manifold:
     return slotted(box((20.0, 5.0, -6.0), (70.0, 9.0, 1.0)))
 

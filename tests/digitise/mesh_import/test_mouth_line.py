@@ -9,7 +9,7 @@ from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from tests.shapes import CLOSED, CUT, OPEN
+from tests.shapes import CLOSED, OPEN
 from tests.slots import oblique, straight, strip, zigzag
 
 FAR_MM = (-1e3, -1e3, 1e3, 1e3)
@@ -27,13 +27,11 @@ def swept_mm2(line: MouthLine) -> float:
     return float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
 
 
-@pytest.mark.parametrize("turn_deg", [pytest.param(30.0, marks=pytest.mark.broad), 150.0])
-def test_a_zigzag_is_as_long_as_its_legs(turn_deg):
+def test_a_zigzag_is_as_long_as_its_legs():
     """Smoothing rounds a bend of 150 degrees by 0.2 widths: three bends of 3 mm are 1.8 of 100 mm."""
-    mouth = strip(zigzag(turn_deg), 3.0)
+    mouth = strip(zigzag(150.0), 3.0)
     line = line_of_mouth(mouth, FAR_MM)
-    assert length_mm(line) == pytest.approx(100.0, rel=0.02)
-    assert length_mm(line) == pytest.approx(100.0 - 3 * 0.6 * turn_deg / 150, abs=0.6)
+    assert length_mm(line) == pytest.approx(100.0 - 1.8, abs=0.6)
     assert swept_mm2(line) == pytest.approx(mouth.area(), rel=0.005)
     assert line.ends == CLOSED
     assert line.side_lines_mm == ()
@@ -82,13 +80,6 @@ def test_side_cracks_are_lines_of_their_own():
     assert sorted(round(arc_length(side)[-1]) for side in line.side_lines_mm) == [10, 12, 15]
 
 
-def test_a_part_of_a_crack_is_cut_square_to_it():
-    line = line_of_mouth(straight(60.0, 3.0), FAR_MM, np.array([[12.0, 0.0], [40.0, 0.0]]))
-    assert line.ends == CUT
-    assert length_mm(line) == pytest.approx(28.0, abs=0.2)
-    assert swept_mm2(line) == pytest.approx(3.0 * length_mm(line), rel=1e-3)
-
-
 @pytest.mark.parametrize(
     ("mouth", "between_mm", "says"),
     [
@@ -104,7 +95,6 @@ def test_what_has_no_line_is_refused_in_words_of_a_mesh(mouth, between_mm, says)
     assert not any(word in str(refusal.value) for word in ("photo", "ends_px", "px"))
 
 
-@pytest.mark.broad
 def test_a_fork_into_arms_of_about_one_length_is_told():
     """An arm of 18 mm beside the 20 mm that are followed; one of 6 mm is a side crack without a doubt.
 
@@ -118,30 +108,3 @@ def test_a_fork_into_arms_of_about_one_length_is_told():
         assert f"a side arm of {side_mm:.0f} mm is not on the path" in line.warnings[0]
         assert len(line.warnings[1:]) == doubts
         assert all("forks at s = 40 mm" in warning for warning in line.warnings[1:])
-
-
-RING = np.asarray(straight(60.0, 4.0).to_polygons()[0])
-PATH = np.column_stack([np.arange(1.0, 50.0, 0.4), np.zeros(123)])
-
-
-@pytest.mark.parametrize(
-    ("path_mm", "face_mm", "kind"),
-    [
-        (PATH, (0.0, -20.0, 80.0, 20.0), "open"),
-        (PATH, (-20.0, -20.0, 80.0, 20.0), "closed"),
-        (PATH[30:], (-20.0, -20.0, 80.0, 20.0), "cut"),
-    ],
-)
-def test_an_end_is_what_is_ahead_of_the_path(path_mm, face_mm, kind):
-    """Two widths ahead: 8 mm, and the third path begins at 13 mm."""
-    assert end_before(RING, path_mm, 4.0, face_mm, whole=False).kind == kind
-
-
-SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]])
-
-
-def test_a_ray_leaves_the_ring_at_its_first_edge():
-    away_mm, at = first_exit(SQUARE, np.array([1.0, 1.0]), np.array([1.0, 0.0]))
-    assert (away_mm, at) == pytest.approx((3.0, 1.5))
-    away_mm, _ = first_exit(SQUARE, np.array([5.0, 1.0]), np.array([1.0, 0.0]))
-    assert away_mm == np.inf

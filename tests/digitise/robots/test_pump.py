@@ -87,13 +87,6 @@ def scattered(folder: Path, off: float) -> PumpTable:
     return pump(folder, "".join(f"{asked:.12g},{gram:.12g},20,0\n" for asked, gram in weighed))
 
 
-def test_a_paths_table_names_the_flow_that_is_asked_for_apart(tmp_path):
-    """trajectory.csv has the flow that is wanted; without a table of the pump both are one."""
-    plain, weighed = (table_text(place_path(trajectory(), cell(), "cell.toml", of)) for of in (None, pump(tmp_path)))
-    assert plain.splitlines()[0].endswith(",speed_mm_s,flow_mm3_s")
-    assert weighed.splitlines()[0].endswith(",speed_mm_s,asked_mm3_s")
-
-
 def test_each_program_asks_for_what_gives_the_paths_flow_and_waits_once(tmp_path):
     it, table = trajectory(lead_in_mm=5.0), pump(tmp_path)
     flow = it.flow_mm3_s.max()

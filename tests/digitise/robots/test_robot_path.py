@@ -70,14 +70,6 @@ def test_the_plunger_goes_as_far_as_the_volume_asks():
     assert np.diff(way_mm) == pytest.approx(trajectory().given_mm3 / 2000)
 
 
-def test_a_path_of_one_flow_is_told_from_one_of_several():
-    assert placed(trajectory(lead_in_mm=9.0)).level_flow_mm3_s("x", "y") == pytest.approx(
-        4800 / trajectory().duration_s
-    )
-    with pytest.raises(InputError, match=r"cell\.toml: a tap gives one flow or none, .* or turn it by hand"):
-        placed(trajectory(ramp_mm=4.0)).level_flow_mm3_s("a tap", "turn it by hand")
-
-
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -145,11 +137,6 @@ def test_a_comment_is_one_line_of_harmless_signs(text):
     assert not set(comment) & set("!?~%*$'\"`;#()[]{}<>\\|&^@\t\x7f")
     assert comment.isascii()
     assert len(comment) <= len(" ") + LONGEST
-
-
-def test_plain_words_and_numbers_are_kept():
-    assert comments("", ["trial paper-trial_2, 4.8 ml: 100/160 = ok"]) == [" trial paper-trial_2, 4.8 ml: 100/160 = ok"]
-    assert comments(";", ["a", ""]) == ["; a", ";"]
 
 
 @pytest.mark.parametrize(

@@ -107,11 +107,6 @@ def test_a_curve_of_many_points_is_thinned_where_that_leaves_the_path_nowhere():
         spel_text(placed(corner))
 
 
-def test_a_short_path_gets_the_three_points_that_a_curve_needs():
-    places, _ = curved(placed(trajectory(straight_slot(25.0), spacing_mm=5.0)))
-    assert len(places) == 2
-
-
 LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)}}
 
 

@@ -45,13 +45,6 @@ def test_the_way_down_and_up_is_square_to_the_face_and_slow():
     assert script.accelerations == {2000.0}
 
 
-def test_the_one_way_that_no_limit_of_the_cell_holds_is_named():
-    text = urscript_text(placed())
-    (over,) = [line for line in text.splitlines() if "movej(" in line]
-    assert over.endswith("v=0.5)")
-    assert "movej goes to the place above the path at 0.5 rad/s" in text
-
-
 @pytest.mark.parametrize("turn_deg", [0.0, 90.0, -35.0])
 def test_the_tool_looks_into_the_face_and_is_turned_as_asked(turn_deg):
     """Its z is the face's normal turned round; its x the robot's x, along the face, turned about the nozzle."""

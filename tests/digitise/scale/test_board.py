@@ -15,7 +15,6 @@ from tests.sheets import Page, read_pdf, read_svg
 
 FACE_MM = (160.0, 40.0)
 PX_PER_MM = 6.0
-BROAD = pytest.mark.broad
 
 
 def frame_of(face_mm=FACE_MM, size_mm=16.0, dictionary="4x4_50", count=8, paper="a4"):
@@ -34,19 +33,10 @@ def page(tmp_path_factory) -> Page:
     return printed(tmp_path_factory.mktemp("page"), "pdf")
 
 
-@pytest.mark.parametrize(
-    ("ending", "changes"),
-    [
-        pytest.param("pdf", {}, marks=BROAD),
-        ("svg", {"count": 4, "dictionary": "apriltag_36h11", "size_mm": 20.0, "face_mm": (70.0, 40.0)}),
-        pytest.param("pdf", {"dictionary": "5x5_100", "paper": "letter", "face_mm": (100.0, 100.0)}, marks=BROAD),
-        pytest.param("svg", {"dictionary": "6x6_250", "paper": "a3", "size_mm": 30.0}, marks=BROAD),
-    ],
-    ids=["default", "four of AprilTag", "letter", "a3"],
-)
-def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it(tmp_path, ending, changes):
+def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it(tmp_path):
     """Rastered at 6 px/mm: each marker to 10 µm, and the scale of the whole to 0.01 %."""
-    light = printed(tmp_path, ending, **changes).light(PX_PER_MM)
+    changes = {"count": 4, "dictionary": "apriltag_36h11", "size_mm": 20.0, "face_mm": (70.0, 40.0)}
+    light = printed(tmp_path, "svg", **changes).light(PX_PER_MM)
     table = tomllib.loads(board_toml(frame_of(**changes)))["photo"]["markers"]
     board = MarkerBoard.model_validate_json(json.dumps(table))
     photo = load_photo(
@@ -57,7 +47,6 @@ def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it
     assert photo.scale_residual_mm < 0.01
 
 
-@BROAD
 def test_the_opening_lies_between_the_markers_as_the_table_says(page):
     """Its lower left corner is the origin of the table, and its line lies within it, to be cut away."""
     board = board_around(FACE_MM, 16.0, "4x4_50", 8)
@@ -82,23 +71,6 @@ def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
     assert max(bar[0] + bar[2] for bar in marks) == pytest.approx(line[0] + 100, abs=1e-3)
     inner = sorted(bar[0] + bar[2] / 2 for bar in marks)[1:-1]
     assert np.diff(inner) == pytest.approx(10, abs=1e-3)
-
-
-@pytest.mark.parametrize("dictionary", ["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"])
-def test_white_lies_around_every_marker(dictionary):
-    """At least a module, as detection needs: no marker comes closer to another, the opening or the paper's edge."""
-    frame = frame_of(dictionary=dictionary)
-    module_mm = 16.0 / 6
-    blacks = [(b.x_mm, b.y_mm, b.x_mm + 16, b.y_mm + 16) for b in frame.bars if b.width_mm == 16]
-    assert len(blacks) == 8
-    others = [(b.x_mm, b.y_mm, b.x_mm + b.width_mm, b.y_mm + b.height_mm) for b in frame.bars if b.grey < 1]
-    for left, low, right, high in blacks:
-        assert min(left, low, frame.size_mm[0] - right, frame.size_mm[1] - high) > module_mm
-        for box in others:
-            if box == (left, low, right, high):
-                continue
-            apart = max(box[0] - right, left - box[2], box[1] - high, low - box[3])
-            assert apart > module_mm
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,3 @@
-import json
 from pathlib import Path
 
 import cv2
@@ -7,10 +6,8 @@ import pytest
 
 from digitise.scale import marker_scale
 from digitise.scale.marker_scale import find_markers
-from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
-from sealtwin.core.errors import InputError
 from tests.pictures import SMALL_FACE, photo_of
 
 FILE = Path("photo.jpg")
@@ -35,7 +32,6 @@ def test_corners_lie_where_they_were_drawn(specimen, photo):
         assert np.abs(corners_px[marker.id] - true_px).max() < 0.1
 
 
-@pytest.mark.broad
 def test_markers_on_white_cards_are_found_on_a_dark_bench(tmp_path):
     """By OpenCV's own parameters, a card passes for its marker: six of these eight are lost."""
     dark = make_specimen(1, Recipe(**SMALL_FACE, board=0.05, gap_mm=0.0, mm_per_px=0.2))
@@ -51,16 +47,3 @@ def test_a_small_copy_of_a_marker_is_none_of_the_board(specimen, photo):
     image[y - 300 : y - 220, x + 150 : x + 230] = cv2.resize(copy, (80, 80), interpolation=cv2.INTER_AREA)
     corners_px = find_markers(image, photo.brightness, specimen.board, FILE)
     assert corners_px[0].mean(axis=0) == pytest.approx([x, y], abs=2)
-
-
-def test_other_markers_in_the_photo_are_left_out(specimen, photo):
-    board = MarkerBoard(size_mm=16, markers=specimen.board.markers[:4])
-    assert set(find_markers(photo.image, photo.brightness, board, FILE)) == {0, 1, 2, 3}
-
-
-def test_missing_markers_are_named_while_somebody_reads_on(specimen, photo):
-    """A board may have a thousand."""
-    places = [{"id": number, "x_mm": float(number), "y_mm": 0.0} for number in range(20, 50)]
-    board = MarkerBoard.model_validate_json(json.dumps({"size_mm": 8.0, "markers": places}))
-    with pytest.raises(InputError, match=r"found 0 of 30 markers .* \(missing 20, .*, 31 and 18 more\)"):
-        find_markers(photo.image, photo.brightness, board, FILE)

@@ -41,12 +41,8 @@ def test_a_lens_and_a_tilted_plane_are_found_exactly_where_nothing_is_noisy(k1):
     [
         (True, 8, 0.03, 0.1, 2),
         (True, 4, 0.03, 0.1, 2),
-        pytest.param(True, 8, 0.05, 0.0, 2, marks=pytest.mark.broad),
-        pytest.param(True, 4, 0.05, 0.0, 5, marks=pytest.mark.broad),
-        pytest.param(False, 8, 0.03, 0.1, 2, marks=pytest.mark.broad),
-        pytest.param(False, 4, 0.05, 0.0, 5, marks=pytest.mark.broad),
     ],
-    ids=["8 glued", "4 glued", "8 corners", "4 corners", "8 glued, no lens", "4 corners, no lens"],
+    ids=["8 glued", "4 glued"],
 )
 def test_the_spread_of_the_scale_is_honest(lens, count, noise_px, placing_mm, most):
     """Stated and true errors agree within a factor of 2, also where the four corners of a marker share theirs.
@@ -98,12 +94,6 @@ def test_straightening_and_bending_undo_each_other_everywhere_in_the_photo(k1):
     lens, seen_px = lens_of(k1), photo_grid_px()
     assert lens.bent(lens.straightened(seen_px)) == pytest.approx(seen_px, abs=1e-8)
     assert np.any(np.all(seen_px == CENTRE_PX, axis=1))
-
-
-def test_a_barrel_draws_the_border_in_and_leaves_the_centre():
-    """By x (1 + k1 r²), 1500 px at half the focal length, with k1 = -0.1, are drawn in by 1500 * 0.1 / 4 = 37.5 px."""
-    moved_px = lens_of(-0.1).bent(CENTRE_PX + np.array([[1500.0, 0], [0, 0]]))
-    assert moved_px == pytest.approx(CENTRE_PX + np.array([[1462.5, 0], [0, 0]]), abs=1e-9)
 
 
 def test_a_barrel_reaches_as_far_as_it_shows_farther_places_farther_out():
@@ -160,12 +150,6 @@ def test_tilt_and_distance_of_a_tilted_camera_are_found(tilt_deg, sources):
     assert pose.distance_mm == pytest.approx(DISTANCE_MM, rel=0.02)
 
 
-def test_a_lens_does_not_pass_for_tilt():
-    pose = pose_of(8.0, lens=True, lens_k1=-0.1)
-    assert pose is not None
-    assert pose.tilt_deg == pytest.approx(true_tilt_deg(8.0), abs=0.2)
-
-
 @pytest.mark.parametrize("noise_px", [0.0, 0.05])
 def test_a_square_camera_is_not_told_from_a_far_one_by_perspective(noise_px):
     """Any focal length shows a face square to the camera alike; the camera's own word or a tape tells them apart."""
@@ -192,8 +176,3 @@ def test_what_noise_could_have_told_is_not_told():
     by_focal = pose_of(1.0, noise_px=0.2, by_focal=True)
     assert by_focal is not None
     assert by_focal.tilt_deg == pytest.approx(true_tilt_deg(1.0), abs=0.2)
-
-
-def test_a_tilt_by_the_focal_length_needs_corners_too():
-    """Corners off by 10 px lean the face by 2 degrees of their own."""
-    assert pose_of(3.0, noise_px=10.0, by_focal=True) is None

@@ -1,7 +1,5 @@
 """The crack from above: run out past its flat ends, and which wall each piece of its outline is."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,7 @@ from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out, sides
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from tests.shapes import CLOSED, CUT, arc_slot, reversed_path, straight_slot, with_ring
+from tests.shapes import CLOSED, CUT, straight_slot, with_ring
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 
@@ -29,29 +27,6 @@ UP, DOWN, RIGHT, LEFT = np.array([[0, 1], [0, -1], [1, 0], [-1, 0]], dtype=float
 
 def share(outline, place: tuple[float, float], outward: Floats) -> float:
     return float(sides(outline, 10.0).left_share(np.array([place]), outward[None])[0])
-
-
-def test_left_is_left_of_the_walk():
-    """Along +x left is +y, wherever the wall itself faces; walked back it is the other."""
-    slot = straight_slot(40.0, 3.0, CUT)
-    for outline, left in ((slot, 1.0), (reversed_path(slot), 0.0)):
-        for outward in (UP, DOWN, RIGHT):
-            assert share(outline, (20.0, 1.5), outward) == left
-            assert share(outline, (20.0, -0.1), outward) == 1 - left
-
-
-def test_run_outs_keep_their_sides():
-    """Beyond a cut end the walls run on straight, and so does what is left and right of them."""
-    slot = straight_slot(40.0, 3.0, CUT)
-    assert (share(slot, (-8.0, 1.5), UP), share(slot, (48.0, 1.5), UP)) == (1.0, 1.0)
-    assert (share(slot, (-8.0, -1.5), DOWN), share(slot, (48.0, -1.5), DOWN)) == (0.0, 0.0)
-    # The last step of a trace may point anywhere; the run-out follows the last 5 mm.
-    centre = slot.centreline_mm.copy()
-    centre[-1, 1] += 0.4
-    assert share(replace(slot, centreline_mm=centre), (48.0, 1.5), UP) == 1.0
-    arc = arc_slot(60.0, 80.0, 3.0)
-    assert share(arc, (57.0, -5.0), LEFT) == 1.0
-    assert share(arc, (63.0, -5.0), RIGHT) == 0.0
 
 
 @pytest.mark.parametrize(("tip_x", "out"), [(40.0, RIGHT), (0.0, LEFT)])

@@ -7,7 +7,6 @@ import pytest
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from digitise.solid.sections import crack_sections
 from sealtwin.core.records import Floats, Solid
 from tests.shapes import CUT, straight_slot
 
@@ -42,27 +41,6 @@ def block(x_mm: float, y_mm: float, length_mm: float, width_mm: float) -> Floats
     """A rectangular stone, clockwise."""
     half = np.array([length_mm, width_mm]) / 2
     return np.array([x_mm, y_mm]) + half * np.array([(-1, -1), (-1, 1), (1, 1), (1, -1)])
-
-
-@pytest.mark.parametrize(
-    ("tilt", "lost_mm2"),
-    [
-        ("vertical", 8.0 * 2.0),
-        ("lean", 8.0 * 2.0),
-        # 2 mm at the floor, 8 mm down; its top is a ridge only above 11 mm.
-        ("flare", 8.0 * (2.0 - SLOPE * 8.0)),
-        ("undercut", 8.0 * (2.0 - SLOPE * 8.0)),
-        # Gaps of 3 and 1 mm in place of 6: all three of them open down to the floor but the narrow one, closed at 5.7.
-        ("funnel", (6.0 * 8.0 - SLOPE * 64.0) - (3.0 * 8.0 - SLOPE * 64.0) - 1.0 / (4 * SLOPE)),
-    ],
-)
-def test_a_stone_takes_its_part_of_the_section(tilt, lost_mm2):
-    outline = straight_slot(40.0, 6.0, CUT)
-    stony = replace(outline, islands_mm=(block(20.0, -1.0, 10.0, 2.0),))
-    shape = CrackShape(depth_mm=8.0, tilt=tilt, wall_angle_deg=5.0)
-    whole, among = (crack_sections(each, shape).area_mm2 for each in (outline, stony))
-    assert whole[20] - among[20] == pytest.approx(lost_mm2)
-    assert among[[5, 14, 26, 35]] == pytest.approx(whole[[5, 14, 26, 35]])
 
 
 @pytest.mark.parametrize(

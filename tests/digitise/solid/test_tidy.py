@@ -5,7 +5,7 @@ import pytest
 from manifold3d import Manifold, OpType
 
 from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
-from digitise.solid.float_mesh import DUST_MM3, SHORT_MM, _welded, _without_empty_patches, _without_opposite_pairs, tidy
+from digitise.solid.float_mesh import DUST_MM3, SHORT_MM, tidy
 from sealtwin.core.records import Floats, Integers
 
 
@@ -35,31 +35,6 @@ def test_a_step_above_the_limit_is_shape():
     body = Manifold.batch_boolean([cube(10), cube(10, (5.0, 5e-3, 0.0))], OpType.Add)
     vertices, faces = tidy(body)
     assert mesh_volume_mm3(vertices, faces) == pytest.approx(body.volume(), rel=1e-9)
-
-
-VERTICES, FACES = tidy(cube(10))
-A, B = FACES[0, :2]
-
-
-def test_corners_that_differ_by_rounding_become_one():
-    soup = VERTICES[FACES.reshape(-1)] + np.random.default_rng(0).uniform(-3e-6, 3e-6, (36, 3))
-    _, welded = _welded(soup, np.arange(36).reshape(-1, 3))
-    assert len(np.unique(welded)) == 8
-    assert check_mesh(soup, welded, expected_euler=2) == []
-
-
-def test_a_fin_of_two_opposite_faces_goes():
-    finned = np.vstack([FACES, [A, B, 8], [B, A, 8]])
-    assert np.array_equal(np.unique(_without_opposite_pairs(finned), axis=0), np.unique(FACES, axis=0))
-
-
-def test_a_flat_patch_goes_though_its_diagonals_differ():
-    """A quad on a cube's edge, its back cut along the other diagonal: no faces cancel, nothing is enclosed."""
-    vertices = np.vstack([VERTICES, VERTICES[[B, A]] + 20.0])
-    flagged = np.vstack([FACES, [[A, B, 8], [A, 8, 9], [B, A, 9], [8, B, 9]]])
-    assert any("three or more faces" in fault for fault in check_mesh(vertices, flagged))
-    kept = _without_empty_patches(vertices, flagged)
-    assert np.array_equal(np.unique(kept, axis=0), np.unique(FACES, axis=0))
 
 
 def arrays(body: Manifold) -> tuple[Floats, Integers]:

@@ -54,7 +54,6 @@ def test_a_slot_closes_by_both_its_angles():
     assert "8.7 mm" in solid.figures.warnings[0]
 
 
-@pytest.mark.broad
 def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():
     """A shift that begins at none leaves no flat piece behind, and holds as much as one that begins at hardly any."""
     slot = straight_slot(20.0, 4.0, CLOSED)

@@ -13,7 +13,7 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Solid
-from tests.shapes import CLOSED, CUT, arc_slot, closed_crack, cut_crack, oblique_slot, straight_slot, with_ring
+from tests.shapes import CLOSED, CUT, arc_slot, closed_crack, oblique_slot, straight_slot, with_ring
 
 FACE_MM = (-5.0, -5.0, 45.0, 5.0)
 STONE_MM = np.array([(39.0, -0.8), (39.0, 0.8), (41.0, 0.8), (41.0, -0.8)])
@@ -32,9 +32,7 @@ def build(outline: Outline, angle_deg: Any, tilt: str = "undercut", depth_mm: An
 @pytest.mark.parametrize(
     ("outline", "angle_deg"),
     [
-        pytest.param(closed_crack(1), (4.0, 9.0), marks=pytest.mark.broad),
-        (closed_crack(1, 20.0), 7.0),
-        pytest.param(cut_crack(2, rough_mm=0.05), (4.0, 9.0), marks=pytest.mark.broad),
+        (closed_crack(1, 20.0), (4.0, 9.0)),
         (oblique_slot(), 7.0),
     ],
 )
@@ -94,25 +92,10 @@ def test_a_tooth_of_the_wall_may_end_as_a_spike():
         build(toothed, 5.0, depth_mm=4.0)
 
 
-def test_a_bridge_at_the_face_must_reach_the_floor():
-    """Two pieces of crack 0.6 mm apart: as deep as their tips stay apart, 0.3 mm over the tangent."""
-    half = np.array([(0, -2), (20, -2), (20, -0.002), (20.6, -0.002), (20.6, -2), (40, -2)])
-    pieces = with_ring(straight_slot(40.0, 4.0, CLOSED), np.vstack([half, half[::-1] * (1, -1)]))
-    with pytest.raises(InputError, match="parts of the crack meet"):
-        build(pieces, 5.0)
-    build(pieces, 5.0, depth_mm=3.0)
-
-
 def test_two_angles_are_reduced_in_proportion():
     with pytest.raises(InputError, match=r"fits is \[0\.5, 10\.6\]"):
         build(NARROW, (1.0, 20.0))
     build(NARROW, (0.5, 10.6))
-
-
-def test_a_trace_that_leaves_the_block_is_no_fault_of_the_tilt():
-    beside = replace(straight_slot(40.0, 3.0, CLOSED), face_mm=(-1.0, -1.6, 41.0, 20.0))
-    with pytest.raises(InputError, match="Mark an open end there"):
-        build(beside, 2.0)
 
 
 @pytest.mark.parametrize("angle_deg", [-4.84, (-4.0, 5.0)])

@@ -95,10 +95,6 @@ def test_no_other_file_and_no_tile_outside_the_photo_is_served(page):
     assert page.get("photo/0/1/1.jpg")[1] == "image/jpeg"
 
 
-def test_it_opens_with_the_facts(page):
-    assert _opening(page) == {"name": "crack.jpg", "is_new": True, "photos": []}
-
-
 def test_a_question_is_handed_on(page):
     answers = _posted(page, "trace", {"hints": {"mm_per_px": 0.1}, "revision": 3, "until": "path"})
     assert answers == [{"scale": {}}]

@@ -146,7 +146,6 @@ def test_garbage_and_whoever_leaves_do_not_kill_it(server, sent, capfd):
     assert "Traceback" not in capfd.readouterr().err
 
 
-@pytest.mark.broad
 def test_a_silent_client_is_dropped_and_holds_nobody_up(server, monkeypatch, capfd):
     monkeypatch.setattr(trace_page._Visit, "timeout", 0.3)
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=5) as wire:

@@ -18,7 +18,6 @@ from digitise.trace_page.session import Hints, OutdatedError, TraceSession
 from digitise.walls import followed_walls
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, mortar, wandering, with_crack, write_png
-from tests.places import FIXTURE
 
 ENDS = ((50.0, 201.0), (450.0, 101.0))
 
@@ -87,7 +86,6 @@ def test_without_a_scale_lengths_are_pixels_and_no_sentence_speaks_of_millimetre
     assert " mm" not in json.dumps(in_px)
 
 
-@pytest.mark.broad
 def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
     """They are told apart by name: nobody takes the first for the last."""
     monkeypatch.setattr(page_session, "glance", trace_outline)
@@ -98,36 +96,12 @@ def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
     assert list(_asked(session, Hints(ends_px=ENDS), until="glance")) == ["scale", "path", "glance"]
 
 
-def test_sentences_name_controls_of_the_page_in_place_of_settings():
-    """A user of the page has no trial file open; what is no control keeps its name."""
-    sentence = "IMG_01.jpg: look at overlay.png, then give ends_px, photo.roi_px or face_mm; check size_mm"
-    assert page_session._for_page(True, sentence) == (
-        "IMG_01.jpg: look at the lines on the photo, then give Ends, Box or Width and Height; check size_mm"
-    )
-
-
 def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
     answers = _asked(session, Hints(ends_px=ENDS, ruler_px=((10.0, 10.0), (10.5, 10.0)), ruler_mm=4.0))
     assert "Ruler" in answers["scale"]["refused"]
     assert "_px" not in answers["scale"]["refused"]
     assert answers["scale"]["mm_per_px"] is None
     assert answers["walls"]["unit"] == "px"
-
-
-@pytest.mark.broad
-def test_corners_that_were_found_can_be_set_right_by_hand():
-    """Given as corners, they are the same face; and are then no longer offered."""
-    settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", mm_per_px=1.0)
-    session = TraceSession(settings, FIXTURE, Hints())
-    scale = _asked(session, Hints(face_mm=(160.0, 40.0)), until="scale")["scale"]
-    assert "found by its edges" in scale["source"]
-    lower_left, lower_right, upper_right, upper_left = (tuple(corner) for corner in scale["corners_px"])
-    given = Hints(face_mm=(160.0, 40.0), face_corners_px=(lower_left, lower_right, upper_right, upper_left))
-    again = _asked(session, given, until="scale")["scale"]
-    assert "corners given" in again["source"]
-    assert again["corners_px"] is None
-    # Corners are handed over to a hundredth of a pixel.
-    assert np.allclose(again["face_px"], scale["face_px"], atol=0.03)
 
 
 def test_via_points_and_region_are_followed(session):
@@ -161,22 +135,6 @@ def test_one_line_that_is_not_sure_is_offered_and_asked_about(tmp_path):
     assert "not sure" in offered["refused"]
 
 
-def test_where_several_may_be_the_crack_all_are_offered_and_a_number_takes_one(tmp_path):
-    upper = [(30, 60), (120, 40), (200, 75), (300, 50), (390, 90), (470, 70)]
-    lower = [(30, 240), (110, 262), (210, 225), (290, 250), (380, 215), (470, 230)]
-    session = _session(write_png(tmp_path / "two.png", with_crack(with_crack(mortar(), upper), lower)))
-    offered = _asked(session, Hints(), revision=1.0)
-    assert list(offered) == ["scale", "cracks", "refused"]
-    assert "2 lines may be the crack" in offered["refused"]
-    assert all(len(crack["outline_px"]) > 10 for crack in offered["cracks"])
-    by_number = _asked(session, Hints(crack=2), revision=2.0)
-    (x, y), (right, below) = offered["cracks"][1]["ends_px"]
-    clicked = _asked(session, Hints(ends_px=((x, y), (right, below))), "path", revision=3.0)
-    assert list(by_number) == ["scale", "cracks", "path", "walls"]
-    assert clicked["path"]["points_px"] == by_number["path"]["points_px"]
-    assert (by_number["path"]["source"], clicked["path"]["source"]) == ("choice", "ends")
-
-
 def test_it_starts_with_the_trials_hints(file):
     hints = Hints(ends_px=ENDS, mm_per_px=0.1)
     opening = _session(file, hints).opening()
@@ -192,7 +150,6 @@ def test_an_older_question_is_dropped(session):
         next(session.trace(Hints(ends_px=ENDS), 6.9, "scale"))
 
 
-@pytest.mark.broad
 def test_a_newer_question_spares_the_walls_of_the_older(session):
     older = session.trace(Hints(ends_px=ENDS), 1.0, "walls")
     assert list(next(older)) == ["scale"]
@@ -216,7 +173,6 @@ def test_in_the_end_nothing_goes_on(session):
         next(question)
 
 
-@pytest.mark.broad
 def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
     """It may take seconds, and the user may well know better before it ends."""
     searching, may_end = threading.Event(), threading.Event()
@@ -264,35 +220,16 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
 
 
-@pytest.mark.broad
-def test_the_search_map_is_made_once_for_a_face_and_a_region(file, monkeypatch):
-    """It takes most of a click's half second on a large photo."""
-    made = []
-    wire = page_session.LiveWire
-    monkeypatch.setattr(page_session, "LiveWire", lambda *given: made.append(given) or wire(*given))
-    session = _session(file)
-    assert len(made) == 1, "made before the first click"
-    for mm_per_px in (None, 0.1):
-        _asked(session, Hints(ends_px=ENDS, mm_per_px=mm_per_px), until="path")
-    assert len(made) == 1
-    corners = ((0.0, 299.0), (499.0, 299.0), (499.0, 0.0), (0.0, 0.0))
-    _asked(session, Hints(ends_px=ENDS, face_mm=(50.0, 30.0), face_corners_px=corners), until="path")
-    assert len(made) == 2
-    _asked(session, Hints(ends_px=ENDS, mm_per_px=0.1, roi_px=((0.0, 0.0), (499.0, 299.0))), until="path")
-    assert len(made) == 3
-
-
 def test_a_stroke_costs_its_own_work_alone_and_gives_what_a_new_session_gives(file, monkeypatch):
-    """Followed again, path and walls are most of a click's time; a via point makes both anew."""
+    """Followed again, path and walls are most of a click's time."""
     made, follow = [], followed_walls.trace_past_mouths
     monkeypatch.setattr(followed_walls, "trace_past_mouths", lambda *given: made.append(given) or follow(*given))
     session, plain = _session(file), Hints(ends_px=ENDS)
     stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
-    followed, answers = list[int](), list[dict]()
-    for hints in (plain, stroked, stroked.model_copy(update={"via_px": ((300.0, 160.0),)})):
-        made.clear()
-        answers.append(_asked(session, hints))
-        followed.append(len(made))
-        assert answers[-1] == _asked(_session(file), hints)
-    assert any("strokes drawn by hand" in warning for warning in answers[1]["walls"]["warnings"])
-    assert followed[0] == followed[2] > followed[1] == 0
+    _asked(session, plain)
+    assert made
+    made.clear()
+    answer = _asked(session, stroked)
+    assert not made
+    assert answer == _asked(_session(file), stroked)
+    assert any("strokes drawn by hand" in warning for warning in answer["walls"]["warnings"])

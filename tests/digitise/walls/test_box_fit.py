@@ -36,12 +36,6 @@ def test_the_mean_width_is_found(width_px, within):
     assert fit.widths_px == pytest.approx(width_px * np.linspace(0.7, 1.3, 60), rel=0.15, abs=0.2)
 
 
-def test_darkness_and_blur_are_found_where_the_profile_shows_them():
-    fit = fitted(8, darkness=0.82, blur_px=1.4)
-    assert fit.darkness == pytest.approx(0.82, abs=0.01)
-    assert fit.blur_px == pytest.approx(1.4, rel=0.05)
-
-
 def test_doubt_about_the_darkness_is_in_the_interval_of_a_hairline():
     """In a perfect profile: of the darkness between 0.8 and 1 nothing is known at 1.5 px, nearly all at 8 px."""
     half_widths = []
@@ -53,10 +47,9 @@ def test_doubt_about_the_darkness_is_in_the_interval_of_a_hairline():
     assert half_widths[1] < 0.03
 
 
-@pytest.mark.broad
 def test_the_tone_curve_is_in_the_interval():
     """With an exponent a twentieth lower or higher, the same stored values are those of another width."""
-    light, ground = profiles(np.full(60, 3.0), 0.9, 1.0, 3)
+    light, ground = profiles(np.full(20, 3.0), 0.9, 1.0, 3)
     widths_px = [fit_box(light**power, ground**power, PLACES_PX, 3).mean_px for power in (1 / 1.05, 1.05)]
     low_px, high_px = fit_box(light, ground, PLACES_PX, 3).interval_px
     assert low_px < widths_px[0] < widths_px[1] - 0.1

@@ -32,13 +32,3 @@ def test_a_bent_crack_becomes_a_straight_band_with_its_left_side_up():
     rows, columns = np.nonzero(straight[:, :, 0] > 240)
     assert columns.mean() * mm_per_px == pytest.approx(20.0, abs=0.3)
     assert ((height - 1) / 2 - rows.mean()) * mm_per_px == pytest.approx(3.0, abs=0.3)
-
-
-def test_what_is_outside_the_photo_is_white():
-    outline, photo = outline_of_line(LINE_MM, np.array([[0.0, 3.0]]), None, "line")
-    left, top = photo.to_px(outline.centreline_mm).min(axis=0)
-    cut = photo.image[int(top) :]
-    view = replace(photo.view, mm_from_px=photo.view.mm_from_px @ np.array([[1, 0, 0], [0, 1, int(top)], [0, 0, 1.0]]))
-    straight = straight_view(replace(photo, image=cut, view=view), outline)
-    assert left > 0
-    assert (straight == 255).all(axis=2).any()

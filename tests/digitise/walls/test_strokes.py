@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import find_path
-from digitise.outline import DoubtfulWalls, glance, trace_outline
+from digitise.outline import DoubtfulWalls, trace_outline
 from digitise.settings import MOST_STROKES, MOST_WALL_POINTS
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, how_traced, mortar, with_crack, write_png
@@ -51,8 +51,13 @@ def lower_px(outline, first, last):
     return float(part[:, 1].mean())
 
 
-@pytest.mark.parametrize(("photo", "kind", "other"), [("pale", "crack", "ground"), ("banded", "ground", "crack")])
-@pytest.mark.parametrize("line", [((235.0, 162.0), (265.0, 164.0)), ((250.0, 163.0),)])
+@pytest.mark.parametrize(
+    ("photo", "kind", "other", "line"),
+    [
+        ("pale", "crack", "ground", ((235.0, 162.0), (265.0, 164.0))),
+        ("banded", "ground", "crack", ((250.0, 163.0),)),
+    ],
+)
 def test_the_lower_wall_goes_where_one_stroke_or_dot_says(request, photo, kind, other, line):
     """By the lightness under it, also beside it; 100 px away nothing moves."""
     crack = request.getfixturevalue(photo)
@@ -107,14 +112,13 @@ def test_ground_far_from_the_crack_changes_nothing_and_says_so(banded):
     assert any("ground_strokes_px, stroke 1, is not beside this crack" in warning for warning in after.warnings)
 
 
-@pytest.mark.parametrize("crack", [None, [[(150.0, 143.0), (200.0, 143.0)]]])
-def test_a_line_along_ground_moves_into_the_crack(tmp_path, crack):
+def test_a_line_along_ground_moves_into_the_crack(tmp_path):
     """Between its walls are a crack and a stain wider than it: ground drawn in the middle leaves the darker part."""
     light = with_crack(mortar(), ENDS, 30)
     light[151:190] = mortar()[151:190] * 0.35
     photo = evenly_scaled(write_png(tmp_path / "crack.png", soft(light, 0.8)))
     path = find_path(photo, ENDS)
-    settings = how_traced(ground_strokes_px=[[(100.0, 156.0), (400.0, 156.0)]], crack_strokes_px=crack)
+    settings = how_traced(ground_strokes_px=[[(100.0, 156.0), (400.0, 156.0)]])
     outline = trace_outline(photo, path, settings)
     assert lower_px(outline, 120, 380) == pytest.approx(151.0, abs=2.5)
 
@@ -151,31 +155,3 @@ def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):
 def test_strokes_are_bounded(given, named):
     with pytest.raises(InputError, match=named):
         how_traced(**given)
-
-
-def test_as_many_strokes_as_there_may_be_are_taken(banded):
-    photo, path = banded
-    zigzag = [(float(x), float(y)) for x, y in zip(np.linspace(40, 460, 200), 100 * [0, 130], strict=True)]
-    settings = how_traced(
-        crack_strokes_px=[[(40.0 + x, 150.0) for x in np.linspace(0, 400, 200)]] * MOST_STROKES,
-        ground_strokes_px=[zigzag] * MOST_STROKES,
-    )
-    outline = trace_outline(photo, path, settings)
-    assert any("strokes drawn by hand" in warning for warning in outline.warnings)
-
-
-def test_a_stroke_shows_at_a_glance(banded):
-    photo, _ = banded
-    large = evenly_scaled_copy(photo, 3)
-    wide = find_path(large, ((90.0, 451.0), (1410.0, 451.0)))
-    line = [(3 * x, 3 * y) for x, y in OVER_BAND]
-    rough = glance(large, wide, how_traced(crack_strokes_px=[line]))
-    assert rough is not None
-    assert any("strokes drawn by hand" in warning for warning in rough.warnings)
-
-
-def evenly_scaled_copy(photo, times):
-    picture = cv2.resize(photo.image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
-    file = photo.file.with_name("large.png")
-    cv2.imwrite(str(file), picture)
-    return evenly_scaled(file)

@@ -68,14 +68,6 @@ def test_one_weighing_at_the_brim_gives_the_angle_where_width_and_depth_are_know
     assert weighed.steps[1][1] == pytest.approx(slope_deg, rel=0.1)
 
 
-def test_what_a_photo_and_a_gauge_leave_open_widens_the_angle():
-    shape, fill = shaped("flare"), fill_of(3.0, 5.0)
-    doubt_deg = [np.hypot(*weigh(slot(), shape, fill, sd_mm, sd_mm)[2].steps[1][:2]) for sd_mm in (0.01, 0.1, 0.3)]
-    assert doubt_deg[0] < doubt_deg[1] < doubt_deg[2]
-    # Undeclared, a tenth of width and depth.
-    assert np.hypot(*weigh(slot(), shape, fill, None, None)[2].steps[1][:2]) > doubt_deg[1]
-
-
 def test_a_step_of_each_unknown_takes_the_others_with_it():
     """Root times its transpose is the covariance: the volume of the cavity is known better than its parts."""
     _, _, weighed = weigh(slot(), shaped("flare"), fill_of(3.0, 5.0), 0.2, 1.0)
@@ -214,9 +206,3 @@ def test_an_outline_with_side_cracks_keeps_its_width():
     moved, _, weighed = weigh(outline, shaped("flare"), fill_of(3.2, 5.2), 0.3, 0.2)
     assert moved is outline
     assert weighed.steps[0] == (0.0, 0.0, 0.0)
-
-
-def test_a_shape_with_a_fill_is_weighed_before_it_is_built():
-    shape = CrackShape(depth_mm=DEPTH_MM, tilt="flare", fill=fill_of(3.0, 5.0))
-    with pytest.raises(ValueError, match="weighed fill"):
-        build_solid(slot(), shape)
