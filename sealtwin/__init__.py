@@ -18,16 +18,7 @@ from sealtwin.core.errors import InputError as _InputError
 if TYPE_CHECKING:
     from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
     from sealtwin.api.outputs import write_report, write_robot_program
-    from sealtwin.api.planning import (
-        FlowPlan,
-        LevelFrame,
-        LoopModel,
-        LoopState,
-        RemainingPlan,
-        loop_step,
-        plan_flow,
-        read_loop,
-    )
+    from sealtwin.api.planning import FlowPlan, plan_flow, plan_rest
     from sealtwin.api.runs import (
         BlockRelease,
         Fluid,
@@ -84,14 +75,10 @@ __all__ = [
     "Fluid",
     "InputError",
     "LevelComparison",
-    "LevelFrame",
     "LevelReadings",
-    "LoopModel",
-    "LoopState",
     "Nozzle",
     "NumericalError",
     "PlannedPath",
-    "RemainingPlan",
     "Run",
     "SamplePhoto",
     "SealtwinError",
@@ -109,12 +96,11 @@ __all__ = [
     "import_dxf",
     "import_mesh",
     "inject",
-    "loop_step",
     "measure_level",
     "plan_flow",
     "plan_path",
+    "plan_rest",
     "plot_levels",
-    "read_loop",
     "read_photo",
     "read_readings",
     "release_block",

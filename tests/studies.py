@@ -76,7 +76,7 @@ def tiny_lab(folder: Path, varies: str = GRID) -> Path:
 
 
 def plannable_lab(folder: Path) -> Path:
-    """A trial of that crack which can be planned, with a cell, draws of its sealant and faults of its pour."""
+    """A trial of that crack which can be planned, with a cell and draws of its sealant."""
     tiny_lab(folder)
     aged, fluid = "U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", "viscosity_pa_s = 1\nyield_stress_pa = 5"
     trial = TRIAL.split("[readings]")[0].replace(aged, f'{fluid}\nfreeze_after_s = "never"')
@@ -85,8 +85,6 @@ def plannable_lab(folder: Path) -> Path:
     cell = CELL.replace("{file}", "cell.toml").replace('["spel", "csv"]', '["csv"]')
     (folder / "cell.toml").write_text(cell)
     (folder / "draws.csv").write_text("fluid.yield_stress_pa,fluid.viscosity_pa_s\n4,1\n6,1.2\n5,0.9\n")
-    faults = "flow_factor = 0.8\nnoise_mm = 0.1\nlatency_s = 0.1\nlost_share = 0.2\nperiod_s = 0.25\nblind_mm = 2\n"
-    (folder / "faults.toml").write_text(faults)
     return folder
 
 

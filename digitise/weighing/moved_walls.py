@@ -6,7 +6,7 @@ import numpy as np
 
 from digitise.geometry.polyline import uncrossed, without_repeats
 from digitise.settings import AGAINST_EACH_OTHER, CrackShape
-from sealtwin.core.records import Floats, Outline
+from sealtwin.core.records import Outline
 from sealtwin.core.solid_figures import WeighedCavity
 
 SAME_POINT_MM = 1e-6  # Distance below which both walls are one point, as at a tip
@@ -16,19 +16,14 @@ def widened(outline: Outline, by_mm: float) -> Outline:
     """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends do not move."""
     if not by_mm:
         return outline
-    return widened_by(outline, np.full(len(outline.s_mm), by_mm / outline.mean_width_mm))
-
-
-def widened_by(outline: Outline, share: Floats) -> Outline:
-    """Widen a crack by a share of its own width at each point of its centreline, (n,)."""
-    apart = walls_apart(outline, share)
+    apart = walls_apart(outline, by_mm / outline.mean_width_mm)
     ring_mm = np.vstack([apart.right_wall_mm, apart.left_wall_mm[::-1]])
     return replace(apart, outline_mm=without_repeats(uncrossed(ring_mm), SAME_POINT_MM))
 
 
-def walls_apart(outline: Outline, share: Floats | float) -> Outline:
+def walls_apart(outline: Outline, share: float) -> Outline:
     """Widen only the walls; the ring around the crack, which takes longer, is not updated."""
-    apart = (outline.left_wall_mm - outline.right_wall_mm) * np.reshape(share, (-1, 1)) / 2
+    apart = (outline.left_wall_mm - outline.right_wall_mm) * share / 2
     return replace(outline, left_wall_mm=outline.left_wall_mm + apart, right_wall_mm=outline.right_wall_mm - apart)
 
 

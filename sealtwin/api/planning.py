@@ -1,4 +1,4 @@
-"""A plan for a trial, and the step that corrects it during the pour."""
+"""A plan for a trial, and for the rest of a pour."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,26 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.api.shared import FilePath, path_or_none, warn
+from sealtwin.api.shared import FilePath, Points, path_or_none, warn
 from sealtwin.core import files, record_files
 from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Floats
-from sealtwin.plan.loop_model import read_model
-from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, RemainingPlan
-from sealtwin.plan.loop_step import step as loop_step
-from sealtwin.plan.make_loop import TABLES, loop_versions
-from sealtwin.plan.make_plan import RESERVE_MM, TABLE, Options, make_plan
+from sealtwin.plan import make_plan as planning
+from sealtwin.plan import rest as resting
+from sealtwin.plan.make_plan import RESERVE_MM, Options
 
-__all__ = ["FlowPlan", "LevelFrame", "LoopModel", "LoopState", "RemainingPlan", "loop_step", "plan_flow", "read_loop"]
+__all__ = ["FlowPlan", "plan_flow", "plan_rest"]
 
 
 @dataclass(frozen=True)
 class FlowPlan:
-    """A plan that was checked by particle runs: what ``plan_flow`` returns.
+    """A plan: what ``plan_flow`` and ``plan_rest`` return.
 
     ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row is valid until the time of
     the next. ``s_mm`` and ``level_mm``, (m,), are the level after the pour. ``half_width_mm`` is the half-width of the
-    level's 95 % band; it is None if the plan has only one seed.
+    level's 95 % band; it is None if the plan has only one seed, or none.
     """
 
     folder: Path
@@ -39,7 +37,7 @@ class FlowPlan:
     verified: bool
     """True if in particle runs the plan was better than both baselines."""
     content: dict[str, Any]
-    """Content of plan.json: under_mm3, over_mm3, baselines, rounds, chances."""
+    """Content of plan.json or rest.json: under_mm3, over_mm3, baselines, rounds, chances, flow_factor."""
 
 
 def plan_flow(
@@ -104,7 +102,7 @@ def plan_flow(
     from simulate.device import choose_device
 
     options = Options(knots, verify, seeds, not accurate, margin_mm, flow_max_mm3_s, keep_speed, reserve_mm)
-    content = make_plan(
+    content = planning.make_plan(
         Path(trial),
         path_or_none(out),
         options,
@@ -114,8 +112,64 @@ def plan_flow(
         posterior=path_or_none(posterior),
     ).content
     warn(content["fluid_warnings"])
+    return _flow_plan(content, planning.TABLE)
+
+
+def plan_rest(
+    trial: FilePath,
+    levels: FilePath | Points,
+    *,
+    out: FilePath | None = None,
+    cell: FilePath | None = None,
+    flow_max_mm3_s: float | None = None,
+    margin_mm: float = 0.0,
+    reserve_mm: float = RESERVE_MM,
+    knots: int = 8,
+    keep_speed: bool = False,
+    progress: bool | None = None,
+) -> FlowPlan:
+    """Plan the rest of a paused pour from the levels so far, as ``sealtwin plan --from`` does.
+
+    The fast model estimates how much of the requested sealant is in the crack, and takes the pump to go on alike. The
+    rest begins at the first place that would stay low.
+
+    Parameters
+    ----------
+    trial
+        The trial file of the pour, mostly trial.toml in a plan's folder.
+    levels
+        Rows of s and the measured level in mm, (n, 2), or a CSV of s_mm and level_mm: from the beginning of the pour up
+        to the nozzle. Levels below the face are negative.
+    out
+        Folder of the rest; by default reports/NAME-rest.
+    cell, flow_max_mm3_s, margin_mm, reserve_mm, knots, keep_speed, progress
+        As in ``plan_flow``.
+
+    Returns
+    -------
+    FlowPlan
+        The rest of the path, and the level at its end by the fast model, which the measured levels have corrected.
+
+    Raises
+    ------
+    InputError
+        Trial, cell or levels cannot be used.
+    """
+    options = Options(knots, 0, 0, False, margin_mm, flow_max_mm3_s, keep_speed, reserve_mm)
+    content = resting.plan_rest(
+        Path(trial),
+        levels,
+        path_or_none(out),
+        options,
+        progress_for_stderr(quiet=not wanted(progress)),
+        cell_file=path_or_none(cell),
+    ).content
+    return _flow_plan(content, resting.TABLE)
+
+
+def _flow_plan(content: dict[str, Any], table: str) -> FlowPlan:
     folder = Path(content["folder"])
-    path = files.read_table(folder / TABLE, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
+    path = files.read_table(folder / table, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
     level = files.read_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS)
     half_width_mm = np.asarray(level[:, 3] - level[:, 1])
     return FlowPlan(
@@ -130,31 +184,3 @@ def plan_flow(
         verified=content["verified"],
         content=content,
     )
-
-
-def read_loop(folder: FilePath) -> LoopModel:
-    """Read the tables that ``sealtwin loop`` wrote into a plan's folder.
-
-    Parameters
-    ----------
-    folder
-        The plan's folder.
-
-    Returns
-    -------
-    LoopModel
-        Tables for ``loop_step``; its first state is ``LoopState.start(model)``.
-
-    Raises
-    ------
-    InputError
-        The folder has no tables, or they are damaged.
-
-    Warns
-    -----
-    RuntimeWarning
-        Another version of digitise or simulate computed the tables, or the plan.
-    """
-    model = read_model(Path(folder) / TABLES)
-    warn(loop_versions(Path(folder)))
-    return model

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date as day
-from functools import partial
 from math import ceil
 from pathlib import Path
 from typing import Any, Literal
@@ -11,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sealtwin.calibration.search import (
-    CORRECT,
+    CONFIRM,
     DRAWS,
     SearchResult,
     Setting,
@@ -103,32 +102,30 @@ def calibrate(
         for twin in twins:
             twin.require(frees)
 
-        corrects = any(twin.drafts for twin in twins)
+        drafts = budget - CONFIRM  # The last round is accurate
 
         def left_s(done: Mapping[Twin, int]) -> float:
             """Return the time of all runs after ``done`` runs of each trial, by the model."""
-            launches = {twin: launches_after(done.get(twin, 0), budget, corrects=corrects) for twin in twins}
-            launches |= {twin: [(PREDICTING, False), (CORRECT * twin.drafts, True)] for twin in others}
-            # A launch begins when all runs of the one before are done.
+            launches = {twin: launches_after(done.get(twin, 0), budget) for twin in twins}
+            launches |= {twin: [PREDICTING] for twin in others}
+            # A launch begins when all runs of the one before are done. The last of each trial is accurate.
             return sum(
-                twin.work_s(accurate=accurate) * ceil(count / max(1, how.jobs))
-                for twin in launches
-                for count, accurate in launches[twin]
+                twin.work_s(accurate=number == len(counts)) * ceil(count / max(1, how.jobs))
+                for twin, counts in launches.items()
+                for number, count in enumerate(counts, start=1)
             )
 
-        done: dict[tuple[Twin, bool], int] = {}
+        done: dict[Twin, int] = {}
 
         def source(twin: Twin) -> Source:
-            def run(wanted: Sequence[tuple[Setting, int]], *, accurate: bool = False) -> Sequence[Floats | None]:
-                done[twin, accurate] = len(wanted)
-                so_far = {one: sum(done.get((one, kind), 0) for kind in (False, True)) for one in twins}
-                return twin.run(wanted, left_s(so_far), accurate=accurate)
+            def run(wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
+                done[twin] = len(wanted)
+                return twin.run(wanted, left_s(done), drafts=drafts)
 
-            return Source(twin.name, twin.evidence, run, partial(run, accurate=True) if twin.drafts else None)
+            return Source(twin.name, twin.evidence, run)
 
-        predicting = PREDICTING * len(others) + CORRECT * sum(twin.drafts for twin in others)
         progress.note(
-            f"{budget} runs of {counted(len(twins), 'trial')}, and {predicting} runs of held-out trials: "
+            f"{budget} runs of {counted(len(twins), 'trial')}, and {PREDICTING * len(others)} runs of held-out trials: "
             f"about {in_words(left_s({}))} in all, from a model; the first runs will correct it."
         )
         result = search(frees, [source(twin) for twin in twins], budget, progress.note)
@@ -218,41 +215,14 @@ def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
     chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
-    wanted = [(one, seed) for seed, one in enumerate(own)]
-    all_mm = twin.run(wanted)
+    all_mm = twin.run([(one, seed) for seed, one in enumerate(own)])
     levels_mm = [level for level in all_mm if level is not None]
     if len(levels_mm) < PREDICTING // 2:
         raise NumericalError(
             f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of this held-out trial failed, or their "
             f"volume is off by over 5 %: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
         )
-    if not twin.drafts:
-        return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm), twin.evidence))
-    off_mm = _off_drafts_mm(twin, wanted, all_mm)
-    error_mm2 = np.diag(np.full(len(off_mm.T), off_mm.var(axis=0, ddof=1).mean() / len(off_mm)))
-    evidence = replace(twin.evidence, covariance_mm2=twin.evidence.covariance_mm2 + error_mm2)
-    return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm) + off_mm.mean(axis=0), evidence))
-
-
-def _off_drafts_mm(twin: Twin, wanted: Sequence[tuple[Setting, int]], drafts_mm: Sequence[Floats | None]) -> Floats:
-    """Return levels of a few accurate runs less those of the drafts of the same settings and seeds, in mm, (m, n).
-
-    Raises NumericalError if fewer than two accurate runs are left.
-    """
-    done = [number for number, level in enumerate(drafts_mm) if level is not None]
-    paired = [done[at] for at in np.linspace(0, len(done) - 1, CORRECT).astype(int)]
-    pairs = zip(paired, twin.run([wanted[number] for number in paired], accurate=True), strict=True)
-    off_mm = [
-        accurate - draft
-        for number, accurate in pairs
-        if accurate is not None and (draft := drafts_mm[number]) is not None
-    ]
-    if len(off_mm) < 2:
-        raise NumericalError(
-            f"{twin.name}: {CORRECT - len(off_mm)} of {CORRECT} accurate runs of this held-out trial failed, or their "
-            "volume is off by over 5 %; nothing corrects its drafts. Use finer particles."
-        )
-    return np.array(off_mm)
+    return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm), twin.evidence))
 
 
 def _prediction(twin: Twin, role: Literal["calibrated", "held out"], mean_mm: Floats, half_mm: Floats) -> Prediction:
@@ -286,8 +256,7 @@ def _summary(
         ),
         predictions=tuple(predictions),
         radius_mm=tuple(twin.radius_mm for twin in twins),
-        accurate=result.accurate,
-        corrections_mm=tuple(None if one is None else one.add_mm for one in result.corrections),
+        drafts=tuple((len(result.points) - CONFIRM * result.possible) * twin.drafts for twin in twins),
         warned=tuple(warnings),
     )
 
@@ -319,7 +288,7 @@ def _written(
         "date": date.isoformat(),
         "radius_mm": list(calibrated.radius_mm),
         "runs_of_each_trial": calibrated.runs,
-        "drafts_of_each_trial": calibrated.drafts,
+        "drafts_of_each_trial": list(calibrated.drafts),
         "stage_numbers": NUMBERS,
         "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
         "combinations": [
@@ -343,10 +312,8 @@ def _written(
         ],
         "gates": [
             {"trial": name, "residual_mm": round(reach.residual_mm, 4), "noise_mm": round(reach.noise_mm, 4),
-             "components": reach.components, "possible": reach.possible, "scatter_of_runs_mm": round(noise, 4),
-             "drafts_corrected_by_mm": None if add_mm is None else round(float(add_mm.mean()), 4)}
-            for (name, reach), noise, add_mm in zip(
-                calibrated.reaches, calibrated.run_noise_mm, calibrated.corrections_mm, strict=True)
+             "components": reach.components, "possible": reach.possible, "scatter_of_runs_mm": round(noise, 4)}
+            for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
         ],
         "predictions": [
             {"trial": one.trial, "role": one.role, "rms_mm": round(one.rms_mm, 4),

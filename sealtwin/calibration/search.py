@@ -4,10 +4,6 @@ Sixteen runs are points of a Sobol sequence, and one of them is repeated with th
 three settings at which the emulator is least certain under the posterior. At the end three new seeds confirm the most
 likely setting. The emulator models the profile, not its error (Astudillo and Frazier 2019, Proc. Mach. Learn. Res.
 97:354).
-
-If the runs are drafts, three accurate runs correct their levels before the first round, and the three runs at the end
-are accurate and correct them again: the posterior is that of accurate runs (Kennedy and O'Hagan 2000, Biometrika 87:1,
-with a difference between the two codes that does not depend on the settings).
 """
 
 from collections.abc import Callable, Sequence
@@ -26,8 +22,7 @@ from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, re
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
 """Numbers of runs: of the first design, of further seeds for one of these, of a round, and of seeds that confirm the
 best setting."""
-CORRECT = 3  # Number of accurate runs that correct drafts before the first round
-FEWEST = FIRST + AGAIN + CORRECT + ROUND + CONFIRM
+FEWEST = FIRST + AGAIN + ROUND + CONFIRM
 HOPELESS = 3.0
 """Implausibility of the best setting above which the search stops early. It is above 1, since an emulator of few runs
 is overconfident: one search of four by drafts began at 2.0, with readings of a run of the same paste."""
@@ -47,15 +42,6 @@ class Source:
     name: str
     evidence: ReadLevels
     run: Runner
-    accurate: Runner | None = None  # Accurate runs if those of ``run`` are drafts
-
-
-@dataclass(frozen=True)
-class Correction:
-    """A correction of the levels of a trial's drafts."""
-
-    add_mm: Floats  # (n,) added to the levels
-    error_mm2: Floats  # (n, n) covariance of the error of ``add_mm``
 
 
 @dataclass(frozen=True)
@@ -69,8 +55,6 @@ class SearchResult:
     draws: Floats | None  # (500, d) in the unit cube; None if no setting makes the readings
     mixing: float = 1.0
     best: Floats = field(default_factory=lambda: np.zeros(0))  # (d,)
-    accurate: int = 0  # Number of each trial's runs that are accurate and correct the others, which are drafts
-    corrections: Sequence[Correction | None] = ()  # Of each trial; None if its runs are not drafts
 
     @property
     def possible(self) -> bool:
@@ -94,18 +78,12 @@ class _Search:
     def __init__(self, frees: Sequence[Free], sources: Sequence[Source]) -> None:
         self.frees, self.sources = frees, sources
         self.points = np.zeros((0, len(frees)))
-        self.accurate = np.zeros(0, dtype=bool)  # Which runs are accurate ones that correct drafts
         self.levels_mm: list[Sequence[Floats | None]] = [[] for _ in sources]
-        self.corrections: list[Correction | None] = [None for _ in sources]
 
-    @property
-    def corrects(self) -> bool:
-        return any(source.accurate for source in self.sources)
-
-    def run(self, points: Floats, *, accurate: bool = False) -> None:
+    def run(self, points: Floats) -> None:
         self.points = np.vstack([self.points, points])
-        self.accurate = np.append(self.accurate, np.full(len(points), accurate))
-        self.levels_mm = [self._levels_mm(source) for source in self.sources]
+        wanted = [(settings_at(self.frees, point), seed) for seed, point in enumerate(self.points)]
+        self.levels_mm = [source.run(wanted) for source in self.sources]
         for source, levels_mm in zip(self.sources, self.levels_mm, strict=True):
             failed = sum(level is None for level in levels_mm)
             if failed > (1 - LEAST_USABLE) * max(FIRST, len(levels_mm)):
@@ -114,65 +92,20 @@ class _Search:
                     "too few runs are left to cover the ranges. Narrow the ranges, or use finer particles."
                 )
             for point in np.unique(self.points, axis=0):
-                alike = np.flatnonzero((self.points == point).all(axis=1) & (self.accurate == accurate)).tolist()
+                alike = np.flatnonzero((self.points == point).all(axis=1)).tolist()
                 again = {f"{number + 1} (seed + {number})": levels_mm[number] for number in alike}
                 done = {name: level_mm for name, level_mm in again.items() if level_mm is not None}
                 require_different(done.values(), list(done), source.name)
 
-    def _levels_mm(self, source: Source) -> list[Floats | None]:
-        wanted = [(settings_at(self.frees, point), seed) for seed, point in enumerate(self.points)]
-        levels_mm: list[Floats | None] = [None] * len(wanted)
-        for accurate, runner in ((False, source.run), (True, source.accurate)):
-            numbers = self._of_kind(source, accurate=accurate)
-            if runner and numbers:
-                done = runner([wanted[number] for number in numbers])
-                for number, level_mm in zip(numbers, done, strict=True):
-                    levels_mm[number] = level_mm
-        return levels_mm
-
-    def _of_kind(self, source: Source, *, accurate: bool) -> list[int]:
-        """Return the numbers of the runs that correct a trial's drafts, or of its other runs."""
-        return np.flatnonzero((self.accurate & (source.accurate is not None)) == accurate).tolist()
-
-    def done(self, trial: int, *, accurate: bool = False) -> tuple[Floats, Floats]:
-        """Return points and levels of a trial's runs of one kind that have a result."""
-        levels_mm = self.levels_mm[trial]
-        numbers = [at for at in self._of_kind(self.sources[trial], accurate=accurate) if levels_mm[at] is not None]
-        return self.points[numbers], np.array([levels_mm[number] for number in numbers])
-
-    def _corrected(self, trial: int) -> Correction:
-        """Return the mean difference of accurate runs from the levels that drafts have at the same settings."""
-        at, levels_mm = self.done(trial, accurate=True)
-        if not len(at):
-            raise NumericalError(
-                f"{self.sources[trial].name}: all accurate runs failed, or their volume is off by over 5 %; nothing "
-                "corrects the drafts. Use finer particles."
-            )
-        drafts = Emulator.fitted(*self.done(trial))
-        scatter = drafts.scatter.relative(at).mean() / len(at)
-        return Correction((levels_mm - drafts.levels_mm(at)).mean(axis=0), scatter * drafts.run_noise_mm2)
-
     def posterior(self) -> tuple[Posterior, list[BasisReach]]:
-        emulators, reaches, evidence = [], [], []
-        for trial, source in enumerate(self.sources):
-            points, levels_mm = self.done(trial)
-            covariance_mm2 = source.evidence.covariance_mm2
-            if source.accurate:
-                self.corrections[trial] = correction = self._corrected(trial)
-                at, accurate_mm = self.done(trial, accurate=True)
-                points, levels_mm = np.vstack([points, at]), np.vstack([levels_mm + correction.add_mm, accurate_mm])
-                covariance_mm2 = covariance_mm2 + correction.error_mm2
-            evidence.append(replace(source.evidence, covariance_mm2=covariance_mm2))
-            reach = reach_of(points, levels_mm, evidence[-1])
+        emulators, reaches = [], []
+        for source, all_mm in zip(self.sources, self.levels_mm, strict=True):
+            done = [number for number, level_mm in enumerate(all_mm) if level_mm is not None]
+            points, levels_mm = self.points[done], np.array([all_mm[number] for number in done])
+            reach = reach_of(points, levels_mm, source.evidence)
             emulators.append(Emulator.fitted(points, levels_mm, reach.components))
             reaches.append(reach)
-        return Posterior(self.frees, emulators, evidence), reaches
-
-    def result(
-        self, posterior: Posterior, reaches: Sequence[BasisReach], least: float, draws: Floats | None
-    ) -> SearchResult:
-        values = self.frees, self.points, self.levels_mm, reaches, posterior, least, draws
-        return SearchResult(*values, accurate=int(self.accurate.sum()), corrections=self.corrections)
+        return Posterior(self.frees, emulators, [source.evidence for source in self.sources]), reaches
 
     def nearest(self) -> int:
         """Return the index of the run with the levels nearest to all readings, weighted by the readings' covariance."""
@@ -202,17 +135,10 @@ class _Search:
         return np.array(chosen)
 
 
-def launches_after(done: int, budget: int, *, corrects: bool = False) -> list[tuple[int, bool]]:
-    """Return the launches of a trial that follow ``done`` runs, if the search does not stop.
-
-    Each is a number of runs, and True for accurate runs that correct drafts, as ``corrects`` tells.
-    """
-    before = FIRST + AGAIN + CORRECT * corrects
-    ends = {0: False, FIRST: False, FIRST + AGAIN: False, before: corrects}
-    ends |= dict.fromkeys([*range(before + ROUND, budget - CONFIRM, ROUND), budget - CONFIRM], False)
-    ends[budget] = corrects
-    launches = [(begin, end, ends[end]) for begin, end in pairwise(sorted(ends))]
-    return [(end - max(begin, done), accurate) for begin, end, accurate in launches if end > done]
+def launches_after(done: int, budget: int) -> list[int]:
+    """Return the sizes of a trial's launches that follow ``done`` runs, if the search does not stop."""
+    ends = sorted({0, FIRST, *range(FIRST + AGAIN, budget - CONFIRM, ROUND), budget - CONFIRM, budget})
+    return [end - max(begin, done) for begin, end in pairwise(ends) if end > done]
 
 
 def settings_at(frees: Sequence[Free], point: Floats) -> Setting:
@@ -230,10 +156,7 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
 
     at = _Search(frees, sources)
     at.run(qmc.Sobol(len(frees), rng=0).random(FIRST))
-    nearest = at.points[[at.nearest()]]
-    at.run(np.repeat(nearest, AGAIN, axis=0))
-    if at.corrects:
-        at.run(np.repeat(nearest, CORRECT, axis=0), accurate=True)
+    at.run(np.repeat(at.points[[at.nearest()]], AGAIN, axis=0))
     posterior, reaches = at.posterior()
     while len(at.points) < budget - CONFIRM and posterior.least_implausibility <= HOPELESS:
         error = f"implausibility of the best setting {posterior.least_implausibility:.2f} (at most 1 is plausible)"
@@ -242,9 +165,9 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
         posterior, reaches = at.posterior()
     least = posterior.least_implausibility
     if least > 1 or not all(reach.possible for reach in reaches):
-        return at.result(posterior, reaches, least, None)
+        return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, None)
     best = at.next_round(posterior, 1)[0]
-    at.run(np.tile(best, (CONFIRM, 1)), accurate=at.corrects)
+    at.run(np.tile(best, (CONFIRM, 1)))
     posterior, reaches = at.posterior()
     draws, mixing = posterior.draws(DRAWS, STEPS)
-    return replace(at.result(posterior, reaches, least, draws), mixing=mixing, best=best)
+    return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, draws, mixing, best)

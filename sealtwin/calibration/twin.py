@@ -60,7 +60,6 @@ class Twin:
         self._content = self.trial.model_dump(mode="json", exclude_none=True, exclude={"readings", "gate"})
         self._content["fluid"].pop("material", None)
         self.folder = library / self.trial.folder_name
-        self._asked: list[tuple[Setting, int, bool]] = []
         adopt(self.folder, self.trial.name)
         kinds = [self._planned(number, {}, 0, accurate=accurate) for number, accurate in ((1, False), (2, True))]
         self.plan = self._plan(kinds, dry_run=True)
@@ -89,7 +88,7 @@ class Twin:
 
     @property
     def radius_mm(self) -> float:
-        """Radius of the particles of its runs, and of the accurate ones if it has drafts."""
+        """Radius of the particles of its accurate runs."""
         return self.trial.solver.for_crack(self.outline.mean_width_mm, self.trial.nozzle).size_mm
 
     def measured(self, name: str) -> tuple[float, float] | None:
@@ -117,24 +116,21 @@ class Twin:
         return self._work_s[accurate]
 
     def run(
-        self, wanted: Sequence[tuple[Setting, int]], later_s: float = 0.0, *, accurate: bool = False
+        self, wanted: Sequence[tuple[Setting, int]], later_s: float = 0.0, *, drafts: int = 0
     ) -> Sequence[Floats | None]:
         """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used.
 
-        ``wanted`` begins with those of the last call of the same kind; ``accurate`` runs are no drafts. ``later_s`` is
-        the expected time of the runs of the calibration after these.
+        ``wanted`` begins with those of the last call. The first ``drafts`` of them may be drafts. ``later_s`` is the
+        expected time of the runs of the calibration after these.
         """
         self._how = replace(self._how, later_s=later_s)
-        numbers = [number for number, one in enumerate(self._asked, start=1) if one[2] is accurate]
-        self._asked += [(*one, accurate) for one in wanted[len(numbers) :]]
-        numbers += range(len(self._asked) - len(wanted) + len(numbers) + 1, len(self._asked) + 1)
         planned = [
-            self._planned(number, setting, seed, accurate=accurate)
-            for number, (setting, seed, accurate) in enumerate(self._asked, start=1)
+            self._planned(number, setting, seed, accurate=number > drafts)
+            for number, (setting, seed) in enumerate(wanted, start=1)
         ]
         self.plan = self._plan(planned)
         runs = {run.number: run for run in self.plan.runs}
-        return [self._level_mm(runs[number]) for number in numbers]
+        return [self._level_mm(runs[run.number]) for run in planned]
 
     def unused(self) -> list[tuple[int, str]]:
         """Return number and reason of each run that is not used."""

@@ -49,7 +49,6 @@ for command in (
     photo_tools.markers,
     material.material,
     planning.plan,
-    planning.loop,
     trials.init,
     doctor.doctor,
 ):

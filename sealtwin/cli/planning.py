@@ -1,4 +1,4 @@
-"""Commands that plan the fill of a crack, and correct it during the pour."""
+"""The command that plans the fill of a crack, or the rest of it."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,6 @@ import typer
 
 from sealtwin.cli.answer import Answer, Command, answers
 from sealtwin.cli.options import Accurate, File, Given, Number, argument, count_option, flag, number_option, option
-from sealtwin.core.errors import present
 
 
 @answers(device=True)
@@ -17,7 +16,18 @@ def plan(
         Path, argument("TRIAL", "A trial.toml with a path and with a sealant whose properties do not change with age.")
     ],
     settings: Given,
-    out: Annotated[File, option("The plan's folder; default: reports/<trial name>-plan.", "DIR")] = None,
+    levels: Annotated[
+        File,
+        option(
+            "Plan the rest of a paused pour of TRIAL, by the fast model alone, from measured levels: a CSV of s_mm and "
+            "level_mm (negative below the face), from the beginning of the pour up to the nozzle.",
+            "CSV",
+            "--from",
+        ),
+    ] = None,
+    out: Annotated[
+        File, option("The plan's folder; default: reports/<trial name>-plan, or -rest with --from.", "DIR")
+    ] = None,
     cell: Annotated[
         File, option("The robot's cell file; the plan keeps within its limits and those of its pump.", "FILE")
     ] = None,
@@ -46,14 +56,25 @@ def plan(
     level. After an interruption, repeat the command to continue.
 
     Example: sealtwin plan trial.toml --cell cell.toml
+
+    With --from, the path of TRIAL is the one that is poured, mostly that of a plan.
+
+    Example: sealtwin plan reports/crack-plan/trial.toml --from levels.csv
     """
     from sealtwin.plan.make_plan import RESERVE_MM, Options, make_plan
+    from sealtwin.plan.rest import plan_rest
     from sealtwin.trial.draft import sets_resolution
     from simulate.device import choose_device
 
     drafts = not (accurate or sets_resolution(settings))
     reserve = RESERVE_MM if reserve_mm is None else reserve_mm
     options = Options(knots, verify, seeds, drafts, margin_mm, flow_max_mm3_s, keep_speed, reserve)
+    if levels is not None:
+        if posterior is not None or (verify, seeds, jobs, accurate) != (3, 3, 1, False):
+            raise typer.BadParameter("--from takes no --posterior, --verify, --seeds, --jobs or --accurate")
+        result = plan_rest(trial, levels, out, options, command.progress(), cell_file=cell, settings=settings)
+        command.reply(Answer(result.content, [*result.sentences, f"Path: {result.content['folder']}/rest.csv"]))
+        return
     result = make_plan(
         trial,
         out,
@@ -67,43 +88,3 @@ def plan(
     )
     files = f"Plan: {result.content['folder']}/plan.csv, and trial.toml to run it. Page: plan.html"
     command.reply(Answer(result.content, [*result.sentences, files]))
-
-
-@answers()
-def loop(
-    command: Command,
-    folder: Annotated[Path, argument("PLAN", "The folder of a finished plan.")],
-    emulate: Annotated[
-        File, option("Simulate the corrected pour with particles and with the faults in this file.", "faults.toml")
-    ] = None,
-    replay: Annotated[File, option("Compute the steps of a log again, and compare.", "LOG")] = None,
-    seed: Annotated[int, count_option("Seed of the particles and the sensor.", 0, 2**31 - 1)] = 1,
-    uncorrected: Annotated[bool, flag("--uncorrected", "Pour the plan without corrections, to compare.")] = False,
-) -> None:
-    """Correct a plan's flow during the pour according to the measured level, with a top-up pass.
-
-    The command emulates such a pour, or replays a log. A controller calls the function sealtwin.loop_step. The first
-    call computes its tables.
-
-    Example: sealtwin loop reports/crack-plan --emulate faults.toml
-    """
-    from sealtwin.plan import make_loop
-    from sealtwin.plan.pages import loop_finding
-
-    if (emulate is None) == (replay is None):
-        raise typer.BadParameter("give either --emulate faults.toml or --replay LOG")
-    if replay is not None:
-        steps, others = make_loop.replay(folder, replay), make_loop.loop_versions(folder)
-        answer = {"version": 1, "log": replay.as_posix(), "steps": steps, "other_versions": others}
-        command.reply(Answer(answer, [*others, f"{steps} steps, all reproduced."]))
-        return
-    faults = present(emulate, "--emulate")
-    content = make_loop.run_loop(folder, faults, command.progress(), seed=seed, corrects=not uncorrected)
-    stopped = [f"The pour stopped: {content['stopped']}"] if content["stopped"] else []
-    files = f"Log: {content['folder']}/{content['log']}. Page: loop.html"
-    command.reply(
-        Answer(
-            content,
-            [*content["other_versions"], *content["fluid_warnings"], *stopped, loop_finding(content), files],
-        )
-    )

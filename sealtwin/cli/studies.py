@@ -228,7 +228,7 @@ def calibrate(
 ) -> None:
     """Determine settings from the readings of trials, as a posterior, and predict other trials.
 
-    The runs are drafts, as those of a sweep, except six of each trial, which correct them.
+    The runs are drafts, as those of a sweep. Those of the last round and of held-out trials are accurate.
 
     Finished runs are kept: after an interruption, repeat the command to continue; the files are the same. Exit code 5:
     no setting within the ranges reproduces the readings.

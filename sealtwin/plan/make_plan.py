@@ -1,14 +1,17 @@
 """Plan a trial: search a plan on the fast model, judge it by particles, and search again with their levels."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from digitise.planned_path import COLUMNS, planned_path
+from digitise.planned_path import COLUMNS, PathTable, planned_path
+from digitise.robots.cell import RobotCell
+from digitise.robots.pump import PumpTable
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files, record_files
@@ -28,6 +31,7 @@ from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
+from simulate.slot.sections import Trapezoids
 
 REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"
@@ -56,6 +60,16 @@ class Options:
         seeds = -(-(self.seeds - 1) // max(1, jobs))
         return [*[self.drafts] * (self.rounds - rounds + seeds), *[False] * self.accurate_runs]
 
+    def target_mm2(self, sections: Trapezoids) -> Floats:
+        """Return the area to fill in each section. Raises InputError if the plan aims below a floor."""
+        aims_mm, shallowest_mm = self.margin_mm + self.reserve_mm, float(sections.depth_mm.min())
+        if aims_mm >= shallowest_mm:
+            raise InputError(
+                f"--margin-mm {self.margin_mm:g} and --reserve-mm {self.reserve_mm:g}: the crack is only "
+                f"{shallowest_mm:.3g} mm deep in places; aim less than that below the face."
+            )
+        return target_of(sections, aims_mm)
+
     @property
     def accurate_runs(self) -> int:
         """Accurate runs at the end of a search by drafts: of the best plan, and of the plan corrected by this run."""
@@ -64,10 +78,69 @@ class Options:
 
 @dataclass(frozen=True)
 class MadePlan:
-    """Result of planning a trial: the content of plan.json, and sentences on the plan."""
+    """Result of planning a trial: the content of plan.json or rest.json, and sentences on the plan."""
 
     content: dict[str, Any]
     sentences: list[str]
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """A trial to plan, with the robot's cell and its pump's table."""
+
+    file: Path
+    given: Trial  # As in the file
+    trial: Trial  # With the files that it names, and without readings
+    cell_file: Path | None
+    cell: RobotCell | None
+    pump: PumpTable | None
+
+    @classmethod
+    def read(cls, file: Path, settings: Mapping[str, Any] | None, cell_file: Path | None) -> "Inputs":
+        """Read the files. Raises InputError if the trial has no fluid for a plan, or the cell has a steady flow."""
+        given = load_trial(file, settings)
+        require_sample(given, file.parent)
+        trial = require_plannable(given.loaded(file.parent), str(file))
+        cell = None if cell_file is None else read_cell(cell_file)
+        pump = None if cell is None or cell_file is None else pump_of(cell, cell_file.parent)
+        if cell is not None and (steady := cell.steady_settings):
+            raise InputError(
+                f"{cell_file}: {' and '.join(steady)}: such a program has only one speed or one flow, but a plan "
+                "varies both. Change this setting, or remove the format from formats."
+            )
+        return cls(file, given, trial, cell_file, cell, pump)
+
+    @contextmanager
+    def digitised(self, folder: Path, progress: Progress) -> Iterator[Sample]:
+        """Digitise the crack in the folder of a plan, and hold the folder. Raises InputError if it cannot be used."""
+        require_folder(folder)
+        if folder.is_dir() and not (folder / SAMPLE).is_dir():
+            refuse_foreign(folder, "plan")
+        with holding(folder), progress:
+            with open_folder(folder / SAMPLE, create=True) as home:
+                run_stages(start_job(self.trial, self.file.parent, home, "cpu", progress), ("digitise",))
+            sample = record_files.read_sample(folder / SAMPLE)
+            if self.cell is not None and sample.outline.path_source == "automatic":
+                raise InputError(
+                    f"{self.file}: the crack was found automatically, but a robot's program requires a confirmed "
+                    f"crack. Look at {shown(folder / SAMPLE / 'overlay.png')} and give photo.ends_px, or plan without "
+                    "--cell."
+                )
+            yield sample
+
+    def write_programs(self, folder: Path, table: str, sample: Sample, trajectory: Trajectory) -> dict[str, Any]:
+        """Write the robot's programs for a path. Return their names for JSON, or an empty dict without a cell."""
+        if self.cell is None or self.cell_file is None:
+            return {}
+        origin = {
+            "trial": self.trial.name,
+            "run": folder.resolve().name,
+            "path_source": sample.outline.path_source,
+            "inputs": {path.name: files.sha256(path) for path in (folder / table, self.cell_file)},
+            "edited_by_hand": [],
+        }
+        how = self.cell, self.cell_file.name, (), origin, None, self.pump
+        return {"robot": sorted(write_programs(folder / "robot", trajectory, *how)[0]["files"])}
 
 
 def case_of(sample: Sample, trial: Trial, trajectory: Trajectory) -> Case:
@@ -101,13 +174,7 @@ def plan_on(
     few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
     sections = nominal.fill(own).sections
     filled = float(target_of(sections, options.margin_mm).sum() / sections.full_mm2.sum())
-    aims_mm, shallowest_mm = options.margin_mm + options.reserve_mm, float(sections.depth_mm.min())
-    if aims_mm >= shallowest_mm:
-        raise InputError(
-            f"--margin-mm {options.margin_mm:g} and --reserve-mm {options.reserve_mm:g}: the crack is only "
-            f"{shallowest_mm:.3g} mm deep in places; aim less than that below the face."
-        )
-    target_mm2 = target_of(sections, aims_mm)
+    target_mm2 = options.target_mm2(sections)
     unfilled_mm3 = float((sections.full_mm2 - target_mm2).sum()) * sections.step_mm
     require_possible(limits, target_mm2, sections.s_mm, own, where)
 
@@ -289,32 +356,15 @@ def make_plan(
     search, which takes seconds, but not the finished particle runs. Raises InputError if the trial, the cell or the
     posterior cannot be used, and NumericalError if a run fails.
     """
-    given = load_trial(file, settings)
-    require_sample(given, file.parent)
-    trial = require_plannable(given.loaded(file.parent), str(file))
-    cell = None if cell_file is None else read_cell(cell_file)
-    pump = None if cell is None or cell_file is None else pump_of(cell, cell_file.parent)
-    if cell is not None and (steady := cell.steady_settings):
-        raise InputError(
-            f"{cell_file}: {' and '.join(steady)}: such a program has only one speed or one flow, but a plan varies "
-            "both. Change this setting, or remove the format from formats."
-        )
+    inputs = Inputs.read(file, settings, cell_file)
+    given, trial = inputs.given, inputs.trial
+    if trial.path.plan is not None:
+        raise InputError(f"{file}: path.plan is already a plan. Remove it, and give path.speed_mm_s for a new plan.")
     draws = [] if posterior is None else read_draws(posterior, trial)
     folder = out or Path("reports", f"{given.folder_name}-plan")
-    require_folder(folder)
-    if folder.is_dir() and not (folder / SAMPLE).is_dir():
-        refuse_foreign(folder, "plan")
-    with holding(folder), progress:
-        with open_folder(folder / SAMPLE, create=True) as home:
-            run_stages(start_job(trial, file.parent, home, "cpu", progress), ("digitise",))
-        sample = record_files.read_sample(folder / SAMPLE)
-        if cell is not None and sample.outline.path_source == "automatic":
-            raise InputError(
-                f"{file}: the crack was found automatically, but a robot's program requires a confirmed crack. "
-                f"Look at {shown(folder / SAMPLE / 'overlay.png')} and give photo.ends_px, or plan without --cell."
-            )
+    with inputs.digitised(folder, progress) as sample:
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
-        planned = plan_on(verifier, options, draws, (cell, pump), file)
+        planned = plan_on(verifier, options, draws, (inputs.cell, inputs.pump), file)
         from sealtwin.plan.pages import plan_cautions, plan_finding, write_plan_page
 
         warned = verifier.fluid_warnings
@@ -323,31 +373,28 @@ def make_plan(
         files.write_text(folder / "trial.toml", _trial_beside(given, file.parent, folder))
         # Before the program: if the cell refuses that, the plan stays.
         files.write_json(folder / REPORT, content)
-        if cell is not None and cell_file is not None and planned.verified:
-            origin = {
-                "trial": trial.name,
-                "run": folder.resolve().name,
-                "path_source": sample.outline.path_source,
-                "inputs": {path.name: files.sha256(path) for path in (folder / TABLE, cell_file)},
-                "edited_by_hand": [],
-            }
-            report, _ = write_programs(
-                folder / "robot", planned.trajectory, cell, cell_file.name, (), origin, None, pump
-            )
-            content["robot"] = sorted(report["files"])
+        if planned.verified:
+            content |= inputs.write_programs(folder, TABLE, sample, planned.trajectory)
             files.write_json(folder / REPORT, content)
         return MadePlan(content, [*plan_cautions(planned, warned), plan_finding(planned)])
 
 
+def write_tables(
+    folder: Path, table: str, trajectory: Trajectory, s_mm: Floats, level_mm: Floats, half_mm: Floats | float
+) -> PathTable:
+    """Write a plan's path, and its level with the half-width of its band, as tables. Return the path as written."""
+    path = planned_path(trajectory)
+    rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
+    files.write_table(folder / table, COLUMNS, rows)
+    rows = np.column_stack([s_mm, level_mm, level_mm - half_mm, level_mm + half_mm])
+    files.write_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS, rows)
+    return path
+
+
 def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[str]) -> dict[str, Any]:
     """Write the plan's path and level as tables, and return the content of plan.json."""
-    path = planned_path(planned.trajectory)
-    rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
-    files.write_table(folder / TABLE, COLUMNS, rows)
-    half_mm = np.full(len(planned.s_mm), np.nan) if planned.half_width_mm is None else planned.half_width_mm
-    level_mm = planned.level_mm
-    rows = np.column_stack([planned.s_mm, level_mm, level_mm - half_mm, level_mm + half_mm])
-    files.write_table(folder / record_files.LEVEL, record_files.LEVEL_COLUMNS, rows)
+    half_mm = np.nan if planned.half_width_mm is None else planned.half_width_mm
+    path = write_tables(folder, TABLE, planned.trajectory, planned.s_mm, planned.level_mm, half_mm)
     return {
         "version": 1,
         "name": name,

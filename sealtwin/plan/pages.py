@@ -1,13 +1,11 @@
-"""Write the pages of a plan and of an emulated loop, and their sentences. Importing this loads Matplotlib."""
+"""Write the page of a plan, and its sentences. Importing this loads Matplotlib."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from sealtwin.plan.emulation import Emulated
 from sealtwin.plan.verify import Planned
 from validate.figures.figure_sheet import (
     FigureSheet,
@@ -23,12 +21,10 @@ from validate.units import counted
 
 AGREES_MM = 0.4  # Mean difference of prediction and particles above which the page mentions it
 BASELINES = {"constant flow": "--", "flow by local area": ":"}
-SHOWN = 6  # Number of moments whose level is drawn
 CHANCES = {
     "over": "draws of the posterior with more than {} over the face",
     "level": "draws with a level above {}",
 }
-LEVEL_AXIS = "level from the face (mm)"
 
 
 def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Sequence[str]) -> None:
@@ -144,7 +140,7 @@ def _plan_levels(planned: Planned) -> Figure:
     for one in planned.baselines:
         axes.plot(one.level.s_mm, one.level.level_mm, BASELINES[one.name], color=MUTED, label=one.name)
     axes.legend(fontsize=8, ncols=4)
-    label_axes(axes, ALONG, LEVEL_AXIS, "")
+    label_axes(axes, ALONG, "level from the face (mm)", "")
     return figure
 
 
@@ -156,64 +152,4 @@ def _flow(planned: Planned) -> Figure:
     other = axes.twinx()
     other.stairs(it.speed_mm_s[:-1], it.s_mm, color=MEASURED, baseline=None, linestyle="--")
     other.set_ylabel("speed (mm/s), dashed")
-    return figure
-
-
-def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) -> None:
-    """Write the page of an emulated loop, with the figures of its JSON output."""
-    rows = [
-        (line.t_s, line.state.flow, line.state.material_factor, (line.plan.flow_mm3_s or (0.0,))[0])
-        for line in poured.lines
-    ]
-    columns = ("t_s", "flow estimate", "material estimate", "flow now (mm3/s)")
-    caption, numbers = "Flow and material, each divided by the value in the plan.", Numbers(columns, rows)
-    stopped = [f"It stopped: {content['stopped']}."] if content["stopped"] else []
-    sheet = FigureSheet(
-        title="Correction of a fill during the pour: EMULATED",
-        lead="Particles with hidden faults represent reality, and the sensor is emulated: no number is measured.",
-        cautions=[*content["other_versions"], *content["fluid_warnings"], *stopped],
-        finding=loop_finding(content),
-        key_figures=[
-            ("updates", f"{content['updates']}"),
-            ("sealant given", f"{content['given_mm3'] / 1000:.3g} ml"),
-            ("error of the tables against the fast model", f"{content['tables_off_mm']:.2f} mm"),
-        ],
-        parts=[
-            SheetSection(
-                "Level over time, EMULATED",
-                ["Levels from the sensor, darker ones later, and the level at the end."],
-                [Plot("levels-over-time", "Levels along the crack; 0 is the face.", lambda: _loop_levels(poured))],
-            ),
-            SheetSection("Estimates, EMULATED", [], [Plot("estimates", caption, lambda: _estimates(rows), numbers)]),
-        ],
-    )
-    write_sheet_of_figures(path.parent, path.name, sheet)
-
-
-def loop_finding(content: Mapping[str, Any]) -> str:
-    return (
-        f"EMULATED: {content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 are "
-        f"above it; after the first pass the sum of both was {content['after_first_pass_mm3']:.0f} mm3."
-    )
-
-
-def _loop_levels(poured: Emulated) -> Figure:
-    figure, axes = wide_axes(3.2, face=True)
-    frames = [line.level for line in poured.lines if line.level is not None]
-    for number in np.unique(np.linspace(0, len(frames) - 1, min(SHOWN, len(frames))).astype(int)).tolist():
-        frame, shade = frames[number], 0.25 + 0.5 * number / max(1, len(frames) - 1)
-        how: dict[str, Any] = {"color": SIMULATED, "alpha": shade, "label": f"{frame.t_s:.1f} s"}
-        axes.plot(frame.s_mm, frame.level_mm, ".", markersize=3, **how)
-    axes.plot(poured.level.s_mm, poured.level.level_mm, color=SIMULATED, label="at the end")
-    axes.legend(fontsize=8, ncols=4)
-    label_axes(axes, ALONG, LEVEL_AXIS, "")
-    return figure
-
-
-def _estimates(rows: Sequence[tuple[float, float, float, float]]) -> Figure:
-    figure, axes = wide_axes(2.4)
-    for column, (name, colour) in enumerate((("flow", SIMULATED), ("material", MEASURED)), start=1):
-        axes.plot([row[0] for row in rows], [row[column] for row in rows], color=colour, label=name)
-    axes.legend(fontsize=8)
-    label_axes(axes, "t (s)", "ratio to the plan", "")
     return figure

@@ -26,7 +26,7 @@ MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
 and a positive number close to 0. If the slopes are new already, such a small gain ends the search."""
 STEP = 2e-2  # Step of the differences, in logarithms and seconds, far above the tolerance of the model's iteration
 DECIMALS = 3
-"""Decimals to which the result of a search or a correction is rounded. Further decimals depend on the processor, since
+"""Decimals to which the result of a search is rounded. Further decimals depend on the processor, since
 BLAS orders sums differently, and any difference makes pours by particles diverge."""
 SMOOTHED_MM = 3.0  # Standard deviation of the smoothing of a discrepancy: the level of one run has noise of 0.2 mm
 
@@ -42,16 +42,9 @@ class Case:
     settle_s: float
     slope: SampleSlope = LEVEL
 
-    def fill(
-        self,
-        trajectory: Trajectory,
-        cells: int = CELLS,
-        steps: int = STEPS,
-        watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
-    ) -> Filled:
+    def fill(self, trajectory: Trajectory) -> Filled:
         how: dict[str, Any] = {"nozzle_mm": self.nozzle_mm, "settle_s": self.settle_s, "slope": self.slope}
-        sample = self.solid, self.outline, trajectory, self.paste
-        return fill(*sample, **how, cells=cells, steps=steps, watch=watch)
+        return fill(self.solid, self.outline, trajectory, self.paste, **how, cells=CELLS, steps=STEPS)
 
 
 @dataclass(frozen=True)

@@ -215,8 +215,6 @@ def require_plannable(trial: Trial, where: str) -> Trial:
     if trial.fluid is None:
         raise InputError(f"{where}: a plan needs a [fluid] table: give viscosity_pa_s and yield_stress_pa in it.")
     refuse_seeds(trial, where)
-    if trial.path.plan is not None:
-        raise InputError(f"{where}: path.plan is already a plan. Remove it, and give path.speed_mm_s for a new plan.")
     if trial.fluid.U is not None:
         raise InputError(
             f"{where}: fluid.U = {trial.fluid.U:g} means a viscosity that changes with the flow, so a plan cannot use "

@@ -89,22 +89,6 @@ class State:
         """Return the number of a run's particles that are released by the end of a frame's release."""
         return int(self._released[min(frame, len(self._released) - 1)])
 
-    def release_by(self, released: Integers, frame: int) -> None:
-        """Release by another list, which may change later.
-
-        Particles are released at ``frame``, unless ``place`` sets another frame.
-        """
-        self._released = released
-        self.release_frame.fill_(frame)
-
-    def place(self, own: slice, position_cm: Floats, velocity_cm_s: Floats, frame: int) -> None:
-        """Set position, velocity and frame of release of some particles. Only for a CPU, where numpy() is a view."""
-        self.position.numpy()[own, :3] = position_cm
-        self.particles.previous_position.numpy()[own] = position_cm
-        for velocity in (self.velocity, self.earlier_velocity):
-            velocity.numpy()[own] = velocity_cm_s
-        self.release_frame.numpy()[own] = frame
-
     def lasting(self) -> dict[str, Any]:
         """Return the arrays that later substeps need. Keys are their names in a checkpoint."""
         return {key: getattr(self, name) for key, name in KEPT_AS.items()}

@@ -5,7 +5,6 @@ and the slopes at its end. The end then minimises a convex function, and is foun
 far. The areas follow from the flows, so that volume is conserved even if the search has a residual.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,13 +73,8 @@ def fill(
     slope: SampleSlope = LEVEL,
     cells: int = CELLS,
     steps: int = STEPS,
-    watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
 ) -> Filled:
-    """Pour along the trajectory, let the bed settle, and return it.
-
-    ``watch`` receives the time and the filled area of each section after each step. Only the returned bed includes the
-    mound that remains under the nozzle.
-    """
+    """Pour along the trajectory, let the bed settle, and return it with the mound that remains under the nozzle."""
     weight = paste.weight_pa_mm
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
@@ -99,9 +93,8 @@ def fill(
     )
     flowing_mm3 = landed_mm3 * (1 - float(heap_mm2.sum()) * sections.step_mm / max(all_mm3, np.finfo(float).tiny))
     bed = _Bed(sections, paste, weight * into, weight * along)
-    for t_s, step_s, more_mm3 in zip(times_s[1:], np.diff(times_s), flowing_mm3, strict=True):
+    for step_s, more_mm3 in zip(np.diff(times_s), flowing_mm3, strict=True):
         bed.advance(float(step_s), more_mm3 / sections.step_mm)
-        watch(float(t_s), bed.area_mm2)
     area_mm2 = bed.area_mm2 + heap_mm2
     height_mm = sections.height_mm(area_mm2)
     return Filled(

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from pydantic import with_config
 
-from sealtwin.core.records import FROM_JSON, Floats, Numbers, Outline, Solid
+from sealtwin.core.records import Floats, Outline, Solid
 
 NARROWEST_MM = 0.05  # Least width of a section that closes, so that every area has a depth
 ROUND_CORNERS = 4 - np.pi
@@ -19,19 +18,18 @@ COMPARED = 17  # Levels at which a trapezoid is compared with a section of a mes
 INVERTED, ROUNDING_MM = 20, 1e-9  # Most Newton steps for a level above the face, and the length of a last step
 
 
-@with_config(FROM_JSON)
 @dataclass(frozen=True)
 class Trapezoids:
     """Sections at the middles of equal cells along a crack; arrays are (n,)."""
 
-    s_mm: Numbers
-    floor_mm: Numbers
+    s_mm: Floats
+    floor_mm: Floats
     """Width of the floor."""
-    mouth_mm: Numbers
-    depth_mm: Numbers
-    slant: Numbers
+    mouth_mm: Floats
+    depth_mm: Floats
+    slant: Floats
     """Length of both walls divided by their height. It is 2 if they are upright."""
-    bottom_mm: Numbers
+    bottom_mm: Floats
     """Level of the floor, or of the line at which closing walls meet."""
     reach_per_mm: float
     """Width of a slump on one side divided by the square of its height: rho g / 2 tau in 1/mm."""

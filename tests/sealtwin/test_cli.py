@@ -130,7 +130,7 @@ def test_another_photo_does_not_replace_a_result_without_a_word(tmp_path):
         (("import-mesh", "scan.stl"), "--units"),
         (("robot", "run", "--speed", "4"), "--speed"),
         (("sweep", "study.toml", "--jobs", "1.5"), "1.5: expected a whole number"),
-        (("loop", "plan"), "--emulate"),
+        (("plan", "trial.toml", "--from", "levels.csv", "--seeds", "1"), "--from"),
         (("export", "run", "--format", "mask,dwg", "--out", "x"), "--format dwg"),
         (("import-dxf", "crack.dxf", "--walls", "A", "a", "--depth-mm", "9", "--out", "x"), "--walls A a"),
         (("fly",), "fly"),

@@ -82,7 +82,7 @@ followed = answers("sweep status {given}")
 mapped = answers("map {given}")
 merged = answers("sweep merge {given} --out {out}")
 validated = answers("validate {given}")
-looped = answers("loop {given} --replay {given}/log.jsonl")
+rested = answers("plan {given}/planned.toml --from {given}/levels.csv --out {out}")
 planned = answers("plan {given}/planned.toml --posterior {given}/none.csv --out {out}")
 
 # fmt: off
@@ -99,8 +99,7 @@ CASES: list[WrongInput] = [
     filmed("solid whose areas by level lack a level",
         film_of(solid={**SOLID, "sections": {**SECTIONS, "levels_mm": [-8.0, 0.0], "below_mm2": [[0.0], [0.0]]}}),
         "solid.json", "below_mm2", "levels_mm"),
-    looped("replay of a loop whose tables are a device", folder_of({"loop.json": DEVICE, "log.jsonl": "{}"}),
-        "loop.json", "device"),
+    rested("levels of a pour that are a device", folder_of({"levels.csv": DEVICE}), "levels.csv", "s_mm, level_mm"),
     listed("lab whose record is a device", lab_of(record=DEVICE), "record.json", "device"),
     listed("catalogue whose source lacks its faults",
         lab_of({**CATALOGUE, "sources": {"photos (8855451d)": {"decisions": [], "faultss": []}}}), "catalogue.json",

@@ -91,8 +91,7 @@ class Calibrated:
     run_noise_mm: tuple[float, ...]  # Scatter between seeds in each trial
     predictions: tuple[Prediction, ...]
     radius_mm: tuple[float, ...]
-    accurate: int = 0  # Number of each trial's runs that are accurate if the others are drafts
-    corrections_mm: tuple[Floats | None, ...] = ()  # What is added to the levels of each trial's drafts, (n,)
+    drafts: tuple[int, ...]  # Number of drafts among the runs of each trial
     warned: tuple[str, ...] = ()  # Sentences on the fluids of its runs, and on its readings
 
     @cached_property
@@ -131,31 +130,6 @@ class Calibrated:
                 f"{self.least_implausibility:.2g} times what the uncertainty of readings, runs and emulator allows."
             )
         return [*sentences, "No setting was calibrated. Widen the ranges, free another setting, or check the readings."]
-
-    @property
-    def drafts(self) -> list[int]:
-        """Number of drafts among the runs of each trial; 0 if all of its runs are of its own preset."""
-        return [0 if add_mm is None else self.runs - self.accurate for add_mm in self.corrections_mm]
-
-    @property
-    def of_which_trials(self) -> str:
-        """Names of the trials that have drafts, or "each trial"."""
-        if all(self.drafts):
-            return "each trial"
-        return " and ".join(name for (name, _), drafts in zip(self.reaches, self.drafts, strict=True) if drafts)
-
-    @property
-    def of_drafts(self) -> list[str]:
-        """Sentences on the correction of drafts by accurate runs."""
-        if not any(self.drafts):
-            return []
-        parts = list[str]()
-        for (name, _), add_mm in zip(self.reaches, self.corrections_mm, strict=True):
-            if add_mm is not None:
-                rms_mm = np.sqrt(np.mean(np.square(add_mm)))
-                parts.append(f"{name} by {np.mean(add_mm):+.2f} mm on average, {rms_mm:.2f} mm (RMS) along the crack")
-        of = f"{self.accurate} of the {self.runs} runs of {self.of_which_trials} are accurate"
-        return [f"{of} and correct the levels of the others, which are drafts: {'; '.join(parts)}."]
 
     @property
     def advice(self) -> list[str]:

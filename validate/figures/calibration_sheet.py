@@ -22,8 +22,9 @@ def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
     if calibrated.draws is not None:
         sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
     sections.append(_gates(calibrated))
-    whose = "them" if all(calibrated.drafts) else f"those of {calibrated.of_which_trials}"
-    drafts = f", {max(calibrated.drafts)} of {whose} drafts" if any(calibrated.drafts) else ""
+    names = [name for (name, _), count in zip(calibrated.reaches, calibrated.drafts, strict=True) if count]
+    whose = "them" if all(calibrated.drafts) else f"those of {' and '.join(names)}"
+    drafts = f", {max(calibrated.drafts)} of {whose} drafts" if names else ""
     return FigureSheet(
         title=f"{calibrated.name}: calibration",
         lead=(
@@ -162,7 +163,6 @@ def _gates(calibrated: Calibrated) -> SheetSection:
         f"The error of the best setting within the ranges is {calibrated.least_implausibility:.2f} times what the "
         "uncertainty of readings, runs and emulator allows; above 1, no setting is possible.",
     ]
-    sentences += calibrated.of_drafts
     sizes = SMOOTH_ERRORS_MM
     sentences.append(
         "The intervals allow for smooth errors of readings and model together, which no setting stands for and which "

@@ -22,10 +22,11 @@ from sealtwin.calibration import search as searching
 from sealtwin.calibration.calibrate import MOST_FREE, calibrate
 from sealtwin.calibration.twin import Twin
 from sealtwin.cli.app import app
-from sealtwin.core.errors import InputError, NumericalError, present
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.study.estimate import Forecast
+from sealtwin.study.study_folder import read_plan
 from sealtwin.trial.trial_file import Trial
 from simulate.material_file import read_material
 from simulate.settings import Fluid, Nozzle, Solver
@@ -36,7 +37,6 @@ from tests.places import ROOT
 from tests.studies import tiny_lab
 from validate.calibration.discrepancy import smooth_errors_mm2
 from validate.calibration.free import Free
-from validate.calibration.posterior import ReadLevels
 from validate.settings import Uncertainty
 
 YIELD = {"fluid.yield_stress_pa": (2.0, 20.0)}
@@ -143,12 +143,15 @@ def test_the_command_line_names_the_range_that_it_cannot_read():
 
 
 def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_steps):
-    """The readings are possible, and predict the trial that chose nothing, by drafts and half the runs of a search."""
+    """The readings are possible, and predict the trial that chose nothing, by drafts and half the runs of a search.
+
+    The runs of the last round, and those of the held-out trial, are accurate.
+    """
     leave_out_figures(monkeypatch)
-    for name, runs in (("FIRST", 8), ("AGAIN", 2), ("ROUND", 2), ("CONFIRM", 2), ("CORRECT", 2)):
+    for name, runs in (("FIRST", 8), ("AGAIN", 2), ("ROUND", 2), ("CONFIRM", 2)):
         monkeypatch.setattr(searching, name, runs)
+    monkeypatch.setattr(calibrating, "CONFIRM", 2)
     monkeypatch.setattr(calibrating, "PREDICTING", 6)
-    monkeypatch.setattr(calibrating, "CORRECT", 2)
     one, other = tiny_trials(tmp_path)
     with one.open("a", encoding="utf-8") as trial:
         trial.write("\n[uncertainty]\nrepeatability_mm = 5.0\npass_mm = 0.0\n")
@@ -158,14 +161,18 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     # By the model alone, since the times of these small runs are of the machine.
     monkeypatch.setattr(Forecast, "scaled_s", lambda _, model_s: model_s)
     how = replace(HERE, drafts=True)
-    content = calibrate([one], ranges, tmp_path / "out", how, progress, held_out=[other], budget=16).content
-    # Eight more runs and eight of the held-out trial follow the first eight; eight follow the last two; then none does.
+    content = calibrate([one], ranges, tmp_path / "out", how, progress, held_out=[other], budget=14).content
+    # Six more runs and six of the held-out trial follow the first eight; six follow the last two; then none does.
     some_s = [left_s for left_s in later_s if left_s > 0]
     assert some_s[0] > 1.5 * some_s[-1]
     assert later_s[-1] == 0.0
     assert content["possible"], content["finding"]
     assert content["drafts_of_each_trial"] == [12]
-    assert content["gates"][0]["drafts_corrected_by_mm"] != 0.0
+    presets = {
+        name: [run.trial["solver"]["preset"] for run in read_plan(tmp_path / "out/library" / name).runs]
+        for name in ("tiny", "other")
+    }
+    assert presets == {"tiny": ["draft"] * 12 + ["accurate"] * 2, "other": ["accurate"] * 6}
     roles = {one["trial"]: one["role"] for one in content["predictions"]}
     assert roles == {"tiny": "calibrated", "other": "held out"}
     assert content["predictions"][1]["rms_mm"] < content["predictions"][1]["flat_rms_mm"]
@@ -192,42 +199,6 @@ def test_a_paste_that_thins_is_written_with_k_and_n():
     assert (material.viscosity_pa_s, material.consistency_pa_s_n, material.flow_index) == (None, 5.0, 0.5)
     assert material.flow_index_95 == pytest.approx((0.405, 0.595), abs=0.01)
     assert material.viscosity_error_percent is not None
-
-
-class HeldOut:
-    """A held-out trial whose drafts are 0.5 mm lower than its accurate runs, which differ by 0.2 mm in the seed."""
-
-    name, data, drafts = "other", "synthetic", True
-    evidence = ReadLevels(np.arange(5.0), np.zeros(5), 0.01 * np.eye(5))
-
-    def __init__(self, lost=()):
-        self.lost = lost
-
-    def run(self, wanted, *, accurate=False):
-        scatter_mm = np.random.default_rng(accurate).normal(0.0, 0.1, len(wanted))
-        return [
-            None if accurate and at in self.lost else np.full(5, off_mm - 0.5 * (not accurate))
-            for at, off_mm in enumerate(scatter_mm)
-        ]
-
-    def unused(self):
-        return []
-
-
-def test_accurate_runs_correct_the_prediction_of_a_held_out_trial():
-    frees = [Free("fluid.yield_stress_pa", 2.0, 20.0)]
-    result: Any = SimpleNamespace(frees=frees)
-    draws = np.random.default_rng(0).uniform(0.4, 0.6, (500, 1))
-    twin: Any = HeldOut()
-    prediction = calibrating._predicted(result, draws, twin)
-    assert prediction.mean_mm == pytest.approx(0.0, abs=0.15)
-    twin.drafts = False
-    alone = calibrating._predicted(result, draws, twin)
-    assert alone.mean_mm == pytest.approx(-0.5, abs=0.1)
-    assert (prediction.half_mm > alone.half_mm).all(), "the correction has an error of its own"
-    few: Any = HeldOut(lost={0, 1})
-    with pytest.raises(NumericalError, match="other: 2 of 3 accurate runs"):
-        calibrating._predicted(result, draws, few)
 
 
 def test_a_material_has_the_figures_of_a_run_that_confirms_it_if_the_last_one_failed():

@@ -1,16 +1,13 @@
 """The search over runs, on a profile that takes no time: what it finds, and when it gives up."""
 
-from collections import Counter
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 
 from sealtwin.calibration import search as searching
-from sealtwin.calibration.search import CORRECT, FEWEST, FIRST, Source, launches_after, search
-from sealtwin.core.errors import InputError, NumericalError, present
-from sealtwin.core.records import Floats
+from sealtwin.calibration.search import FEWEST, FIRST, Source, launches_after, search
+from sealtwin.core.errors import InputError, NumericalError
 from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import ReadLevels
 
@@ -27,15 +24,14 @@ def _level_mm(setting):
 
 
 class Twin:
-    def __init__(self, lost=(), off_mm: Floats | float = 0.0):
-        self.calls, self.lost, self.off_mm = 0, lost, off_mm
+    def __init__(self, lost=()):
+        self.lost = lost
 
     def run(self, wanted):
-        self.calls += len(wanted)
         return [None if seed in self.lost else self._one(setting, seed) for setting, seed in wanted]
 
     def _one(self, setting, seed):
-        return _level_mm(setting) + self.off_mm + SCATTER_MM * np.random.default_rng(seed).standard_normal(len(S_MM))
+        return _level_mm(setting) + SCATTER_MM * np.random.default_rng(seed).standard_normal(len(S_MM))
 
 
 def _source(twin, bump_mm=0.0):
@@ -107,80 +103,16 @@ def test_seeds_that_change_nothing_are_no_replicates():
         search(FREES, [copies], FEWEST, lambda _: None)
 
 
-DRAFTS_OFF_MM: Floats = np.asarray(0.4 + 0.1 * np.cos(S_MM / 7), dtype=np.float64)
-"""Error of drafts that a fill of 0.05 more makes too, nearly: nothing but accurate runs can show it."""
-
-
-def _held(result):
-    return [one.low < TRUTH[one.free.name] < one.high for one in marginals_of(FREES, result.draws, result.best)]
-
-
-def test_accurate_runs_correct_drafts_and_the_posterior_is_theirs():
-    drafts, accurate = Twin(off_mm=DRAFTS_OFF_MM), Twin()
-    result = search(FREES, [replace(_source(drafts), accurate=accurate.run)], 40, lambda _: None)
-    assert result.possible
-    assert all(_held(result))
-    assert result.accurate == CORRECT + searching.CONFIRM
-    assert len(result.points) == 40
-    correction = present(result.corrections[0], "correction")
-    assert np.sqrt(np.mean((correction.add_mm + DRAFTS_OFF_MM) ** 2)) < 0.07  # Scatter of six runs, and of the emulator
-    added_mm2 = result.posterior.evidence[0].covariance_mm2 - READING_MM**2 * np.eye(len(S_MM))
-    # Six runs, each of which scatters as a draft does.
-    assert added_mm2.diagonal().mean() == pytest.approx(SCATTER_MM**2 / 6, rel=0.6)
-    confirmed_mm = result.confirmed_mm(0).mean(axis=0) - _level_mm(TRUTH)
-    assert np.sqrt(np.mean(confirmed_mm**2)) < 0.15, "the runs that confirm the best setting are accurate"
-    # Broken on purpose: nobody corrects them.
-    alone = search(FREES, [_source(Twin(off_mm=DRAFTS_OFF_MM))], 40, lambda _: None)
-    assert not alone.possible or not all(_held(alone))
-    assert alone.accurate == 0
-
-
-def test_a_trial_whose_runs_are_no_drafts_is_calibrated_beside_one_that_has_drafts():
-    """As a trial with a preset of its own; its runs are all of one kind, and nothing corrects them."""
-    drafts = replace(_source(Twin(off_mm=DRAFTS_OFF_MM)), accurate=Twin().run)
-    own = replace(_source(Twin()), name="own")
-    result = search(FREES, [drafts, own], FEWEST, lambda _: None)
-    assert result.possible
-    assert all(_held(result))
-    assert [one is None for one in result.corrections] == [False, True]
-    assert [len(one.processes.points) for one in result.posterior.emulators] == [FEWEST, FEWEST]
-    assert len(result.confirmed_mm(1)) == searching.CONFIRM
-
-
-def test_drafts_that_seem_to_rule_out_all_settings_are_corrected_before_the_search_gives_up():
-    off_mm: Floats = np.where(S_MM > 20, 1.5, 0.0)
-    alone = search(FREES, [_source(Twin(off_mm=off_mm))], 40, lambda _: None)
-    assert not alone.possible
-    result = search(FREES, [replace(_source(Twin(off_mm=off_mm)), accurate=Twin().run)], 40, lambda _: None)
-    assert result.possible
-    assert all(_held(result))
-
-
-def test_a_lost_accurate_run_is_left_out_and_without_any_the_search_ends():
-    first = FIRST + searching.AGAIN
-    sources = [
-        replace(_source(Twin(off_mm=DRAFTS_OFF_MM)), accurate=Twin(lost=set(range(first, first + count))).run)
-        for count in (1, 3)
-    ]
-    assert search(FREES, [sources[0]], 40, lambda _: None).possible
-    with pytest.raises(NumericalError, match="toy: all accurate runs failed"):
-        search(FREES, [sources[1]], 40, lambda _: None)
-
-
-@pytest.mark.parametrize("corrects", [False, True])
-def test_the_launches_that_follow_are_those_of_the_search(corrects):
+def test_the_launches_that_follow_are_those_of_the_search():
     """The time left of a calibration counts them."""
-    twin, asked, launches = Twin(), Counter[bool](), list[tuple[int, bool]]()
+    twin, launches = Twin(), list[int]()
 
-    def run(wanted, accurate=False):
-        if len(wanted) > asked[accurate]:
-            launches.append((len(wanted) - asked[accurate], accurate))
-        asked[accurate] = len(wanted)
+    def run(wanted):
+        launches.append(len(wanted) - sum(launches))
         return twin.run(wanted)
 
-    budget, accurate = FEWEST + 2, partial(run, accurate=True) if corrects else None
-    search(FREES, [replace(_source(twin), run=run, accurate=accurate)], budget, lambda _: None)
-    assert launches_after(0, budget, corrects=corrects) == launches
-    assert sum(count for count, of_kind in launches if of_kind) == 6 * corrects
-    assert launches_after(FIRST + 1, budget, corrects=corrects) == [(2, False), *launches[2:]]
-    assert launches_after(budget, budget, corrects=corrects) == []
+    budget = FEWEST + 2
+    search(FREES, [replace(_source(twin), run=run)], budget, lambda _: None)
+    assert launches_after(0, budget) == launches
+    assert launches_after(FIRST + 1, budget) == [2, *launches[2:]]
+    assert launches_after(budget, budget) == []

@@ -22,10 +22,10 @@ NO_FILES = {
 @pytest.mark.parametrize(("make", "words"), NO_FILES.values(), ids=NO_FILES)
 def test_what_is_no_file_of_that_size_is_refused_unread(tmp_path, make, words):
     """Each reader would fill the memory, or wait; the last one is a reader of pieces."""
-    path = tmp_path / "loop.json"
+    path = tmp_path / "report.json"
     make(path)
     for read in (require_plain, read_bytes, read_text, read_json, sha256, lambda path: copy(path, tmp_path / "copy")):
-        with pytest.raises(InputError, match=rf"loop\.json: .*{words}"):
+        with pytest.raises(InputError, match=rf"report\.json: .*{words}"):
             read(path)
     with pytest.raises(InputError, match=words), opened(path):
         pass

@@ -1,0 +1,212 @@
+"""Plan the rest of a pour by the fast model, which is corrected by the levels that were measured so far."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from digitise.trajectory import plan_trajectory
+from sealtwin.core import files
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import InputError
+from sealtwin.core.number_tables import read_columns
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats, Trajectory
+from sealtwin.plan.make_plan import Inputs, MadePlan, Options, case_of, write_tables
+from sealtwin.plan.search import Case, Goal, areas_of, discrepancy, search
+from sealtwin.plan.shape import Knots, Limits, limits_of
+from sealtwin.plan.verify import Misfit, misfit
+from sealtwin.trial.job import shown
+from simulate.slot.fill import Filled
+
+REPORT, TABLE = "rest.json", "rest.csv"
+BOUNDS = {"s_mm": (0.0, 10_000.0), "level_mm": (-1000.0, 100.0)}
+ROUNDS = 8  # Number of fills for the flow factor. Each leaves less than half of the error of the one before
+FLOW_FACTORS = (0.6, 1.5)  # Plausible range of the flow factor
+LOW_MM = 0.5  # Depth below the aim from which a place is poured again
+LEAST_PAUSE_S = 0.1  # Times of a path must increase
+
+
+@dataclass(frozen=True, kw_only=True)
+class Continued(Case):
+    """A case of which a part is poured already, by a pump that gives ``flow_factor`` of the flow of its path."""
+
+    poured: Trajectory
+    flow_factor: float
+
+    def fill(self, trajectory: Trajectory) -> Filled:
+        """Pour the first part, let it settle, and pour ``trajectory``."""
+        first, pause_s = self.poured, max(self.settle_s, LEAST_PAUSE_S)
+        later = replace(trajectory, t_s=trajectory.t_s - trajectory.t_s[0] + first.t_s[-1] + pause_s)
+        joined = (np.concatenate([getattr(first, name), getattr(later, name)]) for name in vars(first))
+        return super().fill(_scaled(Trajectory(*joined), self.flow_factor))
+
+
+@dataclass(frozen=True)
+class Rest:
+    """The rest of a pour, and levels at its end by the fast model, which the measured levels have corrected."""
+
+    trajectory: Trajectory
+    reached_mm: float  # Station at which the pour paused
+    flow_factor: float  # Sealant in the crack divided by the sealant of the path so far
+    s_mm: Floats
+    level_mm: Floats
+    misfit: Misfit
+    unchanged: Misfit  # Of the first path, if it is poured to its end
+
+
+def read_levels(levels: Any) -> Floats:
+    """Return stations and their levels, (n, 2), by s, from a CSV of s_mm and level_mm or from rows of both.
+
+    Raises InputError.
+    """
+    if isinstance(levels, str | PathLike):
+        columns = read_columns(Path(levels), BOUNDS, list(BOUNDS), (2, 10_000))
+        levels = np.column_stack([columns[name] for name in BOUNDS])
+    rows = np.asarray(levels, dtype=float)
+    if rows.ndim != 2 or rows.shape[1] != 2 or len(rows) < 2 or not np.isfinite(rows).all():
+        raise InputError(f"levels: its shape is {rows.shape}; give two or more rows of s_mm and level_mm, in mm.")
+    return rows[np.argsort(rows[:, 0])]
+
+
+def rest_of(
+    case: Case, path: Trajectory, levels: Floats, limits: Limits, options: Options, where: str = "levels"
+) -> Rest:
+    """Plan what follows the part of ``path`` up to the last of the stations with ``levels``.
+
+    The rest begins at the first place that would stay low, and ends with the path. The pump is taken to give the same
+    share of what it is asked as so far. Raises InputError if levels and path contradict each other.
+    """
+    s_mm, level_mm = levels.T
+    part = path.giving
+    onward = 1.0 if path.s_mm[part][-1] > path.s_mm[part][0] else -1.0
+    way_mm = onward * np.array(path.s_mm[part])
+    reached_mm = float(s_mm[-1] if onward > 0 else s_mm[0])
+    if s_mm[-1] > case.outline.length_mm or onward * reached_mm <= way_mm[0]:
+        raise InputError(
+            f"{where}: s_mm is from {s_mm[0]:g} to {s_mm[-1]:g}, but the path begins at {path.s_mm[part][0]:.1f} in a "
+            f"crack of {case.outline.length_mm:.1f} mm. Measure from the beginning of the pour up to the nozzle."
+        )
+    poured = _until(path, float(np.interp(onward * reached_mm, np.maximum.accumulate(way_mm), path.t_s[part])))
+    factor, bed, seen_mm = _flow_factor(case, poured, s_mm, level_mm, where)
+    it, apart_mm2 = bed.sections, discrepancy(bed, bed.sections.s_mm, seen_mm)
+    target_mm2 = options.target_mm2(it)
+
+    def level_of(filled: Filled) -> Floats:
+        return it.bottom_mm + it.height_mm(np.maximum(filled.read_mm2 + apart_mm2, 0.0))
+
+    unchanged_mm, aim_mm = level_of(case.fill(_scaled(path, factor))), -options.margin_mm - options.reserve_mm
+    there = (onward * it.s_mm > way_mm[0]) & (onward * it.s_mm < onward * reached_mm)
+    low = there & (unchanged_mm < aim_mm - LOW_MM)
+    begin_mm = min([onward * reached_mm, *(onward * it.s_mm[low])])
+    begin = part.start + max(0, int(np.searchsorted(np.maximum.accumulate(way_mm), begin_mm, side="right")) - 1)
+    if begin >= part.stop - 1:
+        raise InputError(f"{where}: the pour has come to its end, and no place is over {LOW_MM:g} mm too low.")
+    knots = Knots(_evenly(path, begin), options.knots)
+    lacks_mm2 = np.maximum(target_mm2 - bed.read_mm2 - apart_mm2, 0.0) / factor
+    rest = Continued(**vars(case), poured=poured, flow_factor=factor)
+    start = knots.first_guess(lacks_mm2, it.s_mm, limits)
+    trajectory = knots.trajectory(search([rest], knots, limits, Goal(target_mm2, apart_mm2), start))
+    end_mm = level_of(rest.fill(trajectory))
+    planned, unchanged = (misfit(case.outline, case.solid, it.s_mm, level) for level in (end_mm, unchanged_mm))
+    return Rest(trajectory, reached_mm, factor, it.s_mm, end_mm, planned, unchanged)
+
+
+def _flow_factor(
+    case: Case, poured: Trajectory, s_mm: Floats, level_mm: Floats, where: str
+) -> tuple[float, Filled, Floats]:
+    """Return the factor of the flow at which the fast model has the measured volume, its bed, and the level.
+
+    The level is that of the bed if there is no station.
+    """
+    factor, bed = 1.0, case.fill(poured)
+    covered = (bed.sections.s_mm >= s_mm[0]) & (bed.sections.s_mm <= s_mm[-1])
+    measured_mm3 = areas_of(bed.sections, s_mm, level_mm)[covered].sum()
+    for _ in range(ROUNDS):
+        factor *= float(measured_mm3 / max(bed.read_mm2[covered].sum(), 1e-9))
+        if not FLOW_FACTORS[0] <= factor <= FLOW_FACTORS[1]:
+            raise InputError(
+                f"{where}: level_mm means {factor:.2g} times the sealant of the path so far; {FLOW_FACTORS[0]:g} to "
+                f"{FLOW_FACTORS[1]:g} is allowed. Check nozzle and paste, and that levels below the face are negative."
+            )
+        bed = case.fill(_scaled(poured, factor))
+    return factor, bed, np.where(covered, np.interp(bed.sections.s_mm, s_mm, level_mm), bed.level_mm)
+
+
+def _scaled(path: Trajectory, factor: float) -> Trajectory:
+    return replace(path, flow_mm3_s=factor * path.flow_mm3_s)
+
+
+def _until(path: Trajectory, end_s: float) -> Trajectory:
+    """Return a path up to a time."""
+    before = path.t_s < end_s
+    t_s = np.append(path.t_s[before], end_s)
+    place_mm = np.column_stack([np.interp(t_s, path.t_s, axis_mm) for axis_mm in path.position_mm.T])
+    speed_mm_s, flow_mm3_s = (np.append(values[before], 0.0) for values in (path.speed_mm_s, path.flow_mm3_s))
+    return Trajectory(t_s, place_mm, np.interp(t_s, path.t_s, path.s_mm), speed_mm_s, flow_mm3_s)
+
+
+def _evenly(path: Trajectory, begin: int) -> Trajectory:
+    """Return a path from a waypoint on, at its median speed and its mean flow."""
+    part = path.giving
+    speed = float(np.median(path.speed_mm_s[part][:-1]))
+    t_s = arc_length(path.position_mm[begin:]) / speed
+    speed_mm_s, flow_mm3_s = np.full(len(t_s), speed), np.zeros(len(t_s))
+    speed_mm_s[-1] = 0.0
+    flow_mm3_s[: part.stop - 1 - begin] = path.dispensed_mm3 / (path.t_s[part][-1] - path.t_s[part][0])
+    return Trajectory(t_s, path.position_mm[begin:], path.s_mm[begin:], speed_mm_s, flow_mm3_s)
+
+
+def plan_rest(
+    file: Path,
+    levels: Any,
+    out: Path | None,
+    options: Options,
+    progress: Progress,
+    *,
+    cell_file: Path | None = None,
+    settings: Mapping[str, Any] | None = None,
+) -> MadePlan:
+    """Plan the rest of a trial's pour in a folder, by default reports/NAME-rest.
+
+    ``levels`` is a CSV of s_mm and level_mm, or rows of both. Raises InputError if the trial, the cell or the levels
+    cannot be used.
+    """
+    rows, inputs = read_levels(levels), Inputs.read(file, settings, cell_file)
+    where = str(levels) if isinstance(levels, str | PathLike) else "levels"
+    folder = out or Path("reports", f"{inputs.given.folder_name}-rest")
+    with inputs.digitised(folder, progress) as sample:
+        solid = sample.solid
+        path = plan_trajectory(sample.outline, inputs.trial.path, solid.cavity_volume_mm3, solid.sections)
+        limits = limits_of(path, inputs.cell, inputs.pump, options.flow_max_mm3_s, options.keep_speed)
+        rest = rest_of(case_of(sample, inputs.trial, path), path, rows, limits, options, where)
+        write_tables(folder, TABLE, rest.trajectory, rest.s_mm, rest.level_mm, np.nan)
+        content = {
+            "version": 1,
+            "name": inputs.trial.name,
+            "folder": shown(folder),
+            "verified": False,
+            "reached_mm": rest.reached_mm,
+            "flow_factor": rest.flow_factor,
+            "sealant_mm3": rest.trajectory.dispensed_mm3,
+            "duration_s": rest.trajectory.duration_s,
+            "margin_mm": options.margin_mm,
+            "reserve_mm": options.reserve_mm,
+            **rest.misfit.figures,
+            "unchanged": rest.unchanged.figures,
+        }
+        content |= inputs.write_programs(folder, TABLE, sample, rest.trajectory)
+        files.write_json(folder / REPORT, content)
+    at_end, unchanged = rest.misfit, rest.unchanged
+    return MadePlan(
+        content,
+        [
+            f"Up to s = {rest.reached_mm:.1f} mm the crack has {rest.flow_factor:.2f} times the sealant of the path. "
+            f"With the rest, {at_end.under_mm3:.0f} mm3 will be missing below the face and {at_end.over_mm3:.0f} mm3 "
+            f"will be above it, by the fast model; with the unchanged path {unchanged.under_mm3:.0f} mm3 and "
+            f"{unchanged.over_mm3:.0f} mm3.",
+        ],
+    )
