@@ -20,21 +20,19 @@ def test_viscosity_neither_pushes_nor_turns_a_cloud(cloud):
     "channel",
     [
         Channel(5.0, 3000.0),
-        pytest.param(Channel(5.0, 322.0), marks=pytest.mark.broad),
-        pytest.param(Channel(8.0, 32.0, 0.5), marks=pytest.mark.broad),
-        pytest.param(Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25), marks=pytest.mark.broad),
+        Channel(8.0, 32.0, 0.5),
+        Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25),
     ],
 )
 def test_a_fluid_flows_between_plates_as_its_closed_form_says(channel):
-    """Viscous, Bingham's, and one that thins. A yield stress off by a tenth is 15 % of the third's flow.
+    """Viscous, Bingham's, and one that thins. A yield stress off by a tenth is 15 % of the second's flow.
 
-    Particles that move before the viscosity acts are 1.5 and 5.5 times as fast in the first two.
+    Particles that move before the viscosity acts are 5.5 times as fast in the first.
     """
     mean_mm_s, exact_mm_s = channel.flow(0.15)
     assert mean_mm_s / exact_mm_s == pytest.approx(1.0, abs=0.1)
 
 
-@pytest.mark.broad
 def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():
     """Awake: it creeps at the slowest shear that float32 allows, 0.002 /s."""
     creep_mm_s, _ = Channel(8.0, 32.0, 1.2, mean_mm_s=6.0).flow(0.15, sleep=False)

@@ -17,15 +17,13 @@ from tests.fluids import FRAME_S, engine_with, in_rows, lattice, slot
 from tests.shapes import arc_slot, straight_slot
 
 
-@pytest.mark.broad
-@pytest.mark.parametrize("name", ["straight", "bent"])
-def test_a_column_at_rest_keeps_its_density_down_to_the_floor(name):
+def test_a_column_at_rest_keeps_its_density_down_to_the_floor():
     """99 of 100 particles within 2 % with 20 iterations a frame, where local ones leave 12 %; calm, and none leaked.
 
     Pours lie at 1.7 to 1.85 % and 0.7 cm/s. Broken on purpose: without momentum 3.1 %, with shares of 1 beside walls
     too 2.1 %, without a particle's own gradient it boils.
     """
-    column = settle(CRACKS[name](), pressure="two-level")
+    column = settle(CRACKS["straight"](), pressure="two-level")
     assert column.p99_percent < DENSE_PERCENT
     assert abs(column.median_percent) < 0.3
     assert column.speed_cm_s < CALM_CM_S

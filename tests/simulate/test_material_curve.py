@@ -247,11 +247,9 @@ def test_paste_may_stiffen_at_any_rate_in_a_short_run_and_in_short_substeps():
     solved_as(stiffens, Solver(substeps=11), FRAME_S, 1000)
 
 
-@pytest.mark.broad
-@pytest.mark.parametrize("name", TABLES)
-def test_a_shear_wave_decays_by_the_integral_of_the_viscosity_over_time(name):
+def test_a_shear_wave_decays_by_the_integral_of_the_viscosity_over_time():
     """exp(-k^2 integral nu dt), to 5 %. Seen to fail, by 31 to 75 %, with the age left at 0."""
-    decay, theory = wave_decay(fluid(**TABLES[name]), frames=FRAMES)
+    decay, theory = wave_decay(fluid(**TABLES["grows tenfold in 60 ms"]), frames=FRAMES)
     assert theory > 0.5
     assert decay == pytest.approx(theory, rel=0.05)
 
@@ -298,7 +296,6 @@ def test_a_yield_stress_that_grows_by_table_is_the_structuration_s_own():
         assert one == pytest.approx(other, rel=2e-6), frame
 
 
-@pytest.mark.broad
 def test_sealant_that_thickens_with_age_stands_higher_where_it_was_poured():
     """And a curve of one value throughout is the constant fluid: the same bits."""
     crack = slot(12.0)

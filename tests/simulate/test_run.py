@@ -38,11 +38,10 @@ def short() -> Run:
     return pour(crack, path(crack[1], 0.05, speed_mm_s=20.0))
 
 
-@pytest.mark.broad
 def test_what_runs_over_the_edge_is_spilled_and_not_escaped():
-    """A crack of 0.2 ml that gets 1.5 ml, on a face of 12 mm around it."""
+    """A crack of 0.2 ml that gets 1 ml, on a face of 12 mm around it."""
     crack = slot(12.0, depth_mm=5.0)
-    way = path(crack[1], 1.5, speed_mm_s=20.0)
+    way = path(crack[1], 1.0, speed_mm_s=30.0)
     run = pour(crack, way, sealant(U=0.1, D_cm=1e-3), radius_mm=0.7, settle_s=0.5)
     assert run.escaped_particles == 0
     assert 0 < run.spilled_particles < len(run.position_mm)
@@ -84,30 +83,12 @@ def test_a_bed_that_froze_while_it_settled_stands_still():
     assert np.isfinite(run.health.recorded()["density_error_max"])
 
 
-@pytest.mark.broad
-def test_without_freezing_the_bed_levels_out():
-    """Poured at one end of a long slot: the paper's slope is the freezing's work."""
-    crack = slot(30.0, depth_mm=10.0)
-    trajectory = path(crack[1], 0.3, speed_mm_s=30.0)
-    trajectory = replace(trajectory, position_mm=trajectory.position_mm * [0.2, 1, 1] + [1.0, 0, 0])
-    slope = []
-    for freeze in (0.3, "never"):
-        run = pour(crack, trajectory, Fluid(U=30.0, D_cm=0.03, freeze_after_s=freeze), radius_mm=0.7, settle_s=1.0)
-        x, _, z = run.position_mm.T
-        # A place that nothing reached is as low as the floor.
-        near, far = (np.quantile(np.append(z[(x > a) & (x < b)], -10.0), 0.95) for a, b in ((2, 8), (22, 28)))
-        slope.append(near - far)
-    assert slope[1] < 1.0
-    assert slope[0] > slope[1] + 1.0
-
-
 @pytest.mark.parametrize(
     ("fluid", "solver"),
     [
         ({"viscosity_pa_s": 300.0}, {"radius_mm": 0.6}),
-        pytest.param({"viscosity_pa_s": 300.0, "yield_stress_pa": 20.0}, {"radius_mm": 0.6}, marks=pytest.mark.broad),
         # Just thin enough to carry pressure over: of 20 Pa s, the next substep's would have again what this one's lost.
-        pytest.param({"viscosity_pa_s": 5.7}, {}, marks=pytest.mark.broad),
+        pytest.param({"viscosity_pa_s": 5.7}, {}, marks=pytest.mark.slow),
     ],
 )
 def test_sealant_too_thick_to_flow_away_under_the_nozzle_does_not_collapse(fluid, solver):

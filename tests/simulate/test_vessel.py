@@ -7,7 +7,7 @@ from simulate.vessel import Vessel, vessel_of
 from tests.fluids import slot
 
 
-@pytest.mark.parametrize("cell_mm", [0.25, 0.4, 0.53, 0.67, 0.8])
+@pytest.mark.parametrize("cell_mm", [0.25, 0.67])
 def test_the_columns_of_a_slot_hold_what_the_slot_holds(cell_mm):
     """Their middles take up as much as 0.3 % more or less of it."""
     solid, _ = slot(28.0, 6.0, 8.0, "vertical", 0.0)
