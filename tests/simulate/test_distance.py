@@ -8,11 +8,10 @@ import trimesh
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import FaceLabel, Floats, Solid
+from sealtwin.core.records import FaceLabel, Solid
 from simulate.hollow import solid_of
 from simulate.kernels.distance import BLOCK
 from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
-from simulate.vessel import Mask
 from tests.fluids import engine_with, lattice, slot
 from tests.shapes import straight_slot, wandering_crack
 
@@ -177,25 +176,6 @@ def test_a_prediction_leaves_planes_that_were_asked_for_nearby():
         off_mm.append(np.linalg.norm(engine.state.position_mm() - asked_mm, axis=1))
         assert off_mm[-1].max() < 1.001 * nearby_mm
     assert np.median(off_mm) > 0.1 * nearby_mm, "asked for in every move"
-
-
-def test_walls_are_planes_but_in_corners():
-    """Where they are no planes, the pressure asks for them in each of its iterations."""
-    solid, outline = slot(12.0, tilt="flare", depth_mm=6.0)
-    grid = build_barrier(solid, outline, RADIUS_MM, "cpu").grid
-
-    def rounded(points_mm: Floats) -> Mask:
-        block = np.floor((points_mm * CM - [*grid.corner]) / (4 * grid.spacing)).astype(int)
-        row = grid.row.numpy()[np.ravel_multi_index(tuple(block.T), [*grid.blocks])]
-        assert (row >= 0).all()
-        return grid.rounded.numpy()[row] == 1
-
-    along = np.linspace(3, 9, 40)
-    half_mm = 1.55 + np.tan(np.radians(5.5)) * 3.0
-    beside_wall = np.column_stack([along, np.full(40, half_mm - RADIUS_MM), np.full(40, -3.0)])
-    in_corner = np.column_stack([along, np.full(40, 1.55 - RADIUS_MM), np.full(40, -6 + RADIUS_MM)])
-    assert not rounded(beside_wall).any()
-    assert rounded(in_corner).all()
 
 
 def test_pressure_pushes_nothing_into_a_wall():

@@ -215,13 +215,6 @@ def test_arc_length_is_that_of_the_nearest_point():
     assert arc_length_at(point, corner) == pytest.approx([4.0, 15.0, -2.0, 23.0, 12.0])
 
 
-def test_stations_cover_the_crack_from_end_to_end():
-    profile = measure_profile(run_of([[1.0, 0.0, -5.0]]), bow(), mouth_without_face())
-    assert profile.s_mm[0] == 0.0
-    assert profile.s_mm[-1] == pytest.approx(bow().length_mm)
-    assert np.diff(profile.s_mm) == pytest.approx(0.2, rel=0.01)
-
-
 def test_a_lost_particle_stops_the_reading():
     with pytest.raises(NumericalError, match="Particle 1"):
         measure_profile(run_of([[1, 0, -5], [2, np.nan, -5]]), straight(), mouth_without_face())
