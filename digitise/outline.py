@@ -11,9 +11,8 @@ from skimage.measure import points_in_poly
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
-from digitise.photo import Photo
+from digitise.photo import Photo, in_copy, smaller
 from digitise.settings import PhotoInput
-from digitise.smaller_copy import in_copy, smaller
 from digitise.walls.bands import find_bands
 from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from digitise.geometry.polyline import depth_inside, rectangle
 from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_photo
 from digitise.image.painted import read_mask
-from digitise.image.raster import Map
+from digitise.image.raster import Map, shrunk
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.scale.face_scale import scale_by_face
 from digitise.scale.marker_scale import scale_by_markers, unused_markers
-from digitise.scale.view import Scale, View
+from digitise.scale.view import Lens, Scale, View
 from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
@@ -173,3 +173,27 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
         return scale
     warning = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
     return replace(scale, warnings=(*scale.warnings, warning))
+
+
+def smaller(photo: Photo, factor: int) -> Photo:
+    """Return the photo with brightness and view in pixels ``factor`` times as wide. Its colours do not change."""
+    offset = (factor - 1) / 2
+    to_photo_px = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
+    lens = photo.view.lens
+    width, height = (side // factor for side in photo.size_px)
+    whole = photo.brightness[: height * factor, : width * factor]
+    return replace(
+        photo,
+        brightness=shrunk(whole, (width, height)),
+        view=View(
+            mm_from_px=photo.view.mm_from_px @ to_photo_px,
+            lens=lens and Lens(in_copy(lens.centre_px, factor), lens.bend_px2 * factor**2),
+        ),
+        mm_per_px=photo.mm_per_px * factor,
+        markers_px=tuple(in_copy(corners, factor) for corners in photo.markers_px),
+    )
+
+
+def in_copy(points_px: Floats, factor: int) -> Floats:
+    """Map pixels of the photo to pixels of the copy. The origin of each is the centre of its first pixel."""
+    return (points_px - (factor - 1) / 2) / factor

@@ -289,12 +289,6 @@ class CrackShape(Settings):
         return np.interp(s_mm, *self._stations_mm.T)
 
     @property
-    def level_depths_mm(self) -> Floats:
-        """Depths of the floor's level parts and of its first and last station, (k,), increasing."""
-        depth_mm = self._stations_mm[:, 1]
-        return np.unique(np.concatenate([depth_mm[:-1][np.diff(depth_mm) == 0], depth_mm[[0, -1]]]))
-
-    @property
     def _stations_mm(self) -> Floats:
         return np.array(self.depth_mm if isinstance(self.depth_mm, tuple) else [(0.0, self.depth_mm)], dtype=float)
 

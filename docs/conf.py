@@ -55,7 +55,7 @@ html_title = "sealtwin"
 html_show_sourcelink = False
 html_copy_source = False
 # Pages without pages below them have nothing to show in a sidebar.
-html_sidebars = {"tutorial": [], "accuracy": [], "results": [], "validation": []}
+html_sidebars = {"tutorial": [], "accuracy": [], "figures": [], "validation": []}
 html_theme_options = {
     "logo": {"text": "sealtwin"},
     "header_links_before_dropdown": 7,

@@ -5,9 +5,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Shown
 from sealtwin.core.settings import Settings
-from sealtwin.core.shown import Shown
 
 
 class FluidBlock(Settings):

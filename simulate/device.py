@@ -1,17 +1,24 @@
-"""Choose the device that runs the kernels. It is the user's choice and is never changed silently."""
+"""Choose the device that runs the kernels, and check Warp's cache of compiled kernels.
 
+The device is the user's choice and is never changed silently. Damaged kernels are compiled again.
+"""
+
+import functools
 import math
 import os
 import platform
+import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import warp as wp
 from warp.utils import array_scan
 
 from sealtwin.core.errors import InputError
-from simulate.kernel_cache import guard_kernel_cache, naming_the_cache
 from simulate.kernels import selftest as device_code
 
 # Warp's banner would go to stdout, which is for results.
@@ -26,6 +33,9 @@ SIDE = 8  # Points along each edge of the test lattice, and turns of the test lo
 
 NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
 """Warp's warning on a machine without a GPU, which is suppressed."""
+NEEDED_BYTES = 20_000_000
+"""Disk space that must be free: ten times the largest compiled module. LLVM ends the process if a disk is full."""
+REMEDY = "Set WARP_CACHE_PATH to a writable folder with at least {needed:.0f} MB free."
 
 
 @cache
@@ -34,18 +44,18 @@ def start_warp() -> None:
 
     Raises InputError if its cache of kernels cannot be written.
     """
-    guard_kernel_cache()
+    _guard_kernel_cache()
     try:
         terminal = os.dup(2)
     except OSError:
         # There is no stderr.
-        with naming_the_cache():
+        with _naming_the_cache():
             wp.init()
         return
     with tempfile.TemporaryFile() as captured:
         try:
             os.dup2(captured.fileno(), 2)
-            with naming_the_cache():
+            with _naming_the_cache():
                 wp.init()
         finally:
             os.dup2(terminal, 2)
@@ -126,3 +136,58 @@ def turns_of_a_recording(device: str) -> int:
     recorded: Any = capture.graph
     wp.capture_launch(recorded)
     return int(turns.numpy()[0]) if int(sums.numpy()[-1]) == SIDE else 0
+
+
+@contextmanager
+def _naming_the_cache() -> Iterator[None]:
+    """Convert an OSError into an InputError that names the cache and WARP_CACHE_PATH."""
+    try:
+        yield
+    except OSError as fault:
+        raise _unusable(fault.strerror or str(fault), fault.filename) from fault
+
+
+def _guard_kernel_cache() -> None:
+    """Check the cache at each load of a module, which Warp does when a kernel is first launched."""
+    if not hasattr(wp.Module.load, "__wrapped__"):
+        wp.Module.load = _guarded(wp.Module.load)
+
+
+def _guarded(load: Any) -> Any:
+    @functools.wraps(load)
+    def guarded(module: Any, device: Any, block_dim: int | None = None, *others: Any, **more: Any) -> Any:
+        wanted = block_dim if block_dim is not None else module.options["block_dim"]
+        if (wp.get_device(device).context, wanted) in module.execs:
+            return load(module, device, block_dim, *others, **more)
+        home = Path(wp.config.kernel_cache_dir or "", module.get_module_identifier(wanted))
+        cached = home.is_dir()
+        if not cached:
+            _require_room()
+        try:
+            with _naming_the_cache():
+                return load(module, device, block_dim, *others, **more)
+        except Exception:
+            # A module from the cache may be damaged; if it was compiled just now, the fault is in our code.
+            if not cached:
+                raise
+        shutil.rmtree(home, ignore_errors=True)
+        _require_room()
+        module.mark_modified()
+        with _naming_the_cache():
+            return load(module, device, block_dim, *others, **more)
+
+    return guarded
+
+
+def _require_room() -> None:
+    """Raise InputError if the cache cannot take a module. Writes a file, because only that detects a quota."""
+    with _naming_the_cache(), tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
+        probe.write(bytes(NEEDED_BYTES))
+
+
+def _unusable(reason: str, place: str | None = None) -> InputError:
+    cache = place or wp.config.kernel_cache_dir or "the home folder"
+    return InputError(
+        f"{cache}: the cache of compiled kernels cannot be stored there ({reason}). "
+        f"{REMEDY.format(needed=NEEDED_BYTES / 1e6)}"
+    )

@@ -9,13 +9,12 @@ from sealtwin.core.errors import NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Outline, Profile, Run, Sample, Solid
 from simulate.device import start_warp
-from simulate.injection import FINER, Injection, prepare
+from simulate.injection import FINER, Injection, case_of, prepare
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import PARTICLE_S
 from simulate.setup.signed_distance import surface_of
 from simulate.setup.wall_particles import Enclosure, enclose
-from simulate.setup_case import case_of
 from simulate.slot.run import pour
 from simulate.watchers import Watcher
 

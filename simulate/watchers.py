@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, naming
-from sealtwin.core.frames import Frame, ParticleState
 from sealtwin.core.plain_files import opened
 from sealtwin.core.progress import Pace
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import MANIFEST
-from sealtwin.core.vtk_files import read_collection, write_collection, write_frame
+from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write_collection, write_frame
 from simulate.injection import FINER, Injection
 from simulate.setup.release_schedule import ROUNDING
 
@@ -139,8 +138,8 @@ class Checkpoint(Watcher):
 
 
 def _finer(content: Mapping[str, Any]) -> int:
-    """Return ``Injection.finer`` of a checkpoint; older ones have none. Raises ValueError if it is not one of a run."""
-    finer = content.get("finer", np.array(1))
+    """Return ``Injection.finer`` of a checkpoint. Raises KeyError or ValueError if it is not one of a run."""
+    finer = content["finer"]
     if finer.ndim or finer not in FINER:
         raise ValueError(f"finer is {finer}")
     return int(finer)

@@ -22,7 +22,9 @@ def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, finer: int = 1) -
     stretches_mm, nodes = [(0.0, reach_mm)], NODES[shape.tilt]
     if footprint.floor is not None:
         # At the depth of a level stretch of floor the area of the sections jumps.
-        steps_mm = shape.level_depths_mm[shape.level_depths_mm < reach_mm]
+        station_mm = shape.depth_at_mm(shape.depth_stations_mm)
+        levels_mm = np.unique([*station_mm[:-1][np.diff(station_mm) == 0], *station_mm[[0, -1]]])
+        steps_mm = levels_mm[levels_mm < reach_mm]
         stretches_mm, nodes = list(pairwise([0.0, *steps_mm, reach_mm])), FLOOR_NODES
     at, weight = np.polynomial.legendre.leggauss(finer * nodes)
     return sum(

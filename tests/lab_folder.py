@@ -71,22 +71,35 @@ HANDS = {
 """Of each sample, its sheet and how that is written."""
 PHOTOS = {"P03": "P03_Foto.PNG", "P05": "P05/IMG_2041.png", "P07": "photos/P07.png", "P09": "P09_top.png"}
 ENDS = "[[40.0, 101.0], [160.0, 98.0]]"
-NOTES: dict[str, tuple[str, str | Sequence[Sequence[str]]]] = {
-    "P01": ("P01.toml", 'date = 2026-05-03\noperator = "A. Muster"\n'
-        f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"),
-    "P02": ("P02_Notiz.csv",
-        "Angabe;Wert\nTiefe [mm];8,0\nDatum;03.05.2026\nPrüfer;A. Muster\nRissenden;40 101 160 98\n"),
-    "P03": ("P03_Notizen.csv", "Tiefe;0,8 cm\nRissenden;40 101 160 98\nBemerkung;Kante links ausgebrochen\n"),
+DEEP = f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"
+NOTES: dict[str, tuple[str, str]] = {
+    "P01": ("P01.toml", f'date = 2026-05-03\noperator = "A. Muster"\n{DEEP}'),
+    "P02": ("P02_Notiz.toml", f'date = "03.05.2026"\noperator = "A. Muster"\n{DEEP}'),
+    "P03": ("P03_Notizen.toml", f'note = "Kante links ausgebrochen"\n{DEEP}'),
     "P04": ("P04_notes.toml", f"crack.depth_mm = 8.0\nphoto.ends_px = {ENDS}\n"),
     "P05": ("P05/notes.toml", f"[crack]\ndepth_mm = [[0.0, 7.5], [12.0, 8.5]]\n[photo]\nends_px = {ENDS}\n"),
-    "P06": ("P06_Protokoll.xlsx",
-        (("Tiefe", "8", "mm"), ("Maßstab", "0,1", "mm/px"), ("Rissenden", "40 101 160 98", ""))),
-    "P07": ("notes/P07.csv", "depth (mm),8.0\nends,40 101 160 98\nspeed,1.2 m/min\n"),
-    "P08": ("P08_info.txt", "crack.depth_mm\t8\nphoto.ends_px\t[[40, 101], [160, 98]]\n"),
-    "P09": ("P09 notes.toml", f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"
-        '[readings]\nstate = "cured"\nshrinkage_percent = 2.5\n'),
-    "P10": ("P10_meta.csv", "key,value,unit\ndepth,8,mm\nends,40 101 160 98,\nstate,wet,\n"),
+    "P06": ("P06_Protokoll.toml", f"{DEEP}mm_per_px = 0.1\n"),
+    "P07": ("notes/P07.toml", f"{DEEP}[path]\nspeed_mm_s = 20.0\n"),
+    "P08": ("P08_info.toml", f"crack.depth_mm = 8\nphoto.ends_px = {ENDS}\n"),
+    "P09": ("P09 notes.toml", f'{DEEP}[readings]\nstate = "cured"\nshrinkage_percent = 2.5\n'),
+    "P10": ("P10_meta.toml", f'{DEEP}[readings]\nstate = "wet"\n'),
 }
+QUOTED: dict[str, tuple[str, str | Sequence[Sequence[str]], Sequence[str]]] = {
+    "P02": ("P02_Notiz.csv",
+        "Angabe;Wert\nTiefe [mm];8,0\nDatum;03.05.2026\nPrüfer;A. Muster\nRissenden;40 101 160 98\n",
+        ("'Tiefe [mm]; 8,0'", "'Datum; 03.05.2026'", "'Rissenden; 40 101 160 98'")),
+    "P03": ("P03.txt", "Probe P03. Der Riss ist ca. 8 mm tief, etwa 0,8 cm. Kante links ausgebrochen.\n",
+        ("'Probe P03. Der Riss ist ca. 8 mm tief, etwa 0,8 cm.'",)),
+    "P06": ("P06_Protokoll.xlsx",
+        (("Tiefe", "8", "mm"), ("Maßstab", "0,1", "mm/px"), ("Rissenden", "40 101 160 98", "")),
+        ("'Tiefe; 8; mm'", "'Maßstab; 0,1; mm/px'", "'Rissenden; 40 101 160 98'")),
+    "P08": ("P08_info.txt", "crack.depth_mm\t8\nphoto.ends_px\t[[40, 101], [160, 98]]\n",
+        ("'crack.depth_mm 8'", "'photo.ends_px [[40, 101], [160, 98]]'")),
+    "P10": ("P10.md", "# P10\n\ncrack.depth_mm = 8 # or 9?\nreadings.state = wet\nAm 3.5., bei 21 °C\n",
+        ("'crack.depth_mm = 8 # or 9?'", "'readings.state = wet'", "'Am 3.5., bei 21 °C'")),
+}
+"""Notes in the words of labs, in place of those above, with the quotations in the question about each."""
+ANSWER = f"crack.depth_mm = 8.0; photo.ends_px = {ENDS}"
 # fmt: on
 
 
@@ -108,10 +121,17 @@ def make_lab_folder(folder: Path) -> Path:
         if hand.missing:
             levels[2, 1] = np.nan
         write_sheet(folder / sheet, hand, S_MM, levels)
-        _write_note(folder / NOTES[sample][0], NOTES[sample][1])
+        (folder / NOTES[sample][0]).write_text(NOTES[sample][1], encoding="utf-8")
     (folder / "lab.toml").write_text(DEFAULTS, encoding="utf-8")
     (folder / "README.pdf").write_bytes(b"%PDF-1.4")
     return folder
+
+
+def quote_notes(folder: Path) -> None:
+    """Replace the notes of ``make_lab_folder`` by those in the words of labs."""
+    for sample, (name, content, _) in QUOTED.items():
+        (folder / NOTES[sample][0]).unlink()
+        _write_note(folder / name, content)
 
 
 def _write_note(path: Path, content: str | Sequence[Sequence[str]]) -> None:
@@ -173,10 +193,10 @@ FAULTS = (
         _cell("P01.csv", 5, 2, "-155.0", HANDS["P01"][1])),
     Planted("a date that is read two ways", r"P01\.toml: date = '03/05/2026' is not an unambiguous date",
         _edit("P01.toml", "2026-05-03", '"03/05/2026"')),
-    Planted("a depth without its unit", r"P02_Notiz\.csv, line 2, column 2: 'Tiefe' = '8,0' has no unit",
-        _edit("P02_Notiz.csv", "Tiefe [mm]", "Tiefe", "cp1252")),
+    Planted("a depth without its setting", r"P02_Notiz\.toml: not read: 'Tiefe = 8\.0'",
+        _edit("P02_Notiz.toml", "date", "Tiefe = 8.0\ndate")),
     Planted("no depth at all", r"P03.*: crack\.depth_mm is missing, and no photo shows it",
-        _edit("P03_Notizen.csv", "Tiefe;0,8 cm\n", "", "cp1252")),
+        _edit("P03_Notizen.toml", "depth_mm = 8.0\n", "")),
     Planted("a misspelt key", r"P04_notes\.toml: 'crack\.dpeth_mm': no such key",
         _edit("P04_notes.toml", "crack.depth_mm", "crack.dpeth_mm")),
     Planted("a header without a unit", r"P04_levels\.txt, line 1: 'Position along crack': no unit",
@@ -194,8 +214,8 @@ FAULTS = (
     Planted("a wall that lies down", r"P09 notes\.toml: crack\.wall_angle_deg = 80",
         _edit("P09 notes.toml", "depth_mm = 8.0", "depth_mm = 8.0\nwall_angle_deg = 80.0")),
     Planted("a number of two meanings",
-        r"P08_info\.txt, line 1, column 2: 'crack\.depth_mm' = '8,000' is ambiguous; write 8000 or 8\.0000",
-        _edit("P08_info.txt", "depth_mm\t8", "depth_mm\t8,000")),
+        r"P08\.txt: not read: 'crack\.wall_angle_deg = 8,000'",
+        lambda folder: (folder / "P08.txt").write_text("crack.wall_angle_deg = 8,000\n")),
     Planted("an old workbook",
         r"P11_Messung\.xls: an old Excel workbook \(\.xls\), or one with a password\. Open it in a spreadsheet program",
         lambda folder: ((folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),

@@ -28,7 +28,7 @@ from validate.metrics.curve_distances import (
 from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance
 from validate.report_input import Evidence
-from validate.result import Comparison, EarlierTrial
+from validate.result import Comparison
 from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
@@ -55,7 +55,6 @@ def compare(
     uncertainty: ErrorUncertainty | None = None,
     edited: tuple[str, ...] = (),
     fitted: tuple[str, ...] | None = None,
-    lab_searched: bool = False,
     screening: bool = False,
     unseen: Sequence[Baseline] = (),
 ) -> Comparison:
@@ -64,8 +63,8 @@ def compare(
     A positive error means that the simulated level is too high. Both levels are straight between stations, so the
     integrals are exact. If a particle escaped, the level never passes. Without ``uncertainty`` the verdict has no
     interval. A level from a model for ``screening`` gets no verdict. The headline mentions the settings ``fitted`` to
-    the readings, whether the lab's catalogue was searched for earlier use of the readings (``lab_searched``), and the
-    ``unseen`` baselines, which were made without the readings. Raises InputError if the two curves do not overlap.
+    the readings, and the ``unseen`` baselines, which were made without the readings. Raises InputError if the two
+    curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -108,7 +107,6 @@ def compare(
         scatter=repeatability(measured),
         role=role,
         fitted=fitted,
-        lab_searched=lab_searched,
         readings_data=measured.data,
         readings_dialect=measured.dialect,
         photo_data=photo_data,
@@ -125,12 +123,10 @@ def assess(
     declared: Uncertainty,
     spread: Spread | None,
     gate: Gate | None = None,
-    earlier: Sequence[EarlierTrial] = (),
 ) -> Comparison:
     """Compare the level of a trial with its readings, with intervals, baselines and the mass balance, and judge it.
 
-    A comparison in ``evidence`` is ignored. ``spread`` has the results of extra runs, if there are any. ``earlier`` are
-    the lab's earlier samples; the mean of their fill is a baseline.
+    A comparison in ``evidence`` is ignored. ``spread`` has the results of extra runs, if there are any.
     """
     simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
     if measured is None:
@@ -149,9 +145,8 @@ def assess(
         uncertainty=error_uncertainty(simulated, measured, mouth, settings, declared, spread, gained_mm),
         edited=evidence.edited,
         fitted=settings.fitted,
-        lab_searched=evidence.lab_searched,
         screening=not evidence.run.has_particles,
-        unseen=flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3, earlier),
+        unseen=flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3),
     )
     baseline = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)
     baseline_error_mm = level_difference(baseline, measured).mean_error

@@ -160,8 +160,6 @@ class LevelMetrics(JsonRecord):
     """Use of the readings: calibration of the fluid, or held out."""
     fitted: tuple[str, ...] | None = None
     """Dotted names of the settings that were fitted to these readings; empty if none was fitted, None if undeclared."""
-    lab_searched: bool = False
-    """True if a lab's catalogue was searched and lists no study or calibration with held-out readings."""
     readings_data: DataKind
     """Origin of the readings; only measured data can validate."""
     readings_dialect: str

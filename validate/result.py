@@ -12,10 +12,10 @@ from pydantic import Field
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import DataKind, JsonRecord, Numbers, PathSource, WidthSource
 from sealtwin.core.solid_figures import Span, WeighedCavity
-from validate.comparison import ErrorUncertainty, InputEffect, LevelMetrics, StationError, VolumeComparison, in_unit
+from validate.comparison import ErrorUncertainty, InputEffect, LevelMetrics, StationError, VolumeComparison
 from validate.settings import Gate
 
-COMPARISON, PREDICTION, EARLIER, RESULT = "comparison.json", "prediction.json", "earlier_trials.json", "run.json"
+COMPARISON, PREDICTION, RESULT = "comparison.json", "prediction.json", "run.json"
 IF_SEVERAL = Field(default=None, exclude_if=lambda value: value is None)
 """Default of a field that is not written for a trial of one run."""
 Outcome = Literal["passed", "failed", "undecided", "open"]
@@ -148,67 +148,6 @@ class PredictedLevel(JsonRecord):
     """Reasons why the case is outside the domain of the fast model that varied the inputs."""
 
 
-Quantity = Literal["mean_level_mm", "fill_ratio", "heap_mm2"]
-"""Quantity that is computed and measured: mean level; share of the room below the face that is filled; heap above the
-face in mm³ per mm of crack."""
-
-
-class EarlierTrial(JsonRecord):
-    """A trial with measured, held-out readings: computed and measured figures over the same length."""
-
-    name: str
-    """Name of the sample."""
-    level_error_mm: float
-    """Mean of computed minus measured level."""
-    computed_fill_ratio: float
-    """Share of the room below the face that is filled up to the computed level."""
-    read_fill_ratio: float
-    """Share of the room below the face that is filled up to the measured level."""
-    computed_heap_mm2: float
-    """Heap above the face according to the computed level, in mm³ per mm of crack."""
-    read_heap_mm2: float
-    """Heap above the face according to the measured level, in mm³ per mm of crack."""
-
-
-class Bias(JsonRecord):
-    """Error of one quantity over several trials."""
-
-    quantity: Quantity
-    """Name of the quantity: mean_level_mm, fill_ratio or heap_mm2."""
-    relative: bool
-    """True if bias is a factor and scatter a share; False if both are in the quantity's unit."""
-    bias: float = in_unit("that of the quantity; 1 if relative")
-    """Mean of computed minus measured value over the trials; if relative, geometric mean of their ratio."""
-    scatter: float = in_unit("that of the quantity; 1 if relative")
-    """Standard deviation from trial to trial of the difference, or of the ratio's logarithm. It includes errors of the
-    readings."""
-    trials: int
-    """Number of trials."""
-
-
-OF_QUANTITY = in_unit("that of the quantity")
-
-
-class Expectation(Bias):
-    """Expected value of a quantity in the readings of a new trial."""
-
-    computed: float = OF_QUANTITY
-    """Computed value for this trial."""
-    expected: float = OF_QUANTITY
-    """Computed value minus the bias, or divided by it if the bias is a factor."""
-    expected_95: tuple[float, float] = OF_QUANTITY
-    """Ends of the 95 % interval of the next trial's readings, according to Student's t."""
-
-
-class EarlierTrials(JsonRecord):
-    """A lab's earlier trials, and the readings expected from them."""
-
-    trials: tuple[EarlierTrial, ...]
-    """Latest valid trial of each other sample of the lab."""
-    expectations: tuple[Expectation, ...]
-    """Expected value of each quantity."""
-
-
 class Comparison(LevelMetrics):
     """A simulated level compared with a measured one, and the verdict."""
 
@@ -284,8 +223,6 @@ class TrialResult(JsonRecord):
     """Comparison with the readings, as in comparison.json; None if there are no readings."""
     prediction: PredictedLevel | None = None
     """Level of a run without readings, as in prediction.json; None if there are readings, or no extra runs."""
-    earlier_trials: EarlierTrials | None = None
-    """The lab's earlier trials, as in earlier_trials.json; None if there are fewer than two valid trials."""
 
     @property
     def numbers(self) -> dict[str, int]:

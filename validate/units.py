@@ -25,9 +25,9 @@ class PageTable:
     """Label and value of each row."""
 
 
-def millimetres(value: float | None, decimals: int = 2, unknown: str = NOT_RECORDED) -> str:
-    """Return a length with its unit, or ``unknown`` if it is None or NaN."""
-    return unknown if value is None or np.isnan(value) else f"{value:.{decimals}f} mm"
+def millimetres(value: float | None) -> str:
+    """Return a length with its unit, or ``NOT_RECORDED`` if it is None or NaN."""
+    return NOT_RECORDED if value is None or np.isnan(value) else f"{value:.2f} mm"
 
 
 LABELS = tomllib.loads(resources("validate").joinpath("labels.toml").read_text(encoding="utf-8"))

@@ -1,6 +1,6 @@
 """Find the line along a crack's mouth, half way between its walls, from the mouth's polygon.
 
-The centreline passes half way between places on both walls that face each other (``wall_pairs``). In a slot of constant
+The centreline passes half way between places on both walls that face each other (``facing``). In a slot of constant
 width it is the line along which the slot was drawn, even in bends with mitred corners: round an inner corner the pairs
 turn, and the middle advances at half the pace of the outer wall. The same happens before an oblique end.
 """
@@ -17,14 +17,14 @@ from skimage.measure import points_in_poly
 from digitise.crack_path import medial_axis
 from digitise.crack_path.step_costs import along_middle
 from digitise.geometry.polyline import Box, at_arc_length, depth_inside, resampled, signed_area, smoothed, unit
-from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, end_before, straight_on
-from digitise.mesh_import.rim import dense, fine, stretch
-from digitise.mesh_import.wall_pairs import facing
+from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, dense, end_before, fine, straight_on, stretch
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import ShapeError
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Integers
 from sealtwin.core.solid_figures import EndKind
+
+BOTH, LEFT, RIGHT = 0, 1, 2  # Steps of a pair: along both walls, or along one of them
 
 
 @dataclass(frozen=True)
@@ -325,3 +325,45 @@ def _side_line(room_mm: Floats, centre_mm: Floats) -> Floats:
     middle_mm = (left_mm[pairs[:, 0]] + right_mm[pairs[:, 1]]) / 2
     foot_mm = centre_mm[np.argmin(np.linalg.norm(centre_mm - begin_mm, axis=1))]
     return np.vstack([foot_mm, resampled(middle_mm, float(away_mm.max()) / ACROSS)])
+
+
+def facing(left_mm: Floats, right_mm: Floats) -> Integers:
+    """Pair the points of two walls in order, (k, 2). The first pair is both first points, the last both last points.
+
+    The pairs minimise the distance between the walls, integrated over the arc length of both (the summed Fréchet
+    distance). The method is dynamic programming along the anti-diagonals of all pairs.
+    """
+    count, other = len(left_mm), len(right_mm)
+    left_step, right_step = (
+        np.concatenate([[0.0], np.linalg.norm(np.diff(wall, axis=0), axis=1)]) for wall in (left_mm, right_mm)
+    )
+    # Costs and distances on the last two anti-diagonals, by the number of the left point plus one.
+    cost, before = np.full((2, count + 1), np.inf)
+    across, across_before = np.zeros((2, count + 1))
+    came_by = np.zeros((count + other - 1, count), dtype=np.int8)
+    for total in range(count + other - 1):
+        left = np.arange(max(0, total - other + 1), min(count - 1, total) + 1)
+        right = total - left
+        here = np.hypot(*(left_mm[left] - right_mm[right]).T)
+        along_left, along_right = left_step[left], right_step[right]
+        ways = np.stack(
+            [
+                before[left] + (across_before[left] + here) / 2 * (along_left + along_right),
+                cost[left] + (across[left] + here) / 2 * along_left,
+                cost[left + 1] + (across[left + 1] + here) / 2 * along_right,
+            ]
+        )
+        step = ways.argmin(axis=0)
+        came_by[total, left] = step
+        before, across_before = cost, across
+        cost, across = np.full(count + 1, np.inf), np.zeros(count + 1)
+        cost[left + 1] = ways[step, np.arange(len(left))] if total else 0.0
+        across[left + 1] = here
+    pair = (count - 1, other - 1)
+    pairs = [pair]
+    while pair != (0, 0):
+        step = came_by[sum(pair), pair[0]]
+        pair = pair[0] - (step != RIGHT), pair[1] - (step != LEFT)
+        pairs.append((int(pair[0]), int(pair[1])))
+        pair = pairs[-1]
+    return np.array(pairs[::-1], dtype=np.int64)

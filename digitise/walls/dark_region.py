@@ -24,8 +24,7 @@ from skimage.measure import label
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import depth_inside, extended, left_normals, resampled, smoothed, unit
 from digitise.image.raster import lightness, sampled
-from digitise.photo import Photo
-from digitise.smaller_copy import in_copy, smaller
+from digitise.photo import Photo, in_copy, smaller
 from digitise.walls.centreline_and_walls import Traced
 from digitise.walls.ends import PathEnd, judge_end
 from digitise.walls.straightened import Patch, edge_crossing, patch_around

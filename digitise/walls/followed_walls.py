@@ -10,8 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from digitise.crack_path.hints import CrackPath
-from digitise.photo import Photo
-from digitise.smaller_copy import in_copy, smaller
+from digitise.photo import Photo, in_copy, smaller
 from digitise.walls.centreline_and_walls import TooThinError, Traced, WallsMissingError
 from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.islands import RetouchedPhoto, find_islands, photo_of_paint

@@ -15,11 +15,12 @@ from digitise.crack_path.medial_axis import distance_outside, holding
 from digitise.geometry.polyline import at_arc_length, resampled, smoothed, tangents, unit
 from digitise.image.raster import widened
 from digitise.photo import Photo
-from digitise.walls.both_ways import trace_either_way
-from digitise.walls.centreline_and_walls import Traced
+from digitise.walls.centreline_and_walls import Traced, WallsMissingError, trace
+from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.islands import SKIRT_PX, RetouchedPhoto
 from digitise.walls.side_cracks import FoundSideCrack, SideCracks
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
 SideRings = tuple[tuple[Floats, ...], ...]  # Rims of each side crack and its stones; empty without a clear mouth
@@ -38,7 +39,7 @@ LIP_PX = 2  # Radius around a lip in which a pixel may belong to either crack, s
 def trace_past_mouths(photo: RetouchedPhoto, path: CrackPath, sides: SideCracks) -> tuple[Traced, SideRings]:
     """Follow the main crack's walls as if mortar filled its side cracks; also return the rims of the side cracks."""
     if not sides.lines:
-        return trace_either_way(photo, path, sides.wall_share), ()
+        return _trace_either_way(photo, path, sides.wall_share), ()
     share = np.where(widened(sides.crack, 1), sides.levels.share, 1)
     # The edge of the face is not a wall.
     share[~sides.levels.sample] = np.nan
@@ -46,11 +47,26 @@ def trace_past_mouths(photo: RetouchedPhoto, path: CrackPath, sides: SideCracks)
     pairs = (_lips(sides, share, line_px, side.half_px) for line_px, side in ways)
     lips_px = [lips for lips in pairs if lips is not None]
     if not lips_px:
-        return trace_either_way(photo, path, sides.wall_share), ((),) * len(sides.lines)
+        return _trace_either_way(photo, path, sides.wall_share), ((),) * len(sides.lines)
     traced, parted = _with_walls_across(photo, path, sides, lips_px)
     walls_px = [_across(photo, sides, traced, lips) for lips in lips_px]
     traced, parted = _with_walls_across(photo, path, sides, walls_px)
     return traced, tuple(_rings_px(sides, side, parted) for side in sides.lines)
+
+
+def _trace_either_way(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
+    """Return the walls along ``path``, or on ground too coarse to follow them, the rims of the dark region.
+
+    Raises InputError if neither way finds them, and TooThinError if blur would decide the crack's width.
+    """
+    try:
+        return trace(photo, path, wall_share)
+    except WallsMissingError as unclear:
+        try:
+            return trace_dark_region(photo, path, wall_share)
+        except InputError as neither:
+            why = str(neither).removeprefix(f"{photo.file}: ")
+            raise WallsMissingError(f"{unclear} A second way was tried: {why}") from None
 
 
 def _with_walls_across(
@@ -61,7 +77,7 @@ def _with_walls_across(
     for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
         cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
     parted = (open_to > 0) & ~holding(open_to > 0, sides.way_px)
-    return trace_either_way(_without_side_cracks(photo, sides, parted, walls_px), path, sides.wall_share), parted
+    return _trace_either_way(_without_side_cracks(photo, sides, parted, walls_px), path, sides.wall_share), parted
 
 
 def _lips(sides: SideCracks, share: NDArray[np.floating], line_px: Floats, half_px: float) -> Floats | None:

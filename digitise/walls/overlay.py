@@ -1,4 +1,4 @@
-"""Draw a traced crack over its photo for a visual check."""
+"""Draw a traced crack over its photo for a visual check, and straighten the photo along it."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from skimage.measure import points_in_poly
 
 from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
+from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
@@ -27,6 +27,8 @@ LONGER_SIDE_PX = 2400  # Longer side of the picture, to which photos are scaled,
 MOST_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
+STRAIGHT_AROUND = 1.5  # Half of the straightened picture's height over the crack's mean width
+STRAIGHT_MOST_PX = 1400  # Largest length of the picture: a report shows it 800 px long
 DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
 JOINED = 0.9  # Least share of a joined side crack's line in the outline; others only begin there
 FOUND: dict[PathSource, str] = {
@@ -273,3 +275,23 @@ def _along(points: Floats, distance: float) -> Floats:
 
 def _whole(point: Floats, right: float = 0, down: float = 0) -> tuple[int, int]:
     return round(float(point[0]) + right), round(float(point[1]) + down)
+
+
+def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
+    """Return the photo along the crack, (height, width, 3): s runs right from 0 to the length, left of the crack is up.
+
+    The first and the last column are at both ends, and the centreline is half way up; a pixel has the same size along
+    and across. What is outside the photo is white.
+    """
+    mm_per_px = max(photo.mm_per_px, outline.length_mm / (STRAIGHT_MOST_PX - 1))
+    columns = max(2, 1 + round(outline.length_mm / mm_per_px))
+    s_mm = np.linspace(0.0, outline.length_mm, columns)
+    half_px = max(1, round(STRAIGHT_AROUND * outline.mean_width_mm / mm_per_px))
+    across_mm = np.arange(half_px, -half_px - 1, -1) * (s_mm[1] - s_mm[0])
+    middle_mm = at_arc_length(outline.centreline_mm, outline.s_mm, s_mm)
+    places_mm = middle_mm + across_mm[:, None, None] * left_normals(middle_mm)
+    places_px = photo.to_px(places_mm.reshape(-1, 2)).reshape(places_mm.shape).astype(np.float32)
+    straight = cv2.remap(
+        photo.image, places_px[..., 0], places_px[..., 1], cv2.INTER_LINEAR, None, cv2.BORDER_CONSTANT, (255,) * 3
+    )
+    return np.asarray(straight if straight.ndim == 3 else np.repeat(straight[..., None], 3, 2), dtype=np.uint8)

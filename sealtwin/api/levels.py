@@ -18,10 +18,9 @@ from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
 from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import DataKind, Outline, Profile, Sections, Solid
+from sealtwin.core.records import DataKind, Outline, Profile, Sections, Shown, Solid
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
-from sealtwin.core.shown import Shown
 from validate.result import Comparison
 from validate.settings import Datum, Decimal, Gate, Quantity, Readings, Role, Rounding, Separator, Uncertainty, Unit
 

@@ -58,8 +58,7 @@ def write_report(
         from ``trace_crack`` or ``import_mesh``; or the folder is a run folder, whose report 'sealtwin validate' writes.
     """
     from digitise.trajectory import with_path
-    from digitise.walls.overlay import draw_overlay
-    from digitise.walls.straight_view import straight_view
+    from digitise.walls.overlay import draw_overlay, straight_view
     from simulate.profile import measure_profile, volume_ratio
     from validate.compare import assess
     from validate.report.write_report import REPORT

@@ -14,9 +14,8 @@ from digitise.photo import Photo
 from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
 from sealtwin.api.shared import FilePath, Points, content_of, file_of, settings_from, sha256_of
 from sealtwin.core.errors import InputError, ShapeError
-from sealtwin.core.records import DataKind, Outline, Solid
+from sealtwin.core.records import DataKind, Outline, Shown, Solid
 from sealtwin.core.settings_text import keywords_of
-from sealtwin.core.shown import Shown
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

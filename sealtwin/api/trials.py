@@ -138,7 +138,7 @@ def run_trial(
         ``fluid.warnings``. The photo or the readings are in doubt, or a file was edited; with ``progress`` these are
         printed on stderr instead.
     """
-    from sealtwin.lab.held_out import facts_above
+    from sealtwin.study.extra_runs import by_studies
     from sealtwin.trial.job import STAGES
     from sealtwin.trial.pipeline import run_trial
     from sealtwin.trial.trial_file import Trial, load_trial
@@ -158,7 +158,7 @@ def run_trial(
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     warned = WarnedProgress()
     with progress_for_stderr(quiet=False) if wanted(progress) else warned as shown:
-        outcome = run_trial(settings, home, target, STAGES, device, shown, threads, facts_above(settings, home))
+        outcome = run_trial(settings, home, target, STAGES, device, shown, threads, by_studies())
     warn(dict.fromkeys([*warned.sentences, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
@@ -384,7 +384,6 @@ def write_map(
         Another version of digitise or simulate computed the runs, the model cannot represent the sealant of a run, or
         results are unreliable.
     """
-    from sealtwin.lab.held_out import note_use
     from sealtwin.study.study_map import PAGE, map_study
 
     folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
@@ -392,8 +391,6 @@ def write_map(
     shown = progress_for_stderr(quiet=not wanted(progress))
     mapped = map_study(folder, target, caliper, data, device if fills else None, shown, any_volume=any_volume)
     warn([*mapped.content["other_versions"], *mapped.content["fluid_warnings"]])
-    if caliper is not None:
-        note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
     return mapped.folder / PAGE
 
 

@@ -1,7 +1,7 @@
 """Calibrate settings on the readings of trials, and predict held-out trials that the calibration did not use."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date as day
 from math import ceil
 from pathlib import Path
@@ -32,8 +32,8 @@ from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced
 from simulate.material_file import Material
-from validate.calibration.discrepancy import SMOOTH_ERRORS_MM
 from validate.calibration.free import Free, Marginal
+from validate.calibration.posterior import SMOOTH_ERRORS_MM
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
 from validate.figures.calibration_sheet import calibration_sheet
 from validate.figures.figure_sheet import write_sheet_of_figures
@@ -55,14 +55,6 @@ NOT_FOR = (
 )
 
 
-@dataclass(frozen=True)
-class Calibration:
-    """Result of a calibration."""
-
-    content: dict[str, Any]  # The --json object, and calibration.json
-    calibrated: Sequence[Twin]
-
-
 def calibrate(
     trials: Sequence[Path],
     ranges: Mapping[str, tuple[float, float]],
@@ -74,8 +66,8 @@ def calibrate(
     budget: int = LEAST_BUDGET,
     date: day | None = None,
     settings: Mapping[str, Any] | None = None,
-) -> Calibration:
-    """Fit the settings in ``ranges`` to the readings of trials; write material, posterior, record and page.
+) -> dict[str, Any]:
+    """Fit settings to the readings of trials; write material, posterior, record and page. Return the --json object.
 
     ``ranges`` has the lower and upper end of each free setting by dotted name. The default of ``out`` is
     reports/<trial>-calibrated. ``settings`` by dotted name replace those of all trial files. Finished runs are not
@@ -140,7 +132,7 @@ def calibrate(
         content = _written(folder, result, calibrated, twins, others, date or day.today())
         content["files"] += write_sheet_of_figures(folder, PAGE, calibration_sheet(calibrated))
         files.write_json(folder / RECORD, content)
-        return Calibration(content, twins)
+        return content
 
 
 def _checked(

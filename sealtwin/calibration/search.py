@@ -14,10 +14,10 @@ import numpy as np
 
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Floats
-from sealtwin.core.replicates import require_different
 from validate.calibration.emulator import Emulator
 from validate.calibration.free import Free
 from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, reach_of
+from validate.uncertainty.computed import require_different
 
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
 """Numbers of runs: of the first design, of further seeds for one of these, of a round, and of seeds that confirm the

@@ -19,9 +19,8 @@ from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, refuse_seeds, with_settings
-from validate.calibration.discrepancy import smooth_errors_mm2
 from validate.calibration.free import Free
-from validate.calibration.posterior import ReadLevels
+from validate.calibration.posterior import ReadLevels, smooth_errors_mm2
 from validate.metrics.baselines import are_compared
 from validate.metrics.verdict import kept_volume
 from validate.settings import Readings, Uncertainty

@@ -8,11 +8,9 @@ import json
 import os
 import re
 import sys
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
@@ -103,7 +101,7 @@ class Commands(TyperGroup):
 
 
 class CheckedCommand(TyperCommand):
-    """Command that reports the new spelling of a removed option, and refuses an option that is given twice.
+    """Command that refuses an option that is given twice.
 
     Click would silently use the last value. Options that take a list may be repeated. Help of options that are settings
     is read only when it is shown.
@@ -114,17 +112,11 @@ class CheckedCommand(TyperCommand):
         super().format_help(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        try:
-            _, _, given = self.make_parser(ctx).parse_args(args=list(args))
-        except typer.TyperException as fault:
-            option = getattr(fault, "option_name", "")
-            if spelling := removed_options().get(self.name or "", {}).get(option):
-                ctx.fail(f"{option} was removed: give {spelling}")
-            raise
-        for option in given:
-            one = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)
-            if one and given.count(option) > 1:
-                ctx.fail(f"{option.opts[0]} is given {given.count(option)} times; give it once")
+        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        for each in given:
+            one = isinstance(each, TyperOption) and not (each.multiple or each.is_flag)
+            if one and given.count(each) > 1:
+                ctx.fail(f"{each.opts[0]} is given {given.count(each)} times; give it once")
         return super().parse_args(ctx, args)
 
 
@@ -170,11 +162,6 @@ def _shown(own: inspect.Parameter, names: Sequence[str], needs: Sequence[str]) -
     if own.name == "settings":
         return parameters(names, needs)
     return [own.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
-
-
-def removed_options() -> dict[str, dict[str, str]]:
-    """Return the new spelling of each removed option, by command and option."""
-    return tomllib.loads(files("sealtwin").joinpath("templates/removed_options.toml").read_text(encoding="utf-8"))
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """Answers about folders: a batch of photos, the ingest of a lab's folder, the catalogue of a lab."""
 
 from collections.abc import Sequence, Set
-from dataclasses import asdict, astuple, replace
+from dataclasses import asdict, astuple
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,6 @@ from sealtwin.lab.catalogue import (
 )
 from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import TRIAL, few, plain
-from sealtwin.lab.held_out import earlier_trials
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.run_samples import SampleRun
@@ -27,7 +26,6 @@ from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.understood import OR_ANSWER
-from validate.uncertainty.earlier_trials import bias_lines, biases
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
@@ -124,13 +122,7 @@ def list_answer(lab: Path) -> Answer:
     lines = _table(head, cells) if rows else ["No trials yet."]
     unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
     lines += _together([*faults, *unready])
-    earlier, cautions = earlier_trials(Catalogue.of(lab))
-    off = biases(earlier)
-    if off:
-        names = few([one.name for one in earlier])
-        lines += [f"Held out, measured and run: {counted(len(earlier), 'sample')} ({names}).", *bias_lines(off)]
-    answer = _lab_answer(lab, rows, faults, [*lines, *cautions])
-    return replace(answer, content=answer.content | {"biases": [one.model_dump() for one in off]})
+    return _lab_answer(lab, rows, faults, lines)
 
 
 def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:

@@ -27,16 +27,13 @@ def ingest(
     Files are paired by name: IMG_0412_P01.jpg, "p 01 Messung.xlsx" and P01_notes.toml belong to one sample. For each
     sheet the command shows how it was read: columns, roles, units and first values. Questions about doubtful cases are
     written into LAB/pairing.csv; answer them there, or in lab.toml at the top of FOLDER. You need not edit your own
-    files. A note gives settings that no photo shows, as keys of a trial (TOML) or as a table of words and values
-    ("Tiefe in mm; 16,0"); other texts are kept with their sample. A table of masses and levels is read as a liquid
-    weighed into the crack.
+    files. A note gives settings that no photo shows, as keys of a trial: a TOML file, or lines such as
+    crack.depth_mm = 16.0 in a text. Other numbers of notes and texts are quoted, and their sample waits for an answer.
+    A table of masses and levels is read as a liquid weighed into the crack.
 
     A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
     of doubtful samples are traced too, so that all questions come at once. The lab keeps each tracing, so that later
     rounds trace only new photos. LAB/index.html shows all traced walls.
-
-    An unknown word of a note that may be a setting becomes a question; define it once in the table words of lab.toml:
-    "Bandgeschw." = "path.speed_mm_s" (or "ignore").
 
     A file of several samples is divided by a column of sample names, by worksheets named after samples, or by the
     titles of the tables of a sheet.

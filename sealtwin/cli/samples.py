@@ -167,7 +167,7 @@ def import_dxf(
     for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
         if value is not None and not LEAST_MM < value <= MOST_MM:
             raise typer.BadParameter(f"{name} {value:g}: expected more than {LEAST_MM:g}, at most {MOST_MM:g}")
-    from sealtwin.trial.drawn_trial import write_drawn_trial
+    from sealtwin.trial.quick_trial import write_drawn_trial
 
     drawn = None if line is None or width_mm is None else (line, width_mm)
     shown_by = {"outline": outline, "walls": walls, "line": drawn}

@@ -77,10 +77,6 @@ def map(
 
     drawn_on = choose_device(command.device) if fills else None
     mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
-    if caliper is not None:
-        from sealtwin.lab.held_out import note_use
-
-        note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
     command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
@@ -93,9 +89,8 @@ def sweep(
     targets: Annotated[
         list[Path] | None,
         argument(
-            "STUDY | status DIR | merge DIR DIR ...",
-            "A study.toml; 'status' and the folder of a sweep, which may be running; or 'merge' and the folders of the "
-            "shards.",
+            "STUDY | status DIR",
+            "A study.toml; or 'status' and the folder of a sweep, which may be running.",
         ),
     ] = None,
     *,
@@ -117,7 +112,6 @@ def sweep(
             "tls://HOST:PORT",
         ),
     ] = None,
-    shard: Annotated[Text, option("Compute only the I-th of N parts of the study, into its own folder.", "I/N")] = None,
     keep_runs: Annotated[bool, flag("--keep-runs", "Also keep the particles of each run.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
     accurate: Accurate = False,
@@ -137,8 +131,6 @@ def sweep(
     Examples: sealtwin sweep fixtures/paper-trial/study-paper.toml --dry-run
 
     sealtwin sweep status reports/paper-132
-
-    sealtwin sweep merge reports/paper-132-1-of-2 reports/paper-132-2-of-2 --out reports/paper-132
     """
     if example is not None:
         if targets:
@@ -152,26 +144,17 @@ def sweep(
         raise typer.BadParameter("give a study; --example FILE writes one to start from")
     from sealtwin.study import sweep as sweeps
 
-    verb = str(targets[0])
-    if verb == "status":
+    if str(targets[0]) == "status":
         if len(targets) != 2:
             raise typer.BadParameter("status: give the folder of one sweep")
         swept = sweeps.status(targets[1])
         command.reply(Answer(swept, swept_lines(swept)))
         return
-    if verb == "merge":
-        if len(targets) < 2 or out is None:
-            raise typer.BadParameter("merge: give the folders of the shards, and --out")
-        merged = sweeps.merge(targets[1:], out)
-        command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
-        return
     if len(targets) != 1:
         raise typer.BadParameter(f"{len(targets)} studies are given; give one")
     from sealtwin.core.cluster import cores
-    from sealtwin.lab.held_out import note_study
     from simulate.device import choose_device, describe_device
 
-    part = _shard(shard)
     chosen = choose_device(command.device)
     command.say(f"Device: {describe_device(chosen)}")
     on_cpu = chosen == "cpu"
@@ -184,22 +167,9 @@ def sweep(
         dry_run=dry_run,
         drafts=not accurate,
         scheduler=scheduler,
-        shard=part,
     )
     swept = sweeps.sweep(targets[0], out, options, command.progress(), settings)
-    if swept["best"] is not None:
-        note_study(targets[0], settings)
     command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
-
-
-def _shard(text: str | None) -> tuple[int, int]:
-    """Read I/N. Raises typer.BadParameter."""
-    if text is None:
-        return 1, 1
-    number, _, count = text.partition("/")
-    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
-        raise typer.BadParameter(f"--shard {text}: expected I/N with I from 1 to N, as in 3/16")
-    return int(number), int(count)
 
 
 @answers(device=True)
@@ -238,23 +208,19 @@ def calibrate(
     """
     from sealtwin.calibration.calibrate import calibrate as find
     from sealtwin.core.cluster import cores
-    from sealtwin.lab.held_out import facts_above, note_use
     from sealtwin.study.sweep import SweepOptions
-    from sealtwin.trial.trial_file import load_trial
     from simulate.device import choose_device, describe_device
 
     ranges = _ranges(free)
     if twice := sorted(ranges.keys() & settings.keys()):
         raise typer.BadParameter(f"{twice[0]} is given by both --set and --free; give one of them")
-    for file in hold_out or []:
-        facts_above(load_trial(file, settings), file.parent)
     chosen = choose_device(command.device)
     command.say(f"Device: {describe_device(chosen)}")
     count = jobs or (cores() if chosen == "cpu" else 1)
     # A worker process takes seconds to start, in each round.
     how = SweepOptions(device=chosen, jobs=0 if count == 1 else count, drafts=not accurate)
     when = day.today() if date is None else day_of(date)
-    done = find(
+    content = find(
         trials,
         ranges,
         out,
@@ -265,9 +231,7 @@ def calibrate(
         date=when,
         settings=settings,
     )
-    for twin in done.calibrated:
-        note_use(twin.sheet, twin.readings, f"calibration of '{done.content['name']}'")
-    command.reply(Answer(done.content, calibrated_lines(done.content), 0 if done.content["possible"] else GATE_FAILED))
+    command.reply(Answer(content, calibrated_lines(content), 0 if content["possible"] else GATE_FAILED))
 
 
 def _ranges(given: list[str]) -> dict[str, tuple[float, float]]:
@@ -292,11 +256,9 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
     """Return the lines that describe a sweep, made from its --json object."""
     from sealtwin.core.progress import in_words
 
-    runs, total, best = swept["runs"], swept["runs_of_study"], swept["best"]
+    runs, best = swept["runs"], swept["best"]
     counts = ", ".join(f"{number} {state}" for state, number in swept["states"].items() if number)
     lines = [f"{swept['name']}: {len(runs)} runs, {counts}."]
-    if len(runs) < total:
-        lines.append(f"These are {len(runs)} of the study's {total} runs; 'sealtwin sweep merge' joins its shards.")
     lines += swept["other_versions"]
     if swept["computed_by"]:
         remaining = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"

@@ -39,13 +39,13 @@ def run_trial(
     warnings ``warned`` before.
     """
     from sealtwin.core.cluster import cores
-    from sealtwin.lab.held_out import facts_above
+    from sealtwin.study.extra_runs import by_studies
     from sealtwin.trial import pipeline
     from sealtwin.trial.trial_file import load_trial
 
     made, trial = trial is not None, trial or load_trial(file, settings)
-    above = facts_above(trial, file.parent, compared="validate" in stages, jobs=cores())
     with command.progress() as progress:
+        above = by_studies(cores())
         done = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, above)
     _reply(command, done, stages, (*warned, *progress.warned), "TRIAL" if made else file.as_posix())
 
@@ -65,17 +65,14 @@ def resume(
     """
     from sealtwin.core.cluster import cores
     from sealtwin.core.run_folder import open_folder
-    from sealtwin.lab.held_out import facts_above
+    from sealtwin.study.extra_runs import by_studies, vary
     from sealtwin.trial.job import resume_job
     from sealtwin.trial.pipeline import run_stages
 
     with open_folder(path, create=False) as folder, command.progress() as progress:
         job = resume_job(folder, command.device, progress, settings)
-        above = facts_above(job.trial, job.source, compared=stage == "validate", jobs=cores())
-        job = replace(job, above=above, threads=threads)
+        job = replace(job, above=by_studies(cores()), threads=threads)
         if uncertainty:
-            from sealtwin.study.extra_runs import vary
-
             vary(job)
         done = run_stages(job, (stage,))
     _reply(command, done, (stage,), progress.warned, "TRIAL")
@@ -142,7 +139,7 @@ def _made(result: "TrialResult", last: "StageName") -> Rows:
     if fluid is not None:
         yield from (("Fluid", text) for text in (_fluid(fluid), *(fluid.unfit or ())))
         if result.seeds is not None:
-            from validate.wording.seeds import mean_sentence
+            from validate.wording.of_runs import mean_sentence
 
             yield "Seeds", mean_sentence(result.seeds)
 
@@ -207,16 +204,12 @@ def _warnings(result: "TrialResult", last: "StageName") -> Iterator[str]:
 
 
 def _concluded(result: "TrialResult") -> Rows:
-    """Yield rows on the comparison or the prediction, and on the lab's earlier trials."""
+    """Yield rows on the comparison or the prediction."""
     if result.comparison is not None:
         yield from (("Result", text) for text in _compared(result.comparison))
         yield "Gate", _gate(result.comparison)
     else:
         yield "Result", _without_readings(result.prediction)
-    if result.earlier_trials is not None:
-        from validate.uncertainty.earlier_trials import expected_sentences
-
-        yield "Expected", expected_sentences(result.earlier_trials)[0]
 
 
 def _compared(m: "Comparison") -> Iterator[str]:
@@ -321,10 +314,6 @@ def _details(result: "TrialResult", last: "StageName", *, compared: bool) -> Ite
         from validate.wording.prediction import prediction_sentences
 
         yield from prediction_sentences(result.prediction)
-    if result.earlier_trials is not None:
-        from validate.uncertainty.earlier_trials import expected_sentences
-
-        yield from expected_sentences(result.earlier_trials)[1:]
 
 
 def _extra_runs(uncertainty: "ErrorUncertainty") -> Iterator[str]:

@@ -27,12 +27,11 @@ Threads = Annotated[
 def film(
     command: Command,
     folder: RunFolderPath,
-    out: Annotated[File, option("File of the film, .gif or .mp4; default: RUN/fill.gif.", "FILE")] = None,
+    out: Annotated[File, option("File of the film, .gif; default: RUN/fill.gif.", "FILE")] = None,
 ) -> None:
     """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --set output.frames_every_s=0.1' writes.
 
-    Shows a section along the crack and the crack from above, coloured by speed, in real time. GIF plays anywhere; MP4
-    (VP9) has more colours, plays in browsers and VLC, and needs an OpenCV that can write it.
+    Shows a section along the crack and the crack from above, coloured by speed, in real time, as a GIF.
     """
     from sealtwin.core.run_folder import look_into
     from sealtwin.trial.job import other_versions, shown
@@ -159,7 +158,7 @@ def _answer_fast(command: Command, file: Path, run: Path) -> tuple[str, ...]:
     """Digitise a trial, and print the fast model's answer. Returns the printed warnings."""
     from sealtwin.core.record_files import read_outline, read_sample
     from sealtwin.trial import pipeline
-    from sealtwin.trial.fast_answer import fast_answer
+    from sealtwin.trial.quick_trial import fast_answer
     from sealtwin.trial.trial_file import load_trial
 
     trial = load_trial(file)

@@ -4,7 +4,6 @@ A device would be read without end, and a pipe would wait forever.
 """
 
 import io
-import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -60,10 +59,3 @@ def read_text(path: Path, largest_bytes: int = LARGEST_BYTES) -> str:
     Raises UnicodeDecodeError, and whatever ``require_plain`` raises.
     """
     return io.TextIOWrapper(io.BytesIO(read_bytes(path, largest_bytes)), encoding="utf-8-sig").read()
-
-
-def copy(source: Path | str, target: Path | str) -> Path | str:
-    """Copy a file for ``shutil.copytree``. Raises whatever ``require_plain`` raises."""
-    require_plain(Path(source))
-    shutil.copy2(source, target)
-    return target

@@ -10,9 +10,11 @@ Conventions, everywhere:
 - Polylines are open, rings are counter-clockwise in mm and do not repeat their first point.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
+from html import escape
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -23,12 +25,34 @@ from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
-from sealtwin.core.shown import Shown
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
+
+
+class Shown:
+    """Base of records that a notebook shows as one line or a small table, in place of all their arrays.
+
+    It is before other bases, and its dataclasses have ``repr=False``.
+    """
+
+    @property
+    def main_figures(self) -> Mapping[str, str]:
+        """Names and values that tell one record from another, with units."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name} {value}' for name, value in self.main_figures.items())})"
+
+    def __str__(self) -> str:
+        return repr(self)
+
+    def _repr_html_(self) -> str:
+        cells = ((escape(name), escape(value)) for name, value in self.main_figures.items())
+        rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in cells)
+        return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
 
 
 def _finite(value: Any) -> Floats:

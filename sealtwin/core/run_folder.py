@@ -27,6 +27,7 @@ ENTRY = {
     "given": list,
     "outputs": dict,
     "wall_time_s": int | float,
+    "finished_utc": str,
     "versions": dict,
     "stage_numbers": dict,
 }

@@ -1,4 +1,4 @@
-"""Frames for ParaView and any VTK reader: PolyData (.vtp), and a collection in time (.pvd).
+"""Frames of a fluid run, and their files for ParaView and any VTK reader: PolyData (.vtp), and a collection (.pvd).
 
 Format: VTK's XML file formats (VTK User's Guide, "VTK File Formats"), appended raw data, little endian, UInt64 headers.
 """
@@ -6,6 +6,8 @@ Format: VTK's XML file formats (VTK User's Guide, "VTK File Formats"), appended 
 import re
 import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -15,13 +17,39 @@ from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_bytes, write_bytes, write_text
-from sealtwin.core.frames import Frame
+from sealtwin.core.records import Floats, Integers
 
 TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "UInt8": np.dtype("u1")}
 BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'
 LENGTH = struct.Struct("<Q")
 RESUMED = ", and checkpoint.npz if the run is not finished; then simulate again."
 """End of a remedy. A resumed run reads the frames that it has written, so it would stop at the same fault again."""
+
+
+class ParticleState(IntEnum):
+    """State of a particle at one moment."""
+
+    MOVING = 0
+    ASLEEP = 1  # Particle at rest below the yield stress, until a faster one meets it
+    FROZEN = 2  # Particle that froze by its age, permanently
+    SPILLED = 3  # Particle that left over the sample's edge
+    ESCAPED = 4  # Particle that went through a wall: a fault
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Particles that have left the nozzle at one moment of a fluid run, in the order in which they left it."""
+
+    t_s: float
+    position_mm: Floats  # (n, 3)
+    velocity_mm_s: Floats  # (n, 3)
+    age_s: Floats  # (n,): since release
+    density: Floats  # (n,): over rest density
+    state: Integers  # (n,), ParticleState values
+
+    @property
+    def speed_mm_s(self) -> Floats:
+        return np.linalg.norm(self.velocity_mm_s, axis=1)
 
 
 def write_frame(path: Path, frame: Frame) -> None:

@@ -74,8 +74,6 @@ class CatalogueFile(Result):
     version: Literal[3]
     pairing: str
     """Hash of the pairing file as the last ingest wrote it. If the file has another hash, the user has edited it."""
-    uses: dict[str, list[str]]
-    """Names of studies and calibrations that used readings for choosing settings, by the hash of the readings."""
     checked: dict[str, tuple[str, list[str]]]
     """State of each trial when it was checked and the faults that prevent its run, by the trial's folder."""
     sources: dict[str, SourceFile]
@@ -94,7 +92,7 @@ class Catalogue:
             (_read_record(path) for path in lab.glob(f"*/{RECORD}")),
             key=lambda record: (record.sample, record.revision),
         )
-        self.content = CatalogueFile(version=VERSION, pairing="", uses={}, checked={}, sources={})
+        self.content = CatalogueFile(version=VERSION, pairing="", checked={}, sources={})
         if self.path.is_file():
             self.content = read_record(CatalogueFile, self.path, REMEDY)
 

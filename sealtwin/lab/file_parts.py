@@ -59,11 +59,8 @@ def divide(
         is_text, is_table = file.suffix.lower() in FREE_TEXT, file.suffix.lower() in TABLE_SUFFIXES
         looked_at = is_text or (is_table and not (place.stated and place.role == "note"))
         kind = kind_of_text(folder / file) if looked_at else None
-        # A file named note may contain sentences or a table of words and values; a fill is recognised by its columns.
-        of_words = kind == "note" and place.role == "readings" and not place.stated
-        if kind is not None and (
-            kind == "fill" or of_words or (is_text and not (place.stated and place.role in TABLES))
-        ):
+        # A fill is recognised by its columns.
+        if kind == "fill" or (kind is not None and is_text and not (place.stated and place.role in TABLES)):
             place = replace(place, role=kind)
         if place.role == "readings":
             pieces |= _divided(folder, file, place, photographed, has_range)

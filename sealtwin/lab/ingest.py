@@ -27,12 +27,11 @@ from sealtwin.lab.found_files import (
     TRIAL,
     FilePlace,
     LeftOut,
-    few,
     find_files,
     read_name,
     read_names,
 )
-from sealtwin.lab.notes import SEEMS, Note, lines_of_readings, read_defaults, text_and_samples
+from sealtwin.lab.notes import Note, lines_of_readings, read_defaults
 from sealtwin.lab.pairing import (
     PAIRING,
     SampleFiles,
@@ -111,7 +110,7 @@ def ingest(
         texts = {text for sample in samples for text in sample.texts}
         for piece, place in placed.items():
             if place.role == "text" and piece.file not in texts:
-                left_out.append(_text_alone(folder, piece.file, [sample.name for sample in samples]))
+                left_out.append(_text_alone(folder, piece.file))
         lost = [each for each in left_out if each.lost]
         for each in lost:
             samples = _awaiting_lost(samples, each, placed)
@@ -160,26 +159,22 @@ def _unread_sheets(
     }
 
 
-def _text_alone(folder: Path, file: PurePath, samples: Sequence[str]) -> LeftOut:
-    """Return a text whose name matches no sample as a file that is not used.
-
-    It counts as lost if it seems to give settings or readings, or if it names samples and has numbers.
-    """
-    reason, is_link = "its name matches no sample", (folder / file).is_symlink()
-    if lines := 0 if is_link else lines_of_readings(folder / file):
-        remedy = "If they are, write its sample and the role readings into its row; if not, the role ignore"
-        return LeftOut(
-            file.as_posix(),
-            f"{reason}, but {lines} of its lines may be readings. {remedy}.",
-            lost=True,
-            may_be_readings=True,
+def _text_alone(folder: Path, file: PurePath) -> LeftOut:
+    """Return a text whose name matches no sample as a file that is not used. It counts as lost if it has numbers."""
+    is_link, note = (folder / file).is_symlink(), Note()
+    lines, unread = (0, "") if is_link else (lines_of_readings(folder / file), note.read(folder / file))
+    hint, remedy = ", ".join(filter(None, [*note.entries, *note.faults, unread])), ""
+    if lines:
+        remedy = (
+            f", but {lines} of its lines may be readings. If they are, write its sample and the role readings into its "
+            "row; if not, the role ignore"
         )
-    hint, named = ("", []) if is_link else text_and_samples(folder / file, samples)
-    if not hint or not (named or hint.startswith(SEEMS)):
-        return LeftOut(file.as_posix(), f"{reason}.", lost=False)
-    of = f", though its text names {few(named)}" if named else ""
-    remedy = f"Write a note for each sample, or write settings into the rows of its files in {PAIRING}"
-    return LeftOut(file.as_posix(), f"{reason}{of}; {hint}. {remedy}; then give this the role ignore.", lost=True)
+    elif hint:
+        remedy = (
+            f"; not read: {hint}. Write settings into the rows of its samples in {PAIRING}; then give this the role "
+            "ignore"
+        )
+    return LeftOut(f"{file}", f"its name matches no sample{remedy}.", lost=bool(remedy), may_be_readings=lines > 0)
 
 
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:

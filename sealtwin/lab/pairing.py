@@ -11,11 +11,10 @@ from typing import get_args
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
-from sealtwin.lab.asked_columns import columns_asked
 from sealtwin.lab.file_owners import Decisions
 from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import DIGIT, TABLES, UNREAD_TABLES, WORD, FilePlace, Role, as_label, few, possible_roles
-from sealtwin.lab.pairing_columns import ANSWERS, COLUMNS, OPTIONAL, possible_answers
+from sealtwin.lab.pairing_columns import ANSWERS, COLUMNS, OPTIONAL, columns_asked, possible_answers
 from validate.readings.header_words import sample_key
 from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table
 from validate.readings.sheet import SheetGrid
@@ -41,7 +40,8 @@ class SampleFiles:
     files: Mapping[Role, PurePath]  # One for each role; includes a photo if ``questions`` is empty
     questions: tuple[str, ...]
     part: SamplePart | None = None  # Part of the file of readings, if samples share it
-    texts: tuple[PurePath, ...] = ()  # Free texts, which give no settings
+    texts: Mapping[PurePath, Mapping[str, str]] = field(default_factory=dict)
+    """Other texts about it, each with its answers from the pairing file."""
     answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # From the pairing file, by role
     others: tuple[str, ...] = ()  # Names of the other samples
     awaits: tuple[str, ...] = ()  # Questions about files that may be its own; the sample is not sound before an answer
@@ -56,18 +56,16 @@ class SampleFiles:
 def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
     """Return the samples with their files, sorted by name. Ignored files and texts without a sample are omitted."""
     groups: dict[str, dict[Piece, FilePlace]] = defaultdict(dict)
-    texts: dict[str, list[PurePath]] = defaultdict(list)
+    texts: dict[str, dict[PurePath, Mapping[str, str]]] = defaultdict(dict)
     for piece, place in placed.items():
         if place.role == "text":
-            texts[sample_key(place.sample)].append(piece.file)
+            texts[sample_key(place.sample)][piece.file] = place.answers
         elif place.role != "ignore":
             groups[sample_key(place.owner)][piece] = place
     samples = [_sample(key, group, groups) for key, group in sorted(groups.items())]
     names = [sample.name for sample in samples]
     samples = [
-        replace(
-            sample, texts=tuple(texts.get(sample.key, ())), others=tuple(each for each in names if each != sample.name)
-        )
+        replace(sample, texts=texts.get(sample.key, {}), others=tuple(each for each in names if each != sample.name))
         for sample in samples
     ]
     for key, group in groups.items():

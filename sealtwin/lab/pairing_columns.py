@@ -1,16 +1,23 @@
-"""Columns of the pairing file, and how the answers in them are read."""
+"""Columns of the pairing file: how the answers in them are read, and which of them a question asks for."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from sealtwin.core.settings import dotted_names
 from sealtwin.lab.found_files import Role
+from sealtwin.trial.trial_file import Trial
 from validate.readings.text_table import number
 
 SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|[0-9]{1,4}(:[0-9]{1,4})?)"
 """B, or B:D, or rows 4:6; several lower-case letters are more likely a name."""
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
+SETTING = re.compile(r"\[?\b([a-z_]+(?:\.[a-z_]+)*)(?:\.|\] )([A-Za-z_]+)\b")  # crack.depth_mm, or [crack] depth_mm
+TABLE = "readings.columns"
+ELSEWHERE = {"readings.quantity": "sign"}  # Settings whose column has another name
+SETTINGS = "settings"
+CLAUSE = 60  # Letters before the name of the pairing file that may name its columns
 
 
 def _column(reference: str) -> str:
@@ -69,3 +76,29 @@ def possible_answers(role: Role) -> list[str]:
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
     """Return a row's replies about a sheet as the trial's table of columns, including ``as_written`` if it is given."""
     return {key: read(answers[key]) for key, read in OF_COLUMNS.items() if key in answers}
+
+
+def columns_asked(question: str, names: Sequence[str], pairing: str) -> list[str]:
+    """Return the columns among ``names`` in which a question can be answered, in their order.
+
+    A question that names neither a column nor a role can be answered in the column of settings.
+    """
+    either = "|".join(map(re.escape, names))
+    columns = {
+        *re.findall(rf"\b(?:columns? |into )'?({either})\b", question),
+        *re.findall(rf"\b({either}) = ", question),
+    }
+    for place in re.finditer(re.escape(pairing), question):
+        columns.update(re.findall(rf"\b(?<!')({either})\b", question[max(0, place.start() - CLAUSE) : place.start()]))
+    for table, key in SETTING.findall(question):
+        column = ELSEWHERE.get(f"{table}.{key}", key)
+        if table in ("readings", TABLE) and column in names:
+            columns.add(column)
+        elif f"{table}.{key}" in _SETTINGS:
+            columns.add(SETTINGS)
+    if question and not columns and "role" not in question:
+        columns.add(SETTINGS)
+    return [name for name in names if name in columns]
+
+
+_SETTINGS = frozenset(dotted_names(Trial))

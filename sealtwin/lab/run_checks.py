@@ -1,4 +1,4 @@
-"""Make the checks that precede a run's first frame, for all trials of a lab."""
+"""Make the checks that precede a run's first frame, for all trials of a lab. Each photo is traced once."""
 
 import re
 import shutil
@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -13,22 +14,23 @@ from digitise.settings import CHOICE, CrackShape
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import holding, open_folder
+from sealtwin.core.run_folder import MANIFEST, RunFolder, holding, look_into, open_folder
+from sealtwin.core.stage_keys import content_key
 from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
 from sealtwin.lab.found_files import TRIAL
-from sealtwin.lab.held_out import facts_above
 from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
-from sealtwin.lab.note_words import DEPTH, SCALE
+from sealtwin.lab.notes import DEPTH, SCALE
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.lab.sample_trials import NEEDED
-from sealtwin.lab.tracings import Tracings, waiting_folder
 from sealtwin.study.photos import Batch, BatchRow, PlannedPhoto, digitise_many
+from sealtwin.trial.digitise_stage import tracing_key
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, folder_name, load_trial
 
 PICTURE = re.compile(r" Look at [^\n]+?\.png\.")
+WAITING = ".traced"  # Folder in a lab with the tracings of samples that have no trial yet
 
 
 @dataclass(frozen=True)
@@ -148,7 +150,7 @@ def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
 def _checked(
     out: Path,
     checks: Sequence[_Check],
-    tracings: Tracings,
+    tracings: "Tracings",
     progress: _LabNames,
     jobs: int,
     missed: Sequence[BatchRow] = (),
@@ -190,8 +192,43 @@ def _faults_of(source: Path, run: Path) -> list[str]:
     """Return the faults that prevent the run of a traced trial, and doubts about its readings."""
     trial = load_trial(source / TRIAL)
     try:
-        facts_above(trial, source)
         with open_folder(run, create=True) as opened:
             return list(check_run(start_job(trial, source, opened, "cpu", Progress())))
     except InputError as fault:
         return str(fault).splitlines()
+
+
+def waiting_folder(lab: Path, source: str) -> Path:
+    """Return the folder for tracings of samples in doubt. Each source has its own, since names may be the same."""
+    return lab / WAITING / content_key({"source": source})[:8]
+
+
+class Tracings:
+    """Finished tracings in a lab, by the key of their photo and settings."""
+
+    def __init__(self, lab: Path) -> None:
+        self._lab = lab
+
+    def give(self, trial_folder: Path, run: Path) -> None:
+        """Copy the tracing of a trial's photo into its run folder, if the lab has it and no stage has run there.
+
+        Raises InputError if the trial cannot be read, or the run folder cannot be used.
+        """
+        if not self._folders or ((run / MANIFEST).is_file() and look_into(run).manifest["stages"]):
+            return
+        key = tracing_key(load_trial(trial_folder / TRIAL), trial_folder)
+        if (traced := self._folders.get(key)) is not None:
+            with open_folder(run, create=True) as folder:
+                folder.copy_stage("digitise", traced)
+
+    @cached_property
+    def _folders(self) -> dict[str, RunFolder]:
+        folders: dict[str, RunFolder] = {}
+        for path in sorted([*self._lab.glob(f"{WAITING}/*/*/{MANIFEST}"), *self._lab.glob(f"*/{RUN}/{MANIFEST}")]):
+            try:
+                folder = look_into(path.parent)
+            except InputError:
+                continue  # Whoever uses that folder reports it.
+            if (entry := folder.manifest["stages"].get("digitise")) is not None:
+                folders[entry["key"]] = folder
+        return folders

@@ -12,8 +12,8 @@ from sealtwin.core.errors import InputError, SealtwinError
 from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
 from sealtwin.lab.found_files import TRIAL
-from sealtwin.lab.held_out import earlier_trials, facts_above
 from sealtwin.study.estimate import SETUP_S, RunSize, checked_size, estimate
+from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.photos import write_trace
 from sealtwin.study.runner import Computing, launch
 from sealtwin.study.study_folder import StudyRun
@@ -56,15 +56,7 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
             left_out.append(SampleRun(record.name, "left out", record.folder, reason=" ".join(unready)))
         elif record.sample not in asked:
             trials.append(record)
-    results = _run_all(lab, trials, how, progress, "Running")
-    if any(one.state == "done" for one in results) and earlier_trials(catalogue)[0]:
-        # Reports that were written before another sample's run ended lack its error.
-        states = {one.folder: one.state for one in results}
-        trials = [record for record in trials if states[record.folder] != "failed"]
-        again = _run_all(lab, trials, how, progress, "Comparing with each other")
-        results = [one for one in results if one.state == "failed"]
-        results += [one if one.state == "failed" else replace(one, state=states[one.folder]) for one in again]
-    return sorted([*results, *left_out], key=lambda one: sample_key(one.name))
+    return sorted([*_run_all(lab, trials, how, progress), *left_out], key=lambda one: sample_key(one.name))
 
 
 def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
@@ -77,8 +69,7 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
 
     try:
         trial = load_trial(trial_folder / TRIAL)
-        above = facts_above(trial, trial_folder)
-        finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, warned, above=above)
+        finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, warned, above=by_studies())
     except SealtwinError as fault:
         return failed(str(fault))
     except OSError as fault:
@@ -112,7 +103,7 @@ class _Warnings(Progress):
         self.sentences.append(text.removeprefix("note: "))
 
 
-def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Progress, title: str) -> list[SampleRun]:
+def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Progress) -> list[SampleRun]:
     if not trials:
         return []
     results: dict[str, SampleRun] = {}
@@ -134,7 +125,8 @@ def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Prog
         largest = max(sized, key=lambda size: (size.particles, size.bytes))
         expected = estimate(new, largest, how.jobs, 1, keep_runs=True)
         progress.note(f"{shown(lab)}: {largest.particles:,} particles at most. {expected.sentence}")
-    launch(runs, how, title, progress, (run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep))
+    work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep
+    launch(runs, how, "Running", progress, work)
     return list(results.values())
 
 

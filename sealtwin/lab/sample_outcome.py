@@ -38,6 +38,7 @@ class SampleOutcome:
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
+    unread: list[str] = field(default_factory=list)  # Quotations from its note and texts that the user has answered
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     settings: Trial | None = None  # None if they cannot be used
@@ -81,6 +82,7 @@ class SampleOutcome:
         settings: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
         if of_fill := self.sample.answers.get("fill"):
             settings["of_fill"] = dict(of_fill)
+        settings |= {"unread": self.unread} if self.unread else {}
         return hashlib.sha256(json.dumps([settings, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
 
 

@@ -1,38 +1,49 @@
 """Make the trial of a sample from its notes and files, or list the faults that prevent it."""
 
-from collections.abc import Mapping
+import re
+import tomllib
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from textwrap import shorten
 from typing import Any
 
 from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.assumed_settings import ANGLE, FILL, assumed_of, fluid_settings, rest_of, solver_settings
 from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
-from sealtwin.lab.note_sentences import quantities, read_sentences
-from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
-from sealtwin.lab.notes import Note, NoteEntry, lines_of_readings, read_cell, read_note, seems_to_say
+from sealtwin.lab.notes import (
+    ALTERNATIVES,
+    COLUMNS,
+    DATA,
+    DEPTH,
+    OF_READINGS,
+    OWN,
+    SCALE,
+    Note,
+    NoteEntry,
+    lines_of_readings,
+    of_columns,
+    read_cell,
+)
 from sealtwin.lab.pairing import PAIRING, SampleFiles
 from sealtwin.lab.pairing_columns import as_columns
-from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
-from sealtwin.lab.sheet_depths import COLUMNS, LEVELS, RANGE, take_depths
+from sealtwin.lab.sample_outcome import KeptFile, SampleOutcome, kept_as, note_of
+from sealtwin.lab.sheet_depths import LEVELS, RANGE, other_depths, take_depths
 from sealtwin.lab.sheets import read_fill
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
-from sealtwin.trial.quick_trial import toml_value
+from sealtwin.trial.quick_trial import ASSUMED, toml_value
+from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial, with_settings
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetFaults
-from validate.readings.table_rows import within
-from validate.readings.tables import common_lines
 from validate.settings import Declared
 
 MARKDOWN = "|"  # Separator of a table in Markdown
-MOST_CELLS = 3  # Cells of a row that may be a title: word, value and unit
+IN_NAME = re.compile(r"\d+(?:[.,]\d+)?[ _]?(?:mm|cm|in|inch|deg|ml|pa)(?![^\W\d_])", re.IGNORECASE)
+"""Number with a unit in the names of a file and its folders."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +56,15 @@ class Needed:
     others: frozenset[str] = frozenset()  # Settings that can replace it
 
 
+STARTER = tomllib.loads(TRIAL)
+ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
+UNSEEN = {"crack.tilt": "lean", ANGLE: 11.0}
+"""Settings of the crack's walls that no photo shows, with the values that are used if no note gives any."""
+SOLVER = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
 ORIGIN = ': write data = "measured" (or "reconstructed", "synthetic")'
 NEEDED = {
     "photo.data": Needed("synthetic", ORIGIN, others=frozenset({DATA})),
-    DEPTH: Needed(16.0, ", and no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0"),
+    DEPTH: Needed(16.0, ", and no photo shows it: write [crack] depth_mm = 16.0"),
     "crack.tilt": Needed(
         "funnel",
         ", and the steps of a fill need it: write [crack] tilt = 'funnel' or, for walls that open downward, "
@@ -63,7 +79,7 @@ NEEDED = {
     ),
     SCALE: Needed(
         0.1,
-        ", nor any other scale: write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'",
+        ", nor any other scale: write [photo] mm_per_px, face_mm, ruler_px or markers",
         others=frozenset[str]().union(*ALTERNATIVES[0]),
     ),
 }
@@ -72,7 +88,7 @@ NEEDED = {
 def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     """Read a sample's notes and hash its files; does not read photos and sheets."""
     outcome = SampleOutcome(sample, faults=[*sample.questions, *sample.awaits])
-    _read_texts(folder, outcome)
+    own = _read_notes(folder, outcome)
     if sample.questions:
         return outcome
     texts: list[tuple[Role, PurePath]] = [("text", text) for text in sample.texts]
@@ -88,13 +104,6 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         else:
             name = kept_as(role if role != "text" else f"text-{1 + texts.index((role, file))}", file)
             outcome.raw.append(KeptFile(role, file.as_posix(), name, files.sha256(path), size))
-    cells = {
-        role: read_cell(answers.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
-        for role, answers in sample.answers.items()
-    }
-    answers = {key: entry.value for cell in cells.values() for key, entry in cell.entries.items()}
-    notes = (raw.original for raw in outcome.raw if raw.role == "note")
-    own = next((read_note(folder / note, defaults.words, sample, answers) for note in notes), Note())
     if "readings" not in sample.files:
         # The folder's settings of readings are for other samples.
         defaults = defaults.without(*OF_READINGS)
@@ -114,15 +123,15 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     outcome.remarks += [
         f"{file}: its name has {', '.join(numbers)}; settings are not read from names."
         for file in sample.files.values()
-        if (numbers := _numbers_in(file))
+        if (numbers := IN_NAME.findall(file.with_suffix("").as_posix()))
     ]
-    for cell in cells.values():
-        outcome.note = cell.over(outcome.note)
+    for file, given in _answers(sample).items():
+        outcome.note = read_cell(given.get("settings", ""), f"{PAIRING}, {file}").over(outcome.note)
     for role, given in sample.answers.items():
         outcome.note.entries |= _answered(role, given, f"{PAIRING}, {sample.files[role]}")
     take_depths(folder, outcome)
     outcome.faults += outcome.note.faults
-    outcome.remarks += outcome.note.remarks
+    outcome.remarks += [*outcome.note.remarks, *outcome.unread]
     return outcome
 
 
@@ -158,32 +167,35 @@ def _answered(role: Role, given: Mapping[str, str], origin: str) -> dict[str, No
     """Return the settings in the answers about a file. Those about a fill's sheet apply to that sheet only."""
     if role == "fill":
         return {}
-    settings = of_columns(as_columns({key: text for key, text in given.items() if (role, key) != ("note", "skip")}))
+    settings = of_columns(as_columns(given))
     if "crack" in given:
         settings["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
     return {key: NoteEntry(value, origin) for key, value in settings.items()}
 
 
-def _numbers_in(file: PurePath) -> list[str]:
-    """Return numbers in the names of a file and its folders that have the unit of a setting."""
-    name = file.with_suffix("").as_posix().replace("_", " ").replace("/", "; ")
-    return [name[one.start : one.end] for one in quantities(name) if one.unit and is_unit(one.unit)]
+def _answers(sample: SampleFiles) -> dict[PurePath, Mapping[str, str]]:
+    """Return the answers in the pairing file by the files of a sample, its texts included."""
+    return {sample.files[role]: given for role, given in sample.answers.items()} | {**sample.texts}
 
 
-def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
-    """Ask about texts that seem to give settings or readings. One of readings stops a sample without any."""
-    for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
-        sentence = f"{text} is kept as text and not read"
-        if lines := lines_of_readings(folder / text):
-            sentence += f"; {lines} of its lines may be readings: if they are, set its role to readings in {PAIRING}"
-        elif seems := seems_to_say(folder / text, outcome.sample.name):
-            sentence += f"; {seems}: if it is about the sample, set its role to note in {PAIRING}; if not, leave it"
-        if lines and "readings" not in outcome.sample.files:
-            outcome.faults.append(f"{sentence}; if not, set it to ignore, or to note if they are settings.")
+def _read_notes(folder: Path, outcome: SampleOutcome) -> Note:
+    """Return the settings of a sample's note and texts. Ask about other numbers, unless their row has settings."""
+    sample, note = outcome.sample, Note()
+    for file in (*(sample.files[role] for role in sample.files if role == "note"), *sample.texts):
+        if (folder / file).is_symlink() or not (folder / file).is_file():
             continue
-        if ":" in sentence.removeprefix(str(text)):
-            outcome.asked[text] = [shorten(f"{sentence}.", LONGEST_QUESTION, placeholder="...")]
-        outcome.remarks.append(f"{sentence}.")
+        if not (unread := note.read(folder / file, sample.name)):
+            continue
+        if _answers(sample).get(file, {}).get("settings"):
+            outcome.unread.append(f"{file}: not read: {unread}.")
+            continue
+        question = (
+            f"{file}: not read: {unread}. Write settings among these into the column settings of {PAIRING}, such as "
+            f"{DEPTH} = 9.0. If there are none, set the role of the file to ignore; if they are readings, to readings."
+        )
+        outcome.faults.append(question)
+        outcome.ask([question])
+    return note
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
@@ -229,7 +241,7 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Already reported as a fault of its key.
-        outcome.faults += _contradictions(path, declared, content, outcome)
+        outcome.faults += other_depths(path, declared, outcome)
         try:
             profile = read_readings(path, declared, None, deepest_mm)
         except SheetFaults as fault:
@@ -243,38 +255,6 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             ]
 
 
-def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], outcome: SampleOutcome) -> list[str]:
-    """Return a fault for each title or remark of a sheet that gives a setting another value than the trial has.
-
-    There is no fault for a setting whose value comes from the pairing file.
-    """
-    faults, assumed = list[str](), rest_of(outcome)
-    try:
-        grid = read_cells(path, declared)
-        span = declared.columns and declared.columns.range
-        rows = [*within(grid.rows, span), *common_lines(grid, span)]
-    except InputError:
-        return faults  # Reported as a fault of the readings.
-    for row in rows:
-        texts = [cell.text for cell in row.cells if cell.text]
-        if len(texts) > MOST_CELLS or len(" ".join(texts)) > LONGEST_QUESTION:
-            continue
-        for key, (value, words) in read_sentences(" ".join(texts), outcome.sample.name).settings.items():
-            table, _, name = key.rpartition(".")
-            runs, entry = content.get(table, {}).get(name, assumed.get(key)), outcome.note.entries.get(key)
-            if value == runs or key.startswith(OF_READINGS) or (entry and entry.origin.startswith(PAIRING)):
-                continue
-            # Date and operator are in no table: a run does not depend on them.
-            if not table and entry is None:
-                continue
-            other = f"{entry.origin} has {toml_value(entry.value)}" if entry else "no note does"
-            faults.append(
-                f"{path}, row {row.number}: {words!r} gives {key} = {toml_value(value)}, but {other}. Write the "
-                f"right value into the column settings of {PAIRING}: {key} = {toml_value(value)}."
-            )
-    return faults
-
-
 def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """Return the tables of a trial. A required setting that no note gives is a fault, and gets a stand-in.
 
@@ -283,7 +263,7 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """
     settings = _settings_of(outcome)
     _weigh(folder, outcome, settings)
-    settings = {"note": assumed_of(outcome)} | solver_settings() | fluid_settings(settings.keys()) | settings
+    settings = {"note": assumed_of(outcome)} | SOLVER | fluid_settings(settings.keys()) | settings
     files = outcome.sample.files
     missing = {key: it for key, it in NEEDED.items() if it.role in files and not settings.keys() & {key, *it.others}}
     outcome.stand_ins = frozenset(missing)
@@ -380,3 +360,32 @@ def origin_of(folder: Path, outcome: SampleOutcome, key: str) -> str:
     if key.endswith(".data") and DATA in entries:
         origins.append(entries[DATA].origin)
     return ", ".join(dict.fromkeys(origins[::-1])) if origins else str(folder / note_of(outcome))
+
+
+def fluid_settings(settings: Set[str]) -> dict[str, Any]:
+    """Return the fluid's settings as in 'sealtwin init', without those that are given or that a given one excludes."""
+    given = {key: 0 for key in settings if key.startswith("fluid.")}
+    remaining = with_settings({"fluid": STARTER["fluid"]}, given)["fluid"]
+    if "fluid.freeze_after_s" in settings:
+        remaining.pop("yield_stress_pa", None)
+    return {f"fluid.{key}": value for key, value in remaining.items() if f"fluid.{key}" not in settings}
+
+
+def assumed_of(outcome: SampleOutcome) -> str:
+    """Return the trial's note for the report. It lists settings that no note of the lab gives; "" if there are none.
+
+    Of path, nozzle and solver these are the ones that 'sealtwin quick' marks as assumed.
+    """
+    settings = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
+    defaults: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
+    names = [name.partition(".") for name in ASSUMED]
+    rest = {f"{table}.{key}": getattr(defaults[table], key) for table, _, key in names if table in defaults}
+    # The fast model has neither particles nor a rest.
+    replaced = {"path.plan": "path.", "path.weighed": "path.volume_ml", "solver.model": "solver."}
+    without = tuple(prefix for key, prefix in replaced.items() if key in settings)
+    listed = ", ".join(
+        f"{key} = {toml_value(value)}"
+        for key, value in (UNSEEN | fluid_settings(settings) | rest | SOLVER).items()
+        if key not in settings and not key.startswith(without)
+    )
+    return f"Assumed, since no note of the lab gives it: {listed}." if listed else ""

@@ -1,6 +1,7 @@
 """Depths of the crack in a sheet of readings: a table of its own, or a column beside the readings."""
 
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,29 +11,29 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.note_sentences import names_of_samples, read_sentences
-from sealtwin.lab.note_words import COLUMNS, DEPTH
-from sealtwin.lab.notes import NoteEntry
+from sealtwin.lab.notes import COLUMNS, DEPTH, NoteEntry
 from sealtwin.lab.pairing import PAIRING
-from sealtwin.lab.sample_outcome import SampleOutcome
+from sealtwin.lab.sample_outcome import LONGEST_QUESTION, SampleOutcome
 from sealtwin.trial.quick_trial import toml_value
 from validate.readings.columns import read_header
-from validate.readings.header import Header, remarks_where
-from validate.readings.header_words import crack_depth, meaning
-from validate.readings.remarks import names_factor
+from validate.readings.header import Header, names_factor, remarks_where
+from validate.readings.header_words import UNIT, crack_depth, meaning, sample_key
 from validate.readings.sample_rows import rows_of_sample
-from validate.readings.samples import sheets_of, tables_of_readings
+from validate.readings.samples import read_cells, sheets_of, tables_of_readings
 from validate.readings.screens import ReadCells
 from validate.readings.sheet import FaultList, SheetFaults, SheetGrid, clipped, letters
 from validate.readings.table_reader import TableReader
-from validate.readings.table_rows import columns_named, within
-from validate.readings.tables import Table, tables_of
+from validate.readings.table_rows import columns_named, is_a_number, within
+from validate.readings.tables import Table, common_lines, tables_of
+from validate.readings.text_table import plain_letters
 from validate.readings.turned import upright
 from validate.settings import Declared
 
 RANGE, LEVELS, S_FROM = (f"{COLUMNS}.{key}" for key in ("range", "levels", "s_from"))
-UNIT = "readings.unit"
 SEVERAL = 2
+GIVES_LENGTH = re.compile(rf"\d\s?{UNIT}")
+MOST_CELLS = 3  # Cells of a row that may be a title: word, value and unit
+NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 ROUNDING = 6  # Digits behind the point: less than any caliper shows
 
 
@@ -71,6 +72,35 @@ def take_depths(folder: Path, outcome: SampleOutcome) -> None:
             _decide(depths, f"{file}, {depths.place}", outcome)
     if own:
         _leave_out_depths(own[0], f"{file}", outcome)
+
+
+def other_depths(path: Path, declared: Declared, outcome: SampleOutcome) -> list[str]:
+    """Return a fault for each title or remark of a sheet with a depth of the crack that is not the trial's.
+
+    There is no fault for a depth from the pairing file.
+    """
+    entry, faults = outcome.note.entries.get(DEPTH), list[str]()
+    if entry is not None and entry.origin.startswith(PAIRING):
+        return faults
+    try:
+        grid = read_cells(path, declared)
+        span = declared.columns and declared.columns.range
+        rows = [*within(grid.rows, span), *common_lines(grid, span)]
+    except InputError:
+        return faults  # Reported as a fault of the readings.
+    for row in rows:
+        line = " ".join(cell.text for cell in row.cells if cell.text)
+        if len([cell for cell in row.cells if cell.text]) > MOST_CELLS or len(line) > LONGEST_QUESTION:
+            continue
+        has_value = GIVES_LENGTH.search(line) is not None or any(map(is_a_number, row.cells))
+        values = [float(number.replace(",", ".")) for number in NUMBER.findall(line)]
+        if crack_depth(line) is not None and has_value and (entry is None or entry.value not in values):
+            other = "no note gives it" if entry is None else f"{entry.origin} has {toml_value(entry.value)}"
+            faults.append(
+                f"{path}, row {row.number}: {line!r} may be the depth of the crack, but {other}. Write the right value "
+                f"into the column settings of {PAIRING}, such as {DEPTH} = 9.0."
+            )
+    return faults
 
 
 def _decide(depths: SheetDepths, place: str, outcome: SampleOutcome) -> None:
@@ -143,7 +173,7 @@ def _may_be_depths(table: Table, title: Sequence[str], grid: SheetGrid, outcome:
     """Return True if the title of a table beside the readings names the crack's depth without giving it."""
     part = outcome.sample.part
     is_beside = len(tables_of_readings(grid)) > 1 and (part is None or part.cells != table.cells)
-    return is_beside and any(crack_depth(line) is not None and not read_sentences(line).settings for line in title)
+    return is_beside and any(crack_depth(line) is not None and not GIVES_LENGTH.search(line) for line in title)
 
 
 def _columns_of_depth(table: Table) -> list[int]:
@@ -153,7 +183,7 @@ def _columns_of_depth(table: Table) -> list[int]:
 def _owner(table: Table, title: str, grid: SheetGrid, outcome: SampleOutcome) -> Literal["this", "another", "open"]:
     """Return whether the crack of a table is that of this sample."""
     sample, part = outcome.sample, outcome.sample.part
-    if named := names_of_samples(title, [sample.name, *sample.others]):
+    if named := [name for name in (sample.name, *sample.others) if _names(title, name)]:
         return "this" if named == [sample.name] else "open" if sample.name in named else "another"
     if part is not None and part.rows_of is not None:
         return "this" if "sample" in _roles(table) else "open"
@@ -163,6 +193,12 @@ def _owner(table: Table, title: str, grid: SheetGrid, outcome: SampleOutcome) ->
         is_of_another = is_of_readings or (len(beside) == 1 and part.cells not in beside)
         return "this" if part.cells == table.cells else "another" if is_of_another else "open"
     return "this" if len(tables_of_readings(grid)) < SEVERAL else "open"
+
+
+def _names(title: str, sample: str) -> bool:
+    """Return whether a title names a sample. A name without a digit is ignored, since it may be an ordinary word."""
+    name = r"[\W_]?".join(map(re.escape, plain_letters(sample_key(sample).replace("-", ""))))
+    return re.search(r"\d", sample) is not None and re.search(rf"\b{name}\b", plain_letters(title)) is not None
 
 
 def _roles(table: Table) -> set[str]:
@@ -185,10 +221,10 @@ def _read(
         header, cells = _cells(grid, declared)
     except SheetFaults as fault:
         # Only the unit of the readings can be missing here.
-        if UNIT not in entries:
+        if "readings.unit" not in entries:
             return (), f"the depth of the crack cannot be read: {fault.faults[0].finding}"
         try:
-            header, cells = _cells(grid, declared | {"unit": entries[UNIT].value})
+            header, cells = _cells(grid, declared | {"unit": entries["readings.unit"].value})
         except InputError:
             return (), f"the depth of the crack cannot be read: {fault.faults[0].finding}"
     depth_mm = np.nanmean(cells.readings_mm, axis=1)

@@ -6,29 +6,25 @@ from typing import Any, Literal
 import numpy as np
 
 from digitise.weighing.fill import WeighedFill
-from sealtwin.core.errors import InputError, naming
-from sealtwin.core.plain_files import opened
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
-from sealtwin.lab.note_words import meaning_of
 from validate.readings.columns import Mass, read_header
 from validate.readings.header_rows import find_header
 from validate.readings.header_words import meaning, unit_of
 from validate.readings.samples import read_cells
-from validate.readings.sheet import FaultList, SheetGrid, SheetRow
+from validate.readings.sheet import FaultList, SheetGrid
 from validate.readings.table_reader import TableReader
 from validate.readings.table_rows import is_a_number
-from validate.readings.text_table import decoded
 from validate.readings.turned import upright
 from validate.readings.understood import WAYS, understood
 from validate.settings import Columns, Declared
 
 LEAST_STEPS = 2
-LARGEST_READ_BYTES = 200_000
 
 
-def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
-    """Return the kind of a file: a table of readings or of a fill, a note of words and values, or free text."""
+def kind_of_text(path: Path) -> Literal["readings", "fill", "text"]:
+    """Return the kind of a file: a table of readings or of a fill, or another text."""
     try:
         grid = read_cells(path, Declared())
     except InputError:
@@ -40,16 +36,7 @@ def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
         # "- 0 mm: 11.1 / 11.0" has its unit behind the place; "3 beads: 12" has no place.
         places = [row.cell(0).text.split(" ") for row in grid.rows if row.width > 1]
         numbers = sum(unit_of(unit) is not None for _, *units in places for unit in units) + numbers
-    if numbers > 1:
-        return "text" if path.suffix.lower() == ".md" else "readings"
-    return "note" if grid.rows and any(map(_is_setting, grid.rows)) and all(map(_is_pair, grid.rows)) else "text"
-
-
-def text_of(path: Path) -> str:
-    """Return the beginning of a text in any encoding. Raises InputError if the file is not text."""
-    with naming(path), opened(path) as file:
-        content = file.read(LARGEST_READ_BYTES)
-    return decoded(path, content)[0]
+    return "readings" if numbers > 1 and path.suffix.lower() != ".md" else "text"
 
 
 def _is_fill(grid: SheetGrid) -> bool:
@@ -64,17 +51,6 @@ def _is_fill(grid: SheetGrid) -> bool:
     numeric = {at for row in body for at, cell in enumerate(row.cells) if is_a_number(cell)}
     others = [at for at in numeric if roles.get(at) not in ("mass", "skipped")]
     return max(masses, default=0) >= LEAST_STEPS and len(others) <= 1 and "station" not in roles.values()
-
-
-def _is_pair(row: SheetRow) -> bool:
-    return sum(bool(cell.text) for cell in row.cells) in (2, 3)
-
-
-def _is_setting(row: SheetRow) -> bool:
-    word, value = row.cell(0).text.rstrip(": "), row.cell(1).text
-    setting = meaning_of(word, word.partition("[")[0].partition("(")[0], {})
-    # "Tiefe" beside "Ort" is a header, not a setting.
-    return setting is not None and (not setting.unit or any(map(str.isdigit, value)))
 
 
 def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str, Any], str, tuple[ReadColumn, ...]]:

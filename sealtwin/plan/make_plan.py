@@ -19,12 +19,10 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
-from sealtwin.core.replicates import Z_95, further_run_mm2, require_different
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
-from sealtwin.plan.search import Case, Goal, discrepancy, target_of
-from sealtwin.plan.shape import Knots, limits_of, require_possible
+from sealtwin.plan.search import Case, Goal, Knots, discrepancy, limits_of, require_possible, target_of
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
 from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
@@ -32,6 +30,7 @@ from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
 from simulate.slot.sections import Trapezoids
+from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
 
 REPORT, TABLE, PAGE = "plan.json", "plan.csv", "plan.html"
 VERIFICATION, SAMPLE = "verification", "sample"
@@ -85,7 +84,7 @@ class MadePlan:
 
 
 @dataclass(frozen=True)
-class Inputs:
+class PlanInputs:
     """A trial to plan, with the robot's cell and its pump's table."""
 
     file: Path
@@ -96,7 +95,7 @@ class Inputs:
     pump: PumpTable | None
 
     @classmethod
-    def read(cls, file: Path, settings: Mapping[str, Any] | None, cell_file: Path | None) -> "Inputs":
+    def read(cls, file: Path, settings: Mapping[str, Any] | None, cell_file: Path | None) -> "PlanInputs":
         """Read the files. Raises InputError if the trial has no fluid for a plan, or the cell has a steady flow."""
         given = load_trial(file, settings)
         require_sample(given, file.parent)
@@ -356,7 +355,7 @@ def make_plan(
     search, which takes seconds, but not the finished particle runs. Raises InputError if the trial, the cell or the
     posterior cannot be used, and NumericalError if a run fails.
     """
-    inputs = Inputs.read(file, settings, cell_file)
+    inputs = PlanInputs.read(file, settings, cell_file)
     given, trial = inputs.given, inputs.trial
     if trial.path.plan is not None:
         raise InputError(f"{file}: path.plan is already a plan. Remove it, and give path.speed_mm_s for a new plan.")

@@ -15,9 +15,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Trajectory
-from sealtwin.plan.make_plan import Inputs, MadePlan, Options, case_of, write_tables
-from sealtwin.plan.search import Case, Goal, areas_of, discrepancy, search
-from sealtwin.plan.shape import Knots, Limits, limits_of
+from sealtwin.plan.make_plan import MadePlan, Options, PlanInputs, case_of, write_tables
+from sealtwin.plan.search import Case, Goal, Knots, Limits, areas_of, discrepancy, limits_of, search
 from sealtwin.plan.verify import Misfit, misfit
 from sealtwin.trial.job import shown
 from simulate.slot.fill import Filled
@@ -175,7 +174,7 @@ def plan_rest(
     ``levels`` is a CSV of s_mm and level_mm, or rows of both. Raises InputError if the trial, the cell or the levels
     cannot be used.
     """
-    rows, inputs = read_levels(levels), Inputs.read(file, settings, cell_file)
+    rows, inputs = read_levels(levels), PlanInputs.read(file, settings, cell_file)
     where = str(levels) if isinstance(levels, str | PathLike) else "levels"
     folder = out or Path("reports", f"{inputs.given.folder_name}-rest")
     with inputs.digitised(folder, progress) as sample:

@@ -179,7 +179,7 @@ class Verifier:
             asked.append(study_folder.StudyRun(number, key, varied, content, name, key, work_s))
         earlier = {run.key for run in self._runs}
         self._runs += {run.key: run for run in asked if run.key not in earlier}.values()
-        plan = study_folder.Plan("verification", self._runs, len(self._runs), numbers=numbers_up_to("simulate"))
+        plan = study_folder.Plan("verification", self._runs, numbers=numbers_up_to("simulate"))
         self._runs = study_folder.resume(self.folder, plan, self.progress.note, retry=True)
         if any(run.state == "waiting" for run in self._runs):
             waiting = sum(run.state == "waiting" for run in self._runs)

@@ -22,10 +22,10 @@ from sealtwin.study.drawn_runs import PLACES, draw, level_of, takes_draws
 from sealtwin.study.estimate import estimate, in_words, size_of
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
 from sealtwin.study.runner import Computing
-from sealtwin.study.seed_runs import compute_other_seeds
+from sealtwin.study.seed_runs import announce_seeds, compute_other_seeds
 from sealtwin.study.variants import Variant, compute_variants, inputs_of, with_seed
 from sealtwin.trial.draft import Resolution, at_resolution
-from sealtwin.trial.job import Job
+from sealtwin.trial.job import Above, Job
 from sealtwin.trial.pipeline import REPORT_S
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
@@ -38,6 +38,14 @@ REPLICATES = 3
 """Runs of each particle size, with different seeds. With two runs the error would have 4 instead of 7 degrees of
 freedom and sqrt(3/2) times the noise: an interval 1.4 times as wide."""
 A_LITTLE = 0.1  # Share of its standard uncertainty by which each input is moved in the timed run
+
+
+def by_studies(jobs: int = 0) -> Above:
+    """Return what studies do for a run: its other seeds, and the time of its extra runs.
+
+    ``jobs`` is the number of worker processes of the other seeds; 0 computes them in this process.
+    """
+    return Above(time_of_extra_runs, compute_other_seeds, announce_seeds, jobs)
 
 
 def vary(job: Job) -> bool:
@@ -88,7 +96,12 @@ def vary(job: Job) -> bool:
 
 
 def time_of_extra_runs(job: Job) -> str:
-    """Return the time of the extra runs in words, estimated from the time of the trial's own run; empty if unknown."""
+    """Return the time of the extra runs in words, estimated from the time of the trial's own run.
+
+    Empty if it is unknown, or if the trial has neither readings nor a declared input.
+    """
+    if job.trial.readings is None and not job.trial.uncertainty.moved:
+        return ""
     base = Base.of(job)
     trial, run = base.trial, base.run
     drawn = bool(base.inputs) and takes_draws(base)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.frames import Frame
 from sealtwin.core.plain_files import opened
+from sealtwin.core.vtk_files import Frame
 from simulate.watchers import PAST_THE_END, ROWS_EVERY, Moments, Watcher, take_frame
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Profile, Run, Sample, Solid
 from sealtwin.core.settings import checked
 from sealtwin.trial.job import Job
-from sealtwin.trial.seed_levels import read_seeds
 from sealtwin.trial.trial_file import Trial, with_settings
+from sealtwin.trial.validate_stage import read_seeds
 from simulate.settings import LEAST_WALL_SHARE
 from validate.settings import ANGLE, OF_THE_WALLS
 

@@ -23,9 +23,8 @@ from sealtwin.trial.job import (
     shown,
     stage_settings,
 )
-from sealtwin.trial.seed_levels import read_level
 from sealtwin.trial.trial_file import Trial
-from sealtwin.trial.validate_stage import readings_of
+from sealtwin.trial.validate_stage import read_level, readings_of
 from validate.figures.compare_sheet import MOST, compare_sheet
 from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
 from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core import files, record_files
-from sealtwin.core.replicates import Z_95, further_run_mm2, require_different
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import in_words, size_of
@@ -18,9 +17,10 @@ from sealtwin.study.runner import Computing
 from sealtwin.study.variants import Variant, compute_variants, inputs_of, with_seed
 from sealtwin.trial.job import SEEDS, Job, clear, stage_settings
 from sealtwin.trial.pipeline import REPORT_S, rounds_of_seeds
-from sealtwin.trial.seed_levels import OF_SEEDS, SEED_RUNS
 from sealtwin.trial.stage_numbers import numbers_up_to
+from sealtwin.trial.validate_stage import OF_SEEDS, SEED_RUNS
 from validate.result import SeedRuns
+from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
 from validate.wording.headline import fluid_warnings
 from validate.wording.of_runs import kind_of, sentences_of_runs
 

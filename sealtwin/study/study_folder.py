@@ -129,11 +129,10 @@ class StudyRun(Outcome, ScheduledRun):
 @with_config(FROM_JSON)
 @dataclass(frozen=True)
 class Plan:
-    """The runs of a study, or of one shard of it."""
+    """The runs of a study."""
 
     study: str  # Name of the study
     runs: list[StudyRun]
-    total: Count  # Number of runs of the whole study; a shard has fewer
     started_unix_s: Amount = 0.0  # Time of the last start
     numbers: Annotated[Mapping[str, int], Field(validation_alias="stage_numbers")] = field(default_factory=dict)
     """Stage numbers that the keys contain; empty before the first run is planned."""
@@ -187,7 +186,7 @@ def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
 def write_plan(folder: Path, plan: Plan) -> None:
     """Write the plan. Outcomes are separate files, so the plan is never locked or updated for one of them."""
     runs = [_part(ScheduledRun, run) for run in plan.runs]
-    content = {"version": 1, "study": plan.study, "total": plan.total, "started_unix_s": plan.started_unix_s}
+    content = {"version": 1, "study": plan.study, "started_unix_s": plan.started_unix_s}
     content |= {"stage_numbers": dict(plan.numbers), "runs": runs}
     files.write_text(folder / PLAN, json.dumps(content, ensure_ascii=False, allow_nan=False))
 

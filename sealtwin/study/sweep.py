@@ -1,4 +1,4 @@
-"""Compute the runs of a study in one folder, which is a sweep, or in shards by a job array, and merge the shards."""
+"""Compute the runs of a study in one folder, which is a sweep."""
 
 import hashlib
 import json
@@ -12,10 +12,9 @@ from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.plain_files import copy
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
-from sealtwin.core.stage_keys import content_key, other_numbers, stage_key
+from sealtwin.core.stage_keys import content_key, stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import RunSize, checked_size, estimate, require_disk, require_memory
 from sealtwin.study.runner import INPUTS, MOST_NUMBERS, Computing, compute
@@ -34,8 +33,6 @@ DRAFTS = f"levels are within {DRAFTED_MM:g} mm of accurate ones at nine of ten p
 TABLE = "runs.csv"
 FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "spilled_particles", "particles")
 """Figures of a run that are columns of runs.csv. The run's summary.json has all its figures."""
-HIDDEN = shutil.ignore_patterns(".*", study_folder.OUTCOME)
-"""Files that a merge does not copy: locks, half-written files, and the outcome, which must be written last."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,6 @@ class SweepOptions(Computing):
     retry: bool = False  # Compute failed runs again
     dry_run: bool = False
     drafts: bool = True  # Compute drafts of the trials, unless the study or the caller sets the solver's resolution
-    shard: tuple[int, int] = (1, 1)  # The i-th of n parts of the study
 
 
 def sweep(
@@ -78,10 +74,7 @@ def sweep(
     fast = sum(not run.trial.solver.has_particles for run in planned)
     if fast and options.keep_runs:
         raise InputError(f"--keep-runs: {_of_fast(fast, len(planned))}, which has no particles to keep. Leave it out.")
-    shard, shards = options.shard
-    if shards > len(planned):
-        raise InputError(f"--shard {shard}/{shards}: the study has {len(planned)} runs; give at most as many shards.")
-    folder = out or Path("reports", study.folder_name + (f"-{shard}-of-{shards}" if shards > 1 else ""))
+    folder = out or Path("reports", study.folder_name)
     require_own(folder)
     if sets_resolution((*study.names, *given)):
         options = replace(options, drafts=False)
@@ -102,7 +95,7 @@ def brought_up_to_date(
     *,
     part: bool = False,
 ) -> study_folder.Plan:
-    """Compute the runs of a shard that are not done, and return its plan. The caller must have locked ``folder``.
+    """Compute the runs of a study that are not done, and return its plan. The caller must have locked ``folder``.
 
     File names in the trials are relative to ``source``. A later call may plan more runs; finished ones are not computed
     again. If they are ``part`` of a longer command, only that command announces a time. Raises as ``sweep`` does.
@@ -111,12 +104,10 @@ def brought_up_to_date(
 
     # Each run compares its level with the readings.
     numbers = numbers_up_to("simulate" if planned[0].trial.readings is None else "validate")
-    plan = study_folder.Plan(name, [], len(planned), time.time(), numbers)
-    shard, shards = options.shard
-    planned = planned[shard - 1 :: shards]
+    started_s = time.time()
     samples = _digitise(planned, source, folder, progress)
     runs, largest, remarks = _runs(planned, samples, folder, options, numbers)
-    plan = replace(plan, runs=runs)
+    plan = study_folder.Plan(name, runs, started_s, numbers)
     runs = study_folder.resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
     expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
     size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
@@ -148,7 +139,7 @@ def require_own(folder: Path) -> None:
 def adopt(folder: Path, study: str) -> None:
     """Assign the folder to a study. Raises InputError if another study is in it."""
     if not study_folder.holds_study(folder):
-        study_folder.write_plan(folder, study_folder.Plan(study, [], 0, time.time()))
+        study_folder.write_plan(folder, study_folder.Plan(study, [], time.time()))
     present = study_folder.read_plan(folder).study
     if present != study:
         raise InputError(f"{folder}: has the study '{present}'; this is '{study}'. Give --out another folder.")
@@ -234,7 +225,6 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
         "name": plan.study,
         "folder": shown(folder),
         "states": {state: sum(run.state == state for run in runs) for state in study_folder.STATES},
-        "runs_of_study": plan.total,
         "stage_numbers": plan.numbers,
         "other_versions": study_folder.other_versions(folder, plan),
         "computed_by": holder,
@@ -349,73 +339,3 @@ def _row(run: study_folder.StudyRun) -> dict[str, Any]:
         "reason": run.reason,
         "folder": f"runs/{run.key[:16]}" if run.state == "done" else None,
     }
-
-
-def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:
-    """Merge shards of a study into a folder that a sweep can continue, and return the --json object of the command.
-
-    A run that is in several shards is taken from one that finished it.
-
-    Raises:
-        InputError: The folders have different studies, or shards that were digitised or planned differently; or ``out``
-            is one of them, or has other files.
-    """
-    if out.resolve() in {folder.resolve() for folder in folders}:
-        raise InputError(f"--out {out}: is one of the folders to merge; give another one.")
-    require_own(out)
-    with holding(out):
-        sources = [*folders, out] if study_folder.holds_study(out) else folders
-        plans = [study_folder.read_plan(folder) for folder in sources]
-        chosen = _chosen(sources, plans)
-        _refuse_different_samples(sources)
-        plan = replace(plans[0], runs=[run for _, run in chosen])
-        study_folder.write_plan(out, plan)
-        for folder in folders:
-            files.write_if_new(out / "study.toml", files.read_bytes(folder / "study.toml"))
-            shutil.copytree(folder / "samples", out / "samples", ignore=HIDDEN, copy_function=copy, dirs_exist_ok=True)
-        for folder, run in chosen:
-            if folder != out and run.state == "done":
-                home, target = study_folder.run_path(folder, run.key), study_folder.run_path(out, run.key)
-                shutil.copytree(home, target, ignore=HIDDEN, copy_function=copy, dirs_exist_ok=True)
-            if run.state != "waiting":
-                study_folder.write_outcome(out, run)
-        return report(out, plan)
-
-
-def _chosen(folders: Sequence[Path], plans: Sequence[study_folder.Plan]) -> list[tuple[Path, study_folder.StudyRun]]:
-    """Return every run once, in the order of the study, and its folder. A folder that has the result is preferred."""
-    first = plans[0]
-    chosen: dict[int, tuple[Path, study_folder.StudyRun]] = {}
-    for folder, plan in zip(folders, plans, strict=True):
-        if (plan.study, plan.total) != (first.study, first.total):
-            raise InputError(
-                f"{folder}: has '{plan.study}' of {plan.total} runs, but {folders[0]} has '{first.study}' of "
-                f"{first.total}; only shards of one study can be merged."
-            )
-        if other := other_numbers(plan.numbers, first.numbers):
-            raise InputError(
-                f"{folder}: its runs were computed by {other.replace('this version', str(folders[0]))}; compute all "
-                "shards with one version."
-            )
-        for run in plan.runs:
-            other_run = chosen.setdefault(run.number, (folder, run))[1]
-            if other_run.key != run.key:
-                raise InputError(
-                    f"{folder}: settings or inputs of run {run.number} differ from those in {folders[0]}. Merge "
-                    "shards of one study only."
-                )
-            if other_run.state != "done" and study_folder.is_intact(folder, run):
-                chosen[run.number] = folder, run
-    return [chosen[number] for number in sorted(chosen)]
-
-
-def _refuse_different_samples(folders: Sequence[Path]) -> None:
-    hashes: dict[tuple[str, str], tuple[str, Path]] = {}
-    for path in (path for folder in folders for name in DIGITISED for path in (folder / "samples").glob(f"*/{name}")):
-        digest = files.sha256(path)
-        other, first = hashes.setdefault((path.parent.name, path.name), (digest, path))
-        if other != digest:
-            raise InputError(
-                f"{path}: differs from {first}; the shards were digitised by different versions or machines. Compute "
-                "all shards again with one version on one machine."
-            )

@@ -64,7 +64,7 @@ def compute_variants(
     if study_folder.holds_study(folder):
         study_folder.remove_temporary_files(folder)
     runs, largest, remarks = _runs(folder, variants, how.device, inputs)
-    plan = study_folder.Plan(name, runs, len(runs), numbers=numbers_up_to("simulate"))
+    plan = study_folder.Plan(name, runs, numbers=numbers_up_to("simulate"))
     runs = study_folder.resume(folder, plan, progress.note, retry=True)
     timings = _own_timing(base)
     expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False, timings=timings)

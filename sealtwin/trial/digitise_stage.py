@@ -49,8 +49,7 @@ def bring_up_to_date(job: Job) -> bool:
     began = time.monotonic()
 
     from digitise.trajectory import plan_trajectory, with_path
-    from digitise.walls.overlay import draw_overlay
-    from digitise.walls.straight_view import straight_view
+    from digitise.walls.overlay import draw_overlay, straight_view
 
     outline, solid, photo = _digitise(job)
     job.progress.advance(4, "planning the path")

@@ -22,8 +22,7 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
     Raises InputError, before writing any file, if a run is not digitised or cannot be written in a format, or a file of
     the same name exists with another content.
     """
-    from digitise.drawing.write_dxf import dxf_text
-    from digitise.image.labels import coco_of, mask_png
+    from digitise.exports import coco_of, dxf_text, mask_png
 
     require_folder(out)
     for folder in folders:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sealtwin.core import files, plain_files, record_files
 from sealtwin.core.errors import InputError
@@ -14,9 +14,6 @@ from sealtwin.core.run_folder import RunFolder
 from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
-
-if TYPE_CHECKING:
-    from validate.result import EarlierTrial
 
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
@@ -32,15 +29,11 @@ LARGEST_SHEET_BYTES = 5_000_000
 
 @dataclass(frozen=True)
 class Above:
-    """Facts about a trial that come from packages above this one: from its lab, and from studies."""
+    """Functions of sealtwin.study, which is above this package."""
 
-    lab_searched: bool = False  # True if the lab's catalogue has no other use of held-out readings
-    cautions: tuple[str, ...] = ()  # Parts of the lab that could not be searched, a sentence each
     extra_runs: "Callable[[Job], str]" = lambda _: ""
     """Function that returns the time of 'sealtwin validate RUN --uncertainty' in words, or "" if it is unknown."""
-    earlier: "Callable[[Job], tuple[EarlierTrial, ...]]" = lambda _: ()
-    """Function that returns the earlier trials of the job's lab with measured and held-out readings."""
-    other_seeds: "Callable[[Job], bool] | None" = None
+    other_seeds: "Callable[[Job], bool]" = lambda _: False
     """Function that brings the runs with the other seeds up to date, and returns True if it computed any."""
     announce_seeds: "Callable[[Job], None]" = lambda _: None
     """Function that notes the expected time of the runs with all seeds before the first begins."""

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError
@@ -28,15 +28,13 @@ from sealtwin.trial.job import (
     shown,
     start_job,
 )
-from sealtwin.trial.seed_levels import read_seeds
 from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.validate_stage import read_seeds
 from validate.result import (
-    EARLIER,
     PREDICTION,
     RESULT,
     ComputedBy,
-    EarlierTrials,
     FluidFigures,
     PredictedLevel,
     SampleFigures,
@@ -46,7 +44,6 @@ from validate.result import (
 from validate.uncertainty.validation import with_time
 
 REPORT_S = 5.0  # Time of pictures and report after the last frame, on the machine in docs/accuracy.md
-Part = TypeVar("Part", PredictedLevel, EarlierTrials)
 
 
 def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]:
@@ -108,8 +105,6 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     """
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone, more = list[StageName](), False
-    for caution in job.above.cautions:
-        job.progress.warn(caution)
     for stage in STAGES:
         if stage in stages and stage != "digitise":
             require_solid(job)
@@ -150,8 +145,6 @@ def _bring_seeds_up_to_date(job: Job) -> bool:
     Returns True if a file was changed.
     """
     if job.trial.seeds is not None:
-        if job.above.other_seeds is None:
-            raise RuntimeError("a trial with seeds needs Above.other_seeds")
         return job.above.other_seeds(job)
     was_there = SEEDS in job.folder.manifest["stages"]
     clear(job, SEEDS)
@@ -248,13 +241,9 @@ def _fluid(job: Job) -> FluidFigures:
 def _compared(job: Job) -> dict[str, Any]:
     """Return the records that the validate stage wrote, by field of ``TrialResult``."""
     folder, has_readings = job.path, job.trial.readings is not None
+    predicted = not has_readings and (folder / PREDICTION).is_file()
     return {
         "report": shown(folder / "report.html"),
         "comparison": with_time(read_comparison(folder), job.extra_runs) if has_readings else None,
-        "prediction": None if has_readings else _read_if_there(PredictedLevel, folder / PREDICTION),
-        "earlier_trials": _read_if_there(EarlierTrials, folder / EARLIER),
+        "prediction": record_files.read_record(PredictedLevel, folder / PREDICTION) if predicted else None,
     }
-
-
-def _read_if_there(kind: type[Part], path: Path) -> Part | None:
-    return record_files.read_record(kind, path) if path.is_file() else None

@@ -1,4 +1,4 @@
-"""Make the trial of 'sealtwin quick'. Settings that are not given are the starter's, and are marked as assumed."""
+"""Make the trials of 'sealtwin quick', whose settings are the starter's if not given, and of 'sealtwin import-dxf'."""
 
 import hashlib
 import tomllib
@@ -6,12 +6,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import write_text
+from sealtwin.core.files import write_text, write_unless_other
 from sealtwin.core.plain_files import read_bytes
+from sealtwin.core.records import Sample
+from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import Trial, name_of, seen_from, with_settings
+from sealtwin.trial.trial_file import Trial, name_of, seen_from, trial_text, with_settings
 
 STARTER = tomllib.loads(TRIAL)
 NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
@@ -27,6 +30,8 @@ QUICK = {**ASSUMED, "solver.preset": "draft"}
 NOBODY = "undeclared"  # Origin of a photo, and origin and role of readings, if not declared: they validate nothing
 MARK = "# Written by 'sealtwin quick', as it was while its check is "
 """First line of the file, before a hash of the others. A file that was not edited may be overwritten."""
+MESH, LINE, DRAWN = "drawing.obj", "line.csv", "trial.toml"
+"""Files of the trial of a drawn crack."""
 HEAD = """\
 # Settings marked as assumed were not given. Measure them, correct them here, and run again:
 #   sealtwin run {file} --out {run}
@@ -94,6 +99,64 @@ def write_quick_trial(path: Path, text: str) -> None:
 
 def _check(content: str) -> str:
     return hashlib.sha256(content.encode()).hexdigest()[:12]
+
+
+def fast_answer(trial: Trial, sample: Sample) -> list[str]:
+    """Return sentences on level, underfill and overfill by the fast model, and on its domain.
+
+    For a trial that the fast model cannot compute, the sentence has the reason.
+    """
+    from sealtwin.core.run_figures import FAST
+    from simulate.slot.run import pour
+    from validate.metrics.volumes import fill_volumes
+    from validate.wording.headline import method_sentences
+
+    fluid, solver, nozzle = trial.physics
+    solver = solver.model_copy(update={"model": FAST})
+    try:
+        run, profile = pour(sample, fluid, solver, nozzle, seed=trial.seed, slope=trial.sample)
+    except InputError as fault:
+        return [f"The fast model cannot answer: {fault}"]
+    volumes = fill_volumes(profile, sample.outline, sample.solid, 0.0, sample.outline.length_mm)
+    level_mm = profile.level_mm
+    return [
+        f"By the fast model, for screening: level {level_mm.mean():.2f} mm on average, {level_mm.min():.2f} to "
+        f"{level_mm.max():.2f} mm; {volumes['underfill_mm3']:.0f} mm3 are missing below the face and "
+        f"{volumes['overfill_mm3']:.0f} mm3 are above it.",
+        *method_sentences(run),
+    ]
+
+
+def write_drawn_trial(
+    drawing: Path, folder: Path, depth_mm: float, units: Any, shown_by: dict[str, Any], settings: Mapping[str, Any]
+) -> tuple[Path, list[str]]:
+    """Write the mesh of a drawn crack, its centreline if it is drawn, and a trial; return the trial file and notes.
+
+    ``shown_by`` has the layers for ``drawn_crack``, and ``settings`` has settings of the trial by dotted name. Raises
+    InputError if the drawing cannot be used, or if a file of the same name exists with another content.
+    """
+    from digitise.drawing.drawn_block import drawn_crack
+    from digitise.drawing.drawn_layers import DrawnLayers
+    from digitise.drawing.read_dxf import open_drawing
+
+    require_folder(folder)
+    drawn = open_drawing(drawing, units)
+    crack = drawn_crack(DrawnLayers(drawn), depth_mm, **shown_by)
+    notes = [*drawn.notes, *drawn.not_read()]
+    mesh = {"file": MESH, "data": "undeclared", "units": "mm"}
+    contents = {folder / MESH: crack.as_obj()}
+    if crack.line_mm is not None:
+        rows = "".join(f"{x:.4f},{y:.4f}\n" for x, y in crack.line_mm)
+        contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
+        mesh["path"] = LINE
+        notes.append(f"the drawn line is {arc_length(crack.line_mm)[-1]:.1f} mm long")
+    floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
+    note = f"The crack is that of the drawing {drawing.name} in {drawn.unit}, {floor}."
+    content = {"name": name_of(drawing, "drawing"), "note": note, "mesh": mesh}
+    trial = checked(Trial, drawing, with_settings(content, settings))
+    contents[folder / DRAWN] = trial_text(trial).encode()
+    write_unless_other(contents)
+    return folder / DRAWN, notes
 
 
 def toml_value(value: Any) -> str:

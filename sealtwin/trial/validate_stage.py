@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.record_files import LEVEL
 from sealtwin.core.records import Outline, Profile, Solid
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.core.vtk_files import read_frame
@@ -23,19 +25,19 @@ from sealtwin.trial.job import (
     made_by,
     stage_settings,
 )
-from sealtwin.trial.seed_levels import OF_SEEDS, read_level
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
 from validate.report_input import ReadingsSheet, provenance
-from validate.result import COMPARISON, EARLIER, PREDICTION, SeedRuns
+from validate.result import COMPARISON, PREDICTION, SeedRuns
 
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-NOT_RECORDED = "not recorded"
-REPORT_FORM = 8  # Version of comparison.json and report.json; files of another version are written anew
+REPORT_FORM = 9  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
+SEED_RUNS = "seeds.json"
+OF_SEEDS = (LEVEL, SEED_RUNS)  # Files of the runs with the other seeds that the report reads
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
 RECORD = "record.json"  # File in the folder of a trial that was ingested from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
@@ -63,24 +65,18 @@ def bring_up_to_date(job: Job) -> bool:
         inputs |= {name: files.sha256(job.path / name) for name in OF_SEEDS}
     settings = stage_settings(trial, "validate")
 
-    sheet, searched = sheet_of(job), job.above.lab_searched
-    above: dict[str, Any] = {"sheet": sheet and dict(sheet), "searched": searched}
-    if earlier := job.above.earlier(job):
-        above["earlier"] = [one.model_dump() for one in earlier]
-    numbers = job.numbers("validate")
-    key = stage_key(inputs, {**settings, "form": REPORT_FORM, **above}, numbers)
+    sheet, numbers = sheet_of(job), job.numbers("validate")
+    key = stage_key(inputs, {**settings, "form": REPORT_FORM, "sheet": sheet and dict(sheet)}, numbers)
     if job.folder.is_current("validate", key):
         return False
     job.progress.start("Validating", 2)
     began = time.monotonic()
 
-    from sealtwin.trial.live_model import live_model
     from validate.compare import assess
     from validate.metrics.volumes import gained_level_mm
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
     from validate.uncertainty.bed_ends import BedEnds
-    from validate.uncertainty.earlier_trials import foresee
     from validate.uncertainty.meniscus import Mouth
     from validate.uncertainty.validation import predict
 
@@ -115,26 +111,22 @@ def bring_up_to_date(job: Job) -> bool:
         commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
         sheet=sheet,
         edited=tuple(name for stage in stages for name in job.folder.edited(stage) if name in used),
-        lab_searched=searched,
         extra_runs=job.extra_runs,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
         can_be_planned=trial.given_fluid.can_be_planned,
-        live=live_model(job, outline, solid, trajectory),
     )
     if trial.readings is not None and readings is not None:
-        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate, earlier)
+        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)
         evidence = replace(evidence, comparison=comparison)
     elif spread is not None:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
         ends, mouth = BedEnds.of(trajectory, run), Mouth.of(outline, solid, run.density_kg_m3)
         prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm, ends, mouth)
         evidence = replace(evidence, prediction=prediction)
-    evidence = replace(evidence, earlier=foresee(earlier, evidence))
     begin_writing(job, "validate")
     keep_origin(job)
     outputs: list[str] = list(REPORT)
-    records = {COMPARISON: evidence.comparison, PREDICTION: evidence.prediction, EARLIER: evidence.earlier}
-    for name, record in records.items():
+    for name, record in ((COMPARISON, evidence.comparison), (PREDICTION, evidence.prediction)):
         if record is not None:
             files.write_json(job.path / name, record.model_dump())
             outputs.append(name)
@@ -143,6 +135,24 @@ def bring_up_to_date(job: Job) -> bool:
     facts = {"numbers": numbers, "given": list(given)}
     job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, **facts)
     return True
+
+
+def read_seeds(job: Job) -> SeedRuns | None:
+    """Read the record of the runs whose mean is the level; None if there is one run, or they are not finished."""
+    if job.trial.seeds is None or SEEDS not in job.folder.finished():
+        return None
+    return record_files.read_record(SeedRuns, job.path / SEED_RUNS)
+
+
+def read_level(job: Job) -> tuple[Profile, SeedRuns | None]:
+    """Read the level, and the record of the runs if it is a mean. Raises InputError if one of them is missing."""
+    seeds = read_seeds(job)
+    if job.trial.seeds is not None and (seeds is None or len(seeds.seeds) != job.trial.seeds):
+        raise InputError(
+            f"{job.path}: the runs of its {job.trial.seeds} seeds are not finished. Run 'sealtwin validate {job.path}' "
+            "first."
+        )
+    return (record_files.read_profile if seeds is None else record_files.read_level)(job.path), seeds
 
 
 def varied_settings(trial: Trial) -> dict[str, Any]:
@@ -253,7 +263,7 @@ def _provenance(job: Job, sheet: "ReadingsSheet | None", *, varied: bool, seeds:
     facts: dict[str, str] = {}
     listed: set[tuple[str, str]] = set()
     for stage, entry in stages.items():
-        facts[f"{stage}: finished"] = str(entry.get("finished_utc", NOT_RECORDED))
+        facts[f"{stage}: finished"] = entry["finished_utc"]
         facts[f"{stage}: wall time"] = f"{entry['wall_time_s']:.1f} s"
         new = [one for one in entry["inputs"].items() if one not in listed and one[0] not in WRITTEN]
         facts |= {f"{stage}: {name}": f"sha256 {digest}" for name, digest in new}

@@ -3,6 +3,12 @@
 The balance of each cell is dA/dt + dQ/ds = q. A step uses the upwind area and perimeter after its sealant has landed,
 and the slopes at its end. The end then minimises a convex function, and is found by Newton steps, halved if they go too
 far. The areas follow from the flows, so that volume is conserved even if the search has a residual.
+
+The paste supports a mound under the nozzle and a crown across the crack, which an averaged flow would spread. The
+sideways pressure of paste that is pulled apart is 2 tau less than its weight, that of paste that is pushed together
+2 tau more (Rankine's limits of a plastic soil without friction). At the nozzle's last place both meet along the crack,
+and levels differ by 4 tau / rho g. Across the crack paste that was laid along the middle is pulled apart, and its level
+is 2 tau / rho g higher there than at the walls.
 """
 
 from dataclasses import dataclass
@@ -14,7 +20,6 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.settings import LEVEL, SampleSlope
 from simulate.slot.flux import Conduits, HerschelBulkley, conduits
-from simulate.slot.mound import crown_mm, mound_mm2
 from simulate.slot.sections import Trapezoids, sections_of
 
 CELLS = 60
@@ -32,6 +37,10 @@ the convex function.
 SAMPLES = 8  # Samples of the nozzle's motion per step
 GRAVITY_MM_S2 = 9810.0
 HUGE = 1e6  # Reach of a fluid without a yield stress, in 1/mm
+MOUND, CROWN = 4.0, 2.0
+"""Heights of a mound and of a crown, divided by tau / rho g."""
+MOST_MOUND = 0.5
+"""Largest share of the sealant that is in a mound. In a short crack a larger mound would have no bed under it."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +88,7 @@ def fill(
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
     times_s = _times_s(trajectory, settle_s, steps)
-    along, into = down(outline, sections, slope)
+    along, into = _down(outline, sections, slope)
     edges_mm = np.linspace(0.0, outline.length_mm, cells + 1)
     dispensed_mm3 = trajectory.dispensed_mm3
     flat = min(1.0, dispensed_mm3 / sections.full_mm2.sum() / sections.step_mm)
@@ -120,6 +129,31 @@ def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
     return np.concatenate([times_s, end_s + after_s / after_s[-1] * left_s])
 
 
+def mound_mm2(
+    sections: Trapezoids, landed_mm3: float, *, held_mm: float, middle_mm: float, nozzle_mm: float, surface_mm: float
+) -> Floats:
+    """Return the mound's area in each section, (n,), above a bed with its surface at ``surface_mm``.
+
+    It moves with the nozzle and remains at its last place, ``middle_mm``. Its top is as wide as the nozzle; its flanks
+    are those of a slump on its base, h dh/dx = tau / rho g, which is ``held_mm``.
+    """
+    aside_mm = np.maximum(np.abs(sections.s_mm - middle_mm) - nozzle_mm / 2, 0.0)
+    rise_mm = np.sqrt(np.maximum((MOUND * held_mm) ** 2 - 2 * held_mm * aside_mm, 0.0))
+    _, width_mm = sections.area_mm2(surface_mm - sections.bottom_mm)
+    area_mm2 = rise_mm * width_mm
+    total_mm3 = float(area_mm2.sum()) * sections.step_mm
+    return area_mm2 * (min(1.0, MOST_MOUND * landed_mm3 / total_mm3) if total_mm3 > 0 else 0.0)
+
+
+def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
+    """Return the level in the middle of the crack minus the mean across it, (n,).
+
+    It is a third of the height of a parabola, and at most the height of the bed. It is 0 if the bed reaches the face,
+    because paste above the face slumps next to the mouth.
+    """
+    return np.clip(np.minimum(height_mm, depth_mm - height_mm), 0.0, CROWN * held_mm / 3)
+
+
 def supplied_mm3(
     trajectory: Trajectory, times_s: Floats, edges_mm: Floats, *, nozzle_mm: float, surface_mm: float, down: Floats
 ) -> Floats:
@@ -155,7 +189,7 @@ def _below(place: Floats) -> Floats:
     return share
 
 
-def down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
+def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
     """Return gravity's unit vector: along the crack at the faces between cells, (n - 1,), and into the sample."""
     x, y, z = slope.down
     ahead = np.diff(outline.centreline_mm, axis=0)

@@ -9,8 +9,8 @@ import pytest
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.outline import glance, trace_outline
+from digitise.photo import smaller
 from digitise.scale.view import Lens, View
-from digitise.smaller_copy import smaller
 from digitise.walls.followed_walls import GLANCE_WIDTH_PX
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 

@@ -18,8 +18,8 @@ COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttribu
 ALL_OPTIONS = {"--help", "--version"} | {
     name for command in COMMANDS.values() for parameter in command.params for name in parameter.opts if name[0] == "-"
 }
-OTHERS = {"--array", "--job-name", "--cpus-per-task", "--constraint", "--editable"}
-"""Options of batch systems, in the scripts that we write for them, and of pip."""
+OTHERS = {"--nworkers", "--nthreads", "--constraint", "--editable"}
+"""Options of Dask and of pip."""
 PHOTO = ("--depth-mm", "5", "--mm-per-px", "0.1")
 
 
@@ -34,8 +34,6 @@ def test_no_sentence_names_an_option_or_a_command_that_does_not_exist():
     texts = {str(path): "\n".join(_strings(tree)) for path, tree in modules() if path.name not in drawn}
     texts |= {str(page): page.read_text() for page in (ROOT / "README.md", *(ROOT / "docs").rglob("how-to/*.md"))}
     templates = {*(ROOT / "sealtwin" / "templates").glob("*.toml")}
-    # It names options that are gone.
-    templates.remove(ROOT / "sealtwin" / "templates" / "removed_options.toml")
     texts |= {str(page): page.read_text() for page in templates}
     named = {
         (place, name)

@@ -9,8 +9,7 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.core.record_files import read_sample
-from sealtwin.trial.fast_answer import fast_answer
-from sealtwin.trial.quick_trial import QUICK
+from sealtwin.trial.quick_trial import QUICK, fast_answer
 from sealtwin.trial.trial_file import Trial, load_trial
 from simulate.slot.run import pour
 from tests.fluids import path, sample_of, slot

@@ -1,4 +1,4 @@
-"""Settings on the command line: --set, the options of every day, and those that are gone."""
+"""Settings on the command line: --set and the options of every day."""
 
 import json
 import re
@@ -11,18 +11,16 @@ import pytest
 import typer
 import typer.main
 
-from sealtwin.cli.answer import removed_options
 from sealtwin.cli.app import app
 from sealtwin.cli.options import OPTIONS, describe, settings_of
 from sealtwin.core.errors import present
 from sealtwin.core.settings import described, table_of
 from sealtwin.trial.trial_file import Trial
 from tests.pages import leave_out_pages
-from tests.places import FIXTURE, ROOT
+from tests.places import FIXTURE
 from tests.programs import sealtwin
 from tests.studies import tiny_lab
 
-REMOVED = removed_options()
 COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
 
 
@@ -232,23 +230,10 @@ def test_help_of_all_commands_loads_no_heavy_library():
     assert shown.endswith("[]\n")
 
 
-@pytest.mark.parametrize(("command", "option"), [(name, option) for name, gone in REMOVED.items() for option in gone])
-def test_an_option_that_is_gone_is_answered_by_its_new_spelling(command, option):
-    assert option not in {name for shown in COMMANDS[command].params for name in shown.opts}
-    for typed in ((option, "1"), (f"{option}=1",)):
-        answer = sealtwin(command, "x", *typed, "--json")
-        assert answer.exit_code == 2
-        error = json.loads(answer.stdout)["error"]
-        assert option in error
-        assert REMOVED[command][option] in error
-    new, text = REMOVED[command][option].split(" ", maxsplit=1)
-    assert new in {name for shown in COMMANDS[command].params for name in shown.opts}
-    if new == "--set":
-        *_, last = parts = text.partition("=")[0].split(".")
-        assert last in table_of(Trial, parts).model_fields  # pyright: ignore[reportOptionalMemberAccess]
-
-
-def test_the_page_of_old_options_lists_them_all():
-    page = (ROOT / "docs" / "reference" / "from-0.2-to-1.0.md").read_text(encoding="utf-8")
-    rows = {tuple(re.findall(r"`([^`]+)`", line)) for line in page.splitlines() if line.startswith("| `")}
-    assert rows == {(name, option, now) for name, gone in REMOVED.items() for option, now in gone.items()}
+@pytest.mark.parametrize("typed", [("--tilt", "flare"), ("--tilt=flare",)])
+def test_an_option_that_no_command_has_is_refused_in_one_sentence(typed):
+    answer = sealtwin("digitise", "x", *typed, "--json")
+    assert answer.exit_code == 2
+    error = json.loads(answer.stdout)["error"]
+    assert "--tilt" in error
+    assert "\n" not in error

@@ -17,8 +17,6 @@ from validate.comparison import Baseline, StationError
 from validate.report_input import Evidence
 from validate.result import (
     Comparison,
-    EarlierTrials,
-    Expectation,
     FluidFigures,
     PredictedLevel,
     SampleFigures,
@@ -237,21 +235,6 @@ LINES = {
         ["the mean level is -5.00 mm from the face (95 %: -6.00 to -4.00 mm)", "± 2.00 mm (95 %, median)"],
     ),
     "seeds": (lambda e: {"comparison": None, "seeds": SEEDS}, ["Seeds    The level is the mean of 3 runs"]),
-    "earlier trials": (
-        lambda e: {
-            "comparison": compared(e),
-            "earlier_trials": EarlierTrials.model_construct(
-                trials=(None, None),
-                expectations=(
-                    Expectation.model_construct(
-                        quantity="mean_level_mm", relative=False, bias=0.8, scatter=0.3, computed=-5.0, expected=-5.8,
-                        expected_95=(-6.5, -5.1),
-                    ),
-                ),
-            ),
-        },
-        ["Expected In 2 earlier trials of this lab"],
-    ),
     "other versions": (
         lambda e: {"comparison": compared(e), "other_versions": ("run: computed by simulate 1.",)},
         ["Warning  run: computed by simulate 1."],

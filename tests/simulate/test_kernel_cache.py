@@ -1,4 +1,4 @@
-"""The cache of compiled kernels, full or without a place: each in a process and with a cache of its own."""
+"""The cache of compiled kernels, damaged, full or without a place: each in a process and with a cache of its own."""
 
 import os
 import resource
@@ -36,6 +36,19 @@ def selftest(cache: Path, largest_file_bytes: int | None = None, **environment: 
     )
     assert "Traceback" not in done.stderr, done.stderr
     return done.returncode, done.stdout
+
+
+@pytest.mark.slow
+def test_a_damaged_kernel_is_compiled_again(tmp_path):
+    """As after a power cut: the object cut short, or its description; a second run finds the cache whole."""
+    assert selftest(tmp_path) == (0, "1344\n")
+    for ending, bytes_left in ((".o", 1000), (".o", 0), (".meta", 3)):
+        (damaged,) = tmp_path.rglob(f"*{ending}")
+        whole = damaged.stat().st_size
+        os.truncate(damaged, bytes_left)
+        assert selftest(tmp_path) == (0, "1344\n")
+        (mended,) = tmp_path.rglob(f"*{ending}")
+        assert mended.stat().st_size == whole
 
 
 @pytest.mark.slow

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sealtwin.core.frames import ParticleState
 from sealtwin.core.progress import Progress
+from sealtwin.core.vtk_files import ParticleState
 from simulate.injection import Injection
 from simulate.kernels import status
 from simulate.run import follow

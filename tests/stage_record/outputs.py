@@ -36,10 +36,8 @@ from validate.calibration.posterior import ReadLevels, reach_of
 from validate.calibration.summary import predicted_by_runs
 from validate.compare import assess
 from validate.readings.read_readings import read_readings
-from validate.result import EarlierTrial
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
-from validate.uncertainty.earlier_trials import expect
 
 SAMPLES = 24
 
@@ -232,7 +230,7 @@ SHEET = "s_mm,level_1_mm,level_2_mm,level_3_mm\n" + "".join(
 
 
 def validated(nudge: Nudge) -> Outputs:
-    arrays = {**_compared(nudge), **_expected(nudge), **_calibrated(nudge)}
+    arrays = {**_compared(nudge), **_calibrated(nudge)}
     return {name: sampled(values) for name, values in arrays.items()}
 
 
@@ -265,24 +263,6 @@ def _spread(nudge: Nudge) -> Spread:
     )
     fine, middle, coarse = sizes
     return Spread(S_MM, (fine, middle, coarse), (Effect("volume_ml", 0.02, np.full(81, 0.3)),), 0.02, 0.65)
-
-
-def _expected(nudge: Nudge) -> dict[str, Any]:
-    errors_mm = nudge([0.5, 0.7, 0.2, 0.9])
-    trials = [
-        EarlierTrial(
-            name=f"P{number}",
-            level_error_mm=error_mm,
-            computed_fill_ratio=0.9,
-            read_fill_ratio=0.9 - 0.05 * error_mm,
-            computed_heap_mm2=0.2 * error_mm,
-            read_heap_mm2=0.1,
-        )
-        for number, error_mm in enumerate(errors_mm.tolist())
-    ]
-    earlier = expect(trials, {"mean_level_mm": -4.0, "fill_ratio": 0.8, "heap_mm2": 0.5})
-    assert earlier is not None
-    return {f"earlier: {one.quantity}": [one.expected, *one.expected_95] for one in earlier.expectations}
 
 
 def _calibrated(nudge: Nudge) -> dict[str, Any]:

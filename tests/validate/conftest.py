@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.frames import Frame, ParticleState
+from sealtwin.core.vtk_files import Frame, ParticleState
 from tests.evidence import RADIUS_MM, make_evidence
 from validate.figures.snapshots import PANELS, FillScene
 

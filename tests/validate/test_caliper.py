@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from validate.readings.crack_limits import LONGEST_MM
 from validate.readings.read_readings import read_readings, take_readings
+from validate.readings.stations import LONGEST_MM
 from validate.settings import Readings
 
 SETTINGS = Readings(file=Path("caliper.csv"), data="measured", role="held-out")

@@ -13,7 +13,7 @@ DEVICE = Path(os.devnull)
 """A device of which a reader gets nothing, so that one that opens it ends; /dev/zero would fill the memory."""
 
 RUN = {"version": 1, "stages": {}}
-CATALOGUE = {"version": 3, "pairing": "", "uses": {}, "checked": {}, "sources": {}}
+CATALOGUE = {"version": 3, "pairing": "", "checked": {}, "sources": {}}
 RECORD = {
     **{"sample": "p1", "name": "P1", "revision": 1, "folder": "P1", "source": "photos", "content": "", "files": []},
     **{"dialect": None, "date": None, "operator": None, "said": {}, "remarks": [], "ingested_utc": "", "sealtwin": ""},
@@ -22,7 +22,7 @@ PLANNED = {
     **{"number": 1, "key": 64 * "a", "settings": {"fluid.U": 3.0}, "trial": {"solver": {}}, "sample": "aaaaaaaaaaaa"},
     **{"kin": "", "work_s": 1.0},
 }
-PLAN = {"version": 1, "study": "tiny", "total": 1, "started_unix_s": 0.0, "stage_numbers": {}, "runs": [PLANNED]}
+PLAN = {"version": 1, "study": "tiny", "started_unix_s": 0.0, "stage_numbers": {}, "runs": [PLANNED]}
 FIGURES = {"volume_ratio": 1.0, "profile_sha256": "", "fluid_warnings": []}
 OUTCOME = {"version": 1, "state": "done", "wall_s": 1.0, "figures": FIGURES}
 OUTCOME_FILE = f"runs/{16 * 'a'}/outcome.json"
@@ -80,7 +80,6 @@ filmed = answers("film {given} --out {out}.gif")
 listed = answers("lab list {given}")
 followed = answers("sweep status {given}")
 mapped = answers("map {given}")
-merged = answers("sweep merge {given} --out {out}")
 validated = answers("validate {given}")
 rested = answers("plan {given}/planned.toml --from {given}/levels.csv --out {out}")
 planned = answers("plan {given}/planned.toml --posterior {given}/none.csv --out {out}")
@@ -123,25 +122,23 @@ CASES: list[WrongInput] = [
         "outcome.json", "figures.volume_ratio"),
     followed("outcome of a run that is done and has no figures", study_of({**OUTCOME, "figures": None}),
         "outcome.json", "figures"),
-    merged("plan of a study whose run has no settings", study_of(OUTCOME, runs=[{**PLANNED, "settings": None}]),
+    followed("plan of a study whose run has no settings", study_of(OUTCOME, runs=[{**PLANNED, "settings": None}]),
         "plan.json", "runs.0.settings = None"),
-    merged("plan of a study whose run has a key that no run has",
+    followed("plan of a study whose run has a key that no run has",
         study_of(OUTCOME, runs=[{**PLANNED, "radius_mm": 0.4}]), "plan.json", "runs.0.radius_mm"),
-    merged("plan of a study with a setting that is no number",
+    followed("plan of a study with a setting that is no number",
         folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": NaN}')}),
         "plan.json", "expected value"),
-    merged("plan of a study with a setting that is too large for a number",
+    followed("plan of a study with a setting that is too large for a number",
         folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": 1e999}')}),
         "plan.json", "a number is too large"),
-    merged("plan of a study whose name has half of a character", study_of(OUTCOME, study="\ud800"), "plan.json",
+    followed("plan of a study whose name has half of a character", study_of(OUTCOME, study="\ud800"), "plan.json",
         "hex escape"),
     validated("manifest of a run with half of a character", folder_of({"manifest.json": {**RUN, "\ud800": 1}}),
         "manifest.json", "damaged"),
     validated("manifest of a run with a list in 600 others",
         folder_of({"manifest.json": f'{{"version": 1, "stages": {{}}, "x": {600 * "["}{600 * "]"}}}'}),
         "manifest.json", "damaged"),
-    merged("study that merges a link to a device", folder_of({"plan.json": PLAN, "study.toml": DEVICE}), "study.toml",
-        "device"),
     planned("draws of a sealant that are missing, of which no column is needed", plannable_lab, "none.csv",
         "fluid.yield_stress_pa", lacks=("columns ,",)),
 ]

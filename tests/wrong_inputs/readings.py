@@ -174,16 +174,7 @@ def formatted(form: str) -> Write:
 
 def note_by_formula(path: Path) -> None:
     book = openpyxl.Workbook()
-    for row in (("Tiefe [mm]", "=8+1"), ("Rissenden", "40 101 160 98")):
-        book.worksheets[0].append(row)
-    book.save(path)
-
-
-def percent_note(path: Path) -> None:
-    book = openpyxl.Workbook()
-    for row in (("Schwindung [%]", 0.025), ("Zustand", "nass"), ("Tiefe [mm]", 8), ("Rissenden", "40 101 160 98")):
-        book.worksheets[0].append(row)
-    book.worksheets[0]["B1"].number_format = "0.0%"
+    book.worksheets[0].append(("Tiefe [mm]", "=8+1"))
     book.save(path)
 
 
@@ -283,7 +274,6 @@ CASES: list[WrongInput] = [
     # What a lab leaves.
     lab("twins by Unicode", TWINS, "2 files", "look equal"),
     lab("a file that iCloud keeps", {".P01.csv.icloud": "bplist00"}, "P01.csv", "iCloud"),
-    lab("a note by a formula", {"P01_note.xlsx": note_by_formula}, "P01_note.xlsx", "'Tiefe [mm]'"),
-    lab("a note in percent", {"P01_note.xlsx": percent_note}, "'Schwindung [%]'", "2.5 %"),
+    lab("a note by a formula", {"P01_note.xlsx": note_by_formula}, "P01_note.xlsx: not read: 'Tiefe [mm]; 0 (formula"),
 ]
 # fmt: on

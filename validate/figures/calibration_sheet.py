@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from sealtwin.core.records import Floats
-from validate.calibration.discrepancy import SMOOTH_ERRORS_MM, SMOOTH_LENGTH_MM
 from validate.calibration.free import Marginal
+from validate.calibration.posterior import SMOOTH_ERRORS_MM, SMOOTH_LENGTH_MM
 from validate.calibration.summary import Calibrated, Prediction
 from validate.figures import theme
 from validate.figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes

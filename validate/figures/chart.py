@@ -9,11 +9,11 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from sealtwin.core.replicates import require_different
 from validate.comparison import Baseline, ErrorFigures
 from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
 from validate.metrics.curve_distances import error_figures, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
+from validate.uncertainty.computed import require_different
 from validate.units import counted, percent, words
 
 DECADES = 100.0  # Least ratio of the largest to the smallest value of a logarithmic axis: two decades

@@ -14,7 +14,7 @@ from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
 from validate.units import signed
-from validate.wording.seeds import levels_in_words
+from validate.wording.of_runs import levels_in_words
 
 
 @dataclass(frozen=True)

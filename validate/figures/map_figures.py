@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
-from sealtwin.core.frames import Frame
 from sealtwin.core.records import Floats
+from sealtwin.core.vtk_files import Frame
 from validate.figures import theme
 from validate.figures.chart import Axis, Chart, HeldRun
 from validate.figures.figure_sheet import wide_axes

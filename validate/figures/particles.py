@@ -13,9 +13,9 @@ from matplotlib.patches import Patch, Polygon
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from sealtwin.core.frames import Frame
 from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
+from sealtwin.core.vtk_files import Frame
 from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)

@@ -13,8 +13,8 @@ from matplotlib.path import Path as Outlines
 from matplotlib.ticker import MaxNLocator
 
 from sealtwin.core.files import replacing
-from sealtwin.core.frames import Frame, ParticleState
 from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory
+from sealtwin.core.vtk_files import Frame, ParticleState
 from validate.figures import particles, theme
 from validate.figures.drawing import as_picture
 
@@ -143,11 +143,6 @@ def draw_fill(frames: Sequence[Frame], scene: FillScene, by: Sequence[Shade] = (
         column[-1].set_xlabel("s along the crack (mm)")
         particles.add_bar(figure, scales[shade], column, location="bottom", aspect=40, pad=0.02)
     return figure
-
-
-def draw_snapshot(frame: Frame, scene: FillScene) -> Figure:
-    """Draw one frame: the section along the crack by age and by speed, the view from above and sections across it."""
-    return Snapshot(scene).draw(frame)
 
 
 class Snapshot:

@@ -1,8 +1,8 @@
 """Baselines of a comparison: levels without a simulation, compared with the same readings, in figures and sentences.
 
 A calibrated level was fitted to its readings, and so are its baselines: curves with one coefficient, with three, and
-with as many as settings were fitted. Baselines for held-out readings are made without them: a flat level of the
-dispensed volume, and a flat level that fills the crack as earlier samples were filled.
+with as many as settings were fitted. The baseline for held-out readings is made without them: a flat level of the
+dispensed volume.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats, Outline, Profile, Solid
 from validate.comparison import Baseline
 from validate.metrics.curve_distances import level_difference
-from validate.metrics.volumes import balance_profile, fill_volumes
-from validate.result import EarlierTrial
+from validate.metrics.volumes import balance_profile
 from validate.settings import Role
 from validate.units import counted
 
@@ -83,26 +82,15 @@ def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
     return basis @ solved.x[:count]
 
 
-def flat_levels(
-    measured: Profile, outline: Outline, solid: Solid, dispensed_mm3: float, earlier: Sequence[EarlierTrial] = ()
-) -> tuple[Baseline, ...]:
-    """Return the baselines made without the readings: volumes with a flat level in the whole crack, like water.
+def flat_levels(measured: Profile, outline: Outline, solid: Solid, dispensed_mm3: float) -> tuple[Baseline, ...]:
+    """Return the baseline made without the readings: the dispensed volume with a flat level, like water.
 
-    The volumes are the dispensed volume, and the volume that fills the crack as the average of the ``earlier`` samples,
-    including their heaps.
+    The result is empty if nothing was dispensed.
     """
-    volumes_mm3 = {POOL: dispensed_mm3}
-    if earlier:
-        full = Profile(outline.s_mm, np.zeros(len(outline.s_mm)))
-        room_mm3 = fill_volumes(full, outline, solid, outline.s_mm[0], outline.s_mm[-1])["sealant_mm3"]
-        share, heap_mm2 = np.mean([(one.read_fill_ratio, one.read_heap_mm2) for one in earlier], axis=0)
-        name = f"a flat level that fills as {counted(len(earlier), 'earlier sample')}"
-        volumes_mm3[name] = float(share * room_mm3 + heap_mm2 * outline.length_mm)
-    return tuple(
-        Baseline(name, 0, level_difference(balance_profile(volume_mm3, outline, solid), measured).mean_error)
-        for name, volume_mm3 in volumes_mm3.items()
-        if volume_mm3 > 0
-    )
+    if dispensed_mm3 <= 0:
+        return ()
+    error_mm = level_difference(balance_profile(dispensed_mm3, outline, solid), measured).mean_error
+    return (Baseline(POOL, 0, error_mm),)
 
 
 def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: int | None) -> bool | None:

@@ -158,10 +158,8 @@ def _role_sentence(m: LevelMetrics, *, in_full: bool) -> str:
             count = counted(m.stations_compared, "station")
             what = f"fitted at {count}: {', '.join(map(setting_name, m.fitted))}"
         return f"Calibrated on these {readings} ({what}), so this error is the residual of the fit, not a test."
-    if m.role == "held-out" and m.lab_searched:
-        return f"Held out: no study and no calibration in the lab's catalogue uses these {readings}."
     if m.role == "held-out":
-        return f"Held out, as declared; there was no lab catalogue to check for other uses of these {readings}."
+        return f"Held out, as declared: no setting was fitted to these {readings}."
     return f"The use of these {readings} is not declared: set readings.role."
 
 

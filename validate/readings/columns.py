@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import get_args
 
 from validate.readings.cell_units import columns_of_units
+from validate.readings.column_contents import likely_columns, may_be_readings, numbers_repeats
 from validate.readings.column_units import CORRECT, ColumnUnits
 from validate.readings.header import MOST_SHOWN, Column, Header, Mass, quoted_names
 from validate.readings.header_rows import find_header, header_of_note
@@ -21,8 +22,6 @@ from validate.readings.header_words import (
     unit_in,
 )
 from validate.readings.place_words import columns_of_places, is_place_word, only_number, without_words
-from validate.readings.range_ends import has_readings, rows_beyond
-from validate.readings.repeats import may_be_readings, numbers_repeats
 from validate.readings.sheet import (
     BLANK,
     FaultList,
@@ -35,8 +34,16 @@ from validate.readings.sheet import (
     quoted,
     refuse,
 )
-from validate.readings.stand_ins import likely_columns
-from validate.readings.table_rows import blocks, columns_named, is_a_number, sorted_rows, table_rows, which_table
+from validate.readings.table_rows import (
+    blocks,
+    columns_named,
+    has_readings,
+    is_a_number,
+    rows_beyond,
+    sorted_rows,
+    table_rows,
+    which_table,
+)
 from validate.readings.tables import common_lines
 from validate.readings.turned import ASSIGN_ROWS
 from validate.settings import Columns, Declared, Quantity

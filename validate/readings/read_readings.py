@@ -8,12 +8,11 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.readings.columns import read_header
-from validate.readings.crack_limits import CrackLimits
 from validate.readings.sample_rows import rows_of_sample
 from validate.readings.samples import read_cells
 from validate.readings.screens import cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, quoted
-from validate.readings.stations import Reading, Station, cells_of, level_mm
+from validate.readings.stations import CrackLimits, Reading, Station, cells_of, level_mm
 from validate.readings.table_reader import TableReader
 from validate.readings.text_table import (
     NOTE_HEAD,

@@ -10,13 +10,12 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from validate.readings.crack_limits import CrackLimits
+from validate.readings.column_contents import likely_repeat
 from validate.readings.header import Column, Header
 from validate.readings.header_words import GRAMS, MM
-from validate.readings.repeats import likely_repeat
 from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
-from validate.readings.stations import Reading, Station, cells_of, level_mm
+from validate.readings.stations import CrackLimits, Reading, Station, cells_of, level_mm
 from validate.readings.text_table import (
     commas_may_separate,
     common_mark,

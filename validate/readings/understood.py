@@ -8,8 +8,7 @@ import numpy as np
 
 from sealtwin.core.records import ReadColumn
 from validate.readings.column_doubts import column_doubts
-from validate.readings.header import Header, remarks_where
-from validate.readings.remarks import names_factor, names_other_zero
+from validate.readings.header import Header, names_factor, names_other_zero, remarks_where
 from validate.readings.screens import Doubt, ReadCells, alike_columns, doubtful_cells, mean_rows, scattered_stations
 from validate.readings.sheet import Fact, Place, SheetGrid, letters, quoted, shown
 from validate.readings.table_rows import is_a_number

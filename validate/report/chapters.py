@@ -1,4 +1,4 @@
-"""Content of a report, chapter by chapter. The page and the PDF lay it out differently."""
+"""Content of a report, chapter by chapter. The page has all of it, the PDF its pictures."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,6 @@ from validate.figures.snapshots import FillScene, draw_fill
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
 from validate.report_input import Evidence
-from validate.uncertainty.earlier_trials import earlier_table, expected_sentences
 from validate.units import PageTable
 from validate.wording import sample_and_run
 from validate.wording.comparison import (
@@ -37,8 +36,8 @@ from validate.wording.comparison import (
     volume_table,
 )
 from validate.wording.headline import mean_of_seeds
+from validate.wording.of_runs import levels_in_words, mean_sentence
 from validate.wording.prediction import prediction_table
-from validate.wording.seeds import levels_in_words, mean_sentence
 
 
 @dataclass(frozen=True)
@@ -179,9 +178,6 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     yield "Mass balance", "mass-balance", [balance_table(evidence), *volumes]
     if evidence.prediction is not None:
         yield "Uncertainty in figures", "budget", [prediction_table(evidence.prediction)]
-    if evidence.earlier is not None:
-        expected = Paragraph(expected_sentences(evidence.earlier))
-        yield "Earlier trials", "earlier", [expected, earlier_table(evidence.earlier)]
     dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
     solid = Plate(
         f"The simulated solid as in crack.stl{dams}, and its cavity alone.",

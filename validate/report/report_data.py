@@ -15,7 +15,7 @@ from sealtwin.core.settings_text import described
 from validate import comparison, report_input, result, settings, units
 from validate.comparison import in_unit
 from validate.report_input import Evidence, ReadingsSheet
-from validate.result import IF_SEVERAL, Comparison, EarlierTrials, Outcome, PredictedLevel, SeedRuns
+from validate.result import IF_SEVERAL, Comparison, Outcome, PredictedLevel, SeedRuns
 from validate.uncertainty.validation import with_time
 from validate.units import PageTable, unit_of, words
 from validate.wording import first_page as first_page_words
@@ -81,8 +81,6 @@ class ReportData(JsonRecord):
     """Runs that differ only in the seed, whose mean is the level; left out if there is one run."""
     uncertainty: tuple[str, ...]
     """Sentences on the uncertainty, and on what the intervals do not include."""
-    earlier_trials: EarlierTrials | None
-    """The lab's earlier trials and the readings expected from them; None if there are fewer than two valid trials."""
     mass_balance: dict[str, NumberWithUnit]
     """Volume of the dispensed sealant at each place."""
     health: dict[str, NumberWithUnit | str]
@@ -159,7 +157,6 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
         prediction=evidence.prediction,
         seeds=evidence.seeds,
         uncertainty=uncertainty_sentences(evidence),
-        earlier_trials=evidence.earlier,
         mass_balance={
             key: NumberWithUnit(value=volume_mm3, unit="mm³", meaning=label)
             for key, (label, volume_mm3) in volumes_mm3(evidence).items()

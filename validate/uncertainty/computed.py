@@ -8,14 +8,17 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter
 
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Numbers
-from sealtwin.core.replicates import require_different
 from sealtwin.core.run_figures import FAST, Method
 from validate.comparison import InputDrawsRecord, InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
 RUNS = 1_000  # They give a standard deviation to 2 %
+Z_95 = 1.96
+"""Half-width of a 95 % band in standard deviations. The variance of the band is averaged over the places along the
+crack, of which a run has some 50 independent ones, so two runs determine it (decision 0182)."""
 
 
 def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:
@@ -338,3 +341,28 @@ class Spread:
         if (draws := spread.draws) is not None and draws.moved_mm.shape[1:] != draws.s_mm.shape:
             raise ValueError("moved_mm and s_mm of the draws differ in length")
         return spread
+
+
+def further_run_mm2(levels_mm: Floats, mean_of: int) -> float:
+    """Return the variance of a further run's level about the mean of ``mean_of`` runs, averaged over the places.
+
+    ``levels_mm``, (runs, k), are the levels that show the scatter.
+    """
+    return float(levels_mm.var(axis=0, ddof=1).mean() * (1 + 1 / mean_of))
+
+
+def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: str) -> None:
+    """Raise InputError if two replicates have the same level, bit by bit.
+
+    ``names`` has the name of each level's run. The message begins with ``where``.
+    """
+    earlier: list[Floats] = []
+    for number, level_mm in enumerate(levels_mm):
+        for other, earlier_mm in enumerate(earlier):
+            if np.array_equal(level_mm, earlier_mm):
+                raise InputError(
+                    f"{where}: the runs {names[other]} and {names[number]} have the same level to the last digit. They "
+                    "are copies, not replicates, and do not show the scatter of single runs. Give another "
+                    "solver.radius_mm, at which the seed changes the run."
+                )
+        earlier.append(level_mm)

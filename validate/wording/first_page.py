@@ -10,8 +10,8 @@ from validate.result import Comparison, PredictedLevel
 from validate.units import counted, setting_name, signed
 from validate.wording.comparison import volumes_mm3
 from validate.wording.headline import faults, headline, not_measured
+from validate.wording.of_runs import levels_in_words
 from validate.wording.sample_and_run import freezing, hidden_width
-from validate.wording.seeds import levels_in_words
 
 ML = 1000.0  # mm³
 MOST_NAMED = 6  # Most fitted settings that the page names
@@ -260,8 +260,7 @@ def _tested(comparison: Comparison, *, fast: bool) -> Tile:
     title, readings = "Tested?", f"these readings at {counted(comparison.stations_compared, 'place')}"
     if comparison.role == "held-out":
         figure = "Fast model" if fast else "Yes"
-        checked = "the lab's catalogue has no other use of them" if comparison.lab_searched else "as declared"
-        return Tile(title=title, figure=figure, text=f"No setting was fitted to {readings}: held out, {checked}.")
+        return Tile(title=title, figure=figure, text=f"No setting was fitted to {readings}: held out, as declared.")
     if comparison.role == "calibrated-on":
         if not comparison.fitted:
             text = "Settings were fitted to these readings; the trial does not name them."

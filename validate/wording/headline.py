@@ -8,11 +8,10 @@ from sealtwin.core.regime import standing_stress_pa
 from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_volume, leak
 from validate.report_input import Evidence
 from validate.result import Outcome, SeedRuns
-from validate.uncertainty.earlier_trials import expected_sentences
 from validate.units import counted
 from validate.wording.comparison import volumes_mm3
+from validate.wording.of_runs import seed_sentences
 from validate.wording.prediction import predicted_sentence
-from validate.wording.seeds import seed_sentences
 
 FEW_ACROSS = 3.0
 """Least number of particles from wall to wall; the paper has four. Runs with two particles gained 11 to 17 % in volume,
@@ -189,16 +188,12 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
 
 
 def in_short(evidence: Evidence) -> tuple[str, ...]:
-    """Return sentences on the error, if there are readings, on the places of the sealant, and on earlier trials."""
-    return (*_nearness(evidence), *mean_of_seeds(evidence), _whereabouts(evidence), *_expected(evidence))
+    """Return sentences on the error, if there are readings, and on the places of the sealant."""
+    return (*_nearness(evidence), *mean_of_seeds(evidence), _whereabouts(evidence))
 
 
 def mean_of_seeds(evidence: Evidence) -> tuple[str, ...]:
     return seed_sentences(evidence.seeds, draft=is_draft(evidence.run))
-
-
-def _expected(evidence: Evidence) -> tuple[str, ...]:
-    return () if evidence.earlier is None else expected_sentences(evidence.earlier)
 
 
 def _nearness(evidence: Evidence) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from digitise.drawing.drawn_block import FLOOR_MM, drawn_crack
 from digitise.drawing.drawn_layers import DrawnLayers
 from digitise.drawing.join_lines import DrawnLine, joined, without_copies
 from digitise.drawing.read_dxf import open_drawing
-from digitise.drawing.write_dxf import dxf_text
+from digitise.exports import dxf_text
 from sealtwin.core.errors import InputError
 from tests.fluids import path
 from tests.shapes import CLOSED, arc_slot, straight_slot

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from digitise.drawing.given_lines import outline_of_line
-from digitise.walls.straight_view import straight_view
+from digitise.walls.overlay import straight_view
 
 X_MM = np.linspace(0.0, 60.0, 121)
 LINE_MM = np.column_stack([X_MM, 8 * np.sin(X_MM / 15)])

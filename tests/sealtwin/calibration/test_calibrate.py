@@ -35,8 +35,8 @@ from tests.calibrations import FREE, HERE, TRUTH, tiny_trials
 from tests.pages import leave_out_figures
 from tests.places import ROOT
 from tests.studies import tiny_lab
-from validate.calibration.discrepancy import smooth_errors_mm2
 from validate.calibration.free import Free
+from validate.calibration.posterior import smooth_errors_mm2
 from validate.settings import Uncertainty
 
 YIELD = {"fluid.yield_stress_pa": (2.0, 20.0)}
@@ -161,7 +161,7 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_ste
     # By the model alone, since the times of these small runs are of the machine.
     monkeypatch.setattr(Forecast, "scaled_s", lambda _, model_s: model_s)
     how = replace(HERE, drafts=True)
-    content = calibrate([one], ranges, tmp_path / "out", how, progress, held_out=[other], budget=14).content
+    content = calibrate([one], ranges, tmp_path / "out", how, progress, held_out=[other], budget=14)
     # Six more runs and six of the held-out trial follow the first eight; six follow the last two; then none does.
     some_s = [left_s for left_s in later_s if left_s > 0]
     assert some_s[0] > 1.5 * some_s[-1]
@@ -216,7 +216,7 @@ def test_a_material_has_the_figures_of_a_run_that_confirms_it_if_the_last_one_fa
 
 def _command(lab, out):
     free = [part for text in FREE for part in ("--free", text)]
-    line = ["calibrate", "trial.toml", *free, "--hold-out", "other.toml", "--date", "2026-11-22"]
+    line = ["calibrate", "trial.toml", *free, "--hold-out", "other.toml", "--date", "2026-11-22", "--accurate"]
     return [sys.executable, "-m", "sealtwin", *line, "--jobs", "1", "--device", "cpu", "--json", "--out", out]
 
 
@@ -255,6 +255,7 @@ def _holds(lab, answer):
         hold_out=[lab / "other.toml"],
         out=lab / "out",
         jobs=1,
+        accurate=True,
     )
     assert calibration.content["finding"] == answer["finding"]
     assert calibration.posterior["fluid.yield_stress_pa"].shape == (500,)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.frames import Frame
-from sealtwin.core.vtk_files import read_collection, read_frame, write_collection, write_frame
+from sealtwin.core.vtk_files import Frame, read_collection, read_frame, write_collection, write_frame
 from tests.vtk_reader import read_polydata, read_pvd
 
 

@@ -8,7 +8,7 @@ from sealtwin.lab.ingest import ingest
 from tests.lab_folder import make_lab_folder
 from tests.labs import QUIET, hashes_of
 
-TWO = "lab.toml", "P01.png", "P01.csv", "P01.toml", "P02.png", "P02_Messung.csv", "P02_Notiz.csv"
+TWO = "lab.toml", "P01.png", "P01.csv", "P01.toml", "P02.png", "P02_Messung.csv", "P02_Notiz.toml"
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,6 @@ import json
 
 import pytest
 
-from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import present
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.sheets import kind_of_text
@@ -130,21 +129,6 @@ def test_an_answer_is_the_cell_a_row_a_column_or_a_word(doubtful, tmp_path, cell
     assert any("readings.as_written" in fault.sentence and named in fault.sentence for fault in ingested.faults)
 
 
-@pytest.mark.parametrize("line", ["wie geschrieben;C4", "readings.as_written;['C4']", "as written;C4, B7"])
-def test_a_note_in_words_answers_too(small, tmp_path, line):
-    sheet = small / "P02_Messung.csv"
-    lines = sheet.read_text(encoding="utf-8-sig").splitlines()
-    cells = lines[3].split(";")
-    lines[3] = ";".join([*cells[:2], "0,00", *cells[3:]])
-    sheet.write_text("\n".join(lines) + "\n", encoding="utf-8-sig")
-    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
-    assert 'readings.as_written = ["C4"]' in fault.sentence
-    assert "P02_Notiz.csv" in fault.sentence
-    with (small / "P02_Notiz.csv").open("a", encoding="cp1252") as note:
-        note.write(f"{line}\n")
-    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "new"}
-
-
 @pytest.mark.broad
 def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, tmp_path):
     """0.08 ml fill a third of the crack, and levels 1.5 mm below its face most of it."""
@@ -157,40 +141,6 @@ def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, 
     assert ingested.exit_code == 6
 
 
-def test_a_text_is_kept_with_its_sample_and_never_fails_it(small, tmp_path):
-    lab = tmp_path / "lab"
-    (small / "Messungen").mkdir()
-    for name, text in {
-        "P01.txt": "Nach Regen gemessen. Massstab: 0\nSiehe Heft 3; Foto verwackelt.\n",
-        "P02 Anmerkung.md": "# Probe 2\n\n- Kante ausgebrochen\n",
-        "README.txt": "Fotos vom Mai",
-        "zu P01 notiert.txt": "Wetter: trocken",
-        "Messungen/P02.txt": "Im Ordner der Messungen, und doch keine.",
-    }.items():
-        (small / name).write_text(text)
-    ingested = ingest(small, lab, QUIET)
-    assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert (lab / "P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
-    assert [len(list((lab / name / "inputs").glob("text-*"))) for name in ("P01", "P02")] == [2, 2]
-    assert "Not used: README.txt" in "\n".join(ingest_answer(ingested).lines)
-    hint = "P01.txt is kept as text and not read; it gives no setting; its numbers Massstab: 0"
-    assert any(hint in remark for remark in ingested.outcomes[0].remarks)
-    (small / "P01.txt").write_text("Mehr dazu.")
-    assert fates(ingest(small, lab, QUIET))["P01"] == "unchanged", "it says nothing of the trial"
-
-
-def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small, tmp_path):
-    lab = tmp_path / "lab"
-    (small / "P01.toml").rename(small / "P01.txt")
-    (small / "P01.txt").write_text("Probe 1, gesägt. Tiefe 8,0 mm, Datum: 3.5.2026\nRissenden 40 101 160 98")
-    outcome = ingest(small, lab, QUIET).outcomes[0]
-    assert any("seems to give crack.depth_mm = 8.0" in one for one in [*outcome.remarks, *outcome.asked.values()])
-    assert "set its role to note" in question(lab, "P01.txt")
-    answer(lab, {"P01.txt": {"role": "note"}})
-    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "unchanged"}
-    assert present(load_trial(lab / "P01" / "trial.toml").crack, "crack").depth_mm == 8.0
-
-
 @pytest.mark.parametrize(
     ("text", "kind"),
     [
@@ -199,8 +149,7 @@ def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small,
         ("Stelle;Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
         ("Auslitern P01;\nMasse [g];Pegel unter Kante [cm]\n0,02;0,6\n0,06;0,4\n", "fill"),
         ("Schritt Masse [g];Ablesung\n1;2\n2;3\n", "fill"),
-        ("Tiefe;16 mm\nMasse;12 g\n", "note"),
-        ("crack.depth_mm\t8\n", "note"),
+        ("Tiefe;16 mm\nMasse;12 g\n", "text"),
         ("Tiefe;Ort\n1 mm;0 mm\n2 mm;5 mm\n", "text"),
         ("Tiefe 16 mm, am Rand mehr\n", "text"),
         ("Am 3.5. gemessen, 3 Fotos, 2 Proben\n", "text"),
@@ -220,7 +169,7 @@ def test_a_note_in_markdown_is_asked_about_in_the_first_round(small, tmp_path, t
     (small / "P01.csv").unlink()
     (small / "P01.md").write_text(text)
     ingest(small, lab, QUIET)
-    assert "set its role to readings" in question(lab, "P01.md")
+    assert "if they are readings, to readings" in question(lab, "P01.md")
     assert "no unit" in question(lab, "P01.md")
     columns = {"s": "A", "levels": "B"} if "|" in text else {}
     answer(lab, {"P01.md": {"role": "readings", "unit": "mm", "sign": "down", **columns}})

@@ -100,7 +100,11 @@ def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        ("P02_Notiz.csv", "Tiefe;8 mm\nZustand;wet\n", "P02_Notiz.csv, line 2: readings.state is given, but the"),
+        (
+            "P02_Notiz.toml",
+            'crack.depth_mm = 8\nreadings.state = "wet"',
+            "P02_Notiz.toml: readings.state is given, but the",
+        ),
         ("P01.toml", TRACED.format("P02.png"), "P01.toml: photo.file = 'P02.png', but by its name P01.png belongs to"),
         ("P01.toml", f'{P01}mask = "P01_mask.png"\n', "P01.toml: photo.mask = 'P01_mask.png', but by its name no mask"),
         *(("P01.toml", f'name = "{name}"\n{P01}', "is not a name") for name in ("  ", "P\\u202e1")),

@@ -80,9 +80,9 @@ def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sou
     (small / "P01.toml").write_text(
         'operator = "\\u001b[2J"\nnote = "\\u202e"\ncrack.depth_mm = 8.0\n"\\u009b2J" = 1\n'
     )
-    (small / "P02_Notiz.csv").write_bytes(b"Tiefe;8 mm\nBemerkung;\x1b[2J\n\x1b]0;x\n")
+    (small / "P02.txt").write_bytes(b"8 mm \x1b[2J\n\x1b]0;x\n")
     text = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines)
-    for words in ("P03?.png: a name with control characters", "\\xff", "P01.toml", "P02_Notiz.csv"):
+    for words in ("P03?.png: a name with control characters", "\\xff", "P01.toml", "P02.txt"):
         assert words in text
     assert not set(text) & {"\x1b", "\u202e", "\udcff", "\x9b"}
     faulty = replace(sound[3], faults=(CatalogueFault("P01", "P01.csv: \x1b[2J\n\u202e"),))
@@ -91,7 +91,7 @@ def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sou
 
 def test_names_and_notes_that_are_formulas_stay_text_in_tables(small, tmp_path):
     (small / "P01.png").rename(small / "=cmd()_P01_photo.png")
-    (small / "P02_Notiz.csv").write_text('Tiefe;8 mm\nPrüfer;"=HYPERLINK(""x"")"\n')
+    (small / "P02_Notiz.toml").write_text("crack.depth_mm = 8\noperator = '=HYPERLINK(\"x\")'\n")
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
     assert "\n'=cmd()_P01_photo.png,photo," in (lab / "pairing.csv").read_text()

@@ -25,7 +25,7 @@ def late(small, tmp_path):
     one = with_crack(mortar((200, 200), seed=1), wandering([(40, 50), (160, 50)], 5.0), 12)
     write_png(small / "P02.png", with_crack(one, wandering([(40, 150), (160, 150)], 5.0), 12))
     edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.3")
-    (small / "P02_Notiz.csv").write_text("Tiefe;8 mm\n")
+    (small / "P02_Notiz.toml").write_text("crack.depth_mm = 8.0\n")
     with (small / "P01.csv").open("a") as sheet:
         sheet.write("40.0,-1.0,-1.0,-1.0\n")
     return small, tmp_path / "lab"

@@ -5,13 +5,9 @@ import shutil
 
 import pytest
 
-from sealtwin.core.progress import Progress
 from sealtwin.lab import run_samples
-from sealtwin.study.runner import Computing
 from tests.labs import edit, sealtwin
 from tests.pages import leave_out_figures, leave_out_pdf
-
-HERE = Computing("cpu", 0)  # In this process
 
 
 @pytest.fixture
@@ -24,10 +20,6 @@ def ready(small, tmp_path, monkeypatch):
     edit(small / "P03_Messung.csv", "[mm]", "")
     assert sealtwin("ingest", small, "--out", tmp_path / "lab", "--quiet").exit_code == 6
     return tmp_path / "lab"
-
-
-def _states(results):
-    return {one.name: one.state for one in results}
 
 
 def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch):
@@ -45,23 +37,6 @@ def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch)
     text = sealtwin("lab", "run", ready, "--device", "cpu").stdout
     for words in ("P01     up to date", "P02     done", "P03     left out", "left out: P03: P03_Messung.csv, line 1"):
         assert words in text
-
-
-def test_reports_state_the_errors_of_all_samples_whatever_ended_first(ready, monkeypatch):
-    """Of samples that can test the model, the reports are brought up to date again once all have run."""
-    calls, work = [], run_samples.run_in_worker
-
-    def counted(lab, record, device):
-        calls.append(record.name)
-        return work(lab, record, device)
-
-    monkeypatch.setattr(run_samples, "run_in_worker", counted)
-    monkeypatch.setattr(run_samples, "earlier_trials", lambda _: (("a trial",), []))
-    expected = {"P01": "done", "P02": "done", "P03": "left out"}
-    assert _states(run_samples.run_samples(ready, HERE, Progress())) == expected
-    assert calls == ["P01", "P02"] * 2
-    assert _states(run_samples.run_samples(ready, HERE, Progress()))["P01"] == "up to date"
-    assert calls == ["P01", "P02"] * 3
 
 
 def test_a_bug_in_one_run_stops_no_other(ready, monkeypatch):

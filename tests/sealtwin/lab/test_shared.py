@@ -134,7 +134,7 @@ def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path)
 def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):
     rows = ("s_mm", "level_mm"), (1, -1.0), (11, -1.0)
     _workbook(shared / "P02.xlsx", {"P02": [("Labor 3",)], "Messung": rows})
-    (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sheet;Messung\n")
+    (shared / "P02_Notiz.toml").write_text('crack.depth_mm = 8.0\nreadings.sheet = "Messung"\n')
     ingested = ingest(shared, tmp_path / "lab", QUIET)
     assert not ingested.faults
     assert levels_mm(tmp_path / "lab", "P02") == [-1.0, -1.0]

@@ -102,8 +102,7 @@ def test_the_depth_of_the_sealant_is_never_that_of_the_crack(folder, tmp_path, h
 def test_each_sample_of_a_sheet_has_its_own_depths(folder, tmp_path):
     """A table beside two samples whose title names neither is a question for both."""
     (folder / "P02_Messung.csv").unlink()
-    note = folder / "P02_Notiz.csv"
-    note.write_bytes(note.read_bytes().replace(b"Tiefe [mm];8,0\n", b""))
+    edit(folder / "P02_Notiz.toml", "depth_mm = 8.0\n", "")
     heads = "P01;;;;P02;;;;{};", "s [mm];Tiefe 1 [mm];Tiefe 2 [mm];;" * 2 + "s [mm];Risstiefe [mm]"
     rows = [f"{row};;{row};;{depth}" for row, depth in zip(READINGS[1:], ["0;7,5", "12;8,5", ";"], strict=True)]
     for title, asked in (("Riss P02", {"P01": "missing"}), ("", dict.fromkeys(("P01", "P02"), "of which sample"))):

@@ -66,7 +66,7 @@ def test_a_refused_photo_has_its_picture_while_its_sample_waits(waiting):
     folder, lab = waiting
     one = with_crack(mortar((200, 200), seed=1), [(40, 51), (80, 47), (120, 53), (160, 48)], 12)
     write_png(folder / "P02.png", with_crack(one, [(40, 151), (80, 147), (120, 153), (160, 148)], 12))
-    (folder / "P02_Notiz.csv").write_text("Tiefe;8 mm\n")
+    (folder / "P02_Notiz.toml").write_text("crack.depth_mm = 8.0\n")
     _ingest(folder, lab)
     asked = question(lab, "P02.png")
     assert Path(asked.partition("Look at ")[2].rpartition(".")[0]).is_file(), asked

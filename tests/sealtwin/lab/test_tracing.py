@@ -14,7 +14,7 @@ from tests.pictures import mortar, write_png
 def traced(small, tmp_path):
     """P01 has a crack; P02's photo shows none; a reading of P01 lies beyond its crack's end."""
     write_png(small / "P02.png", mortar((200, 200), seed=3))
-    (small / "P02_Notiz.csv").write_text("Tiefe;8 mm\n")
+    (small / "P02_Notiz.toml").write_text("crack.depth_mm = 8.0\n")
     with (small / "P01.csv").open("a") as sheet:
         sheet.write("40.0,-1.0,-1.0,-1.0\n")
     return small, tmp_path / "lab"

@@ -68,7 +68,7 @@ def test_two_ingests_at_once_lose_nothing(sound, small, tmp_path):
     for file in small.glob("P02*"):
         file.unlink()
     lab, other = tmp_path / "lab", shutil.copytree(small, tmp_path / "other")
-    for name in ("P08.png", "P08_caliper.csv", "P08_info.txt"):
+    for name in ("P08.png", "P08_caliper.csv", "P08_info.toml"):
         shutil.copy(sound[0] / name, other)
     for process in [_start("-c", INTAKE, folder, lab) for folder in (other, small)]:
         _, errors = process.communicate(timeout=120)

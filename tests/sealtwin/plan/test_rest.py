@@ -19,8 +19,7 @@ from sealtwin.core.records import Trajectory
 from sealtwin.plan import search
 from sealtwin.plan.make_plan import Options
 from sealtwin.plan.rest import Continued, Rest, read_levels, rest_of
-from sealtwin.plan.search import Case
-from sealtwin.plan.shape import Knots, Limits
+from sealtwin.plan.search import Case, Knots, Limits
 from sealtwin.plan.verify import Misfit, misfit
 from simulate.slot.flux import HerschelBulkley
 from tests.shapes import straight_slot
@@ -81,6 +80,7 @@ def test_a_pour_that_is_a_tenth_low_is_corrected(reverse):
     assert rest.unchanged.total_mm3 == pytest.approx(unchanged.total_mm3, abs=3)
 
 
+@pytest.mark.broad
 def test_a_pour_that_is_high_goes_on_where_it_paused_with_less():
     rest, at_end = continued(planned(), 1.1)
     assert rest.trajectory.s_mm[0] == pytest.approx(PAUSED_MM, abs=0.5)

@@ -20,8 +20,7 @@ from sealtwin.core.records import Profile, Sample
 from sealtwin.plan import search as searching
 from sealtwin.plan.make_plan import Options, case_of, plan_on
 from sealtwin.plan.pages import plan_cautions
-from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
-from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
+from sealtwin.plan.search import Case, Goal, Knots, Limits, discrepancy, limits_of, require_possible, search, target_of
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
 from sealtwin.trial.trial_file import load_trial
 from simulate.slot.flux import HerschelBulkley

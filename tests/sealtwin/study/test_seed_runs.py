@@ -12,18 +12,17 @@ from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
-from sealtwin.lab.held_out import facts_above
 from sealtwin.plan.verify import require_plannable
 from sealtwin.study import extra_runs, run_comparison, runner, variants
+from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import read_plan, run_path
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import SEEDS, resume_job
 from sealtwin.trial.pipeline import FinishedStages, run_stages
-from sealtwin.trial.seed_levels import OF_SEEDS
 from sealtwin.trial.stage_numbers import StageName
 from sealtwin.trial.trial_file import load_trial
-from sealtwin.trial.validate_stage import read_spread
+from sealtwin.trial.validate_stage import OF_SEEDS, read_spread
 from tests.labs import edit
 from tests.narration import Narration
 from tests.pages import leave_out_pages
@@ -63,7 +62,7 @@ def _validate(
 ) -> FinishedStages:
     with open_folder(path, create=False) as folder:
         job = resume_job(folder, "cpu", progress or Narration(), settings)
-        return run_stages(replace(job, above=facts_above(job.trial, job.source)), [stage])
+        return run_stages(replace(job, above=by_studies()), [stage])
 
 
 def _levels(path: Path) -> dict[str, np.ndarray]:
@@ -176,7 +175,7 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
     """The extra runs take the seeds' own for the trial's size; the level scatters by 1 / sqrt(3) of a single run."""
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
     with job_in(path) as job:
-        job = replace(job, above=facts_above(job.trial, job.source))
+        job = replace(job, above=by_studies())
         assert extra_runs.vary(job)
         spread = read_spread(job)
         assert spread is not None

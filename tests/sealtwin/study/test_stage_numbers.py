@@ -10,12 +10,11 @@ import pytest
 
 from sealtwin.api.trials import write_map
 from sealtwin.cli.studies import compared_lines, mapped_lines
-from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
-from sealtwin.study.sweep import merge, status, sweep
+from sealtwin.study.sweep import status, sweep
 from sealtwin.trial.job import shown
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import NUMBERS
@@ -62,16 +61,15 @@ def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(two, 
     assert not [note for note in second.notes if "finished runs" in note]
 
 
-def test_status_merge_and_map_say_that_another_version_computed_the_runs(out, tmp_path, monkeypatch):
-    """A sweep computes its runs anew; these three take them as they are."""
+def test_status_and_map_say_that_another_version_computed_the_runs(out, monkeypatch):
+    """A sweep computes its runs anew; these two take them as they are."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
     words = f"2 finished runs were computed by simulate {own}, while this version has simulate 999. 'sealtwin sweep'"
-    for command in (["status", out], ["merge", out, "--out", tmp_path / "merged"]):
-        terminal, as_json = (sealtwin("sweep", *command, "--quiet", *more).stdout for more in ([], ["--json"]))
-        assert terminal.count(words) == 1
-        (sentence,) = json.loads(as_json)["other_versions"]
-        assert words in sentence
+    terminal, as_json = (sealtwin("sweep", "status", out, "--quiet", *more).stdout for more in ([], ["--json"]))
+    assert terminal.count(words) == 1
+    (sentence,) = json.loads(as_json)["other_versions"]
+    assert words in sentence
     monkeypatch.setitem(NUMBERS, "simulate", own)
     assert status(out)["other_versions"] == []
 
@@ -92,16 +90,6 @@ def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch,
     assert [sentence in one for one in warned if "computed by" in one] == [True] * times
     assert set(mapped.content["fluid_warnings"]) < {*warned, ""}
     assert page.read_text(encoding="utf-8").count(sentence) == times
-
-
-def test_shards_of_two_numbers_are_not_merged(two, tmp_path, monkeypatch):
-    shards = [tmp_path / "one", tmp_path / "two"]
-    dry, own = replace(HERE, dry_run=True), NUMBERS["simulate"]
-    sweep(two, shards[0], replace(dry, shard=(1, 2)), Progress())
-    monkeypatch.setitem(NUMBERS, "simulate", 999)
-    sweep(two, shards[1], replace(dry, shard=(2, 2)), Progress())
-    with pytest.raises(InputError, match=rf"computed by simulate 999, while .*one has simulate {own}; compute"):
-        merge(shards, tmp_path / "out")
 
 
 def test_a_number_that_differs_between_two_runs_is_a_row_of_their_comparison(tmp_path, monkeypatch):

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from simulate.slot.fill import fill
+from simulate.slot.fill import MOST_MOUND, crown_mm, fill, mound_mm2
 from simulate.slot.flux import HerschelBulkley
-from simulate.slot.mound import MOST, crown_mm, mound_mm2
 from simulate.slot.sections import Trapezoids, sections_of
 from tests.fluids import path, slot
 
@@ -32,7 +31,7 @@ def test_a_mound_is_as_high_as_paste_pushed_against_paste_and_its_flanks_are_a_s
 def test_a_mound_is_half_of_what_lands_at_most():
     sections = upright()
     few_mm3 = mound_mm2(sections, 20.0, **UNDER).sum() * sections.step_mm
-    assert few_mm3 == pytest.approx(MOST * 20.0)
+    assert few_mm3 == pytest.approx(MOST_MOUND * 20.0)
     assert not mound_mm2(sections, 0.0, **UNDER).any()
 
 

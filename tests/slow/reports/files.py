@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.lab_folder import DEFAULTS, S_MM, levels_mm
+from tests.lab_folder import DEFAULTS, ENDS, S_MM, levels_mm
 from tests.pictures import mortar, with_crack, write_png
 from tests.sheet_writers import Hand, write_sheet
 from tests.slow.reports.table import Maker
@@ -32,7 +32,7 @@ def text(name: str, *lines: str) -> Maker:
     return make
 
 
-ENDS_ROW = "ends,40 101 160 98\n"
+NOTE = {"P01.toml": f"crack.depth_mm = 8.0\nphoto.ends_px = {ENDS}\n"}
 
 
 def lab(folder: Path, notes: Mapping[str, str], samples: Sequence[str] = ("P01",), defaults: str = DEFAULTS) -> None:

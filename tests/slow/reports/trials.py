@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from tests import labs
-from tests.slow.reports.files import ENDS_ROW, WIDTH_PX, grey, lab, photo, small_crack, text
+from tests.slow.reports.files import NOTE, WIDTH_PX, grey, lab, photo, small_crack, text
 from tests.slow.reports.table import (
     CSV,
     LAB,
@@ -233,7 +233,7 @@ def lock_of_another(folder: Path) -> None:
 )
 def dangling_link(folder: Path) -> None:
     """One dangling link ends the whole scan of a folder."""
-    lab(folder, {"P01_notes.csv": f"depth,8 mm\n{ENDS_ROW}"})
+    lab(folder, NOTE)
     (folder / "P02.png").symlink_to("/nowhere/P02.png")
 
 
@@ -362,7 +362,7 @@ def photos_of_one_name(folder: Path) -> None:
 @report("NixOS/nix/issues/119", LAB, held("p01.png", "2 |two|twice|both"))
 def twins_by_case(folder: Path) -> None:
     """Names that differ by case alone. Two photos whose names differ in large and small letters alone."""
-    lab(folder, {"P01_notes.csv": f"depth,8 mm\n{ENDS_ROW}"})
+    lab(folder, NOTE)
     small_crack(folder / "other.png", seed=5)
     shutil.move(folder / "other.png", folder / "p01.PNG")
 

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from validate.calibration.discrepancy import COMMON_MM, smooth_errors_mm2
 from validate.calibration.emulator import Emulator, Processes, Scatter
 from validate.calibration.free import Free
-from validate.calibration.posterior import INFLATED, Posterior, ReadLevels, reach_of
+from validate.calibration.posterior import COMMON_MM, INFLATED, Posterior, ReadLevels, reach_of, smooth_errors_mm2
 
 STATIONS = 12
 S_MM = np.linspace(0.0, 40.0, STATIONS)

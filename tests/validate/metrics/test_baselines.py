@@ -10,15 +10,11 @@ from tests.shapes import straight_slot
 from validate.compare import compare
 from validate.comparison import Baseline
 from validate.metrics.baselines import against_baselines, beaten, best_curves, flat_levels, nearer_baseline
-from validate.result import EarlierTrial
 
 OUTLINE = straight_slot(80.0, 3.0)
 SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))
 S_MM = np.linspace(0.0, 80.0, 17)
 FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
-
-
-NOTHING = {"level_error_mm": 0.0, "computed_heap_mm2": 0.0, "read_heap_mm2": 0.0}
 
 
 def errors_mm(measured: Profile, *numbers: int) -> list[float]:
@@ -66,16 +62,12 @@ def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
     assert [one.name for one in compared.baselines] == names
 
 
-def test_a_lab_s_earlier_samples_are_a_baseline():
-    """Filled to half on average, in a slot 10 mm deep: a level of -5 mm."""
-    earlier = [_earlier(share) for share in (0.4, 0.6)]
+def test_the_dispensed_volume_lies_flat():
+    """In a slot 3 mm wide and 80 mm long its level is -2 mm."""
     readings = Profile(S_MM, np.full(17, -4.0))
-    pool, mean = flat_levels(readings, OUTLINE, SOLID, 3.0 * 80.0 * 8.0, earlier)
-    assert mean.name == "a flat level that fills as 2 earlier samples"
-    assert (pool.mean_error_mm, mean.mean_error_mm) == pytest.approx((2.0, 1.0), abs=1e-3)
-    words = against_baselines(1.5, (pool, mean), "held-out", None)
-    assert "lying flat 2.00 mm, a flat level that fills as 2 earlier samples 1.00 mm." in words
-    assert words.endswith("(1.00 mm) is nearer, unlike the dispensed volume lying flat (2.00 mm).")
+    (pool,) = flat_levels(readings, OUTLINE, SOLID, 3.0 * 80.0 * 8.0)
+    assert pool.mean_error_mm == pytest.approx(2.0, abs=1e-3)
+    assert flat_levels(readings, OUTLINE, SOLID, 0.0) == ()
 
 
 def test_nothing_fitted_is_another_declaration_than_none():
@@ -96,10 +88,6 @@ def test_as_many_settings_as_stations_are_said_to_be_so():
     assert beaten(0.5, [line], "calibrated-on", 17)
     assert beaten(0.5, [], "held-out", None) is None
     assert against_baselines(0.5, [], "held-out", None).endswith("there is no baseline to compare it with.")
-
-
-def _earlier(share: float) -> EarlierTrial:
-    return EarlierTrial(name="P", computed_fill_ratio=share, read_fill_ratio=share, **NOTHING)
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,6 @@ UNITS = {
     "SizeSeries": {"values": "mm", "scatter": "mm", "order_95": "1"},
     # Each in a unit of its own: "1" would call it a pure number.
     "InputEffect": {"standard": "that of the name", "mean_level_mm": "mm", "share": "1"},
-    "Expectation": {"bias": "that of the quantity; 1 if relative", "computed": "that of the quantity"},
     "NumberWithUnit": {"value": "that of unit"},
 }
 

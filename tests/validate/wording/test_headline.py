@@ -10,7 +10,7 @@ from tests.evidence import RADIUS_MM, SEEDS, make_evidence
 from validate.settings import Gate
 from validate.wording.comparison import uncertainty_sentences
 from validate.wording.headline import DRAFT, cautions, headline, in_short, mean_of_seeds, run_warnings
-from validate.wording.seeds import OF_DRAFTS, names_of
+from validate.wording.of_runs import OF_DRAFTS, names_of
 
 GATE = Gate(mean_error_mm=1.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skimage.draw import disk, polygon2mask
 
-from digitise.image.labels import coco_of, mask_of, mask_png, run_lengths
+from digitise.exports import coco_of, mask_of, mask_png, run_lengths
 from digitise.image.painted import read_mask
 from sealtwin.core.errors import InputError
 from tests.shapes import arc_slot, straight_slot

@@ -1,17 +1,33 @@
-"""Export a traced crack as a label of its photo's pixels: a mask, or an annotation of the COCO format."""
+"""A traced crack for other programs: a mask or COCO annotation of its photo's pixels, and a DXF drawing in mm."""
 
+import io
 from collections.abc import Sequence
 from typing import Any
 
 import cv2
+import ezdxf.filemanagement
 import numpy as np
+from ezdxf import units
+from ezdxf.layouts.layout import Modelspace
 from numpy.typing import NDArray
 
+from digitise.geometry.polyline import rectangle
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline
+from sealtwin.core.records import Floats, Outline, Trajectory
 
 CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
+LAYERS = {
+    "OUTLINE": 1,
+    "ISLANDS": 2,
+    "WALL_LEFT": 3,
+    "WALL_RIGHT": 4,
+    "CENTRELINE": 5,
+    "SIDE_CRACKS": 6,
+    "FACE": 8,
+    "NOZZLE_PATH": 30,
+}
+"""AutoCAD colour index of each layer."""
 
 
 def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
@@ -80,3 +96,32 @@ def _islands_px(outline: Outline) -> list[Floats]:
         return []
     view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)
     return [cv2.perspectiveTransform(ring_mm[None], view)[0] for ring_mm in outline.islands_mm]
+
+
+def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
+    """Return a DXF (R2010) in mm. x and y are the outline's, z = 0 is the face, and the path is a line in space."""
+    drawing = ezdxf.filemanagement.new("R2010", units=units.MM)
+    for name, colour in LAYERS.items():
+        drawing.layers.add(name, color=colour)
+    space = drawing.modelspace()
+    # A path alone has neither edge nor walls.
+    if outline.width_source != "none":
+        _line(space, "OUTLINE", outline.outline_mm, closed=True)
+        _line(space, "WALL_LEFT", outline.left_wall_mm)
+        _line(space, "WALL_RIGHT", outline.right_wall_mm)
+    for ring_mm in outline.islands_mm:
+        _line(space, "ISLANDS", ring_mm, closed=True)
+    _line(space, "CENTRELINE", outline.centreline_mm)
+    for branch_mm in outline.branches_mm:
+        _line(space, "SIDE_CRACKS", branch_mm)
+    if outline.face_mm is not None:
+        _line(space, "FACE", rectangle(outline.face_mm), closed=True)
+    if trajectory is not None:
+        space.add_polyline3d(trajectory.position_mm.tolist(), dxfattribs={"layer": "NOZZLE_PATH"})
+    text = io.StringIO()
+    drawing.write(text)
+    return text.getvalue()
+
+
+def _line(space: Modelspace, layer: str, points_mm: Floats, *, closed: bool = False) -> None:
+    space.add_lwpolyline(points_mm.tolist(), close=closed, dxfattribs={"layer": layer})
