@@ -44,14 +44,6 @@ benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/pbf_step.py
 	$(BIN)/python benchmarks/paper_run.py
 	$(BIN)/python benchmarks/physics.py
-	$(BIN)/python -m benchmarks.channels
-	$(BIN)/python -m benchmarks.volume
-	$(BIN)/python -m benchmarks.sleep
-	$(BIN)/python benchmarks/tilt.py
-	$(BIN)/python benchmarks/material.py
-	$(BIN)/python -m benchmarks.pressure
-	$(BIN)/python -m benchmarks.heaps
-	$(BIN)/python -m benchmarks.time_left
 
 benchmark-validate: $(DEVELOPING)
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
@@ -59,7 +51,6 @@ benchmark-validate: $(DEVELOPING)
 	$(BIN)/python benchmarks/ingest.py
 	$(BIN)/python -m benchmarks.fuzz
 	$(BIN)/python benchmarks/report_speed.py
-	$(BIN)/python -m benchmarks.live_report
 	$(BIN)/python -m benchmarks.stated_intervals
 
 benchmark-gpu: $(DEVELOPING)
@@ -67,7 +58,7 @@ benchmark-gpu: $(DEVELOPING)
 
 # Every benchmark; what ran on this very code is not run again.
 results: $(DEVELOPING)
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser,baselines]' --constraint constraints.txt
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
 	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/python -m benchmarks.results
 
@@ -94,6 +85,7 @@ lint: $(DEVELOPING)
 	$(BIN)/basedpyright --threads 2
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.house_rules
+	$(BIN)/python -m tests.house_sizes
 
 # What running needs, and no development tool.
 $(INSTALLED): pyproject.toml constraints.txt

@@ -19,15 +19,12 @@ print(json.dumps([took_s, result]))
 """
 
 
-def turn(body: str, tree: Path, scratch: Path, site: Path | None = None) -> tuple[float, float]:
-    """Seconds of the processor, and the result that is compared.
-
-    Each Python program of the turn begins with ``sitecustomize.py`` in the folder ``site``.
-    """
+def turn(body: str, tree: Path, scratch: Path) -> tuple[float, float]:
+    """Seconds of the processor, and the result that is compared."""
     child = subprocess.run(
         [sys.executable, "-c", CHILD.format(body=body), str(scratch)],
         cwd=tree,
-        env={**os.environ, **ONE_CORE, "PYTHONPATH": os.pathsep.join(map(str, filter(None, [site, tree])))},
+        env={**os.environ, **ONE_CORE, "PYTHONPATH": str(tree)},
         stdout=subprocess.PIPE,
         text=True,
         check=True,

@@ -1,10 +1,11 @@
-"""Labs that measure more of a blind trial than its inputs, and the nine runs of each lab's prediction: EMULATED.
+"""Labs that measure more of a blind trial than its inputs, the runs of each lab's prediction, and reality: EMULATED.
 
     python -m benchmarks.blind_labs
 
-Trials are drawn by another seed than those of ``benchmarks.blind_prediction``, on which the product was tuned. A lab
-may slide strips of paste down the cut face, or weigh the sample before and after the pour. Then it predicts with three
-runs at each of three particle sizes, as ``sealtwin validate --uncertainty`` does. ``benchmarks/blind/`` keeps them.
+The trials are those of ``benchmarks.blind_trials``. A lab may also know the share of the stress that its walls take up,
+or weigh the sample before and after the pour. Then it predicts with three runs at each of three particle sizes, as
+``sealtwin validate --uncertainty`` does. Reality is a run at the true inputs with another seed and another size of the
+particles. ``benchmarks/blind/`` keeps all runs, and computes those that are missing.
 """
 
 import csv
@@ -16,9 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks import slumps
-from benchmarks.blind_cases import ANEW_SEED, FOLDER, STATIONS_MM, TRIALS, finished, first_trials, level_mm
-from benchmarks.blind_measured import SETTLE_S, Measured, measured
+from benchmarks.blind_trials import SEED, STATIONS_MM, Measured, level_mm, measured, notebook, real_level_mm
 from benchmarks.kept_runs import KeptRuns
 from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour, Poured
 from benchmarks.reality.pour import poured
@@ -26,18 +25,20 @@ from benchmarks.reality.worlds import WORLDS, World, flows, late, together
 from benchmarks.table import run_benchmark
 from digitise.settings import Dispensed
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.records import Sample
+from sealtwin.core.records import Floats, Sample
 from sealtwin.material.paste import DENSITY_ERROR
 from sealtwin.study.extra_runs import RATIO, REPLICATES
 from sealtwin.study.moved_inputs import Base
 from simulate.slot.run import pour
 from validate.uncertainty.computed import SizeRuns
 
-SIZES = FOLDER / f"{ANEW_SEED}-sizes.csv"
-KEPT = KeptRuns(SIZES, "python -m benchmarks.blind_labs")
+FOLDER = Path(__file__).parent / "blind"
+REAL, SIZES = FOLDER / "real.csv", FOLDER / "sizes.csv"
+KEPT = KeptRuns(FOLDER, "python -m benchmarks.blind_labs")
+LEVELS = [f"level_at_{s:g}_mm" for s in STATIONS_MM]
 FACTORS = (1 / RATIO, 1.0, RATIO)
 SHARE, SHARE_ERROR = 0.5, 0.065
-"""Walls' share of the stress in ``worlds.slips``, and its relative error by strips (``benchmarks.wall_and_volume``)."""
+"""Walls' share of the stress in ``worlds.slips``, and the relative error of a lab that knows it."""
 MASS_SD_G = 0.014  # Of two weighings by a scale of 0.01 g
 PUMP_DELAY_S = 0.3  # A lab that looks for the pump's start by eye
 SHORT_AND_LATE = together(late(1.0), flows(0.92))
@@ -47,7 +48,7 @@ A_DAY = next(world for name, world in WORLDS.items() if name.startswith("W11"))
 class Lab(NamedTuple):
     """What a lab measures in addition to the inputs of a blind trial."""
 
-    strips: bool = False  # Strips of paste on the cut face, whose walls slip
+    strips: bool = False  # The share of the stress that walls take up which slip
     weighs: World | None = None  # World whose sample is weighed before and after the pour
 
 
@@ -63,15 +64,14 @@ Sizes = tuple[SizeRuns, SizeRuns, SizeRuns]
 
 def base_of(one: Measured, number: int, lab: Lab) -> Base:
     """Return a trial as a lab knows it, with its run by the fast model."""
-    own, random = one.base, np.random.default_rng([ANEW_SEED, number, 4])
+    own, random = one.base, np.random.default_rng([SEED, number, 4])
     changes: dict[str, Any] = {}
     if lab.strips:
         share = SHARE * float(1 + SHARE_ERROR * random.normal())
         changes |= {"fluid.wall_share": share, "uncertainty.wall_share": SHARE_ERROR * share}
     if lab.weighs is not None:
         arrived_g = 1e-6 * one.real_fluid["density_kg_m3"] * second_reality(one, lab.weighs).volume_mm3
-        assert own.trial.fluid is not None
-        density = own.trial.fluid.density_kg_m3
+        density = own.trial.given_fluid.density_kg_m3
         weighed = {"mass_g": arrived_g + MASS_SD_G * float(random.normal()), "mass_sd_g": MASS_SD_G}
         weighed |= {"density_kg_m3": density, "density_sd_kg_m3": DENSITY_ERROR * density}
         changes |= {"path.volume_ml": Dispensed(**weighed).volume_ml, "path.weighed": weighed}
@@ -87,15 +87,16 @@ def base_of(one: Measured, number: int, lab: Lab) -> Base:
 
 def second_reality(one: Measured, world: World) -> Poured:
     """Pour the true inputs of a trial in the second reality."""
-    return poured(*true_inputs(one.real, one), world, Numerics(settle_s=SETTLE_S))
+    return poured(*true_inputs(one.real, one), world, Numerics(settle_s=one.base.trial.solver.settle_s))
 
 
 def true_inputs(real: Sample, one: Measured) -> tuple[Cavity, Paste, Pour]:
     outline, trajectory, truth = real.outline, real.trajectory, one.truth
     s_mm, ones = outline.s_mm, np.ones(len(outline.s_mm))
     # Walls that flare: the traced width is that of the floor.
-    mouth_mm = outline.width_mm + 2 * truth.depth_mm * np.tan(np.radians(truth.angle_deg))
-    cavity = Cavity(s_mm, mouth_mm, truth.depth_mm * ones, truth.angle_deg * ones, truth.angle_deg * ones)
+    depth_mm, angle_deg = truth["depth_mm"], truth["angle_deg"]
+    mouth_mm = outline.width_mm + 2 * depth_mm * np.tan(np.radians(angle_deg))
+    cavity = Cavity(s_mm, mouth_mm, depth_mm * ones, angle_deg * ones, angle_deg * ones)
     fluid = one.real_fluid
     paste = Paste(fluid["density_kg_m3"], fluid["yield_stress_pa"], fluid["viscosity_pa_s"])
     # A waypoint's flow holds until the next one.
@@ -104,13 +105,15 @@ def true_inputs(real: Sample, one: Measured) -> tuple[Cavity, Paste, Pour]:
     return cavity, paste, Pour(at_s, trajectory.s_mm, times, given, one.base.trial.nozzle.diameter_mm)
 
 
+def real_levels_mm() -> dict[int, Floats]:
+    """Return the kept levels of reality by particles at STATIONS_MM, by trial."""
+    return {int(number): np.array(level, dtype=float) for number, *level in _rows_of(REAL)}
+
+
 def kept_sizes() -> dict[tuple[int, str], Sizes]:
     """Return the kept runs by trial and lab."""
-    if not SIZES.is_file():
-        return {}
-    _, *rows = csv.reader(SIZES.read_text(encoding="utf-8").splitlines())
     runs = dict[tuple[int, str], dict[float, list[list[float]]]]()
-    for number, lab, radius_mm, _, *level in rows:
+    for number, lab, radius_mm, _, *level in _rows_of(SIZES):
         by_radius = runs.setdefault((int(number), lab), {})
         by_radius.setdefault(float(radius_mm), []).append([*map(float, level)])
     sizes = dict[tuple[int, str], Sizes]()
@@ -120,34 +123,43 @@ def kept_sizes() -> dict[tuple[int, str], Sizes]:
     return sizes
 
 
+def _rows_of(path: Path) -> list[list[str]]:
+    return [*csv.reader(path.read_text(encoding="utf-8").splitlines())][1:] if path.is_file() else []
+
+
 def main() -> None:
-    # Trials are emulated by them: they come first.
-    slumps.KEPT.require()
-    first_trials(ANEW_SEED, TRIALS)
     KEPT.begin()
-    done = kept_sizes()
-    for number in sorted(finished(ANEW_SEED)):
+    FOLDER.mkdir(exist_ok=True)
+    real, done = real_levels_mm(), kept_sizes()
+    for number in notebook():
         with tempfile.TemporaryDirectory() as place:
-            one = measured(ANEW_SEED, number, Path(place))
+            one = measured(number, Path(place))
+        if number not in real:
+            _add(REAL, ["trial"], [[number]], [real_level_mm(number, one)])
         for name, lab in LABS.items():
             if (number, name) not in done:
                 _record(number, name, base_of(one, number, lab), one)
 
 
 def _record(number: int, name: str, base: Base, one: Measured) -> None:
-    trial, rows = base.trial, []
-    assert trial.fluid is not None
+    trial, runs, levels = base.trial, [], []
     for factor in FACTORS:
         solver = trial.solver.model_copy(update={"radius_mm": factor * trial.solver.size_mm})
         for seed in range(REPLICATES):
-            level = level_mm(base.sample, trial.fluid, solver, one, seed=seed)
-            rows.append([number, name, f"{solver.size_mm:.6g}", seed, *(f"{value:.3f}" for value in level)])
-    with SIZES.open("a", newline="", encoding="utf-8") as file:
+            runs.append([number, name, f"{solver.size_mm:.6g}", seed])
+            levels.append(level_mm(base.sample, trial.given_fluid, solver, one, seed=seed))
+    _add(SIZES, ["trial", "lab", "radius_mm", "seed"], runs, levels)
+    print(f"trial {number}, {name}: kept", flush=True)
+
+
+def _add(path: Path, header: list[str], runs: list[list[Any]], levels_mm: list[Floats]) -> None:
+    """Add runs with their levels to a table."""
+    with path.open("a", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         if file.tell() == 0:
-            writer.writerow(["trial", "lab", "radius_mm", "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)])
-        writer.writerows(rows)
-    print(f"trial {number}, {name}: kept", flush=True)
+            writer.writerow([*header, *LEVELS])
+        pairs = zip(runs, levels_mm, strict=True)
+        writer.writerows([*run, *(f"{value:.3f}" for value in level)] for run, level in pairs)
 
 
 if __name__ == "__main__":

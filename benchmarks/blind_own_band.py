@@ -2,12 +2,11 @@
 
     python -m benchmarks.blind_own_band [--trials 3 --trials 17 ...]
 
-``benchmarks.blind_prediction`` judges a band whose numerics are one number, the same for all trials. The command takes
-them from three runs at each of three particle sizes, which ``benchmarks.blind_labs`` keeps for each lab. The band is
-computed from them as the command does, with 200 draws of the fast model in place of 1,000. Reality is the particles of
-``benchmarks.blind_cases``, or the second reality in several worlds, which knows nothing of particles
-(``benchmarks.second_reality``). There is no part by readings: bands are held against the level itself. Beside the level
-by particles stand two that cost nothing: the flat line of the poured volume, and the fast model.
+The numerics are those of three runs at each of three particle sizes, which ``benchmarks.blind_labs`` keeps for each
+lab. The band is computed from them as the command does, with 200 draws of the fast model in place of 1,000. Reality is
+particles of another seed and size, or the second reality in several worlds, a continuum that knows nothing of particles
+(``benchmarks.reality``). There is no part by readings: bands are compared with the level itself. Beside the level by
+particles two are judged that cost nothing: the flat line of the poured volume, and the fast model.
 """
 
 import tempfile
@@ -18,10 +17,18 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from typer import Option
 
-from benchmarks import slumps
-from benchmarks.blind_cases import ANEW_SEED, STATIONS_MM, finished
-from benchmarks.blind_labs import A_DAY, KEPT, LABS, SHORT_AND_LATE, Sizes, base_of, kept_sizes, second_reality
-from benchmarks.blind_measured import Measured, measured
+from benchmarks.blind_labs import (
+    A_DAY,
+    KEPT,
+    LABS,
+    SHORT_AND_LATE,
+    Sizes,
+    base_of,
+    kept_sizes,
+    real_levels_mm,
+    second_reality,
+)
+from benchmarks.blind_trials import STATIONS_MM, Measured, measured
 from benchmarks.reality.inputs import Paste
 from benchmarks.reality.worlds import WORLDS, World, slips
 from benchmarks.table import Row, run_benchmark
@@ -48,7 +55,7 @@ WIDEST = 1.5  # Half-width of a mean level over 1.96 standard deviations of the 
 class Reality(NamedTuple):
     """A reality, and the lab that predicts it."""
 
-    world: World | None  # None: the particles of blind_cases
+    world: World | None  # None: particles
     lab: str = "inputs"
     judged: bool = True
     wets: bool = False  # True if the lab declares the paste's surface tension
@@ -73,9 +80,8 @@ def main(
         list[int] | None, Option(help="number of a judged trial; may be given again; default: all")
     ] = None,
 ) -> list[Row]:
-    slumps.KEPT.require()
     KEPT.require()
-    kept, drawn = kept_sizes(), trials or sorted(finished(ANEW_SEED))
+    kept, drawn = kept_sizes(), trials or sorted(real_levels_mm())
     chosen = [number for number in drawn if all((number, lab) in kept for lab in LABS)]
     left = f"no runs are kept for the others: '{KEPT.command}' goes on with them"
     return [Row("EMULATED trials judged", len(chosen), "", len(drawn), because=left), *_rows(chosen, kept)]
@@ -96,7 +102,7 @@ def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iter
     judged: dict[str, list[_Judged]] = {name: [] for name in REALITIES}
     for number in numbers:
         with tempfile.TemporaryDirectory() as place:
-            one = measured(ANEW_SEED, number, Path(place))
+            one = measured(number, Path(place))
             bases = {name: base_of(one, number, lab) for name, lab in LABS.items()}
             predictions = {
                 name: _predicted(base, kept[number, name], Path(place, name)) for name, base in bases.items()
@@ -130,7 +136,7 @@ def _predicted(base: Base, sizes: Sizes, folder: Path) -> _Prediction:
 def _real_mm(one: Measured, number: int, world: World | None) -> Floats:
     if world is not None:
         return second_reality(one, world).at(PLACES_MM)
-    return np.interp(PLACES_MM, STATIONS_MM, finished(ANEW_SEED)[number]["real_mm"])
+    return np.interp(PLACES_MM, STATIONS_MM, real_levels_mm()[number])
 
 
 def _judge(real_mm: Floats, band: PredictedLevel, base: Base) -> _Judged:

@@ -1,20 +1,17 @@
 """Calibration of EMULATED readings: fourteen pastes that are known, by real particle runs throughout.
 
-    python -m benchmarks.calibration [--truths 14] [--no-baselines] [--no-search] [--anew]
+    python -m benchmarks.calibration [--truths 14] [--no-search] [--anew]
 
 A slot of 30 mm is filled by coarse particles (R = 0.8 mm). Viscosity, yield stress, freezing age and volume of each
 truth are a point of a scrambled Halton sequence; its readings are one run at 27 stations with normal errors of
 0.09 mm (95 % half-width 0.18 mm). Each is searched with 40 runs, the first 19 of which are the same for all. A
 calibration succeeds where the likeliest setting's profile is within 0.18 mm RMS of the truth's: means over 3 seeds
-each, less what the scatter of these seeds adds. Baselines with as many runs: a grid of viscosity and yield stress with
-the rest in its middle, as the paper's, a Sobol sequence, and Optuna's TPE (Bergstra et al. 2011, Adv. Neural Inf.
-Process. Syst. 24), which ``pip install 'sealtwin[baselines]'`` brings; of each the run nearest to the readings counts.
-Nothing of the method was chosen on these truths.
+each, less what the scatter of these seeds adds. Nothing of the method was chosen on these truths.
 
---no-search reads the truths by the runs of that Sobol sequence alone, as they are, with a wave that no run makes, and
+--no-search reads the truths by 40 runs of a Sobol sequence alone, as they are, with a wave that no run makes, and
 with smooth errors that a setting makes too: the sizes of the errors that a calibration allows for were chosen on the
 first eight truths with these (decision 0181). The last readings are of a second reality at the truths' settings, a
-continuum that knows nothing of particles (``benchmarks.second_reality``), with the same errors of the readings. That
+continuum that knows nothing of particles (``benchmarks.reality``), with the same errors of the readings. That
 the scatter of runs is a log-linear function of the settings was chosen on runs 14 to 39 of the sequence, each left out
 of the others, and on no truth.
 
@@ -26,12 +23,11 @@ import csv
 import math
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from scipy.stats import binom, qmc
@@ -76,7 +72,6 @@ HELD_OR_TOLD = 80.0
 """Percent of the settings, pooled over truths, that a 90 % interval holds, or that are named as not identified or have
 no interval since the readings are refused, at least, for each smooth error and for the second reality."""
 BAR = 80.0, 97.0  # Percent of the truths in 90 % intervals
-GRID = (7, 6)  # As many runs as the budget, and two
 
 
 @cache
@@ -202,11 +197,6 @@ def apart_mm(a_mm: Floats, b_mm: Floats, noise_mm2: float) -> float:
     return float(np.sqrt(max(0.0, np.mean((a_mm - b_mm) ** 2) - noise_mm2)))
 
 
-def grid() -> list[Setting]:
-    first, second = (np.linspace(0.0, 1.0, count) for count in GRID)
-    return [settings_at(FREES, np.array([x, y, 0.5, 0.5])) for x in first for y in second]
-
-
 def sobol() -> list[Setting]:
     return [settings_at(FREES, point) for point in sobol_points()]
 
@@ -216,24 +206,8 @@ def sobol_points() -> Floats:
     return qmc.Sobol(len(FREES), rng=0).random(64)[:BUDGET]
 
 
-def tpe(library: Library, number: int, evidence: ReadLevels) -> list[Setting]:
-    """Settings that Optuna's sampler tries for a truth, told the error of each run against the readings."""
-    optuna: Any = import_module("optuna")
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
-    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=number))
-    ranges = {free.name: optuna.distributions.FloatDistribution(0.0, 1.0) for free in FREES}
-    tried: list[Setting] = []
-    for seed in range(BUDGET):
-        trial = study.ask(ranges)
-        tried.append(settings_at(FREES, np.array([trial.params[free.name] for free in FREES])))
-        off_mm = library.levels_mm(tried[-1], seed) - evidence.level_mm
-        study.tell(trial, float(np.sqrt(np.mean(off_mm**2))))
-    return tried
-
-
 def main(
     count: Annotated[int, Option("--truths")] = TRUTHS,
-    baselines: Annotated[bool, Option(help="grid, Sobol sequence and TPE as well")] = True,
     search_truths: Annotated[
         bool, Option("--search/--no-search", help="else read the truths by the Sobol runs alone")
     ] = True,
@@ -251,11 +225,7 @@ def main(
         one = search(FREES, [Source("slot", evidence, library.run)], BUDGET, lambda _: None)
         results.append((truth, evidence, one))
         print(f"truth {number + 1}: {_said(truth, one)}; {time.process_time() - began:.0f} s", flush=True)
-    others: dict[str, list[list[Setting]]] = {}
-    if baselines:
-        tried = [tpe(library, number, evidence) for number, (_, evidence, _) in enumerate(results)]
-        others = {"grid": [grid()] * count, "Sobol": [sobol()] * count, "TPE": tried}
-    return [*rows(library, results, others), *library_rows(library)]
+    return [*rows(library, results), *library_rows(library)]
 
 
 def _said(truth: Setting, result: SearchResult) -> str:
@@ -341,57 +311,40 @@ def bar_rows(values: int) -> list[Row]:
     ]
 
 
-def rows(
-    library: Library,
-    results: Sequence[tuple[Setting, ReadLevels, SearchResult]],
-    others: Mapping[str, Sequence[Sequence[Setting]]],
-) -> list[Row]:
-    """Return the figures of the calibrations; ``others`` holds the settings that each baseline tries for each truth."""
+def rows(library: Library, results: Sequence[tuple[Setting, ReadLevels, SearchResult]]) -> list[Row]:
+    """Return the figures of the calibrations."""
     seeds = np.array(
         [[library.levels_mm(truth, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)] for truth, *_ in results]
     )
     for levels_mm in seeds:
         require_different(levels_mm, [f"with seed {AGAIN + seed}" for seed in range(SEEDS_OF_A_TRUTH)], f"{TABLE}")
     noise_mm2 = float(seeds.var(axis=1, ddof=1).mean())
-    first, middle = 1 / SEEDS_OF_A_TRUTH + 1 / CONFIRM, 1 / SEEDS_OF_A_TRUTH + 1
-    errors: dict[str, list[float]] = {"calibrated": [], **{name: [] for name in others}}
-    holds, exactly, widths = [], [], []
-    for number, (truth, evidence, one) in enumerate(results):
+    first = 1 / SEEDS_OF_A_TRUTH + 1 / CONFIRM
+    errors_mm, holds, exactly, widths = list[float](), list[bool](), list[bool](), list[float]()
+    for truth, _, one in results:
         true_mm = library.mean_mm(truth)
         possible = one.draws is not None
         best_mm = one.confirmed_mm(0).mean(axis=0) if possible else np.full(len(STATIONS_MM), np.inf)
-        errors["calibrated"].append(apart_mm(best_mm, true_mm, first * noise_mm2))
+        errors_mm.append(apart_mm(best_mm, true_mm, first * noise_mm2))
         if one.draws is not None:
             marginals = marginals_of(FREES, one.draws, one.best)
             holds += [one.low <= truth[one.free.name] <= one.high for one in marginals]
             widths += [one.width_over_prior for one in marginals]
             exactly += _held_exactly(one.posterior, truth)
-        for name, settings in others.items():
-            runs_mm = np.array(library.run([(setting, seed) for seed, setting in enumerate(settings[number])]))
-            nearest_mm = runs_mm[((runs_mm - evidence.level_mm) ** 2).sum(axis=1).argmin()]
-            errors[name].append(apart_mm(nearest_mm, true_mm, middle * noise_mm2))
     total = len(results)
-    succeeded = {name: sum(error <= CLOSE_MM for error in column) for name, column in errors.items()}
+    succeeded = sum(error_mm <= CLOSE_MM for error_mm in errors_mm)
     needed = 12.0 if total == TRUTHS else 0.0  # Of fewer truths the number is reported
     per_setting = np.array(widths).reshape(-1, len(FREES)).mean(axis=0)
     return [
         Row("EMULATED truths that were run", total, ""),
-        Row(f"calibrated within {CLOSE_MM:g} mm RMS in {BUDGET} runs", succeeded["calibrated"], "", needed),
-        Row("median RMS of the calibrated profile", float(np.median(errors["calibrated"])), "mm"),
-        Row("largest RMS of the calibrated profile", max(errors["calibrated"]), "mm"),
+        Row(f"calibrated within {CLOSE_MM:g} mm RMS in {BUDGET} runs", succeeded, "", needed),
+        Row("median RMS of the calibrated profile", float(np.median(errors_mm)), "mm"),
+        Row("largest RMS of the calibrated profile", max(errors_mm), "mm"),
         Row("truths that 90 % intervals hold", 100 * float(np.mean(holds)), "%", BAR[0]),
         Row("the same without smooth errors, which these have not", 100 * float(np.mean(exactly)), "%", *BAR),
         *(
             Row(f"90 % width over that beforehand, {free.name}", float(width), "")
             for free, width in zip(FREES, per_setting, strict=True)
-        ),
-        *(
-            Row(f"{what} of {name}, {len(others[name][0])} runs", value, unit)
-            for name in others
-            for what, value, unit in (
-                (f"within {CLOSE_MM:g} mm", succeeded[name], ""),
-                ("median RMS", float(np.median(errors[name])), "mm"),
-            )
         ),
         Row("scatter of a run between seeds", float(np.sqrt(noise_mm2)), "mm"),
     ]

@@ -17,6 +17,7 @@ from typing import Annotated
 
 from typer import Option
 
+from benchmarks.against import HERE, ONE_CORE
 from benchmarks.table import Row, run_benchmark
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import make_specimen, mean_width_mm
@@ -25,7 +26,6 @@ from sealtwin.core.arc_length import arc_length
 RECIPE = Recipe(face_mm=(148.0, 98.0), length_mm=130.0, mm_per_px=0.05)
 """With its frame, 4000 x 3000 px."""
 SEED = 1
-ONE_CORE = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 CHILD = """
 import json, sys, time
 from pathlib import Path
@@ -87,7 +87,7 @@ def main(repeats: Annotated[int, Option(help="runs of each case; the median coun
 
 
 def _run(trial: Path, out: Path) -> dict:
-    environment = {**os.environ, **ONE_CORE, "PYTHONPATH": str(Path(__file__).parent.parent)}
+    environment = {**os.environ, **ONE_CORE, "PYTHONPATH": str(HERE)}
     command = [sys.executable, "-c", CHILD, str(trial), str(out)]
     child = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=True)
     return json.loads(child.stdout.splitlines()[-1])

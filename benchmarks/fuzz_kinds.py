@@ -15,7 +15,7 @@ OPTIONS = (
     *("--mask", "--preset", "--seed"),
     *("--jobs", "--out", "--markers", "--json", "--quiet", "--threads"),
     *("--device", "--units", "--data"),
-    *("--format", "--cell", "--shard", "--batch", "--line", "--width-mm", "--walls", "--outline", "--caliper"),
+    *("--format", "--cell", "--batch", "--line", "--width-mm", "--walls", "--outline", "--caliper"),
 )
 WORDS = (
     *("", "-", "--", "0", "-1", "1,2", "1,2 3,4", "40,101", "160,98", "0,1", "1_0", "nan", "1e400", "crack.png", "."),
@@ -34,7 +34,7 @@ LINES = (
     "validate run --device cpu --json",
     "import-mesh block.stl --units mm --set mesh.up=z --out new",
     "robot run --cell cell.toml --format all --out robot",
-    "sweep study.toml --dry-run --jobs 1 --batch 1 --shard 1/2 --out sweep",
+    "sweep study.toml --dry-run --jobs 1 --batch 1 --out sweep",
     "compare run twin --out compared",
     "markers --face-mm 160x40 --out frame.pdf --size-mm 16 --count 8 --paper a4 --toml frame.toml",
     "film run --out fill.gif",
@@ -70,7 +70,7 @@ def of_photo(case: Case) -> list[str]:
 
 def of_mesh(case: Case) -> list[str]:
     own = f"block.{case.chance.choice(MESHES)}"
-    case.damage(own, reworded if own.endswith(("obj", "off")) else flipped)
+    case.damage(own, reworded if own.endswith("obj") else flipped)
     return ["import-mesh", own, "--units", "mm", "--out", "new"]
 
 
@@ -158,12 +158,6 @@ def of_plan(case: Case) -> list[str]:
     return [*shlex.split(PLAN), *_reworded_line(case, limits), "--out", "new"]
 
 
-def of_faults(case: Case) -> list[str]:
-    """Damage the faults of an emulated pour; one that is accepted takes a quarter minute."""
-    case.damage("faults.toml", reworded)
-    return ["loop", "plan", "--emulate", "faults.toml", "--quiet"]
-
-
 def of_quick(case: Case) -> list[str]:
     """Damage a photo, a sheet or an option; one that is accepted is digitised, poured and drawn in seconds."""
     damaged = (("quick.png", repainted), ("quick.png", repainted), ("levels.csv", reworded), ("depths.csv", reworded))
@@ -177,7 +171,7 @@ def of_quick(case: Case) -> list[str]:
 
 def of_folder(case: Case, folder: str) -> list[str]:
     """Damage a file of a folder that commands wrote, most often a JSON, and let a command read it back."""
-    kinds = (".json",) if case.chance.random() < 0.7 else (".csv", ".toml", ".jsonl")
+    kinds = (".json",) if case.chance.random() < 0.7 else (".csv", ".toml")
     listed = sorted(path for path in (case.lab / folder).rglob("[!.]*") if path.suffix in kinds)
     # Particle runs of a finished plan are not read again.
     path = case.chance.choice([path for path in listed if "verification" not in path.parts])
@@ -214,7 +208,6 @@ def _reworded_line(case: Case, options: str, share: float = 0.4) -> list[str]:
 
 
 SPREAD = "--face-mm 150x150 --mass-g 30"
-"""Options of a flat heap, which no slump is replayed for."""
 BEAD = "--face-mm 90x60 --mass-g 4.36 --asked-mm3-s 320 --speed-mm-s 5 --start-mm 22,30"
 READ_BY = {
     "run": (
@@ -228,7 +221,6 @@ READ_BY = {
         "sweep status study",
         "map study --any-volume",
         "sweep study.toml --out study --device cpu --jobs 1 --quiet",
-        "sweep merge study study --out merged",
     ),
     "ingested": (
         "lab list ingested",
@@ -237,7 +229,6 @@ READ_BY = {
         "ingest photos --out ingested",
     ),
     "plan": (
-        "loop plan --replay plan/loop-1.jsonl",
         "digitise planned.toml --out plan/sample",
         "robot plan/sample --cell cell.toml --quiet",
     ),
@@ -262,11 +253,10 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "fill": of_fill,
     "calibrate": of_calibrate,
     "plan": of_plan,
-    "faults": of_faults,
     "steered path": of_steered,
 }
 NEWER = {
     *("quick", "import-mesh", "import-dxf", "ingest", "lab", "map", "export", "robot", "markers", "film", "material"),
-    *("plan", "loop", "calibrate"),
+    *("plan", "calibrate"),
 }
 """Commands that were added last: at least half of the cases call one."""

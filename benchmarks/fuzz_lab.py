@@ -20,7 +20,7 @@ from tests.spreads import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
 from tests.studies import TRIAL, plannable_lab
 
 PLAN = "plan planned.toml --knots 3 --verify 1 --seeds 1 --device cpu --quiet"
-MESHES = ("stl", "ply", "glb", "obj", "off")
+MESHES = ("stl", "ply", "glb", "obj")
 ACCEPTED = (0, 5)
 MINE = {
     "notes.txt": "mine",
@@ -33,7 +33,6 @@ MADE_BY = (
     "run trial.toml --device cpu --quiet --out run",
     "robot run --cell cell.toml --format all --quiet",
     f"{PLAN} --out plan",
-    "loop plan --emulate faults.toml --quiet",
     "sweep study.toml --out study --device cpu --jobs 1 --quiet",
     "map study --any-volume --quiet",
     "ingest photos --out ingested --quiet",
@@ -63,7 +62,7 @@ def sound_lab(folder: Path) -> None:
     photos = folder / "photos"
     photos.mkdir()
     # Longer than that of trial.toml: nobody gives its ends.
-    longer = with_crack(mortar((200, 400)), [(10, 101), (150, 97), (250, 103), (390, 98)], 20)
+    longer = with_crack(mortar((400, 200)), [(10, 101), (80, 75), (150, 110), (220, 80), (300, 115), (390, 90)], 20)
     write_png(photos / "P01.png", longer)
     shutil.copy(folder / "readings.csv", photos / "P01.csv")
     (photos / "lab.toml").write_text(DEFAULTS.replace("[crack]", "[crack]\ndepth_mm = 8.0"))

@@ -1,8 +1,10 @@
-"""README's table of figures, each by its key from reports/results.json.
+"""README's table of figures and the page of figures and misses, from reports/results.json.
 
     python -m benchmarks.headline
 
-A key is the name of a benchmark and that of a row. The command writes the table into README.md, and a test compares it.
+A figure of the table has a key, the name of a benchmark and that of a row. The command writes the table into README.md
+and into docs/figures.md, below which the page lists each target that is missed, and the sections with their runs. A
+test compares both files.
 """
 
 import json
@@ -12,7 +14,10 @@ from typing import Any, NamedTuple
 
 from benchmarks.against import HERE
 from sealtwin.core.files import write_text
+from sealtwin.core.stage_keys import number_words, other_numbers
+from sealtwin.trial.stage_numbers import NUMBERS
 
+PAGE = HERE / "docs" / "figures.md"
 README, RESULTS = HERE / "README.md", HERE / "reports" / "results.json"
 BEGIN, END = "<!-- By 'python -m benchmarks.headline', from reports/results.json -->\n", "<!-- end -->\n"
 SEEDS = range(5)
@@ -102,9 +107,49 @@ def with_table(page: str, results: Mapping[str, Any]) -> str:
     return before + BEGIN + table(results) + END + rest.partition(END)[2]
 
 
-def main(readme: Path = README) -> None:
+def page(results: Mapping[str, Any]) -> str:
+    """Return the page of figures and misses."""
+    rows = [row for section in results.values() for row in section["rows"]]
+    judged, missed = sum(row["judged"] for row in rows), sum(row["missed"] for row in rows)
+    lines = [
+        "# Figures",
+        "",
+        "`python -m benchmarks.headline` writes this page from `reports/results.json`, which `make results` writes and "
+        f"which has every figure. **{judged - missed} of {judged} targets are met.** {_of_one_solver(results)}",
+        "",
+        table(results),
+        "## Targets that are missed",
+        "",
+        "| section | figure | target | seen |",
+        "|---|---|---|---|",
+    ]
+    for name, section in results.items():
+        for row in section["rows"]:
+            if row["missed"]:
+                seen = f"{row['value']:.4g} {row['unit']}".strip() if "value" in row else "no number"
+                lines.append(f"| {name} | {row['name'].replace('|', chr(92) + '|')} | {row['target']} | {seen} |")
+    lines += ["", "## Sections", "", "| section | targets met | date, commit, processor |", "|---|---|---|"]
+    for name, section in results.items():
+        judged, missed = (sum(row[kind] for row in section["rows"]) for kind in ("judged", "missed"))
+        run = f"{section['date']}, {section['commit']}, {section['processor'].replace('(R)', '')}"
+        lines.append(f"| {name} | {judged - missed} of {judged} | {run} |")
+    return "\n".join([*lines, ""])
+
+
+def _of_one_solver(results: Mapping[str, Any]) -> str:
+    """Return the sentence on whether all sections were computed by this version's stage numbers."""
+    by = {name: section["stage_numbers"] for name, section in results.items()}
+    own = {name: {stage: NUMBERS[stage] for stage in numbers} for name, numbers in by.items()}
+    if older := [f"`{name}`" for name, numbers in by.items() if other_numbers(numbers, own[name])]:
+        words = number_words(NUMBERS)
+        return f"This version has the stage numbers {words}; computed by others: {', '.join(older)}."
+    return f"All were computed by {number_words(NUMBERS)}, the stage numbers of this version."
+
+
+def main(readme: Path = README, figures: Path = PAGE) -> None:
     results = json.loads(RESULTS.read_text(encoding="utf-8"))
     write_text(readme, with_table(readme.read_text(encoding="utf-8"), results))
+    write_text(figures, page(results))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.pbf_numba import explicit_weights
 from sealtwin.core.records import Floats
 from simulate.fluid.pressure import LONGEST_CORRECTION
 from simulate.fluid.solver import FluidSolver
@@ -104,6 +103,12 @@ class CppStep:
         place = np.zeros((len(self._number), 3), dtype=np.float32)
         _library().read_tank(self._tank, place)
         return 10 * place[np.argsort(self._number)].astype(float)
+
+
+def explicit_weights(engine: FluidSolver) -> tuple[np.float32, np.float32]:
+    """U and D of Eq. 5 in a substep, over h sqrt(pi), of the first run's fluid when fresh."""
+    paste = engine.paste
+    return np.float32(paste.by_age.numpy()[0, 0, 0]), np.float32(paste.drag.numpy()[0])
 
 
 def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:

@@ -1,4 +1,4 @@
-"""The states from which ``pbf_step.py`` and ``speed_bars.py`` time a substep: particles in a square tank."""
+"""The states from which ``pbf_step.py`` times a substep: particles in a square tank."""
 
 import time
 from collections.abc import Callable, Sequence

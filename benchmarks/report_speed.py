@@ -24,6 +24,7 @@ from typing import Annotated, Any
 from pypdf import PdfReader
 from typer import Option
 
+from benchmarks.against import ONE_CORE
 from benchmarks.paper_trial import FIXTURE
 from benchmarks.table import Row, finish, run_benchmark
 from sealtwin.core.progress import PlainProgress
@@ -73,7 +74,6 @@ LOOK = """() => {
     words: text.textContent.trim().split(/\\s+/).length,
   };
 }"""
-ONE_CORE = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 CHILD = """
 import json, sys, time
 from pathlib import Path

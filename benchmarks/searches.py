@@ -2,15 +2,17 @@
 
     python -m benchmarks.searches [--only plan] [--keep DIR]
 
-The commands are those of ``benchmarks.time_left``, on a crack of the shipped trial, with EMULATED readings. Both plans
-are poured by the same three accurate runs, and the mean of their errors is judged. Results in DIR are not computed
-again. All takes about 50 minutes of processor time.
+The crack is that of the shipped trial, with a paste of 12 Pa and EMULATED readings of a run of it with another seed.
+Both plans are poured by the same three accurate runs, and the mean of their errors is judged. Results in DIR are not
+computed again. All takes about 50 minutes of processor time.
 """
 
 import csv
 import json
+import re
 import resource
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -20,10 +22,9 @@ from typing import Annotated, Any
 import numpy as np
 from typer import Option
 
-from benchmarks.against import processor
+from benchmarks.against import HERE, processor
 from benchmarks.kept_runs import KeptRuns
 from benchmarks.table import Row, one_of, run_benchmark
-from benchmarks.time_left import COMMANDS, SEALTWIN, lay_out, prepare
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import record_files
 from sealtwin.core.files import write_json
@@ -32,7 +33,23 @@ from sealtwin.plan.verify import misfit
 from sealtwin.trial.trial_file import load_trial
 from simulate.run import fill
 
-SEARCHES = ("calibrate", "plan")
+FIXTURE = HERE / "fixtures" / "paper-trial"
+PASTE = 'viscosity_pa_s = 1.0\nyield_stress_pa = 12.0\nfreeze_after_s = "never"'
+"""It takes the place of U, D and freezing, which a plan does not take."""
+FREE = ("--free", "fluid.yield_stress_pa=3:24", "--free", "fluid.viscosity_pa_s=0.2:3")
+READINGS = """
+[readings]
+file = "emulated.csv"
+data = "synthetic"
+role = "calibrated-on"
+"""
+"""Those of the shipped trial are reproduced by no such paste."""
+EVERY_MM, REPEATS, SCATTER_MM = 5.0, 3, 0.15
+SEALTWIN = sys.executable, "-m", "sealtwin"
+SEARCHES: Mapping[str, tuple[str, ...]] = {
+    "calibrate": ("calibrate", "emulated.toml", *FREE),
+    "plan": ("plan", "paste.toml", "--set", "path.trim_mm=3", "--flow-max-mm3-s", "680"),
+}
 HOW: Mapping[str, tuple[str, ...]] = {"drafts": (), "accurate": ("--accurate",)}
 SEEDS = 3
 LEAST_MM3 = 20.0
@@ -49,15 +66,37 @@ def main(
         kept.begin()
     with tempfile.TemporaryDirectory() as temporary:
         home = (keep or Path(temporary)).resolve()
-        lay_out(home)
+        _lay_out(home)
         return [row for name in only or SEARCHES for row in {"calibrate": _calibrated, "plan": _planned}[name](home)]
+
+
+def _lay_out(home: Path) -> None:
+    """Write the files that the commands read."""
+    home.mkdir(exist_ok=True)
+    for file in FIXTURE.iterdir():
+        (home / file.name).write_bytes(file.read_bytes())
+    trial, _, _ = (FIXTURE / "trial.toml").read_text(encoding="utf-8").partition("[readings]")
+    (home / "paste.toml").write_text(re.sub(r"U = .*\nD_cm = .*\nfreeze_after_s = .*", PASTE, trial), encoding="utf-8")
+
+
+def _emulate_readings(home: Path) -> None:
+    """Write a trial whose readings are those of a run of the paste with another seed, with scatter."""
+    command = [*SEALTWIN, "run", "paste.toml", "--set", "seed=7", "--out", "real"]
+    subprocess.run(command, cwd=home, check=True, capture_output=True)
+    real = record_files.read_profile(home / "real")
+    s_mm = np.arange(EVERY_MM, real.s_mm[-1], EVERY_MM)
+    scatter_mm = np.random.default_rng(0).normal(0, SCATTER_MM, (REPEATS, len(s_mm)))
+    columns = np.vstack([s_mm, np.interp(s_mm, real.s_mm, real.level_mm) + scatter_mm])
+    header = ",".join(["s_mm", *(f"level_{number + 1}_mm" for number in range(REPEATS))])
+    np.savetxt(home / "emulated.csv", columns.T, fmt="%.2f", delimiter=",", header=header, comments="")
+    (home / "emulated.toml").write_text((home / "paste.toml").read_text(encoding="utf-8") + READINGS, encoding="utf-8")
 
 
 def _computed(name: str, how: str, home: Path) -> tuple[Path, float]:
     """Return the folder of a search, computed if it is not kept, and its processor time."""
     folder, facts = home / f"{name}-{how}", home / f"{name}-{how}.json"
     if not facts.is_file():
-        command = [*SEALTWIN, *COMMANDS[name], *HOW[how], "--out", folder.name]
+        command = [*SEALTWIN, *SEARCHES[name], *HOW[how], "--out", folder.name]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([*command, "--device", "cpu", "--quiet"], cwd=home, check=True, stdout=subprocess.DEVNULL)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -69,7 +108,7 @@ def _computed(name: str, how: str, home: Path) -> tuple[Path, float]:
 
 def _calibrated(home: Path) -> Iterator[Row]:
     if not (home / "emulated.toml").is_file():
-        prepare("calibrate", home)
+        _emulate_readings(home)
     (drafts, draft_s), (accurate, accurate_s) = (_computed("calibrate", how, home) for how in HOW)
     yield Row("calibrate: processor time, over accurate runs", draft_s / accurate_s, "", 0, 0.5)
     ours, theirs = (_posterior(folder) for folder in (drafts, accurate))

@@ -1,15 +1,13 @@
-"""The fast model of the fill against particles, on three draws of forty slots, and its time and mass.
+"""The fast model of the fill against particles, on forty slots drawn after it was chosen, and its time and mass.
 
     python -m benchmarks.slot
 
 The level by particles is the mean over the two seeds that ``benchmarks.slot_cases`` ran; a case without both of them is
-not judged, and the table says how many are. The fresh draw judges the model: mound, crown and domain were chosen on the
-other two, whose figures are reported beside. Differences are taken every 0.5 mm of the whole slot, and away from the
+not judged, and the table says how many are. Differences are taken every 0.5 mm of the whole slot, and away from the
 path's start and from its head. No constant of the model is fitted to these runs: mound and crown are those of plastic
 soil, and the friction that it shares with particles is that of shear waves.
 """
 
-import itertools
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -17,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.slot_cases import FIRST, FRESH, LENGTH_MM, SECOND, SEEDS, STATIONS_MM, TRIM_MM, Case, drawn, levels_mm
+from benchmarks.slot_cases import LENGTH_MM, SEEDS, STATIONS_MM, TRIM_MM, Case, drawn, levels_mm
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.slot.fill import Filled
@@ -28,7 +26,6 @@ MIDDLE = (STATIONS_MM >= TRIM_MM + AWAY_MM) & (STATIONS_MM <= LENGTH_MM - TRIM_M
 """Stations 8 mm and more from where the nozzle starts and from where it stops."""
 RUNS, PROCESSES = 1000, 2
 FINER = 4
-NAMES = {FRESH: "fresh", SECOND: "second", FIRST: "first"}
 LEFT = "particles were not run for the others, or twice the same run; python -m benchmarks.slot_cases goes on with them"
 
 
@@ -36,7 +33,6 @@ LEFT = "particles were not run for the others, or twice the same run; python -m 
 class Judged:
     """A case beside its particles."""
 
-    draw: int
     number: int
     fits: bool
     off_mm: Floats  # Level of the fast model less that of the particles, at ``STATIONS_MM``
@@ -60,44 +56,41 @@ def level_mm(bed: Filled) -> Floats:
     return np.interp(STATIONS_MM, bed.sections.s_mm, bed.level_mm)
 
 
-def judge(draw: int, cases: Sequence[Case], **paste: float) -> list[Judged]:
-    """The cases of a draw that both seeds of particles were run for; ``paste`` changes their sealant.
+def judge(cases: Sequence[Case], **paste: float) -> list[Judged]:
+    """The cases that both seeds of particles were run for; ``paste`` changes their sealant.
 
     Two runs that are copies of one count as one seed.
     """
     judged = []
     for number, case in enumerate(cases):
-        runs = [level for seed in SEEDS if (level := levels_mm(draw, number, seed)) is not None]
+        runs = [level for seed in SEEDS if (level := levels_mm(number, seed)) is not None]
         if len(runs) == len(SEEDS) and not np.array_equal(runs[0], runs[1]):
             off_mm = level_mm(case.filled(replace(case.paste, **paste))) - np.mean(runs, axis=0)
-            judged.append(Judged(draw, number, not case.fitness.unfit, off_mm, rms(runs[0] - runs[1])))
+            judged.append(Judged(number, not case.fitness.unfit, off_mm, rms(runs[0] - runs[1])))
     return judged
 
 
-def accuracy(draw: int, cases: Sequence[Case], judged: Sequence[Judged]) -> list[Row]:
-    """The figures of a draw inside the domain, and how far off the model is outside, where it says so.
-
-    Of the draws that the model was chosen on they are reported and not judged.
-    """
+def accuracy(cases: Sequence[Case], judged: Sequence[Judged]) -> list[Row]:
+    """The figures inside the domain, and how far off the model is outside, where it says so."""
     inside, outside = ([one for one in judged if one.fits is fits] for fits in (True, False))
     whole_mm, middle_mm = [one.rms_mm for one in inside], [one.middle_mm for one in inside]
-    fit, name = sum(not case.fitness.unfit for case in cases), NAMES[draw]
-    alone_mm = [one.rms_mm for one in judge(draw, cases, friction=0.0) if one.fits]
+    fit = sum(not case.fitness.unfit for case in cases)
+    alone_mm = [one.rms_mm for one in judge(cases, friction=0.0) if one.fits]
     worse_mm = [one.rms_mm for one in outside]
     rows = [
-        Row(f"{name}: drawn cases that the model calls fit, share", fit / len(cases), "", 1 / 3, 1.0, "1/2"),
-        Row(f"{name}: fit cases judged at both seeds", len(inside), "", fit, fit, "all", because=LEFT),
-        Row(f"{name}, fit: RMS, median", _quantile(whole_mm, 0.5), "mm", 0, 0.45, "0.3"),
-        Row(f"{name}, fit: RMS, 90 % of the cases", _quantile(whole_mm, 0.9), "mm", 0, 0.75, "0.5"),
-        Row(f"{name}, fit: RMS away from start and head, median", _quantile(middle_mm, 0.5), "mm", 0, 0.4, "0.3"),
-        Row(f"{name}, fit: RMS without particles' friction, median", _quantile(alone_mm, 0.5), "mm"),
-        Row(f"{name}, fit: two seeds apart, RMS, median", _quantile([one.seeds_mm for one in inside], 0.5), "mm"),
-        Row(f"{name}: unfit cases judged", len(outside), ""),
+        Row("fresh: drawn cases that the model calls fit, share", fit / len(cases), "", 1 / 3, 1.0, "1/2"),
+        Row("fresh: fit cases judged at both seeds", len(inside), "", fit, fit, "all", because=LEFT),
+        Row("fresh, fit: RMS, median", _quantile(whole_mm, 0.5), "mm", 0, 0.45, "0.3"),
+        Row("fresh, fit: RMS, 90 % of the cases", _quantile(whole_mm, 0.9), "mm", 0, 0.75, "0.5"),
+        Row("fresh, fit: RMS away from start and head, median", _quantile(middle_mm, 0.5), "mm", 0, 0.4, "0.3"),
+        Row("fresh, fit: RMS without particles' friction, median", _quantile(alone_mm, 0.5), "mm"),
+        Row("fresh, fit: two seeds apart, RMS, median", _quantile([one.seeds_mm for one in inside], 0.5), "mm"),
+        Row("fresh: unfit cases judged", len(outside), ""),
     ]
     if outside:
-        rows.append(Row(f"{name}, unfit: RMS, median", _quantile(worse_mm, 0.5), "mm"))
-        rows.append(Row(f"{name}, unfit: RMS, largest", max(worse_mm), "mm"))
-    return rows if draw == FRESH else [replace(row, low=0.0, high=np.inf, goal="") for row in rows]
+        rows.append(Row("fresh, unfit: RMS, median", _quantile(worse_mm, 0.5), "mm"))
+        rows.append(Row("fresh, unfit: RMS, largest", max(worse_mm), "mm"))
+    return rows
 
 
 def _quantile(values: Sequence[float], share: float) -> float:
@@ -150,14 +143,13 @@ def _share(process: int) -> float:
 
 
 def main() -> list[Row]:
-    draws = {draw: drawn(seed=draw) for draw in NAMES}
-    judged = {draw: judge(draw, cases) for draw, cases in draws.items()}
-    for one in itertools.chain(*judged.values()):
+    cases = drawn()
+    judged = judge(cases)
+    for one in judged:
         rms_mm = f"RMS {one.rms_mm:.2f} mm, away from start and head {one.middle_mm:.2f} mm"
         bias = f"bias {one.off_mm.mean():+.2f} mm, seeds {one.seeds_mm:.2f} mm"
-        print(f"{NAMES[one.draw]} case {one.number:2d} {'fit  ' if one.fits else 'unfit'} {rms_mm}, {bias}")
-    rows = [row for seed, cases in draws.items() for row in accuracy(seed, cases, judged[seed])]
-    return [*rows, *numerics(draws[FIRST]), many()]
+        print(f"case {one.number:2d} {'fit  ' if one.fits else 'unfit'} {rms_mm}, {bias}")
+    return [*accuracy(cases, judged), *numerics(cases), many()]
 
 
 if __name__ == "__main__":

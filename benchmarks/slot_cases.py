@@ -1,15 +1,13 @@
-"""Three draws of forty slots, two to choose the fast model by and one to judge it, and their fill by particles.
+"""Forty slots by which the fast model is judged, and their fill by particles.
 
     python -m benchmarks.slot_cases
 
-Each draw is a Latin hypercube over seven settings by a fixed seed; stresses and viscosities, which span decades, evenly
-in their logarithms. The first was drawn before the model existed, the second judged it until it was changed by what
-that showed, and the fresh one was drawn after.
+They are a Latin hypercube over seven settings by a fixed seed; stresses and viscosities, which span decades, evenly in
+their logarithms. They were drawn after the model was chosen, on two other draws (decision 0151).
 Each slot is straight, 60 mm long and closed at both ends, and opens upward from the width of its floor. Particles fill
 each with two seeds and the settings that a trial has by default, at four abreast or more but in the narrowest.
 ``benchmarks/slot/`` keeps the levels, so that judging the model needs no particles: runs that lie there are not made
-again. Cases inside the model's domain are made first, those of later draws before those of earlier ones, and within
-each those of few particles: so all that says which are there is in their settings.
+again. Cases inside the model's domain are made first, and those of few particles before others.
 """
 
 import csv
@@ -38,9 +36,7 @@ from tests.shapes import straight_slot
 FOLDER = Path(__file__).parent / "slot"
 KEPT = KeptRuns(FOLDER, "python -m benchmarks.slot_cases", ("solids", "simulate"))
 CASES, SEEDS = 40, (0, 1)
-FIRST, SECOND, FRESH = 20261121, 20261122, 20261123
-"""Seeds of the draws: the model was chosen on the first two, and the fresh one judges it (decision 0151)."""
-TUNING_SEED = 7  # Of the draw on which the model's constants may be chosen; it is not judged
+SEED = 20261123
 LENGTH_MM, TRIM_MM, SETTLE_S = 60.0, 8.0, 3.0
 STATIONS_MM = np.arange(0.0, LENGTH_MM + 0.25, 0.5)
 ABREAST, RADII_MM, MANY = 8.0, (0.35, 0.6), 7000
@@ -122,9 +118,9 @@ HIGH = Case(8.0, 30.0, 8.0, 60.0, 5.0, 1.1, 10.0)
 IN_LOGARITHMS = ("yield_stress_pa", "viscosity_pa_s")
 
 
-def drawn(count: int = CASES, seed: int = FIRST) -> list[Case]:
-    """Cases of a Latin hypercube, in the order in which they are run."""
-    unit = qmc.LatinHypercube(7, seed=seed).random(count)  # pyright: ignore[reportCallIssue]
+def drawn() -> list[Case]:
+    """Cases of the Latin hypercube."""
+    unit = qmc.LatinHypercube(7, seed=SEED).random(CASES)  # pyright: ignore[reportCallIssue]
     columns: list[Floats] = []
     for column, name in enumerate(Case.__dataclass_fields__):
         low, high = getattr(LOW, name), getattr(HIGH, name)
@@ -133,24 +129,24 @@ def drawn(count: int = CASES, seed: int = FIRST) -> list[Case]:
     return [Case(*(float(f"{value:.4g}") for value in row)) for row in np.stack(columns, axis=1)]
 
 
-def levels_mm(draw: int, number: int, seed: int) -> Floats | None:
+def levels_mm(number: int, seed: int) -> Floats | None:
     """Level by particles at ``STATIONS_MM``; None for a run that was not made. Leaves if another solver made it."""
     KEPT.require()
-    path = _path(draw, number, seed)
+    path = _path(number, seed)
     return np.loadtxt(path, delimiter=",", skiprows=1)[:, 1] if path.is_file() else None
 
 
-def _path(draw: int, number: int, seed: int) -> Path:
-    return FOLDER / f"{draw}" / f"{number:02d}-{seed}.csv"
+def _path(number: int, seed: int) -> Path:
+    return FOLDER / f"{number:02d}-{seed}.csv"
 
 
-def _run(draw: int, number: int, seed: int, case: Case) -> None:
+def _run(number: int, seed: int, case: Case) -> None:
     began = time.process_time()
     sample = Sample(case.outline, case.solid, case.trajectory)
     run, profile = fill_crack(sample, case.fluid, case.solver, case.nozzle, seed=seed)
     level_mm = np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
     rows = np.column_stack([STATIONS_MM, level_mm])
-    np.savetxt(_path(draw, number, seed), rows, "%.1f,%.3f", header="s_mm,level_mm", comments="")
+    np.savetxt(_path(number, seed), rows, "%.1f,%.3f", header="s_mm,level_mm", comments="")
     facts = {
         "case": number,
         "seed": seed,
@@ -161,7 +157,7 @@ def _run(draw: int, number: int, seed: int, case: Case) -> None:
         "escaped": run.escaped_particles,
         "processor_s": round(time.process_time() - began, 1),
     }
-    with (FOLDER / f"{draw}" / "runs.csv").open("a", newline="", encoding="utf-8") as file:
+    with (FOLDER / "runs.csv").open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, facts)
         if file.tell() == 0:
             writer.writeheader()
@@ -171,13 +167,12 @@ def _run(draw: int, number: int, seed: int, case: Case) -> None:
 
 def main() -> None:
     KEPT.begin()
-    # All that orders them is their settings.
-    cases = [(draw, number, case) for draw in (FRESH, SECOND, FIRST) for number, case in enumerate(drawn(seed=draw))]
-    for draw, number, case in sorted(cases, key=lambda one: (bool(one[2].fitness.unfit), -one[0], one[2].particles)):
-        (FOLDER / f"{draw}").mkdir(parents=True, exist_ok=True)
+    FOLDER.mkdir(exist_ok=True)
+    cases = enumerate(drawn())
+    for number, case in sorted(cases, key=lambda one: (bool(one[1].fitness.unfit), one[1].particles)):
         for seed in SEEDS:
-            if levels_mm(draw, number, seed) is None:
-                _run(draw, number, seed, case)
+            if levels_mm(number, seed) is None:
+                _run(number, seed, case)
 
 
 if __name__ == "__main__":

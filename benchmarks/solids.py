@@ -27,7 +27,7 @@ from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.build_solid import SMALLEST_DEG, build_solid
 from digitise.solid.footprint import lay_out
-from digitise.solid.tilt_variants import Slicer, cavity_volume_mm3, meeting_share
+from digitise.solid.tilt_variants import Slicer, meeting_share
 from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
@@ -51,8 +51,6 @@ class Built:
     vertices: int = 0
     """Of the outline, cleaned."""
     triangles: int = 0
-    volume_percent: float = np.inf
-    """Off the integral of its sections."""
     wall_off_percent: float = np.inf
     """Of the wall's area, at more than OFF_DEG from its angle; of a lean, from its shear."""
     angle_deg: float = np.inf
@@ -89,7 +87,6 @@ def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
         return Built(kind, seed, tilt, (str(fault),))
     took_s = time.process_time() - began
     footprint = lay_out(outline, shape, max(wall_shifts_mm(shape)))
-    integral_mm3 = cavity_volume_mm3(footprint, shape, finer=4)
     off_percent, angle_deg = wall_errors(solid, footprint.lean, shape)
     assert solid.figures.min_edge_mm is not None
     return Built(
@@ -99,7 +96,6 @@ def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
         (*faults_of_the_file(solid), *faults_of_the_cavity(solid, Slicer(footprint, shape))),
         vertices=footprint.crack.num_vert(),
         triangles=len(solid.faces),
-        volume_percent=100 * abs(solid.cavity_volume_mm3 / integral_mm3 - 1),
         wall_off_percent=off_percent,
         angle_deg=angle_deg,
         shortest_mm=solid.figures.min_edge_mm,
@@ -198,7 +194,6 @@ def rows(built: Sequence[Built]) -> list[Row]:
         seen = [each for each in mine if each.triangles]
         table += [
             Row(f"{tilt}: sound, of {len(mine)}", len(sound), "", len(mine), len(mine)),
-            Row(f"{tilt}: volume off its sections', worst", _worst(seen, "volume_percent"), "%", 0, 0.1),
             Row(f"{tilt}: wall area off by {OFF_DEG}°, worst", _worst(seen, "wall_off_percent"), "%", 0, 0.1),
             Row(f"{tilt}: mean angle off, worst", _worst(seen, "angle_deg"), "°", 0, 0.01),
             Row(f"{tilt}: shortest edge", min((each.shortest_mm for each in seen), default=0.0), "mm", 1e-3, 1.0),

@@ -10,8 +10,8 @@ of 2 to 8 px, whose width is fitted. Refused: photos and hints of which nothing 
 procedural: they say what tracing can do, not what a camera will give it. Goals are the medians of our first study, less
 a third.
 
-Each kind of photo is a file: tracing_cases, tracing_wide, tracing_thin, tracing_refusals; photos of one's own are
-traced by tracing_photos.
+Each kind of photo is a file: tracing_cases, tracing_wide, tracing_thin, tracing_refusals; real photos are judged by
+real_roads.
 """
 
 import sys

@@ -24,7 +24,7 @@ STRESS_RATIO = (1.0, 1.052, 1.008, 0.925)
 SECTION_RATIO = (0.908, 0.915, 0.923, 0.95)
 """Ratios of stress and of section, closed form over bars in particles, at values of the closed form's stress over rho g
 sqrt(A) (``CLOSED_STRESS``). They are geometric means of a bar as high as its filament and one 1.6 times as wide
-(``benchmarks/beads.py``, kind ``fit``). The ends spread and drain the middle a little, which depends on the height from
+(decision 0139). The ends spread and drain the middle a little, which depends on the height from
 which they were laid. That height is not measured."""
 
 

@@ -15,7 +15,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 import sealtwin
-from benchmarks.headline import RESULTS, with_table
+from benchmarks.headline import PAGE, RESULTS, page, with_table
 from sealtwin.cli.app import app
 from tests import shown_output
 from tests.coarse import make_coarse
@@ -106,9 +106,14 @@ def test_make_demo_and_plain_pip_in_a_copy_without_an_environment(tmp_path):
     assert not (tmp_path / "clone" / ".venv" / "bin" / "pytest").exists()
 
 
-def test_the_figures_of_readme_are_those_of_the_results_by_key():
+def test_the_figures_of_readme_and_of_their_page_are_those_of_the_results():
     """Figures that were copied by hand were stale."""
     results = json.loads(RESULTS.read_text(encoding="utf-8"))
     assert with_table(README, results) == README
+    figures = PAGE.read_text(encoding="utf-8")
+    assert page(results) == figures
+    assert len(figures.split()) <= 1200
+    missed = [row["name"] for section in results.values() for row in section["rows"] if row["missed"]]
+    assert all(name in figures for name in missed)
     assert len(README.splitlines()) <= 80
     assert len(README.split()) <= 700

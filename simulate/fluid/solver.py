@@ -31,11 +31,10 @@ SLOWEST_SHEAR = 0.002
 allows."""
 QUIET_SHEAR = 0.015
 """A particle may sleep below this shear rate in 1/s, and below this rate times h in speed, which is 0.06 R per second.
-With 0.1 paste that flows back along a slope falls asleep too early, up to 1.4 mm from its place
-(``benchmarks/sleep.py``)."""
+With 0.1 paste that flows back along a slope falls asleep too early, up to 1.4 mm from its place."""
 PATIENCE_S = 0.5
 """Time that a particle must be below ``QUIET_SHEAR`` before it sleeps. With 0.45, paste of 20 Pa with carried-over
-pressure falls asleep while it sags, and its bed is off by 0.14 mm instead of 0.06 mm (``benchmarks/sleep.py``)."""
+pressure falls asleep while it sags, and its bed is off by 0.14 mm instead of 0.06 mm."""
 AGAIN_S = 0.15  # The same for a woken particle, so that paste beside a flow goes back to sleep soon
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a particle

@@ -4,23 +4,18 @@ import importlib
 
 import pytest
 
-from benchmarks import beads, blind_measured, calibration, slot_cases, slumps
+from benchmarks import blind_labs, calibration, slot_cases
 from benchmarks.kept_runs import PARTS, KeptRuns
 from sealtwin.core.files import read_json
 
-KEPT = (beads.KEPT, blind_measured.KEPT, calibration.KEPT, slot_cases.KEPT, slumps.KEPT)
-JUDGES = (
-    "beads", "blind_prediction", "calibration", "slot", "slumps", "material_by_bead", "material_by_scale",
-    "input_uncertainty", "blind_own_band",
-)  # fmt: skip
+KEPT = (blind_labs.KEPT, calibration.KEPT, slot_cases.KEPT)
+JUDGES = ("calibration", "slot", "blind_own_band")
 
 
 @pytest.mark.parametrize("name", JUDGES)
 def test_a_benchmark_judges_no_results_of_another_solver(name, monkeypatch, capsys):
     """It ends with one sentence, which names the command that computes them anew, and prints no figure."""
     monkeypatch.setitem(PARTS, "simulate", 999)
-    for module in (slumps, beads):
-        module.recorded.cache_clear()
     with pytest.raises(SystemExit) as left:
         importlib.import_module(f"benchmarks.{name}").main()
     sentence = str(left.value.code)

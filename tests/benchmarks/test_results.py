@@ -1,4 +1,4 @@
-"""The record of all benchmarks: what is run again, what it keeps, and what its page says."""
+"""The record of all benchmarks: what is run again, what it keeps, and what its table says."""
 
 import json
 import subprocess
@@ -6,9 +6,7 @@ import subprocess
 import pytest
 
 from benchmarks import results
-from benchmarks.results import code_sha256, measure, page
-from sealtwin.core.stage_keys import number_words
-from sealtwin.trial.stage_numbers import NUMBERS
+from benchmarks.results import code_sha256, measure, table
 
 BENCHMARK = """
 from math import inf, nan
@@ -27,7 +25,6 @@ def benchmarks(tmp_path, monkeypatch):
     bad.write_text("raise SystemExit(0)")
     monkeypatch.setattr(results, "COMMANDS", {"good": str(good), "bad": str(bad)})
     monkeypatch.setattr(results, "RESULTS", tmp_path / "results.json")
-    monkeypatch.setattr(results, "PAGE", tmp_path / "results.md")
     return tmp_path
 
 
@@ -46,7 +43,6 @@ def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
     monkeypatch.setattr(results, "code_sha256", lambda *_: "two")
     run("good")
     assert (benchmarks / "ran").read_text() == "xx"
-    assert json.loads((benchmarks / "results.json").read_text())["good"]["before"] == {"kept | width": 1.5, "slow": 3.0}
 
 
 @pytest.mark.slow
@@ -54,8 +50,8 @@ def test_a_benchmark_without_a_table_has_no_result(benchmarks, capsys):
     assert run() == 1
     results = json.loads((benchmarks / "results.json").read_text())
     assert (results["good"]["exit_code"], results["bad"]["exit_code"]) == (1, 2)
-    assert "no result: bad" in capsys.readouterr().out
-    assert "without a result" in (benchmarks / "results.md").read_text()
+    assert "no result: bad" in (printed := capsys.readouterr().out)
+    assert "no result, exit code 2" in printed
 
 
 def test_what_failed_is_run_again_on_the_same_code(benchmarks, monkeypatch):
@@ -67,29 +63,14 @@ def test_what_failed_is_run_again_on_the_same_code(benchmarks, monkeypatch):
     assert (benchmarks / "ran").read_text() == "xx", "once each: what ended with a table is not run again"
 
 
-def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
-    facts = {"command": "python good.py", "code": "new", "before": {"slow": 2.5}}
-    results = {"good": facts | {"stage_numbers": dict(NUMBERS)} | measure([str(benchmarks / "good.py")])}
-    text = page(results, {"good": "new"})
-    assert "**1 of 2 targets met**" in text
-    assert "| kept \\| width | <= 2 | 1.5 mm |  | met |" in text
-    assert "| slow | <= 2 | 3 s | 2.5 | **missed**: of \\| this |" in text
-    assert "| none | reported | no number |  |  |" in text
-    assert "changed since" not in text
-    assert f"by {number_words(NUMBERS)}.\n" in text
-    assert f"All sections were computed by {number_words(NUMBERS)}, the stage numbers of this version." in text
-    results["good"]["stage_numbers"] = {**NUMBERS, "simulate": 0}
-    older = page(results, {"good": "new"})
-    assert f"This version is {number_words(NUMBERS)}; computed by other stage numbers: `good`." in older
-    assert f"by {number_words({**NUMBERS, 'simulate': 0})}.\n" in older
-    del results["good"]["stage_numbers"]
-    assert "by digitise unknown, simulate unknown, validate unknown.\n" in page(results, {"good": "new"})
-    assert "changed since" in page(results, {"good": "newer"})
-
-
-def test_rows_of_one_name_have_a_figure_before_each():
-    rows = [{"name": "half", "value": 1.0}, {"name": "half", "value": 2.0}, {"name": "none"}]
-    assert results.values_of(rows) == {"half": 1.0, "half #2": 2.0}
+def test_the_table_counts_targets_and_names_those_that_are_missed(benchmarks):
+    made = {"good": {"code": "new"} | measure([str(benchmarks / "good.py")])}
+    counted, missed, waiting = table(made, {"good": "new"}).splitlines()
+    assert counted.startswith("good               1 of 2 ")
+    assert missed == "    slow: 3 s for <= 2"
+    assert waiting.split() == ["bad", "not", "run", "yet"]
+    assert "changed since" not in counted
+    assert "changed since" in table(made, {"good": "newer"}).splitlines()[0]
 
 
 @pytest.fixture
@@ -117,7 +98,7 @@ FOLLOWS = (
     ("simulate/run.py", False),
     ("validate/compare.py", False),
     ("validate/labels.toml", False),
-    ("benchmarks/beads.csv", False),
+    ("benchmarks/calibration.csv", False),
     ("README.md", False),
 )
 
@@ -148,10 +129,10 @@ def test_words_and_layout_of_a_module_are_not_in_the_hash(checkout, text, follow
 
 
 def test_data_of_a_benchmarks_own_name_are_its(checkout):
-    root = checkout("benchmarks/beads.csv", "benchmarks/slot/20261122/runs.csv")
-    before = {name: code_sha256(root, results.COMMANDS[name]) for name in ("beads", "slot")}
-    (root / "benchmarks" / "slot" / "20261122" / "runs.csv").write_text("2")
-    assert code_sha256(root, results.COMMANDS["beads"]) == before["beads"]
+    root = checkout("benchmarks/calibration.csv", "benchmarks/slot/runs.csv")
+    before = {name: code_sha256(root, results.COMMANDS[name]) for name in ("calibration", "slot")}
+    (root / "benchmarks" / "slot" / "runs.csv").write_text("2")
+    assert code_sha256(root, results.COMMANDS["calibration"]) == before["calibration"]
     assert code_sha256(root, results.COMMANDS["slot"]) != before["slot"]
 
 

@@ -1,4 +1,4 @@
-"""The second reality: its kept tables, its worlds, and what it refuses. Closed forms: benchmarks.second_reality."""
+"""The second reality: closed forms, its kept tables, its worlds, and what it refuses."""
 
 from dataclasses import replace
 
@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks.reality import law
+from benchmarks.reality.along import Fluid, Slot, Source, State, run
 from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour
 from benchmarks.reality.pour import poured
 from benchmarks.reality.section import Section, Solid, flows
 from benchmarks.reality.worlds import WORLDS
 from benchmarks.reality.yielding import yield_gradient
-from benchmarks.second_reality import duct
+from sealtwin.core.records import Floats
 
 CAVITY = Cavity.even(12.0, 4.5, 8.0, wall_deg=4.0)
 PASTE = Paste(density_kg_m3=1700.0, yield_stress_pa=7.5, consistency_pa_sn=5.0)
@@ -31,7 +32,43 @@ def test_kept_tables_are_those_of_the_sections(case):
 
 
 def test_a_duct_of_liquid_has_the_flow_of_its_series():
-    assert flows(Section(1.0, 0.0), np.zeros(1), 1.0, Solid())[0] == pytest.approx(duct(1.0), rel=5e-3)
+    """Width and depth 1, its lower half: the series of White (2006, eq. 3-48)."""
+    odd = np.arange(1, 200, 2)
+    duct = 1 / 12 * (1 - 96 / np.pi**5 * np.sum(np.tanh(odd * np.pi) / odd**5))
+    assert flows(Section(1.0, 0.0), np.zeros(1), 1.0, Solid())[0] == pytest.approx(duct, rel=5e-3)
+
+
+WEIGHT, WIDTH, CELL = 1700 * 9.81, 4e-3, 0.25e-3  # N/m3, m
+X = (np.arange(320.0) + 0.5 - 160) * CELL
+
+
+def settled(depth: Floats, seconds: float, yield_pa: float, law_of: law.Law) -> Floats:
+    """Depths of a paste of 0.3 Pa s some time after it had others, in a slot with upright walls."""
+    slot = Slot(CELL, np.full(320, WIDTH), np.zeros(320), np.full(320, -0.1), 0.0)
+    fluid = Fluid(law_of, WEIGHT, yield_pa, 0.3, 0.0, np.inf, 1.0, normal_stress=0.0, yield_strain=0.1)
+    state = State(depth * WIDTH, *(np.zeros(320) for _ in State._fields[1:]))
+    run(state, slot, fluid, Source(np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2), 1e-3, 0.0), seconds, 1.0)
+    return state.area / WIDTH
+
+
+@pytest.mark.broad  # Compiles for some seconds.
+def test_a_front_between_walls_spreads_as_barenblatts():
+    """In units of 4 mm and its own time, h = t^-1/3 (1 - x^2 / (6 t^2/3)) solves h_t = (h h_x)_x; from 1 to 8."""
+    own_s = 0.3 * 12 / (WIDTH**2 * WEIGHT)
+    before = 4e-3 * np.maximum(1 - (X / 4e-3) ** 2 / 6, 0.0)
+    after = settled(before, 7 * own_s * 4e-3, 0.0, law.closed_law(walls=True, floor=False))
+    assert after.max() / 4e-3 == pytest.approx(8 ** (-1 / 3), rel=0.02)
+    lengths = [np.sqrt((depth * X**2).sum() / depth.sum()) for depth in (before, after)]
+    assert lengths[1] / lengths[0] == pytest.approx(8 ** (1 / 3), rel=0.02)
+
+
+@pytest.mark.broad
+def test_a_bank_between_walls_comes_to_rest_at_the_slope_that_they_bear():
+    """2 tau / (rho g w), of a column of 8 mm by 12 mm."""
+    depth = settled(np.where(np.abs(X) < 4e-3, 12e-3, 0.0), 400.0, 7.5, law.closed_law(walls=True, floor=False))
+    flank = (X > 2e-3) & (depth > 1e-3)
+    slope = -np.polyfit(X[flank], depth[flank], 1)[0]
+    assert slope == pytest.approx(2 * 7.5 / (WIDTH * WEIGHT), rel=0.02)
 
 
 @pytest.mark.parametrize(

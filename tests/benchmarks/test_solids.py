@@ -60,7 +60,7 @@ def test_the_judge_sees_a_wrong_angle(tilt):
 
 def test_a_refusal_is_no_success():
     """In the table a crack of which nothing was made counts as unsound, and has no other figures."""
-    good = Built("plain", 0, "flare", (), 100, 1000, 0.01, 0.0, 0.0, 0.002, 0.1)
+    good = Built("plain", 0, "flare", (), 100, 1000, 0.0, 0.0, 0.002, 0.1)
     table = {row.name: row for row in rows([good, Built("plain", 1, "flare", ("no crack",))])}
     assert (table["flare: sound, of 2"].value, table["flare: sound, of 2"].met) == (1, False)
-    assert table["flare: volume off its sections', worst"].value == 0.01
+    assert table["flare: shortest edge"].value == 0.002

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.physics_tanks import Pit, Tank, cube_mm, settled_mm
 from sealtwin.core.records import Floats
 from simulate.fluid.pressure import Iterations, iterations_of
 from simulate.loose_fluid import substep_s
 from simulate.settings import Fluid
 from simulate.setup.rheology import Rheology, viscous_weight
 from tests.fluids import engine_with, lay_down, prepared, slot
+from tests.tanks import Pit, Tank, cube_mm, settled_mm
 
 RADIUS_MM = 0.4
 STEP_S = substep_s(RADIUS_MM)

@@ -74,7 +74,7 @@ def test_the_window_follows_from_nozzle_flow_and_crack():
 
 @pytest.mark.parametrize("n", [0.5, 1.0])
 def test_95_percent_intervals_contain_the_truth_as_often_as_they_state(n):
-    """Of 100 curves 88 to 100: 95 leaves that by chance once in 250. See benchmarks/material_by_rheometer.py."""
+    """Of 100 curves 88 to 100: 95 leaves that by chance once in 250."""
     random = np.random.default_rng(7)
     true, inside = np.array([12.0, 3.0, n]), []
     for _ in range(100):
