@@ -23,7 +23,7 @@ def released(
     )
 
 
-@pytest.mark.parametrize("onto", ["plate", "channel", "open"])
+@pytest.mark.parametrize("onto", ["channel", "open"])
 def test_fluid_keeps_its_volume_and_stays_between_its_walls(onto):
     """Softer fluid flows farther; figures begin at the gate's opening and end in time."""
     stiff, soft = (released(PASTE | {"yield_stress_pa": stress_pa}, onto=onto) for stress_pa in (40.0, 4.0))
@@ -61,16 +61,9 @@ def test_a_seed_repeats_a_release_and_another_one_scatters_it():
     assert one.front_mm[-1] == pytest.approx(other.front_mm[-1], abs=1.0)
 
 
-def test_more_substeps_are_shorter():
-    """The front is then farther, by more than seeds differ: 0.2 mm."""
-    fluid = PASTE | {"yield_stress_pa": 4.0}
-    one, two = (released(fluid, onto="channel", duration_s=0.1, solver={"substeps": n}) for n in (1, 2))
-    assert one.front_mm[-1] + 0.3 < two.front_mm[-1] < one.front_mm[-1] + 1.5
-
-
 def test_a_slope_lets_it_run_downhill():
     fluid = sealant(**PASTE, yield_stress_pa=4.0)
-    block = FluidBlock(length_mm=20, width_mm=20, height_mm=20, ahead_mm=40, duration_s=0.3)
+    block = FluidBlock(length_mm=20, width_mm=20, height_mm=20, ahead_mm=30, duration_s=0.2)
     down, up = (
         release(block, fluid, Solver(radius_mm=1.5), slope=SampleSlope(gradient_deg=angle)).front_mm[-1]
         for angle in (-15.0, 15.0)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Floats
-from simulate.fluid import solver
 from simulate.fluid.pressure import Iterations, iterations_of
 from simulate.loose_fluid import substep_s
 from simulate.settings import Fluid
@@ -28,12 +27,11 @@ def test_a_fluid_that_carries_pressure_over_has_fewer_iterations(damping, expect
     assert iterations_of(damping, alone=1).number == 1
 
 
-@pytest.mark.parametrize("viscosity_mm2_s", [pytest.param(10.0, marks=pytest.mark.broad), 300.0])
-def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand(viscosity_mm2_s):
+def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand():
     """At rest: the first-order share that the viscosity's weights stand for."""
     place_mm = cube_mm(6.0) + np.array([0.0, 0.0, 5.0])
     support = 0.4 * RADIUS_MM
-    fluid = Rheology(viscous_weight(viscosity_mm2_s / 100, support, STEP_S), 0.0, physical=True)
+    fluid = Rheology(viscous_weight(3.0, support, STEP_S), 0.0, physical=True)
     taken = []
     for one in np.flatnonzero((np.abs(place_mm - place_mm.mean(axis=0)) < 1.2).all(axis=1))[:8]:
         engine = engine_with(place_mm, slot(), fluid=fluid, frame_s=STEP_S, substeps=1, radius_mm=RADIUS_MM)
@@ -50,15 +48,12 @@ def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand(v
     ("fluid", "settings", "expected"),
     [
         ({"viscosity_pa_s": 0.5}, {}, (0.5, 3)),
-        ({"consistency_pa_s_n": 0.5, "flow_index": 0.5}, {}, (0.5, 3)),
         ({"consistency_pa_s_n": 0.1, "flow_index": 0.5}, {}, (0.0, 4)),
-        ({"viscosity_pa_s": 0.1}, {}, (0.5, 3)),
         ({"viscosity_pa_s": 0.003}, {}, (0.0, 4)),
         # Thin as it flows, whatever it is at rest.
         ({"viscosity_pa_s": 0.003, "yield_stress_pa": 0.1}, {}, (0.0, 4)),
         ({"viscosity_pa_s": 0.003, "yield_stress_pa": 12.0}, {}, (0.5, 3)),
         ({"viscosity_pa_s": 0.5, "yield_stress_pa": 120.0}, {}, (0.0, 4)),
-        ({"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0}, {}, (0.5, 3)),
         ({"U": 1e4, "D_cm": 0.3}, {}, (0.0, 4)),
         ({"viscosity_pa_s": 0.5}, {"iterations": 6}, (0.5, 6)),
         ({"viscosity_pa_s": 0.5}, {"preset": "paper"}, (0.0, 4)),
@@ -75,18 +70,6 @@ def test_what_is_carried_over_is_the_fluids_and_the_users_affair(fluid, settings
     assert (kept < 0).any() == (expected[0] > 0)
 
 
-@pytest.mark.broad
-def test_a_column_that_carries_pressure_over_is_pressed_less_and_as_calm(monkeypatch):
-    """Over four iterations that begin at zero."""
-    carrying = _rest(_column(Fluid(viscosity_pa_s=0.1, freeze_after_s="never"), 16.0))
-    monkeypatch.setattr(solver, "iterations_of", lambda *_, **__: Iterations(0.0, 4))
-    pressed, speed_mm_s = _rest(_column(Fluid(viscosity_pa_s=0.1, freeze_after_s="never"), 16.0))
-    assert pressed > 0.05
-    assert carrying[0] < 0.75 * pressed
-    assert carrying[1] < 1.3 * speed_mm_s + 0.5
-
-
-@pytest.mark.broad
 def test_a_deep_column_between_walls_that_slip_does_not_swing():
     """Nothing but its own viscosity calms it: 1 mm/s, and 57 with 0.7 or 0.83 for the share of 0.5."""
     pit = Pit(4.0, 3.1, 40.0)

@@ -53,21 +53,19 @@ def test_viscosity_neither_pushes_nor_turns_a_cloud(viscosity_mm2_s, yield_mm2_s
     "channel",
     [
         Channel(5.0, 3000.0),
-        pytest.param(Channel(5.0, 322.0), marks=pytest.mark.broad),
-        pytest.param(Channel(8.0, 32.0, 0.5), marks=pytest.mark.broad),
-        pytest.param(Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25), marks=pytest.mark.broad),
+        Channel(8.0, 32.0, 0.5),
+        Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25),
     ],
 )
 def test_a_fluid_flows_between_plates_as_its_closed_form_says(channel):
-    """Viscous, Bingham's, and one that thins. A yield stress off by a tenth is 15 % of the third's flow.
+    """Viscous, Bingham's, and one that thins. A yield stress off by a tenth is 15 % of the second's flow.
 
-    Particles that move before the viscosity acts are 1.5 and 5.5 times as fast in the first two.
+    Particles that move before the viscosity acts are 5.5 times as fast in the first.
     """
     mean_mm_s, exact_mm_s = channel.flow(0.15)
     assert mean_mm_s / exact_mm_s == pytest.approx(1.0, abs=0.1)
 
 
-@pytest.mark.broad
 def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():
     """Awake: it creeps at the slowest shear that float32 allows, 0.002 /s."""
     creep_mm_s, _ = Channel(8.0, 32.0, 1.2, mean_mm_s=6.0).flow(0.15, sleep=False)
@@ -107,7 +105,6 @@ THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last 
         ({"curve": THICK}, "curve is thick", "0.079 mm/s"),
         # U = 30, with or without what freezes, is the paper's own.
         ({"U": 30.0}, f"U is 30: {LEVELS};", "viscous flow needs fluid.viscosity_pa_s."),
-        ({"U": 1e5}, f"U is 100000: {LEVELS};", ""),
         ({"U": 30.0, "freeze_after_s": 2.58}, f"U is 30: {LEVELS} until it freezes; viscous flow needs", ""),
         # Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa.
         (
@@ -116,11 +113,6 @@ THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last 
             "15 Pa",
         ),
         ({"U": 30.0, "yield_stress_pa": 15.3}, f"yield_stress_pa: a yield stress of 15.3 Pa {HOLDS}", "15 Pa"),
-        (
-            {"viscosity_pa_s": 1.0, "D_cm": 0.3, "yield_stress_pa": 15.3},
-            f"yield_stress_pa: a yield stress of 15.3 Pa {HOLDS}",
-            "15 Pa",
-        ),
         ({"curve": STANDS}, f"curve: a yield stress of 20 Pa {HOLDS}", ""),
     ],
 )
@@ -139,10 +131,12 @@ def test_the_remark_on_a_thin_fluid_has_the_viscosity_that_particles_add():
     assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)
 
 
-@pytest.mark.parametrize(("wall_share", "holds"), [(None, True), (0.9, True), (0.5, False)])
-def test_walls_that_take_up_half_of_the_stress_support_half_of_the_paste(wall_share, holds):
-    """30 Pa stand between rough walls of this crack, whose weight overcomes 25 Pa."""
-    remarks = remarks_of(viscosity_pa_s=1.0, yield_stress_pa=30.0, wall_share=wall_share)
+@pytest.mark.parametrize(
+    ("stress_pa", "wall_share", "holds"), [(30.0, 0.9, True), (30.0, 0.5, False), (15.1, 1.0, False)]
+)
+def test_paste_that_its_walls_do_not_support_is_not_said_to_stand(stress_pa, wall_share, holds):
+    """Its weight overcomes 15.2 Pa between rough walls, and twice that where they take up half of the stress."""
+    remarks = remarks_of(viscosity_pa_s=1.0, yield_stress_pa=stress_pa, wall_share=wall_share)
     assert any(HOLDS in remark for remark in remarks) is holds
 
 
@@ -153,21 +147,13 @@ def test_walls_that_take_up_half_of_the_stress_support_half_of_the_paste(wall_sh
         {"viscosity_pa_s": 0.5},
         {"viscosity_pa_s": 100.0, "D_cm": 0},
         {"U": 300.0, "yield_stress_pa": 3.0},
-        {"U": 300.0, "structuration_pa_per_s": 1.0},
         # At 0.5 Pa s it falls 16 mm in a second.
         {"curve": THINS},
         {"viscosity_pa_s": 100.0, "settle_s": 400.0},
-        {"consistency_pa_s_n": 20.0, "flow_index": 0.5, "settle_s": 400.0},
-        {"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0, "settle_s": 400.0},
     ],
 )
 def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
     assert not remarks_of(**fluid)
-
-
-@pytest.mark.parametrize("law", [{"viscosity_pa_s": 1.0}, {"U": 30.0}, {"viscosity_pa_s": 1.0, "D_cm": 0.3}])
-def test_paste_just_weaker_than_its_weight_is_not_said_to_stand(law):
-    assert not any("supports the paste" in remark for remark in remarks_of(**law, yield_stress_pa=15.1))
 
 
 @pytest.mark.parametrize(
@@ -176,11 +162,9 @@ def test_paste_just_weaker_than_its_weight_is_not_said_to_stand(law):
         # 15.2 Pa are reached in 0.15 s, in which the nozzle moves on by 9 mm, and paste of 1 Pa s sinks by 0.4 mm
         ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 100.0}, "0.15"),
         ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 100.0, "yield_stress_most_pa": 15.0}, None),
-        ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 10.0, "yield_stress_pa": 5.0}, "1"),
         # Thin paste has sunk by then; but the nozzle moves on by 0.6 widths in 0.03 s, and by 3 in 0.15 s
         ({"viscosity_pa_s": 0.02, "structuration_pa_per_s": 10.0}, None),
         ({"viscosity_pa_s": 0.02, "structuration_pa_per_s": 500.0, "yield_stress_most_pa": 20.0}, "0.031"),
-        ({"U": 30.0, "structuration_pa_per_s": 500.0, "yield_stress_most_pa": 20.0}, "0.031"),
         ({"U": 30.0, "structuration_pa_per_s": 100.0}, None),
         ({"curve": {"age_s": [0.0, 1.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [0.0, 100.0]}}, "0.15"),
     ],

@@ -8,11 +8,10 @@ import trimesh
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import FaceLabel, Floats, Solid
+from sealtwin.core.records import FaceLabel, Solid
 from simulate.hollow import solid_of
 from simulate.kernels.distance import BLOCK
 from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
-from simulate.vessel import Mask
 from tests.fluids import engine_with, lattice, slot
 from tests.shapes import straight_slot, wandering_crack
 
@@ -45,14 +44,13 @@ def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():
     assert (barrier.is_inside(points, 0.9 * RADIUS_MM) == (exact <= -0.9 * RADIUS_MM)).all()
 
 
-@pytest.mark.broad
 def test_the_nodes_of_the_grid_are_exact_beside_needles():
     """Against trimesh. The face around a crack has triangles a thousand times as long as high."""
     outline = wandering_crack()
     solid = build_solid(outline, CrackShape(depth_mm=16.0, tilt="flare", wall_angle_deg=5.5))
     grid = build_barrier(solid, outline, RADIUS_MM, "cpu").grid
     row = grid.row.numpy()
-    block = np.random.default_rng(0).choice(np.flatnonzero(row >= 0), 30, replace=False)
+    block = np.random.default_rng(0).choice(np.flatnonzero(row >= 0), 8, replace=False)
     node = np.stack(np.meshgrid(*3 * [np.arange(BLOCK + 1)], indexing="ij"), axis=-1).reshape(-1, 3)
     corner = BLOCK * np.column_stack(np.unravel_index(block, tuple(grid.blocks)))
     points = (np.array(grid.corner) + grid.spacing * (corner[:, None] + node).reshape(-1, 3)) / CM
@@ -95,9 +93,9 @@ def test_a_crack_whose_walls_lead_far_from_its_outline_is_known_to_its_floor(til
     assert (barrier.is_inside(points, 0.9 * radius_mm) == (exact <= -0.9 * radius_mm)).all()
 
 
-@pytest.mark.parametrize("septum_mm", [0.3, pytest.param(1.0, marks=pytest.mark.broad)])
-def test_no_jump_crosses_a_thin_wall(septum_mm):
+def test_no_jump_crosses_a_thin_wall():
     """Steps of up to 20 mm, aimed at the wall between two cavities."""
+    septum_mm = 0.3
     crack = two_slots(septum_mm), straight_slot(20.0, 3.1)
     rng = np.random.default_rng(0)
     side = np.repeat([-1.0, 1.0], 2000)
@@ -116,16 +114,7 @@ def test_no_jump_crosses_a_thin_wall(septum_mm):
     assert np.median(np.abs(end[below, 1])) < septum_mm / 2 + RADIUS_MM
 
 
-@pytest.mark.parametrize(
-    ("tilt", "angle_deg"),
-    [
-        ("funnel", 11.0),
-        *(
-            pytest.param(*walls, marks=pytest.mark.broad)
-            for walls in (("vertical", 0.0), ("flare", 5.5), ("undercut", 5.5), ("lean", 11.0))
-        ),
-    ],
-)
+@pytest.mark.parametrize(("tilt", "angle_deg"), [("funnel", 11.0), ("flare", 5.5)])
 def test_corners_and_closing_walls_hold_a_falling_particle(tilt, angle_deg):
     """Thrown down at every angle, in a V (funnel) as in the corner of floor and wall."""
     solid, outline = slot(12.0, tilt=tilt, angle_deg=angle_deg)
@@ -187,25 +176,6 @@ def test_a_prediction_leaves_planes_that_were_asked_for_nearby():
         off_mm.append(np.linalg.norm(engine.state.position_mm() - asked_mm, axis=1))
         assert off_mm[-1].max() < 1.001 * nearby_mm
     assert np.median(off_mm) > 0.1 * nearby_mm, "asked for in every move"
-
-
-def test_walls_are_planes_but_in_corners():
-    """Where they are no planes, the pressure asks for them in each of its iterations."""
-    solid, outline = slot(12.0, tilt="flare", depth_mm=6.0)
-    grid = build_barrier(solid, outline, RADIUS_MM, "cpu").grid
-
-    def rounded(points_mm: Floats) -> Mask:
-        block = np.floor((points_mm * CM - [*grid.corner]) / (4 * grid.spacing)).astype(int)
-        row = grid.row.numpy()[np.ravel_multi_index(tuple(block.T), [*grid.blocks])]
-        assert (row >= 0).all()
-        return grid.rounded.numpy()[row] == 1
-
-    along = np.linspace(3, 9, 40)
-    half_mm = 1.55 + np.tan(np.radians(5.5)) * 3.0
-    beside_wall = np.column_stack([along, np.full(40, half_mm - RADIUS_MM), np.full(40, -3.0)])
-    in_corner = np.column_stack([along, np.full(40, 1.55 - RADIUS_MM), np.full(40, -6 + RADIUS_MM)])
-    assert not rounded(beside_wall).any()
-    assert rounded(in_corner).all()
 
 
 def test_pressure_pushes_nothing_into_a_wall():

@@ -23,10 +23,10 @@ from tests.launches import (
 )
 
 
-@pytest.fixture(params=["local", *(pytest.param(way, marks=pytest.mark.broad) for way in ("two-level", "renumbered"))])
+@pytest.fixture(params=["local", "two-level"])
 def way(request, monkeypatch) -> str:
-    """How runs are computed. Particles of long runs are renumbered by cells: here in every third frame, of any run."""
-    if request.param == "renumbered":
+    """How runs are computed. Particles of long runs are renumbered by cells: here by three frames, with two levels."""
+    if request.param == "two-level":
         monkeypatch.setattr("simulate.fluid.solver.RENUMBERED", 1)
         monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 3)
     return request.param
@@ -59,7 +59,7 @@ def test_fluids_computed_at_once_are_what_each_is_alone(way):
     assert runs_of(way)[-1].settings["fluid"]["yield_stress_pa"] == 12.0
 
 
-@pytest.mark.broad
+@pytest.mark.parametrize("way", ["two-level"], indirect=True)
 def test_two_threads_give_the_same_bits_as_one(way, monkeypatch):
     """Slices of a launch write rows of their own; sums are taken in the same parts, or in whole numbers."""
     monkeypatch.setattr("simulate.fluid.launcher.LEAST_SLICE", 10)
@@ -67,13 +67,11 @@ def test_two_threads_give_the_same_bits_as_one(way, monkeypatch):
         assert np.array_equal(one.position_mm, two.position_mm)
 
 
-@pytest.mark.broad
-@pytest.mark.parametrize("replays", [False, True])
+@pytest.mark.parametrize(("way", "replays"), [("local", False), ("two-level", True)], indirect=["way"])
 def test_a_run_goes_on_from_where_it_was_kept(way, replays):
     check_going_on(replays=replays, **how_of(way))
 
 
-@pytest.mark.parametrize("way", ["local", pytest.param("two-level", marks=pytest.mark.broad)])
 def test_a_frame_recorded_once_and_replayed_is_the_same_frame(way):
     """No count of movers, no residual, no frame number comes from the host."""
     for replayed, run in zip(together(PASTES, replays=True, **how_of(way)), runs_of(way), strict=True):
@@ -82,7 +80,6 @@ def test_a_frame_recorded_once_and_replayed_is_the_same_frame(way):
         assert 0 < replayed.health.recorded()["moving_most"] <= run.health.recorded()["moving_most"]
 
 
-@pytest.mark.broad
 def test_a_replayed_run_ends_when_its_bed_is_at_rest():
     """It is seen at the next sample, and not at the last frame; what lies then lies where it lay."""
     asking, replayed = (finish(ready(PASTES[2:], replays=replays, settle_s=5.0)) for replays in (False, True))
@@ -91,7 +88,7 @@ def test_a_replayed_run_ends_when_its_bed_is_at_rest():
     assert np.array_equal(replayed.results()[0].position_mm, asking.results()[0].position_mm)
 
 
-@pytest.mark.parametrize("replays", [pytest.param(False, marks=pytest.mark.broad), True])
+@pytest.mark.parametrize("replays", [False, True])
 @pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
 def test_a_run_that_fails_costs_the_others_of_its_launch_nothing(spoil, replays, monkeypatch):
     """It is given up where it fails; those beside it have the bits that they have alone, and nobody computes twice."""
@@ -118,14 +115,8 @@ def test_time_that_is_spent_waiting_for_the_device_is_the_frames(monkeypatch):
     assert 0.02 <= injection.statistics.frames_s - before_s < 1
 
 
-@pytest.mark.parametrize(
-    "paste",
-    [
-        pytest.param(PASTES[2], marks=pytest.mark.broad),
-        PASTES[2].model_copy(update={"structuration_pa_per_s": 50.0}),
-    ],
-)
-def test_paste_with_a_yield_stress_falls_asleep_and_the_run_ends(paste):
+def test_paste_with_a_yield_stress_falls_asleep_and_the_run_ends():
+    paste = PASTES[2].model_copy(update={"structuration_pa_per_s": 50.0})
     injection = finish(ready((paste,), settle_s=20.0))
     assert injection.at_rest
     assert injection.t_s < 5.0

@@ -71,18 +71,12 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
         ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or named twice"),
         ("age_s,yield_stress_pa\n0,1\n1,1\n", "row 1: no column viscosity_pa_s"),
         ("viscosity_pa_s\n1\n2\n", "row 1: give one of the columns age_s and temperature_c"),
-        (
-            "age_s,temperature_c,viscosity_pa_s\n0,1,1\n1,2,1\n",
-            "row 1: give one of the columns age_s and temperature_c",
-        ),
         ("age_s,viscosity_pa_s\n0,1\n", "1 rows below the header; 2 to 1000"),
         ("age_s,viscosity_pa_s\n" + "".join(f"{n},1\n" for n in range(1001)), "1001 rows below the header"),
         ("age_s,viscosity_pa_s\n0,1\n\n1\n", r"row 4: 1 cells, but the header has 2 columns \(1\)"),
         ("age_s,viscosity_pa_s\n0,1\n1,thick\n", "row 3, column viscosity_pa_s: 'thick' is not a number"),
-        ("age_s,viscosity_pa_s\n0,1\n1,\n", "row 3, column viscosity_pa_s: '' is not a number"),
         ("age_s,viscosity_pa_s\n0,1\n1,nan\n", "row 3, column viscosity_pa_s: nan; 1e-06 to 10000 is allowed"),
         ("age_s,viscosity_pa_s\n0,0\n1,1\n", "row 2, column viscosity_pa_s: 0; 1e-06 to 10000"),
-        ("age_s,viscosity_pa_s\n-1,1\n1,1\n", "row 2, column age_s: -1; 0 to 1e[+]07"),
         ("age_s,viscosity_pa_s\n0,1\n\n5,1\n5,2\n", "row 5, column age_s: 5 follows 5; .* larger"),
         ("age_s,viscosity_pa_s,yield_stress_pa\n0,1,2e4\n1,1,0\n", "row 2, column yield_stress_pa: 20000; 0 to 10000"),
         (
@@ -101,18 +95,11 @@ def test_a_table_that_cannot_be_read_is_refused_with_file_row_column_and_value(t
         fluid(curve="material.csv").loaded(tmp_path)
 
 
-def test_a_folder_is_no_table(tmp_path):
-    with pytest.raises(InputError, match="a folder"):
-        fluid(curve="").loaded(tmp_path)
-
-
 @pytest.mark.parametrize(
     ("table", "fault"),
     [
         ({"U": 0.0}, "curve already gives U"),
-        ({"viscosity_pa_s": 0.1}, "curve already gives viscosity_pa_s"),
         ({"yield_stress_pa": 1.0}, "curve already gives yield_stress_pa"),
-        ({"structuration_pa_per_s": 1.0}, "curve already gives structuration_pa_per_s"),
         (
             {"cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}},
             "fluid.cooling cannot be combined with a fluid.curve over age_s",
@@ -195,7 +182,6 @@ def test_a_yield_stress_that_is_not_solved_for_is_refused_with_one_that_is(key, 
     [
         # 5,000 passes take 0.9 each of (33 + 16) nu dt / h^2, with tau / 0.002 per s for the viscosity
         ({"viscosity_pa_s": 1.0, "yield_stress_pa": 9000.0}, "yield_stress_pa is 9000", {"yield_stress_pa": 0.45}),
-        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 1.0}, "yield_stress_pa is 1", {"yield_stress_pa": 0.45}),
         (
             {"viscosity_pa_s": 1.0, "structuration_pa_per_s": 10.0},
             "yield_stress_most_pa reaches 72.3",
@@ -204,7 +190,6 @@ def test_a_yield_stress_that_is_not_solved_for_is_refused_with_one_that_is(key, 
         ({"viscosity_pa_s": 9000.0}, "viscosity_pa_s is 9000", {"viscosity_pa_s": 220.0}),
         ({"consistency_pa_s_n": 50.0, "flow_index": 0.2}, "consistency_pa_s_n is 50", {"consistency_pa_s_n": 1.6}),
         ({"U": 1e6, "D_cm": 0.3}, "U is 1e+06", {"U": 1.5e5}),
-        ({"U": 30.0, "D_cm": 1e3}, "D_cm is 1000", {"D_cm": 570.0}),
     ],
 )
 def test_what_needs_more_explicit_passes_than_a_run_has_time_for_is_refused(asked, key, allowed):
@@ -247,25 +232,13 @@ def test_paste_may_stiffen_at_any_rate_in_a_short_run_and_in_short_substeps():
     solved_as(stiffens, Solver(substeps=11), FRAME_S, 1000)
 
 
-TABLES = {
-    "grows tenfold in 60 ms": {"curve": {"age_s": (0.0, 0.06), "viscosity_pa_s": (0.02, 0.2)}},
-    "doubles, then halves": {"curve": {"age_s": (0.0, 0.03, 0.06), "viscosity_pa_s": (0.1, 0.2, 0.1)}},
-    "cools from 190 to 150 C": {
-        "curve": {"temperature_c": (140.0, 170.0, 200.0), "viscosity_pa_s": (0.4, 0.08, 0.04)},
-        "cooling": {"age_s": (0.0, 0.05), "temperature_c": (190.0, 150.0)},
-    },
-}
-
-
-@pytest.mark.broad
-@pytest.mark.parametrize("name", TABLES)
-def test_a_shear_wave_decays_by_the_integral_of_the_viscosity_over_time(name):
-    """exp(-k^2 integral nu dt), to 5 %. Seen to fail, by 31 to 75 %, with the age left at 0.
+def test_a_shear_wave_decays_by_the_integral_of_the_viscosity_over_time():
+    """exp(-k^2 integral nu dt), to 5 %. Seen to fail, by 75 %, with the age left at 0.
 
     Frames are short: backward Euler, and the age at a frame's beginning, are first order in them.
     """
-    paste, radius_mm, frame_s, frames = fluid(**TABLES[name]), 0.4, 0.5e-3, 120
-    side_mm = np.array([8.0, 8.0, 12.0])
+    paste, radius_mm, frame_s, frames = curve(age_s=[0, 0.06], viscosity_pa_s=[0.02, 0.2]), 0.4, 0.5e-3, 120
+    side_mm = np.array([6.0, 6.0, 12.0])
     place_mm = stirred_mm(side_mm, 1.0, radius_mm, FRAME_S / 4)
     box = Endless(
         place_mm, side_mm, radius_mm=radius_mm, step_s=frame_s, fluid=rheology_of(paste, 0.4 * radius_mm, frame_s)
@@ -324,7 +297,6 @@ def test_a_yield_stress_that_grows_by_table_is_the_structuration_s_own():
         assert one == pytest.approx(other, rel=2e-6), frame
 
 
-@pytest.mark.broad
 def test_sealant_that_thickens_with_age_stands_higher_where_it_was_poured():
     """And a curve of one value throughout is the constant fluid: the same bits."""
     crack = slot(12.0)

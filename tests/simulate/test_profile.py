@@ -99,11 +99,13 @@ def bias_mm(profile, level_of_s, trim_mm=2.0):
     return float(np.mean((profile.level_mm - level_of_s(profile.s_mm))[inner]))
 
 
-@pytest.mark.parametrize("level", LEVELS)
-@pytest.mark.parametrize("radius_mm", [pytest.param(0.3, marks=pytest.mark.broad), 0.4, 0.5])
-@pytest.mark.parametrize("outline", [straight(), straight(30), bow()], ids=["straight", "oblique", "bow"])
+@pytest.mark.parametrize(
+    ("outline", "radius_mm", "level"),
+    [(straight(), 0.4, "flat"), (straight(30), 0.5, "gentle"), (bow(), 0.4, "steep"), (bow(), 0.5, "falling")],
+    ids=["straight", "oblique", "bow", "bow over the face"],
+)
 def test_a_lattice_is_read_at_its_level(outline, radius_mm, level):
-    """Worst of these 36: 0.04 mm. Read as the top edges of the pixels, the same lattices stand 0.20 to 0.26 mm high."""
+    """Worst of these: 0.04 mm. Read as the top edges of the pixels, the same lattices stand 0.20 to 0.26 mm high."""
     spacing_mm = (4 * np.sqrt(2)) ** (1 / 3) * 0.97 * radius_mm
     point = lattice(outline, LEVELS[level], spacing_mm, seed=int(100 * radius_mm))
     profile = measure_profile(run_of(point, radius_mm), outline, mouth_without_face())
@@ -213,20 +215,14 @@ def test_arc_length_is_that_of_the_nearest_point():
     assert arc_length_at(point, corner) == pytest.approx([4.0, 15.0, -2.0, 23.0, 12.0])
 
 
-def test_stations_cover_the_crack_from_end_to_end():
-    profile = measure_profile(run_of([[1.0, 0.0, -5.0]]), bow(), mouth_without_face())
-    assert profile.s_mm[0] == 0.0
-    assert profile.s_mm[-1] == pytest.approx(bow().length_mm)
-    assert np.diff(profile.s_mm) == pytest.approx(0.2, rel=0.01)
-
-
 def test_a_lost_particle_stops_the_reading():
     with pytest.raises(NumericalError, match="Particle 1"):
         measure_profile(run_of([[1, 0, -5], [2, np.nan, -5]]), straight(), mouth_without_face())
 
 
-@pytest.mark.parametrize("turn_deg", [0, 30, 90, 131])
-@pytest.mark.parametrize("reading", ["vertical", "lean", "flare", "undercut"])
+@pytest.mark.parametrize(
+    ("reading", "turn_deg"), [("vertical", 0), ("vertical", 30), ("lean", 90), ("flare", 131), ("undercut", 0)]
+)
 def test_volume_of_a_filled_slot(reading, turn_deg):
     """Of known section, to 6 mm above its floor: 18.6 mm² vertical or leaning, 23.7 mm² with 8 degrees of flare.
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import NumericalError
-from simulate.fluid.state import State
 from simulate.injection import Injection
 from simulate.watchers import take_frame
 from tests.launches import PASTES, finish, ready
@@ -59,15 +58,3 @@ def test_a_fault_names_the_particle_by_its_release(monkeypatch):
     state.position.assign(position)
     with pytest.raises(NumericalError, match=f"particle {released} at"):
         finish(injection)
-
-
-def test_each_column_moves_with_its_particles():
-    state: State = begun(2).engine.state
-    marks = state.column(float)
-    values = np.arange(state.count, dtype=np.float32)
-    marks.assign(values)
-    place_mm = state.position_mm()
-    state.renumber(np.array([2, 0, 1]))
-    assert marks.numpy()[:4].tolist() == [2, 0, 1, 3]
-    assert np.array_equal(state.by_release(marks), values)
-    assert np.array_equal(state.position_mm(), place_mm)

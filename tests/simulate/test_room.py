@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import warp as wp
 
 from simulate.fluid.solver import FluidSolver
 from tests.fluids import engine_with, lattice, listed_fluid, positions_mm, slot
@@ -64,16 +63,3 @@ def test_a_list_that_is_cut_holds_nothing_of_what_was_there_before(native, monke
     listed = listed_fluid(engine)
     assert np.mean([len(row) == engine.lists.fluid.shape[1] for row in listed]) > 0.9
     assert min(map(min, listed)) >= 0
-
-
-def test_lists_that_are_not_packed_ask_the_device_nothing(monkeypatch):
-    """On a GPU a frame is recorded, in which the host must not wait for an answer."""
-    engine = engine_with(lattice(np.array([0.2, -1.3, -12]), np.array([5.8, 1.3, -2]), 0.69), slot(), native=False)
-
-    def asked(_: Any) -> None:
-        raise AssertionError("the host waited for the device")
-
-    with monkeypatch.context() as patched:
-        patched.setattr(wp.array, "numpy", asked)
-        engine.find_neighbours()
-    assert min(map(len, listed_fluid(engine))) > 0

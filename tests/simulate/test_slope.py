@@ -53,7 +53,7 @@ def test_a_particle_falls_along_the_plumb_line_by_g_t_squared_over_two():
     assert fallen_mm == pytest.approx(9810 * t**2 / 2 * np.array(STEEP.down), rel=0.011)
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 @pytest.mark.parametrize("pressure", ["local", "two-level"])
 def test_the_surface_of_a_settled_liquid_is_square_to_gravity(pressure):
     """A plane through the topmost particles, away from the walls; the mean of some moments, which scatters by 0.5."""
@@ -82,19 +82,15 @@ def plane_deg(tank: Tank) -> tuple[float, float]:
     return float(np.degrees(np.arctan(along))), float(np.degrees(np.arctan(across)))
 
 
-@pytest.mark.broad
-def test_sealant_runs_to_the_low_end_and_over_it():
-    """Level, a crack keeps what it is given and lies even; on a gradient the low end runs over, the high one empties.
+def test_sealant_runs_to_the_low_end():
+    """On a gradient the low end fills and the high one empties.
 
     The level counts square to the face: at rest it leaves the face by the gradient.
     """
     crack = slot(30.0, depth_mm=8.0)
     way = path(crack[1], 0.5, speed_mm_s=30.0)
-    level, sloping = (
-        pour(crack, way, Fluid(U=3.0, D_cm=0.03, freeze_after_s="never"), slope=slope, radius_mm=0.7, settle_s=1.5)
-        for slope in (LEVEL, FALLS_BACK)
-    )
-    assert "sample" not in level.settings
+    fluid = Fluid(U=3.0, D_cm=0.03, freeze_after_s="never")
+    sloping = pour(crack, way, fluid, slope=FALLS_BACK, radius_mm=0.7, settle_s=1.5)
     assert sloping.settings["sample"] == {"crossfall_deg": 0.0, "gradient_deg": 10.0}
     profile = measure_profile(sloping, crack[1], crack[0])
     inner = (profile.s_mm > 4) & (profile.s_mm < 26)
@@ -102,10 +98,6 @@ def test_sealant_runs_to_the_low_end_and_over_it():
     assert across > 0, "s counts along +x"
     slope = np.polyfit(profile.s_mm[inner], profile.level_mm[inner], 1)[0]
     assert np.degrees(np.arctan(slope)) == pytest.approx(-10.0, abs=1.0)
-    even = measure_profile(level, crack[1], crack[0])
-    slope = np.polyfit(even.s_mm[inner], even.level_mm[inner], 1)[0]
-    # 24 seeds: 0.55 degrees up towards the end of the path, with a scatter of 0.21.
-    assert np.degrees(np.arctan(slope)) == pytest.approx(0.0, abs=1.5)
 
 
 def test_a_jet_in_flight_is_told_by_its_speed_along_gravity():
@@ -132,8 +124,3 @@ def test_what_would_freeze_in_the_air_is_refused_by_the_fall_on_the_slope():
     check_fit(outline, solid, fluid, Solver(), Nozzle())
     with pytest.raises(InputError, match=r"in 0\.068 s"):
         check_fit(outline, solid, fluid, Solver(), Nozzle(), SampleSlope(gradient_deg=45.0))
-
-
-def test_a_sample_is_level_unless_slopes_are_given():
-    assert SampleSlope() == LEVEL == SampleSlope(gradient_deg=0.0, crossfall_deg=0.0)
-    assert LEVEL.down == (0.0, 0.0, -1.0)

@@ -34,7 +34,6 @@ def slab(engine: FluidSolver, from_floor_mm: float, to_mm: float) -> NDArray[np.
     return (height > from_floor_mm) & (height < to_mm)
 
 
-@pytest.mark.broad
 def test_the_volume_of_a_particle_is_that_of_eq_6_once_compression_is_allowed_for():
     """Calibrated walls: Vp rho / m = 1.00 +- 0.03. The source's walls push the fluid off: half as much again.
 
@@ -78,7 +77,6 @@ def test_substeps_follow_the_fall_of_a_particle(radius_mm, frame_s, carried, alo
     assert substeps_for(Solver(radius_mm=radius_mm, substeps=3), paste, frame_s) == 3
 
 
-@pytest.mark.broad
 def test_a_relaxation_is_the_same_at_any_scale():
     """Twice the radius, lengths and all: 1.5 / h^2 is 60 per cm2 at h = 1.6 mm and scales with the gradients."""
     moved = []

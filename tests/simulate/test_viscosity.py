@@ -212,7 +212,6 @@ def begun(pastes: tuple[Fluid, ...]) -> State:
     return injection.engine.state
 
 
-@pytest.mark.broad
 def test_a_run_that_is_solved_earlier_than_others_has_the_bits_that_it_has_alone(monkeypatch):
     """Its rows are then left out of the products, with a GPU's lists and loops."""
     monkeypatch.setattr("simulate.injection.FluidSolver", partial(FluidSolver, native=False))

@@ -25,8 +25,6 @@ class WrongInput:
     code: int = REFUSED
     lacks: tuple[str, ...] = ()
     """Words of another stage, or of a wrong remedy, that the answer must not have."""
-    broad: bool = False
-    """Marks a slow case of what another row shows."""
 
 
 def answers(command: str) -> Callable[..., WrongInput]:

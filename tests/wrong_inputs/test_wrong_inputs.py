@@ -11,11 +11,7 @@ from tests.wrong_inputs.table import REFUSED, WrongInput
 TABLES = {
     table.__name__.rpartition(".")[2]: table.CASES for table in (digitise, lab, material, photos, processes, readings)
 }
-ROWS = [
-    pytest.param(row, id=f"{stage}: {row.name}", marks=[pytest.mark.broad] if row.broad else [])
-    for stage, rows in TABLES.items()
-    for row in rows
-]
+ROWS = [pytest.param(row, id=f"{stage}: {row.name}") for stage, rows in TABLES.items() for row in rows]
 
 
 @pytest.mark.parametrize("row", ROWS)

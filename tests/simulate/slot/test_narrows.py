@@ -16,7 +16,7 @@ from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import sections_of
 from tests.fluids import path
 from tests.meshes import box
-from tests.shapes import CLOSED, CUT, closed_crack, oblique_slot, pinched_crack, straight_slot, wandering_crack
+from tests.shapes import CLOSED, CUT, oblique_slot, pinched_crack, straight_slot, wandering_crack
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 40.0, 6.0, 12.0
 BLOCK_MM = (-10.0, -15.0, 50.0, 15.0)
@@ -75,17 +75,15 @@ def test_a_bar_along_all_of_a_slot_holds_what_two_gaps_of_half_the_width_do():
     ("crack", "place_mm"),
     [
         (lambda: slot_with(stone(5.97, 5.97)), 20.0),
-        (lambda: slot_with(stone(39.4, 0.5)), None),
         (lambda: slot_with(stone(4.0, 4.0, 0.7)), 20.0),
         (
             lambda: slot_with(depth_mm=((0.0, 12.0), (9.8, 12.0), (9.9, 1.0), (10.1, 1.0), (10.2, 12.0), (40.0, 12.0))),
             10.0,
         ),
-        (lambda: imported(filled=box((30.0, -3.0, -12.0), (30.3, 3.0, -1.0))), 30.0),
         (lambda: imported(filled=box((30.0, -3.0, -12.0), (30.3, 2.99, 0.0))), 30.0),
         (lambda: imported(filled=box((1.0, -0.2, -12.0), (39.0, 0.2, 0.0))), None),
     ],
-    ids=["closing stone", "bar", "stone aside", "dam", "wall in a mesh", "wall with a slit", "bar in a mesh"],
+    ids=["closing stone", "stone aside", "dam", "wall with a slit", "bar in a mesh"],
 )
 def test_what_holds_back_more_than_sections_have_is_unfit_and_its_place_is_named(crack, place_mm):
     """All of them were fit."""
@@ -103,11 +101,9 @@ def test_a_liquid_is_slowed_by_a_stone_that_closes_the_crack():
 
 FIT = {
     "plain": lambda: slot_with(),
-    "small stone": lambda: slot_with(stone(0.6, 0.6)),
     "lean": lambda: slot_with(stone(0.6, 0.6), tilt="lean", wall_angle_deg=20.0),
     "step": lambda: slot_with(depth_mm=((0.0, 12.0), (20.0, 12.0), (20.01, 4.0), (40.0, 4.0))),
     "wanders": lambda: built(wandering_crack(0), tilt="flare", wall_angle_deg=5.5),
-    "tapers": lambda: built(closed_crack(0)),
     "pinched": lambda: built(pinched_crack(0, neck_mm=1.0)),
     "oblique": lambda: built(oblique_slot(6.0), stone(0.6, 0.6, 20.0, 80.0)),
     "mesh": lambda: imported(),

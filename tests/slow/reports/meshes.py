@@ -1,6 +1,5 @@
 """Meshes."""
 
-import json
 import struct
 import zipfile
 from pathlib import Path
@@ -158,47 +157,6 @@ def three_mf_scaled_by_its_build(folder: Path) -> None:
     write_three_mf(folder, "millimeter", '<item objectid="1" transform="10 0 0 0 10 0 0 0 10 0 0 0"/>')
 
 
-@report(
-    "CesiumGS/cesium-native/pull/1108",
-    f"import-mesh block.glb --units m --set mesh.up=y {TO}",
-    SLOT,
-    refused("block.glb", "quantiz|normali|integer"),
-)
-def glb_quantized(folder: Path) -> None:
-    """Positions stored as normalised integers come out half or twice as large."""
-    mesh, reach_m = slotted_mesh(standing=True), 0.1
-    low = mesh.vertices.min(axis=0)
-    stored = np.rint((mesh.vertices - low) / reach_m * 65535).astype("<u2")
-    # Rows of positions are padded to 8 bytes, as the format asks.
-    padded = np.column_stack([stored, np.zeros(len(stored), dtype="<u2")])
-    indices = mesh.faces.astype("<u2").tobytes()
-    content = padded.tobytes() + indices + b"\0" * (-len(indices) % 4)
-    views = [
-        {"buffer": 0, "byteOffset": 0, "byteLength": padded.nbytes, "byteStride": 8, "target": 34962},
-        {"buffer": 0, "byteOffset": padded.nbytes, "byteLength": len(indices), "target": 34963},
-    ]
-    positions = {"bufferView": 0, "componentType": 5123, "normalized": True, "count": len(stored), "type": "VEC3"}
-    positions |= {"min": stored.min(axis=0).tolist(), "max": stored.max(axis=0).tolist()}
-    corners = {"bufferView": 1, "componentType": 5123, "count": mesh.faces.size, "type": "SCALAR"}
-    tree = {
-        "asset": {"version": "2.0"},
-        "extensionsUsed": ["KHR_mesh_quantization"],
-        "extensionsRequired": ["KHR_mesh_quantization"],
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "scale": [reach_m] * 3, "translation": low.tolist()}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-        "accessors": [positions, corners],
-        "bufferViews": views,
-        "buffers": [{"byteLength": len(content)}],
-    }
-    described = json.dumps(tree).encode()
-    described += b" " * (-len(described) % 4)
-    total = 12 + 8 + len(described) + 8 + len(content)
-    parts = struct.pack("<4sII", b"glTF", 2, total), struct.pack("<I4s", len(described), b"JSON"), described
-    (folder / "block.glb").write_bytes(b"".join([*parts, struct.pack("<I4s", len(content), b"BIN\0"), content]))
-
-
 @report("tinyobjloader/tinyobjloader/pull/235", MESH("obj"), SLOT)
 def obj_of_two_objects(folder: Path) -> None:
     """Of two objects one is skipped where a material is named before the object."""
@@ -231,12 +189,6 @@ def stl_of_overlapping_bodies(folder: Path) -> None:
     parts = [box((low, 0.0, -20.0), (high, 40.0, 0.0)) - slot for low, high in ((0.0, 60.0), (40.0, 100.0))]
     bodies = [trimesh.Trimesh(*mesh_of(part), process=False) for part in parts]
     trimesh.util.concatenate(bodies).export(folder / "block.stl")
-
-
-@report("Twinklebear/tobj/issues/15", MESH("obj"), SLOT)
-def obj_of_groups_named_twice(folder: Path) -> None:
-    """A group whose name comes twice is taken for two. Faces of one block in the groups a, b and a again."""
-    _write_obj(folder / "block.obj", "g a", "g b", "g a")
 
 
 @report("bambulab/BambuStudio/issues/11745", MESH("3mf"), SLOT, refused("block.3mf", "component|transform"))

@@ -1,15 +1,14 @@
 """Sheets of readings, notes, and tables of rheometers."""
 
-import json
 from pathlib import Path
 
 import openpyxl
-from openpyxl.styles import Alignment, Font
+from openpyxl.styles import Alignment
 
 import sealtwin as st
-from tests.lab_folder import DEFAULTS, ENDS, S_MM, levels_mm
+from tests.lab_folder import ENDS
 from tests.sheet_writers import rewritten
-from tests.slow.reports.files import NOTE, lab, text
+from tests.slow.reports.files import lab, text
 from tests.slow.reports.table import (
     CSV,
     LAB,
@@ -17,8 +16,6 @@ from tests.slow.reports.table import (
     THREE,
     TWELVE,
     XLSX,
-    Check,
-    Ended,
     Maker,
     has_levels,
     held,
@@ -29,20 +26,6 @@ from tests.slow.reports.table import (
     settings,
     warned,
 )
-
-
-def interval_holds_paste(yield_pa: float, viscosity_pa_s: float) -> Check:
-    """The stated 95 % intervals hold the paste's yield stress and viscosity."""
-
-    def check(ended: Ended) -> bool:
-        if ended.code != 0:
-            return False
-        answer = json.loads(ended.stdout)
-        low, high = answer["yield_stress_95_pa"]
-        error = answer["viscosity_pa_s"] * answer["viscosity_error_percent"] / 100
-        return low <= yield_pa <= high and abs(answer["viscosity_pa_s"] - viscosity_pa_s) <= 2 * error
-
-    return check
 
 
 def noted(depth: str) -> Maker:
@@ -57,11 +40,6 @@ def flow_curve(*rows: str, header: str = "shear_rate_per_s,stress_pa") -> Maker:
 RATES = (1, 2, 5, 10, 20, 30, 40, 50, 60, 80, 100)
 SATURATED = [f"{rate},{min(12 + 1.5 * rate, 60):g}" for rate in RATES]
 """12 Pa and 1.5 Pa s by a transducer that shows 60 Pa at most."""
-
-# The minus U+2212 beside decimal commas makes text of a column.
-report(
-    "pola-rs/polars/issues/28163", CSV, right(numbers, (-2.15, -2.25, -2.05), 0.001), refused("a.csv", "line 2|row 2")
-)(text("a.csv", "s_mm;level_mm", "5,0;\u22122,15", "10,0;\u22122,25", "15,0;\u22122,05"))
 
 # After a narrow blank as thousands' mark the rest of a number is dropped: 29 000 is 29.
 report(
@@ -86,19 +64,6 @@ report(
 
 # Of 'Between 10 and 20' the first number is taken.
 report("dylanwal/unit_parse/issues/13", LAB, held("p01_notes", "between 7 and 9"))(noted("between 7 and 9 mm"))
-
-# An approximate quantity is read as an exact one.
-report("lfoppiano/grobid-quantities/issues/166", LAB, held("p01_notes", "ca. 8"))(noted("ca. 8 mm"))
-
-# A fraction behind a whole number: the whole is dropped.
-report("olbrich/ruby-units/issues/276", LAB, held("p01_notes", "1 1/4"))(noted("1 1/4 in"))
-
-
-@report("convert-units/convert-units/issues/352", LAB, held("p01_notes", "μm/px|scale"))
-def greek_mu(folder: Path) -> None:
-    """The Greek letter mu is not the micro sign, and its unit is not known."""
-    note = "depth,8 mm\nscale,100 \u03bcm/px\n"
-    lab(folder, {"P01_notes.csv": note}, defaults=DEFAULTS.replace("mm_per_px = 0.1", "mm_per_px = 0.2"))
 
 
 @report(
@@ -127,7 +92,6 @@ report(
     PASTE,
     refused("curve.csv", "satur|plateau|same stress|levels off|limit|bend|no line"),
     warned("satur|plateau|same stress|levels off|limit|bend"),
-    interval_holds_paste(12, 1.5),
 )(flow_curve(*SATURATED))
 
 # Columns in another order, and thousands of empty rows behind them.
@@ -158,36 +122,6 @@ report("vizabi/vizabi/issues/2547", CSV, has_levels((-2.15, -2.25, -2.05)), refu
 )
 
 
-@report("tidyverse/readxl/issues/533", XLSX, THREE, refused("a.xlsx", "hidden|former|today|worksheet"))
-def hidden_first_sheet(folder: Path) -> None:
-    """The first worksheet is read, though it is hidden."""
-    book = openpyxl.Workbook()
-    former, current = book.worksheets[0], book.create_sheet("today")
-    for sheet, levels in ((former, (-5.0, -5.1, -5.2)), (current, (-2.0, -2.1, -2.2))):
-        sheet.append(["s_mm", "level_mm"])
-        for s_mm, level_mm in zip((5, 10, 15), levels, strict=True):
-            sheet.append([s_mm, level_mm])
-    former.title, former.sheet_state, book.active = "former", "hidden", 1
-    book.save(folder / "a.xlsx")
-
-
-@report("MarkPflug/Sylvan.Data.Excel/issues/113", LAB, held("p01.xlsx", "struck|strike|crossed"))
-def struck_out(folder: Path) -> None:
-    """Values that were struck out are read as those that count."""
-    lab(folder, NOTE)
-    (folder / "P01.csv").unlink()
-    book = openpyxl.Workbook()
-    sheet = book.worksheets[0]
-    sheet.append(["s_mm", "level_mm"])
-    for s_mm, levels in zip(S_MM, levels_mm("P01"), strict=True):
-        sheet.append([s_mm, float(levels[0])])
-        if s_mm == 5:
-            sheet.append([6.0, -2.45])
-            for cell in sheet[sheet.max_row]:
-                cell.font = Font(strike=True)
-    book.save(folder / "P01.xlsx")
-
-
 # Digits joined by an underscore are read as one number.
 report("pyexcel/pyexcel/issues/138", CSV, refused("a.csv", "2_1"))(
     text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2_1", "15,-2.2")
@@ -200,9 +134,6 @@ report(
     has_levels((-2.15, -2.25, -2.05)),
     refused("a.csv", "comma|line 2|row 2|cells|columns|separat"),
 )(text("a.csv", "s_mm,level_mm", "5,0,-2,15", "10,0,-2,25", "15,0,-2,05"))
-
-# A decimal comma is one more separator of a CSV.
-report("markummitchell/engauge-digitizer/issues/243", LAB, held("p01_notes", "8,5|5 mm|8"))(noted("8,5 mm"))
 
 # The sign of a shear rate, which is that of the sense of rotation, gets into the viscosity.
 report(
@@ -226,32 +157,10 @@ def cells_out_of_order(folder: Path) -> None:
     rewritten(folder / "a.xlsx", sheet=rows, on_load=False)
 
 
-# -999, which stands for a missing value, is a value.
-report("dankelley/oce/issues/983", CSV, refused("a.csv", "999"), has_levels((-2.0, -2.2)), warned("a.csv", "999"))(
-    text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-999", "15,-2.2")
-)
-
 # Numbers with a no-break space behind them are texts, and left out.
 report("ONLYOFFICE/DocumentServer/issues/2741", CSV, THREE, refused("a.csv", "line 2|row 2"))(
     text("a.csv", "s_mm;level_mm", "5;-2,0\u00a0", "10;-2,1\u00a0", "15;-2,2")
 )
-
-
-@report(
-    "tidyverse/readxl/pull/220",
-    XLSX,
-    has_levels((-2.0, -2.1, -2.2, -2.3, -2.4, -2.5), (-2.1, -2.4)),
-    refused("a.xlsx", "merged|row 3"),
-)
-def merged_stations(folder: Path) -> None:
-    """Of a merged cell only its first row has the value."""
-    book = openpyxl.Workbook()
-    sheet = book.worksheets[0]
-    for row in (("s_mm", "level_mm"), (5, -2.0), (None, -2.1), (None, -2.2), (10, -2.3), (None, -2.4), (None, -2.5)):
-        sheet.append(row)
-    sheet.merge_cells("A2:A4")
-    sheet.merge_cells("A5:A7")
-    book.save(folder / "a.xlsx")
 
 
 # Marks of inches are unbalanced quotation marks.
@@ -322,9 +231,3 @@ def numbers_behind_apostrophes(folder: Path) -> None:
 report("dbro/csvquote/issues/10", CSV, THREE)(
     text("a.csv", "s_mm,level_mm,note", '5,-2.0,"left', 'edge, 2 of 3"', "10,-2.1,", "15,-2.2,")
 )
-
-# Of feet and inches the inches are left out.
-report("angularsen/UnitsNet/issues/72", LAB, held("p01_notes", "1 ft 1 in|1 ft"))(noted("1 ft 1 in"))
-
-# MM in capital letters is no unit.
-report("angularsen/UnitsNet/issues/1423", LAB, held("p01_notes", "8 mm"))(noted("8 MM"))

@@ -1,7 +1,7 @@
 """Public reports of inputs that went wrong in other software, each as a file of that form: what sealtwin answers.
 
-138 in six draws, each made after the faults that the one before it showed were mended. For 14 of them the case is a row
-of ``tests/wrong_inputs``:
+What is left of six draws, each made after the faults that the one before it showed were mended; other tests guard the
+rest. For 14 of them the case is a row of ``tests/wrong_inputs``:
 
 - photos: transformersphp-background-removal/issues/4, imago/issues/4, libvips/issues/1946, OCRmyPDF/issues/137,
   obs-service-tar_scm/issues/398

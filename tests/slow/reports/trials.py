@@ -29,7 +29,6 @@ from tests.slow.reports.table import (
     refused,
     report,
     right,
-    settings,
     warned,
 )
 from tests.studies import TRIAL
@@ -196,16 +195,6 @@ def begins_in_mm(ended: Ended) -> bool:
     return "G21" in words[:first] and "G20" not in words
 
 
-@report(
-    "alvinunreal/oh-my-opencode-slim/issues/1028", TRIAL_OF, WIDE, refused("trial.toml", "byte order mark|bom|utf-8")
-)
-def trial_by_notepad(folder: Path) -> None:
-    """A configuration saved by Notepad with a byte order mark is ignored."""
-    trial = small_trial(folder)
-    lines = trial.read_text(encoding="utf-8").replace("\n", "\r\n")
-    trial.write_bytes(b"\xef\xbb\xbf" + lines.encode())
-
-
 @report("evilsocket/pwnagotchi/issues/376", "digitise trial.toml --json --out run", WIDE, refused("manifest.json"))
 def manifest_emptied(folder: Path) -> None:
     """A JSON of no bytes, after a power cut, stops every later start."""
@@ -222,19 +211,6 @@ def lock_of_another(folder: Path) -> None:
     lock = folder / "run" / ".lock"
     lock.unlink(missing_ok=True)
     lock.write_text(f"{os.getpid()}\n")
-
-
-@report(
-    "huangruiteng/loopx/issues/3121",
-    LAB,
-    lambda ended: (
-        ended.says(["p02.png"]) and ended.code in (0, 3, 6) and settings("crack.depth_mm", "P01")(ended) == [8]
-    ),
-)
-def dangling_link(folder: Path) -> None:
-    """One dangling link ends the whole scan of a folder."""
-    lab(folder, NOTE)
-    (folder / "P02.png").symlink_to("/nowhere/P02.png")
 
 
 @report(
