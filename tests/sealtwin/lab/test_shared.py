@@ -151,34 +151,24 @@ ROWS = "s [mm];1;11\nTiefe P01 [mm];1;1,5\nTiefe P02 [mm];2,1;2,5"
 RUNS = "Tiefe in mm\nProbe;Lauf;1 mm;11 mm\nP01;1;1;1,5\n;2;1,1;1,6\nP02;1;2;2,5\n;2;2,1;2,6\n;Mittel;2;2,6"
 
 
-@pytest.mark.parametrize("file", ["caliper_all.csv", "P01.csv", "caliper.ods"])
 @pytest.mark.parametrize(
-    ("text", "parts"),
+    ("file", "text", "parts"),
     [
-        (BELOW, ["A3:C7", "A9:C13"]),
-        (BESIDE, ["A1:C4", "E1:G4"]),
+        ("caliper_all.csv", BELOW, ["A3:C7", "A9:C13"]),
+        ("caliper.ods", BESIDE, ["A1:C4", "E1:G4"]),
         (
+            "caliper_all.csv",
             BESIDE.replace(";;Probe", ";Probe").replace(";;s", ";s").replace(";;1;", ";1;").replace(";;11", ";11"),
             ["A1:C4", "D1:F4"],
         ),
-        (re.sub(r"(?m)(?<=\d)(?=;|$)(?<!P0\d)", " mm", BELOW), ["A3:C7", "A9:C13"]),
-        (NAMED, ["columns B", "columns C"]),
-        (ABOVE, ["columns B C", "columns D E"]),
-        (ROWS, ["rows 2", "rows 3"]),
-        (RUNS, ["rows 3 4", "rows 5 6"]),
-    ],
-    ids=[
-        "below",
-        "beside",
-        "without a blank column",
-        "units behind all numbers",
-        "columns that name them",
-        "a row that names them",
-        "rows that name them",
-        "rows with repeats, a blank name and a mean",
+        ("P01.csv", re.sub(r"(?m)(?<=\d)(?=;|$)(?<!P0\d)", " mm", BELOW), ["A3:C7", "A9:C13"]),
+        ("P01.csv", NAMED, ["columns B", "columns C"]),
+        ("P01.csv", ABOVE, ["columns B C", "columns D E"]),
+        ("caliper.ods", ROWS, ["rows 2", "rows 3"]),
+        ("P01.csv", RUNS, ["rows 3 4", "rows 5 6"]),
     ],
 )
-def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared, tmp_path, text, parts, file):
+def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared, tmp_path, file, text, parts):
     """Repeats of a sheet called P01 were once the columns of both samples."""
     (shared / "caliper_all.csv").unlink()
     if file.endswith("ods"):
