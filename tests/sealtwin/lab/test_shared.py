@@ -124,20 +124,6 @@ def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path)
     fault, *_ = ingested.faults
     question = "caliper.xlsx, sheet 'P02', row 2: no column of readings besides 'Ort [mm]' in A 'Ort [mm]' (1), B 'Fül"
     assert question in fault.sentence
-    first, second = ([cover[1], ("wo", header), *rows] for header in ("level_mm", "Füllung [mm]"))
-    _workbook(shared / "caliper.xlsx", {"Sheet": cover, "P01": first, "P02": second})
-    ingested = ingest(shared, tmp_path / "other", QUIET)
-    assert fates(ingested) == {"P01": "failed", "P02": "failed"}
-    assert sum("no column of places along the crack (s) in" in fault.sentence for fault in ingested.faults) == 2
-
-
-def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):
-    rows = ("s_mm", "level_mm"), (1, -1.0), (11, -1.0)
-    _workbook(shared / "P02.xlsx", {"P02": [("Labor 3",)], "Messung": rows})
-    (shared / "P02_Notiz.toml").write_text('crack.depth_mm = 8.0\nreadings.sheet = "Messung"\n')
-    ingested = ingest(shared, tmp_path / "lab", QUIET)
-    assert not ingested.faults
-    assert levels_mm(tmp_path / "lab", "P02") == [-1.0, -1.0]
 
 
 HEAD, FIRST, SECOND = "s [mm];Pegel 1 [mm];Pegel 2 [mm]", ("1;-1;-1,1", "11;-1,5;-1,6"), ("1;-2;-2,1", "11;-2,5;-2,6")
@@ -195,12 +181,10 @@ def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared
     ("file", "text", "questions"),
     [
         ("caliper_all.csv", BESIDE.replace("P01", "").replace("Probe P02", ""), ["A2:C4", "E2:G4"]),
-        ("caliper_all.csv", BESIDE.replace("P01", ""), ["A2:C4", "E2:G4"]),
         ("caliper_all.csv", BESIDE.replace("P02", "Z09"), ["E1:G4: no photo of sample Z09"]),
         ("caliper_all.csv", BESIDE.replace("P02", "P01"), ["2 tables are its readings"]),
         ("caliper_all.csv", BESIDE.replace("Pegel", "Wert X"), ["no column of readings", "no column of readings"]),
         ("P01.csv", ABOVE.replace("P02", "Z09"), ["columns D E: no photo of sample Z09"]),
-        ("P01.csv", ROWS.replace("Tiefe P02 [mm]", "Z09"), ["rows 3: no photo of sample Z09"]),
         ("all.csv", f"{ROWS}\n;2;3", ["2 parts are its readings", "if they are its repeats, write 3 4"]),
         ("all.csv", f"{ROWS}\nTiefe P02 [mm];2;3", ["2 parts are its readings: all.csv, rows 3, all.csv, rows 4"]),
         ("all.csv", "Name;Ort;Wert\nP01;1;-1\nP02;2;-2\nP01;5;-3\nP02;6;-4", ["all.csv: no photo of sample all"]),
@@ -277,8 +261,7 @@ def test_an_answer_stays_with_a_table_that_gets_a_new_row(shared, tmp_path):
     assert len(levels_mm(lab, "P01@2")) == 3
 
 
-@pytest.mark.parametrize("mark", ["", "*"])
-@pytest.mark.parametrize("owned", [True, False])
+@pytest.mark.parametrize(("owned", "mark"), [(True, ""), (False, "*")])
 def test_one_round_of_answers_is_enough_for_a_sheet_with_two_tables(shared, tmp_path, owned, mark):
     """An answer for the first table once led to the question about the other, and a sample to those about its sheet."""
     lab, rows = tmp_path / "lab", [f"{s_mm}{mark};-{1 + s_mm / 10:g};-{1.1 + s_mm / 11:.1f}" for s_mm in (1, 5, 11)]
