@@ -172,15 +172,6 @@ def test_an_unencrypted_scheduler_of_another_machine_and_one_that_does_not_answe
         next(run_tasks(pow, [(0, (1, 1))], 0, address))
 
 
-def test_dasks_own_setting_allows_an_unencrypted_scheduler(monkeypatch):
-    import dask.config
-
-    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.1)
-    allowed = dask.config.set({"distributed.comm.require-encryption": False})
-    with allowed, pytest.raises(InputError, match="no scheduler answers there"):
-        next(run_tasks(pow, [(0, (1, 1))], 0, "tcp://0.0.0.0:9"))
-
-
 @pytest.mark.parametrize("greeting", [b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n", b""])
 def test_a_server_of_another_kind_is_no_scheduler(monkeypatch, greeting):
     """A dashboard's port is easily given in place of the scheduler's; some servers wait for the caller's words."""

@@ -31,17 +31,6 @@ def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path, fault):
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("crack.stl", "old")]
 
 
-def test_what_is_half_written_keeps_its_suffix_and_has_a_name_of_ours_however_long_its_own_is(tmp_path):
-    with files.replacing(tmp_path / ("a" * 251 + ".stl")) as one, files.replacing(tmp_path / "a.stl") as other:
-        assert (one.suffix, other.suffix) == (".stl", ".stl")
-        assert files.is_temporary(one)
-        assert files.is_temporary(other)
-        assert one != other
-        one.write_text("one")
-        other.write_text("other")
-    assert sorted(file.read_text() for file in tmp_path.iterdir()) == ["one", "other"]
-
-
 @pytest.mark.parametrize(
     ("text", "named"),
     [
@@ -121,29 +110,6 @@ def test_a_run_survives_its_files(tmp_path):
     assert again.health == run.health
     assert again.health.density_error_mean is None
     assert json.dumps(again.settings) == json.dumps(run.settings)
-
-
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [
-        ("outline.json", '{"centreline_mm": 5}'),
-        ("solid.json", '{"face_label": 7}'),
-        ("crack.ply", ""),
-        ("simulation.json", "{}"),
-    ],
-)
-def test_a_file_that_somebody_broke_is_named_with_the_way_back(tmp_path, name, content):
-    """No traceback: a run folder is plain files, and people do edit them."""
-    write_table(tmp_path / "particles.csv", record_files.PARTICLE_COLUMNS, np.zeros((1, 8)))
-    files.write_text(tmp_path / "solid.json", "{}")
-    files.write_text(tmp_path / "crack.ply", "")
-    (tmp_path / name).write_text(content)
-    read = {"outline.json": record_files.read_outline, "simulation.json": record_files.read_run}.get(
-        name, record_files.read_solid
-    )
-    with pytest.raises(InputError, match=r"again\.") as fault:
-        read(tmp_path)
-    assert str(tmp_path) in str(fault.value)
 
 
 @pytest.mark.parametrize(

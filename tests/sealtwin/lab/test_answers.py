@@ -29,19 +29,6 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
     assert hashes_of(small) == before
 
 
-def test_answers_may_be_in_small_letters(small, tmp_path):
-    lab = tmp_path / "lab"
-    (small / "P01.csv").write_text(UNKNOWN.replace("Stelle;a;b", "Stelle;eins;zwei"))
-    ingest(small, lab, QUIET)
-    columns = {"s": "a", "levels": "b c", "unit": "MM", "sign": "Down", "range": "a1:c9", "as_written": "b2, Sign"}
-    answer(lab, {"P01.csv": columns})
-    assert fates(ingest(small, lab, QUIET))["P01"] == "new"
-    assert levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
-    readings = present(load_trial(lab / "P01" / "trial.toml").readings, "readings")
-    assert readings.as_written == ("B2", "sign")
-    assert present(readings.columns, "columns").range == "A1:C9"
-
-
 def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P01.csv").write_text(UNKNOWN)

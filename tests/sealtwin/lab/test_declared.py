@@ -1,6 +1,5 @@
 """What lab.toml and notes say of samples: taken, asked for, or refused in one sentence."""
 
-from pathlib import Path
 
 import pytest
 
@@ -10,7 +9,6 @@ from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import NOTES
 from tests.labs import QUIET
-from tests.pictures import mortar, write_png
 
 P01 = str(NOTES["P01"][1])
 TRACED = 'name = "P01"\n[photo]\nfile = "{}"\ndata = "measured"\nmm_per_px = 0.1\n[crack]\ndepth_mm = 8.0\n'
@@ -96,15 +94,3 @@ def test_a_note_that_contradicts_its_samples_files_or_cannot_be_is_the_one_fault
     (small / name).write_text(text)
     (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
     assert sentence in fault.sentence
-
-
-def test_what_a_note_says_of_its_samples_own_files_is_taken(small, tmp_path):
-    """Also of lab.toml's [readings] a sample may have none."""
-    (small / "P02_Messung.csv").unlink()
-    (small / "P01.toml").write_text(TRACED.format("P01.png"))
-    assert not ingest(small, tmp_path / "traced", QUIET).faults
-    write_png(small / "P01_mask.png", mortar((200, 200)))
-    (small / "P01.toml").write_text(f'{P01}mask = "P01_mask.png"\n')
-    assert not ingest(small, tmp_path / "lab", QUIET).faults
-    photo = present(load_trial(tmp_path / "lab" / "P01" / "trial.toml").photo, "photo")
-    assert photo.mask == Path("inputs/mask.png")

@@ -13,10 +13,7 @@ from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import FilePlace, read_name, read_names
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import pair
-from sealtwin.lab.pairing_columns import columns_asked, possible_answers
 from tests.labs import QUIET, answer, edit, fates, question
-from validate.readings.column_units import SET_UNIT
-from validate.readings.columns import ASSIGN
 from validate.readings.header_words import sample_key
 
 SPELLINGS = {
@@ -96,12 +93,6 @@ def test_a_sheet_with_other_words_about_a_photos_name_is_its_own(name):
     samples = _paired("L06.jpg", name, "L060.jpg", "L07.jpg", "L07.csv")
     assert not samples["l06"].questions
     assert str(samples["l06"].files["readings"]) == name
-
-
-def test_a_photo_may_have_more_words_too():
-    samples = _paired("Series A - T1.png", "T1 readings.csv", "DSC_0031 T2 overview.png", "T2_depthlog_final.csv")
-    assert [sorted(sample.files) for sample in samples.values()] == [["photo", "readings"]] * 2
-    assert len(_questions("Series A - T1.png", "Series B - T1.png", "T1.csv")) == 1
 
 
 @pytest.mark.parametrize(
@@ -258,35 +249,6 @@ def test_a_sample_without_readings_waits_for_a_text_whose_lines_may_be_some(smal
     assert str(ingested.outcomes[0].sample.files["readings"]) == name
 
 
-def test_an_answer_that_is_wrong_is_asked_about_in_its_row(small, tmp_path):
-    lab = tmp_path / "lab"
-    ingest(small, lab, QUIET)
-    answer(lab, {"P01.csv": {"unit": "parsec"}, "P02_Messung.csv": {"settings": "crack.dpeth_mm = 9"}})
-    ingest(small, lab, QUIET)
-    assert "readings.unit = 'parsec'" in question(lab, "P01.csv")
-    assert "crack.dpeth_mm" in question(lab, "P02_Messung.csv")
-    assert question(lab, "P01.png") == question(lab, "P02.png") == ""
-
-
-def test_a_folder_of_one_sample_names_it():
-    named = read_names(map(PurePath, ("photo.jpg", "caliper.csv", "trial.toml")), "paper-trial")
-    (sample,) = pair(place_files({Piece(file): name for file, name in named.items()}, {}))
-    assert (sample.name, sample.questions, len(sample.files)) == ("paper-trial", (), 3)
-
-
-def test_a_decision_of_the_user_counts_before_the_name():
-    decided = {
-        (PurePath("P0l.csv"), ""): FilePlace("P01", "readings"),
-        (PurePath("P01_side.jpg"), ""): FilePlace("P01", "ignore"),
-    }
-    samples = _paired("P01_top.jpg", "P01_side.jpg", "P0l.csv", decided=decided)
-    assert list(samples) == ["p01"]
-    assert not samples["p01"].questions
-    assert str(samples["p01"].files["readings"]) == "P0l.csv"
-    of_another = {(PurePath("x.csv"), ""): FilePlace("P02 oben", "readings")}
-    assert list(_questions("P02.jpg", "x.csv", decided=of_another)) == ["p02oben"], "nor does a photo's name count"
-
-
 FAULTS = (
     "line 2: P01.png cannot be 'readings'; write one of photo, second_photo, mask, ignore.",
     "line 3: no file 'gone.png'",
@@ -349,26 +311,6 @@ def test_the_pairing_has_only_columns_that_are_asked_for_or_answered(small, tmp_
     answer(lab, {"P02_Messung.csv": {"unit": "mm"}, "P01.csv": {"as_written": ""}})
     ingest(small, lab, QUIET)
     assert columns() == ["file", "role", "sample", "unit", "question"]
-
-
-@pytest.mark.parametrize(
-    ("role", "question", "columns"),
-    [
-        ("readings", f"P01.csv, line 1: 's_mm': no unit. {SET_UNIT}", ["unit"]),
-        ("readings", "P01.csv: 0 mm occurs twice. Number them in a column 'repeat'.", ["repeat"]),
-        ("fill", f"P01.csv, line 1: no column of masses. {ASSIGN}", ["s", "levels", "mass"]),
-        ("readings", "P01.csv: 'x' [readings] quantity = \"level\" (upward), or sign in pairing.csv: up.", ["sign"]),
-        ("readings", "P01.csv: two. If it is the wrong sheet, set [readings] sheet or [readings.columns] range.",
-            ["sheet", "range"]),
-        ("readings", 'P01.csv: odd. Correct it, or answer readings.as_written = ["B3"].', ["as_written"]),
-        ("readings", "P01.csv: Declare [readings] decimal = ','.", ["settings"]),
-        ("photo", "P01.png: two cracks; a 2 in the column crack of pairing.csv.", ["crack"]),
-        ("text", "P01.txt: not read: '9 mm'. Write it into the column settings of pairing.csv.", ["settings"]),
-        ("photo", "", []),
-    ],
-)  # fmt: skip
-def test_a_question_asks_for_its_columns(role, question, columns):
-    assert columns_asked(question, possible_answers(role), "pairing.csv") == columns
 
 
 def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):

@@ -53,20 +53,6 @@ def test_rows_go_to_the_samples_that_they_name(shared, tmp_path, name):
     assert levels_mm(lab, "P02@2") == [-2.0, -2.2, -2.5]
 
 
-def test_a_sample_without_a_photo_is_asked_about_and_can_be_corrected(shared, tmp_path):
-    lab = tmp_path / "lab"
-    (shared / "caliper_all.csv").write_text(TABLE.replace("p-02", "Z02"))
-    asked = ingest(shared, lab, QUIET)
-    question = "caliper_all.csv, rows of Z02: no photo of sample Z02. Is it of P02.png?"
-    assert question in asked.outcomes[-1].sample.questions[0]
-    pairing = lab / "pairing.csv"
-    assert "caliper_all.csv,readings,P01,rows of P01," in pairing.read_text()
-    edit(pairing, "readings,Z02,rows", "readings,P02,rows")
-    assert fates(ingest(shared, lab, QUIET, pairing=pairing)) == {"P01": "unchanged", "P02": "new"}
-    assert levels_mm(lab, "P02") == [-2.0, -2.5]
-    assert fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # remembered
-
-
 def test_a_pairing_without_parts_is_about_all_of_a_file(shared, tmp_path):
     """As one that was written by hand, or before a file was shared."""
     pairing = tmp_path / "mine.csv"

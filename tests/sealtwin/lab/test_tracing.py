@@ -50,19 +50,6 @@ def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
     assert "failed: P01: " in listed
 
 
-def test_a_dry_run_makes_the_checks_of_a_run_also_of_samples_in_doubt_and_leaves_nothing(traced):
-    small, lab = traced
-    (small / "P02_Messung.csv").write_text("s_mm;wo [mm]\n1;-1,0\n")
-    for more in (("--dry-run",), ()):
-        answer = _ingest(small, lab, *more)
-        assert answer.exit_code == 6
-        for words in ("40 mm is outside the crack", "No sample is sound yet", "no column of readings besides 's_mm'"):
-            assert words in answer.stdout
-        assert "failed: P02: " in answer.stdout.replace("failed: P02_Messung.csv", ""), "its photo shows no crack"
-        assert lab.exists() is (not more)
-    assert not (lab / "P02").exists()
-
-
 def test_sound_means_that_it_runs(small, tmp_path):
     """Once a radius too large for the crack was found by 'sealtwin run' only."""
     for file in small.glob("P02*"):

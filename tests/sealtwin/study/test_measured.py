@@ -24,13 +24,6 @@ def course(case, *_, **__):
     return (np.arange(9) + shift) * clock["outline_s"], LONG * case.measured_mm
 
 
-def test_the_command_computes_two_measured_blocks_of_one_sauce():
-    assert [(case.size, case.measured_mm[-1]) for case in dam_breaks([SHOWN])] == [
-        ("42 x 38 mm", 45.5),
-        ("29 x 20 mm", 21.3),
-    ]
-
-
 def test_the_kept_fronts_are_those_of_the_kept_benchmark():
     """reports/results.json has the rows of 'python -m benchmarks.measured', perhaps of another processor."""
     results = json.loads((ROOT / "reports" / "results.json").read_text(encoding="utf-8"))["measured"]["rows"]

@@ -203,7 +203,6 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
     {
         "the fast model": (("substeps = 2", 'model = "slot"'), "seeds = 3: the fast model"),
         "too many": (("seeds = 3", "seeds = 21"), "seeds"),
-        "none": (("seeds = 3", "seeds = 0"), "seeds"),
     }.values(),
 )
 def test_seeds_that_a_trial_cannot_have(tmp_path, change, expected):

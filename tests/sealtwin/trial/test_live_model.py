@@ -86,13 +86,6 @@ def test_side_cracks_keep_their_width(tmp_path):
     assert any("side cracks" in sentence for sentence in model.unknown)
 
 
-def test_a_width_that_the_trial_gave_is_written_where_it_is_not_moved(tmp_path):
-    photo = {"file": "crack.png", "data": "synthetic", "mm_per_px": 1.0}
-    for given, in_trial in ((photo | {"mean_width_mm": 3.1}, True), (photo, False)):
-        model = present(modelled(tmp_path, photo=given), "model")
-        assert model.sliders["mean_width_mm"].in_trial == in_trial
-
-
 def test_a_long_path_is_thinned(tmp_path):
     path = {"volume_ml": 1.2, "trim_mm": 6.0, "spacing_mm": 0.02}
     assert len(plan_trajectory(straight_slot(40.0), NozzlePath.model_validate(path)).t_s) > MOST_PLACES

@@ -36,7 +36,6 @@ def listed(folder: Path) -> list[tuple[float, str]]:
     return [(t_s, file.name) for t_s, file in entries]
 
 
-@pytest.mark.broad
 def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
     """Frames behind the checkpoint stay, those beyond it and what was being written go."""
     folder, times_s = tmp_path / "frames", [0.05 * number for number in range(12)]
