@@ -136,14 +136,12 @@ def test_a_late_pump_leaves_the_beginning_empty_and_the_weighed_sealant_is_then_
     assert late.t_s[late.giving][0] == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize(
-    ("name", "standard", "moves"), [("wall_share", 0.2, [-0.4, 0.0]), ("pump_delay_s", 0.1, [0.0, 0.2])]
-)
-def test_an_input_at_its_end_is_moved_the_other_way_by_twice_its_uncertainty(fast, name, standard, moves):
+def test_an_input_at_its_end_is_moved_the_other_way_by_twice_its_uncertainty(tmp_path):
     """An effect is half the difference of both moves."""
-    base = _unsure(_with(base_of(fast), None, None), volume_ml=None, depth_mm=None, **{name: standard})
-    steps = {steps[name] for steps, *_ in extra_runs._variants(base, designed=True) if name in steps}
-    assert sorted(steps) == pytest.approx(moves)
+    particles = FAST.replace('model = "slot"\n', "") + "\n[uncertainty]\nwall_share = 0.2\npump_delay_s = 0.1\n"
+    variants = extra_runs._variants(base_of(run_tiny(tmp_path, particles)), designed=True)
+    for name, moves in (("wall_share", [-0.4, 0.0]), ("pump_delay_s", [0.0, 0.2])):
+        assert sorted({steps[name] for steps, *_ in variants if name in steps}) == pytest.approx(moves)
 
 
 def test_a_delay_of_the_whole_pour_is_refused(fast):
@@ -155,13 +153,14 @@ def test_a_delay_of_the_whole_pour_is_refused(fast):
         refuse_immovable(_unsure(base, pump_delay_s=0.3 * flows_s))
 
 
-def test_the_share_of_the_walls_is_refused_beside_their_drag(tmp_path):
-    own = TRIAL + "\n[uncertainty]\nwall_share = 0.1\n"
+def test_the_share_of_the_walls_is_refused_beside_their_drag(fast):
+    base = _unsure(base_of(fast), wall_share=0.1)
+    drags = base.trial.model_copy(update={"fluid": base.trial.given_fluid.model_copy(update={"D_cm": 0.3})})
     with pytest.raises(InputError, match=r"\[uncertainty\] wall_share: fluid.D_cm"):
-        refuse_immovable(base_of(run_tiny(tmp_path, own)))
+        refuse_immovable(replace(base, trial=drags))
 
 
-def _unsure(base: Base, **uncertainty: float | None) -> Base:
+def _unsure(base: Base, **uncertainty: float) -> Base:
     trial = base.trial.model_copy(update={"uncertainty": base.trial.uncertainty.model_copy(update=uncertainty)})
     return replace(base, trial=trial)
 
