@@ -1,6 +1,5 @@
 """What lab.toml and notes say of samples: taken, asked for, or refused in one sentence."""
 
-
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer

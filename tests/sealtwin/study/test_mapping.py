@@ -166,16 +166,3 @@ def test_the_command_answers_with_one_object(unbroken, tmp_path):
     refused = sealtwin("map", tmp_path, "--no-fills", "--json")
     assert refused.exit_code == 3
     assert "not a study" in json.loads(refused.stdout)["error"]
-
-
-@pytest.mark.slow
-def test_fills_are_computed_by_several_processes_to_the_same_frames(done, tmp_path, here, monkeypatch):
-    shutil.copytree(done, tmp_path / "other")
-    alone = watch_runs(done, read_plan(done).runs, "cpu", Progress(), "simulate 1")
-    monkeypatch.setattr(study_map, "cores", lambda: 2)
-    other = watch_runs(tmp_path / "other", read_plan(done).runs, "cpu", Progress(), "simulate 1")
-    for one, two in zip(alone, other, strict=True):
-        assert two.differs_mm == one.differs_mm
-        assert present(one.differs_mm, "differs_mm") < 1e-6
-        assert [frame.t_s for frame in two.frames] == [frame.t_s for frame in one.frames]
-        assert (two.frames[-1].position_mm == one.frames[-1].position_mm).all()

@@ -56,9 +56,3 @@ def test_a_calibrated_material_keeps_its_radius():
     trial = trial_of({"viscosity_pa_s": 0.3}, radius_mm=0.5)
     fluid = trial.given_fluid.model_copy(update={"material": Material.model_validate({**calibrated, **paste, **rest})})
     assert drafted(trial.model_copy(update={"fluid": fluid}), sample()).solver.size_mm == 0.5
-
-
-@pytest.mark.parametrize("solver", [{"model": "slot"}, {"preset": "paper"}])
-def test_other_models_and_presets_have_no_draft(solver):
-    trial = trial_of({"viscosity_pa_s": 0.3}, **solver)
-    assert drafted(trial, sample()) is trial

@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,7 @@ from tests.labs import edit
 from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
 from tests.programs import refusal, sealtwin, start_interruptible
 from tests.studies import TRIAL, tiny_lab
-from tests.vtk_reader import read_polydata, read_pvd
+from tests.vtk_reader import read_pvd
 from validate.result import read_comparison, read_result
 
 LEFT = {
@@ -278,18 +277,6 @@ def test_runs_killed_at_twenty_random_moments_come_out_the_same(unbroken, tmp_pa
     assert killed >= 12
 
 
-KEEPING_EVERY_FRAME = """
-import time
-import simulate.watchers as c
-from sealtwin.cli.app import main
-kept = c.Checkpoint.after_frame
-c.EVERY_S = 0
-c.Checkpoint.after_frame = lambda self, injection: (kept(self, injection), time.sleep(0.1))
-main()
-"""
-"""As slow as a run that somebody kills, which a tiny one is not."""
-
-
 def test_an_interrupted_run_ends_with_130_lets_go_of_its_folder_and_goes_on_from_its_checkpoint(
     unbroken, tmp_path, no_pages, monkeypatch
 ):
@@ -310,41 +297,10 @@ def test_an_interrupted_run_ends_with_130_lets_go_of_its_folder_and_goes_on_from
     assert not (tmp_path / "run" / ".holder.json").exists()
     shutil.copytree(tmp_path / "run", tmp_path / "other")
     assert "checkpoint.npz: the run continues after frame 20" in _ended(*command)
-    for name in ("particles.csv", "profile.csv"):
-        assert _files(tmp_path / "run")[name] == _files(run)[name]
+    _assert_same_run(tmp_path / "run", run)
     edit(tmp_path / "other" / "trial.toml", "U = 30.0", "U = 20.0")
     assert "is from a run with other settings" in _ended("simulate", tmp_path / "other", "--device", "cpu")
     assert not (tmp_path / "other" / "checkpoint.npz").exists()
-
-
-@pytest.mark.slow
-def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path, no_figures):
-    """With kill -9, and to the bit, also its frames."""
-    trial, run, _ = unbroken
-    arguments = ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu"]
-    arguments += ["--set", "output.frames_every_s=0.02"]
-    process = subprocess.Popen([sys.executable, "-c", KEEPING_EVERY_FRAME, *arguments], stderr=subprocess.DEVNULL)
-    deadline = time.monotonic() + 60
-    while not (tmp_path / "run" / "checkpoint.npz").is_file():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-    time.sleep(0.3)
-    process.send_signal(signal.SIGKILL)
-    assert json.loads((tmp_path / "run" / "progress.json").read_text())["state"] == "running"
-    process.communicate()
-    assert "checkpoint.npz: the run continues after frame" in _ended(*arguments)
-    _assert_same_run(tmp_path / "run", run)
-    progress = json.loads((tmp_path / "run" / "progress.json").read_text())
-    assert (progress["state"], progress["percent"], progress["eta_s"]) == ("finished", 100.0, None)
-    numbers = [int(row.split(",")[0]) for row in (tmp_path / "run" / "health.csv").read_text().splitlines()[1:]]
-    assert numbers == list(range(10, progress["frame"] + 1, 10))
-    frames = read_pvd(tmp_path / "run" / "frames" / "fill.pvd")
-    # A frame of the run is 0.0107 s.
-    assert [t_s for t_s, _ in frames] == pytest.approx([0.02 * number for number in range(len(frames))], abs=0.011)
-    assert frames[-1][0] == pytest.approx(progress["t_s"], abs=0.011)
-    assert progress["t_s"] == pytest.approx(0.6, abs=0.02)
-    for t_s, file in frames:
-        assert read_polydata(file).field_data["TimeValue"].tolist() == [t_s]
 
 
 class ReachedError(Exception): ...
