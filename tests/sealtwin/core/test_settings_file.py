@@ -31,7 +31,7 @@ class Tables(Settings):
 
 def refusal(text: str, folder: Path) -> str:
     path = folder / "cell.toml"
-    path.write_text(text)
+    path.write_bytes(text.encode(errors="surrogateescape"))
     with pytest.raises(InputError) as caught:
         read_settings(Tables, path, name="cell file", starter="'sealtwin init' writes one")
     assert all(line.startswith(str(path)) for line in str(caught.value).splitlines())
@@ -74,7 +74,9 @@ def test_each_place_is_told_once_and_in_a_users_words(tmp_path, text, fault):
     assert refusal(text, tmp_path) == f"{tmp_path / 'cell.toml'}: {fault}"
 
 
-@pytest.mark.parametrize("text", ["volume_ml" + ".a" * 5000 + " = 1", "volume_ml = " + "[" * 50_000, "\0", "= 1"])
+@pytest.mark.parametrize(
+    "text", ["volume_ml" + ".a" * 5000 + " = 1", "volume_ml = " + "[" * 50_000, "= 1", "\udcff", "#" * 200_001]
+)
 def test_what_is_no_toml_is_refused_at_once(tmp_path, text):
     began = time.process_time()
     assert "cell.toml" in refusal(text, tmp_path)

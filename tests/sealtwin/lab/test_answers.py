@@ -94,6 +94,7 @@ def test_one_line_of_its_note_takes_the_sample_in_as_written(doubtful, tmp_path)
     ("cells", "named"),
     [
         pytest.param('["C5"]', 'readings.as_written = ["C4"]', id="another cell answers nothing"),
+        ('["all"]', "P01.toml"),
         ('"C4"', "P01.toml"),
     ],
 )

@@ -39,6 +39,7 @@ def _with_fluid(small, fluid):
         ("consistency_pa_s_n = 2.0\nflow_index = 0.5", 12.0, "never", "fluid.yield_stress_pa = 12.0"),
         ("U = 10.0\nyield_stress_pa = 20.0", 20.0, "never", 'fluid.freeze_after_s = "never"'),
         ("U = 10.0\nD_cm = 0.3\nfreeze_after_s = 2.5", 0.0, 2.5, None),
+        ('U = 10.0\nD_cm = 0.3\nfreeze_after_s = "never"', 0.0, "never", "without fluid.yield_stress_pa and fluid."),
     ],
 )
 def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(

@@ -325,6 +325,8 @@ def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
     for sentence, words in zip(str(refusal.value).splitlines(), FAULTS, strict=True):
         assert words in sentence
     assert not (tmp_path / "lab").exists()
+    with pytest.raises(InputError, match=r"gone\.csv: no such file; 'sealtwin ingest FOLDER"):
+        ingest(small, tmp_path / "lab", QUIET, pairing=tmp_path / "gone.csv")
     pairing.write_text("file,role,sample\nP01.png,photo,../../x\n")
     with pytest.raises(
         InputError, match=r"P01.png: a sample '../../x'; names may have letters, digits, spaces and -_. only"

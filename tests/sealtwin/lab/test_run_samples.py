@@ -17,8 +17,7 @@ def ready(small, tmp_path):
         for name in ("P03", "P04"):
             shutil.copy(file, small / file.name.replace("P02", name))
     edit(small / "P04_Messung.csv", "[mm]", "")
-    edit(small / "lab.toml", "radius_mm = 0.45\nsubsteps = 2", 'model = "slot"')
-    edit(small / "lab.toml", "U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", "viscosity_pa_s = 0.05")
+    edit(small / "lab.toml", "substeps = 2", "substeps = 2\nsettle_s = 0.1")
     assert sealtwin("ingest", small, "--out", tmp_path / "lab", "--quiet").exit_code == 6
     return tmp_path / "lab"
 

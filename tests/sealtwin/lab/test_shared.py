@@ -112,6 +112,15 @@ def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path)
     assert question in fault.sentence
 
 
+def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):
+    rows = ("s_mm", "level_mm"), (1, -1.0), (11, -1.0)
+    _workbook(shared / "P02.xlsx", {"P02": [("Labor 3",)], "Messung": rows})
+    (shared / "P02_Notiz.toml").write_text('crack.depth_mm = 8.0\nreadings.sheet = "Messung"\n')
+    ingested = ingest(shared, tmp_path / "lab", QUIET)
+    assert not ingested.faults
+    assert levels_mm(tmp_path / "lab", "P02") == [-1.0, -1.0]
+
+
 HEAD, FIRST, SECOND = "s [mm];Pegel 1 [mm];Pegel 2 [mm]", ("1;-1;-1,1", "11;-1,5;-1,6"), ("1;-2;-2,1", "11;-2,5;-2,6")
 BELOW = "\n".join(["Labor 3\n\nProbe P01", HEAD, *FIRST, "Mittel;-1,2;-1,3\n\np-02", HEAD, *SECOND, "12;-2,6;-2,7"])
 BESIDE = "\n".join(

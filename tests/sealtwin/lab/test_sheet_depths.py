@@ -4,7 +4,7 @@ import pytest
 
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import QUIET, answer, edit, fates, levels_mm, pairing_rows
+from tests.labs import QUIET, answer, edit, fates, levels_mm, pairing_rows, question
 
 READINGS = ["s [mm];Tiefe 1 [mm];Tiefe 2 [mm]", "1;1;1,1", "6;1,2;1,3", "11;1,5;1,6"]
 DEPTHS = [[0.0, 7.5], [12.0, 8.5]]
@@ -71,6 +71,16 @@ def test_depths_in_doubt_are_asked_about_with_the_answer(folder, tmp_path, text,
     assert fates(ingest(folder, lab, QUIET))["P01"] == "failed"
     asked = " ".join(row["question"] for row in pairing_rows(lab) if row["file"] == "P01.csv")
     assert all(word in asked for word in words), asked
+
+
+def test_the_answer_about_depths_is_taken(folder, tmp_path):
+    lab = tmp_path / "lab"
+    (folder / "P01.csv").write_text(_beside(DOUBTFUL, "0;7,5", "12;8,5"))
+    ingest(folder, lab, QUIET)
+    given = question(lab, "P01.csv").partition("pairing.csv: ")[2].rstrip(".")
+    assert given == ANSWER
+    answer(lab, {"P01.csv": {"settings": given}})
+    assert fates(ingest(folder, lab, QUIET))["P01"] == "new"
 
 
 @pytest.mark.parametrize("header", ["Tiefe Dichtstoff im Riss [mm]", "Temperatur"])

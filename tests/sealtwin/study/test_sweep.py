@@ -275,17 +275,6 @@ def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp
     assert read_plan(tmp_path / "out").runs == []
 
 
-def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab, tmp_path):
-    narration = Narration()
-    report = sweep(lab, tmp_path / "out", replace(HERE, dry_run=True), narration)
-    (estimate,) = [note for note in narration.notes if note.startswith("tiny: ")]
-    assert all(words in estimate for words in ("4 runs of 170 particles", "from a model", "GB of memory", "on disk"))
-    assert report["states"]["waiting"] == 4
-    thin, viscous = [note for note in narration.notes if "fluid.U is " in note]
-    assert thin.startswith("note: 2 of 4 runs: fluid.U is 3: ")
-    assert viscous.startswith("note: 2 of 4 runs: fluid.U is 300: at any U")
-
-
 def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken, done):
     sweep(lab, done, replace(HERE, keep_runs=True), Progress())
     assert len(list(done.glob("runs/*/particles.csv"))) == 4

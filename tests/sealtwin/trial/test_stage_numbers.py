@@ -130,13 +130,3 @@ def test_extra_runs_of_another_number_are_left_out_of_a_report_with_a_word(run, 
         )
         assert validate_stage.read_spread(job) is None
     assert "not used, since its extra runs were computed by simulate 999, while" in narration.notes[0]
-
-
-def test_the_report_and_the_doctor_show_the_numbers_beside_the_version(run, lab, monkeypatch):
-    monkeypatch.setitem(NUMBERS, "validate", 999)
-    evidence = leave_out_pages(monkeypatch)
-    redone_in(run, lab)
-    numbers = evidence[0].provenance["stage numbers"]
-    assert numbers == f"digitise {NUMBERS['digitise']}, simulate {NUMBERS['simulate']}, validate 999"
-    answer = CliRunner().invoke(app, ["doctor"])
-    assert "validate 999" in next(line for line in answer.stdout.splitlines() if line.startswith("sealtwin "))
