@@ -112,8 +112,6 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
         as_stiff = base["U"] / finer**4 * health["frame_s"] / base["frame_s"]
         assert health["U"] == pytest.approx(as_stiff, rel=1e-6)
         assert health["viscosity_pa_s"] is None, "it has no yield stress"
-        trial = files.read_json(varied / "uncertainty" / "runs" / run.key[:16] / "summary.json")
-        assert trial["figures"]["health"]["frame_s"] != pytest.approx(base["frame_s"], rel=0.01)
         fluid = run.checked_trial.fluid
         assert fluid is not None
         assert fluid.D_cm / health["frame_s"] == pytest.approx(drag, rel=1e-6)
