@@ -11,6 +11,7 @@ import time
 from concurrent.futures import Future
 from contextlib import suppress
 from multiprocessing.connection import Connection
+from typing import Any
 
 import psutil
 import pytest
@@ -19,7 +20,7 @@ from sealtwin.core.cluster import ClusterExecutor, Lost, _outcome, run_tasks
 from sealtwin.core.errors import InputError, present
 
 
-def _square(number):
+def _square(number) -> Any:
     if number == 3:
         return _Unreadable()
     if number == 4:

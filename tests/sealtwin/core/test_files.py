@@ -11,13 +11,11 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError, present
+from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table, sheet_text, write_table
 from sealtwin.core.records import Profile, Run, Trajectory
 from sealtwin.core.run_figures import RunHealth
-from tests.evidence import make_evidence
 from tests.shapes import straight_slot
-from validate.result import COMPARISON, read_comparison
 
 
 @pytest.mark.parametrize("fault", [RuntimeError("crack.stl"), OSError(errno.ENOSPC, "No space left on device")])
@@ -191,14 +189,3 @@ def test_an_edited_value_is_named_by_its_file_its_key_and_itself(tmp_path, file,
         (record_files.read_outline if file == "outline.json" else record_files.read_solid)(tmp_path)
     assert str(tmp_path / file) in str(refusal.value)
     assert fault in str(refusal.value)
-
-
-def test_a_comparison_that_leads_with_no_error_is_named(tmp_path):
-    comparison = present(make_evidence(tmp_path, error_mm=1.0).comparison, "comparison")
-    content = json.loads(files.as_json(comparison.model_dump()))
-    files.write_json(tmp_path / COMPARISON, content)
-    assert read_comparison(tmp_path).model_dump_json() == comparison.model_dump_json()
-    for value in (float("nan"), "1.0", None, -1.0):
-        (tmp_path / COMPARISON).write_text(json.dumps(content | {"mean_error_mm": value}))
-        with pytest.raises(InputError, match=r"comparison\.json.*mean_error_mm = "):
-            read_comparison(tmp_path)

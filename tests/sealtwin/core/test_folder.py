@@ -20,19 +20,6 @@ def _finish(folder, stage="digitise", name="outline.json", inputs=None, given=("
     folder.record(stage, KEY, {"depth_mm": 16.0}, inputs or {"photo.jpg": "1"}, [name], 1.0, **facts)
 
 
-def _killed_while_writing(path):
-    """Returns the litter."""
-    before = set(path.parent.iterdir()) if path.parent.exists() else set()
-    script = (
-        "import os, sys; from pathlib import Path; from sealtwin.core.files import replacing\n"
-        "with replacing(Path(sys.argv[1])) as temporary:\n"
-        "    temporary.write_text('half'); os._exit(9)"
-    )
-    assert subprocess.run([sys.executable, "-c", script, str(path)], check=False).returncode == 9
-    (litter,) = set(path.parent.iterdir()) - before
-    return litter
-
-
 def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
     with open_folder(tmp_path / "run", create=True) as folder:
         assert not folder.is_current("digitise", KEY)

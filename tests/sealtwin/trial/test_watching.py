@@ -65,16 +65,6 @@ def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
     assert listed(folder) == at_kill
 
 
-def test_a_new_run_leaves_no_frame_of_the_last_one(tmp_path):
-    run = injection()
-    first = FrameFiles(tmp_path / "fill.pvd", [0.01, 0.02])
-    first.begin(run)
-    go_on(run, first, 10)
-    assert len(listed(tmp_path)) == 2
-    FrameFiles(tmp_path / "fill.pvd", ()).begin(injection())
-    assert not list(tmp_path.iterdir())
-
-
 def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatch):
     monkeypatch.setattr("simulate.watchers.PROGRESS_EVERY_S", 0.0)
     file, run = tmp_path / "progress.json", injection()
