@@ -61,7 +61,8 @@ def test_tasks_are_computed_by_other_processes_and_only_the_deadly_ones_are_lost
 
 
 def _noted(folder, number):
-    (folder / str(number)).write_text(str(os.getpid()))
+    (folder / f"half.{number}").write_text(str(os.getpid()))
+    (folder / f"half.{number}").rename(folder / str(number))
     return number
 
 
