@@ -87,7 +87,7 @@ def test_the_time_left_is_within_a_factor_of_two_after_a_tenth_of_the_work(jobs,
     assert 0.5 < min(ratios) <= max(ratios) < 2.0
 
 
-@pytest.mark.parametrize(("freeze_after_s", "runs"), [(2.58, 1), ("never", 2)])
+@pytest.mark.parametrize(("freeze_after_s", "runs"), [pytest.param(2.58, 1, marks=pytest.mark.slow), ("never", 2)])
 def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_after_s):
     """Half of the paper's crack and its sealant at R = 0.6 mm.
 

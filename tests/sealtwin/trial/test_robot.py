@@ -176,6 +176,7 @@ def test_a_forged_report_deletes_nothing_but_robot_files(run, cell, tmp_path):
     assert sealtwin(*call).exit_code == 3
 
 
+@pytest.mark.slow
 def test_a_new_path_takes_the_programs_of_the_old_one_with_it(run, cell):
     """A robot that follows last week's path beside today's report is the worst that this folder can do."""
     assert sealtwin("robot", run, "--cell", cell).exit_code == 0
