@@ -11,13 +11,11 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError, present
+from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table, sheet_text, write_table
 from sealtwin.core.records import Profile, Run, Trajectory
 from sealtwin.core.run_figures import RunHealth
-from tests.evidence import make_evidence
 from tests.shapes import straight_slot
-from validate.result import COMPARISON, read_comparison
 
 
 @pytest.mark.parametrize("fault", [RuntimeError("crack.stl"), OSError(errno.ENOSPC, "No space left on device")])
@@ -31,33 +29,14 @@ def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path, fault):
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("crack.stl", "old")]
 
 
-def test_what_is_half_written_keeps_its_suffix_and_has_a_name_of_ours_however_long_its_own_is(tmp_path):
-    with files.replacing(tmp_path / ("a" * 251 + ".stl")) as one, files.replacing(tmp_path / "a.stl") as other:
-        assert (one.suffix, other.suffix) == (".stl", ".stl")
-        assert files.is_temporary(one)
-        assert files.is_temporary(other)
-        assert one != other
-        one.write_text("one")
-        other.write_text("other")
-    assert sorted(file.read_text() for file in tmp_path.iterdir()) == ["one", "other"]
-
-
-def test_a_table_keeps_its_numbers_and_its_gaps(tmp_path):
-    rows = np.array([[0.1, np.nan], [-2.0, 1e-6]])
-    write_table(tmp_path / "t.csv", ("s_mm", "level_mm"), rows)
-    np.testing.assert_allclose(read_table(tmp_path / "t.csv", ("s_mm", "level_mm")), rows, atol=5e-7)
-
-
 @pytest.mark.parametrize(
     ("text", "named"),
     [
         ("s_mm\n1\n", "level_mm"),
         ("s_mm,level_mm\n1,two\n", "line 2"),
         ("s_mm,level_mm\n1\n", "line 2"),
-        # Fields that never end.
+        # A field that never ends.
         ('"' + "x" * 200_000, "line 1|CSV"),
-        ("s_mm,level_mm\n1," + "9" * 200_000, "CSV"),
-        ('s_mm,level_mm\n1,"' + "x" * 200_000, "CSV"),
     ],
 )
 def test_a_broken_table_is_named_by_file_and_line(tmp_path, text, named):
@@ -132,40 +111,11 @@ def test_a_run_survives_its_files(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "content"),
-    [
-        ("outline.json", '{"centreline_mm": 5}'),
-        ("outline.json", "[]"),
-        ("solid.json", '{"face_label": 7}'),
-        ("crack.ply", "ply\nnonsense"),
-        ("crack.ply", ""),
-        ("simulation.json", "{}"),
-    ],
-)
-def test_a_file_that_somebody_broke_is_named_with_the_way_back(tmp_path, name, content):
-    """No traceback: a run folder is plain files, and people do edit them."""
-    write_table(tmp_path / "particles.csv", record_files.PARTICLE_COLUMNS, np.zeros((1, 8)))
-    files.write_text(tmp_path / "solid.json", "{}")
-    files.write_text(tmp_path / "crack.ply", "")
-    (tmp_path / name).write_text(content)
-    read = {"outline.json": record_files.read_outline, "simulation.json": record_files.read_run}.get(
-        name, record_files.read_solid
-    )
-    with pytest.raises(InputError, match=r"again\.") as fault:
-        read(tmp_path)
-    assert str(tmp_path) in str(fault.value)
-
-
-@pytest.mark.parametrize(
     ("key", "value"),
     [
         ("particles", "many"),
         ("particles", 2),
-        ("radius_mm", -0.4),
         ("radius_mm", float("nan")),
-        ("escaped_particles", 0.5),
-        ("device", 7),
-        ("settings", {"fluid": "thick"}),
         ("settings", {"nozzle": {"diameter_mm": 0}}),
         ("health", {"volume_ratio": "all of it"}),
     ],
@@ -185,7 +135,6 @@ def test_a_run_of_another_kind_or_size_is_named_by_its_field(tmp_path, key, valu
     ("name", "row", "fault"),
     [
         ("profile.csv", "1.0,nan", "line 3: level_mm = nan; expected a number"),
-        ("profile.csv", "1.0,-inf", "line 3: level_mm = -inf; expected a number"),
         ("profile.csv", "0.0,1.0", "s_mm increasing from row to row. Simulate"),
         ("particles.csv", "0,0,nan,0,0,0,0,0", "line 3: z_mm = nan; expected a number"),
         ("particles.csv", "0,0,0,0,0,0,0,0", "2 particles, 0 of them spilled; simulation.json has 1 and 0"),
@@ -203,7 +152,7 @@ def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, faul
         (record_files.read_profile if name == "profile.csv" else record_files.read_run)(tmp_path)
 
 
-@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r", "\n", "\uff1d"])
+@pytest.mark.parametrize("start", ["=", "@", "\t", "\r", "\uff1d"])
 def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
     """A note such as =HYPERLINK(...) is somebody else's program. Numbers stay numbers, and negative ones too."""
     written = f"{start}cmd|' /C calc'!A0"
@@ -218,11 +167,11 @@ def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
     ("file", "keys", "value", "fault"),
     [
         ("solid.json", ("wall_angles_deg", 0), "x", "wall_angles_deg.0 = 'x'"),
-        ("solid.json", ("sections", "s_mm"), [0, None], "sections.s_mm = [0, None]"),
         ("solid.json", ("face_label",), "012", "face_label has 3 labels"),
         ("outline.json", ("mm_per_px",), "0.1", "mm_per_px = '0.1'"),
         ("outline.json", ("ends", 1), "shut", "ends.1 = 'shut'"),
         ("outline.json", ("left_wall_mm",), [[1, 2, 3]], "left_wall_mm = [[1, 2, 3]]"),
+        ("solid.json", ("sections", "s_mm"), [0, None], "sections.s_mm = [0, None]"),
         ("outline.json", ("branches_mm",), [[[1, "deep"]]], "branches_mm.0 = [[1, 'deep']]"),
     ],
 )
@@ -240,14 +189,3 @@ def test_an_edited_value_is_named_by_its_file_its_key_and_itself(tmp_path, file,
         (record_files.read_outline if file == "outline.json" else record_files.read_solid)(tmp_path)
     assert str(tmp_path / file) in str(refusal.value)
     assert fault in str(refusal.value)
-
-
-def test_a_comparison_that_leads_with_no_error_is_named(tmp_path):
-    comparison = present(make_evidence(tmp_path, error_mm=1.0).comparison, "comparison")
-    content = json.loads(files.as_json(comparison.model_dump()))
-    files.write_json(tmp_path / COMPARISON, content)
-    assert read_comparison(tmp_path).model_dump_json() == comparison.model_dump_json()
-    for value in (float("nan"), "1.0", None, -1.0):
-        (tmp_path / COMPARISON).write_text(json.dumps(content | {"mean_error_mm": value}))
-        with pytest.raises(InputError, match=r"comparison\.json.*mean_error_mm = "):
-            read_comparison(tmp_path)

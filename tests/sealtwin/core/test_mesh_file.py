@@ -323,7 +323,7 @@ def _outcome(load):
     return start_interruptible([sys.executable, "-c", IMPORTING.format(load=load)]).communicate()[0].strip()
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_an_interrupt_waits_for_trimesh_and_is_not_lost():
     """Ctrl-C while trimesh is imported, in a process of its own, since a process imports it once."""
     assert _outcome("import trimesh") == "swallowed", "trimesh keeps interrupts no more: load_trimesh can go"

@@ -82,13 +82,7 @@ def test_the_time_left_is_that_of_the_whole_command(capsys, clock):
 
 @pytest.mark.parametrize(
     ("progress", "terminal", "notebook", "shows"),
-    [
-        (None, False, False, False),
-        (None, True, False, True),
-        (None, False, True, True),
-        (False, True, True, False),
-        (True, False, False, True),
-    ],
+    [(None, True, False, True), (None, False, True, True), (False, True, True, False), (True, False, False, True)],
 )
 def test_python_shows_progress_if_a_person_looks(monkeypatch, progress, terminal, notebook, shows):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal, raising=False)

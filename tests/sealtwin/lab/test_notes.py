@@ -73,16 +73,12 @@ def test_lines_of_a_text_are_settings_and_its_other_numbers_are_asked_about(smal
     ("line", "quoted"),
     [
         ("crack.depth_mm = 8,5", "'crack.depth_mm = 8,5'"),
-        ("crack.depth_mm = 8 mm", "'crack.depth_mm = 8 mm'"),
         ("crack.tilt = lean", "'crack.tilt = lean'"),
         ("depth_mm = 8", "'depth_mm = 8'"),
-        ("crack.depth_mm = 8 # or 9?", "'crack.depth_mm = 8 # or 9?'"),
-        ("crack.tlit = lean", "'crack.tlit = lean'"),
         ("Wetter = 'trocken'", ""),
         ("Risstiefe ½ cm", "'Risstiefe ½ cm'"),
         ("Siehe P-01 und P02.", "'Siehe P-01 und P02.'"),
         ("Siehe P-01. Tiefe bekannt.", ""),
-        ("x = " + "[" * 5000, ""),
         ("x = " + "[" * 5000 + "1", f"'x = {'[' * 55}…'"),
     ],
 )

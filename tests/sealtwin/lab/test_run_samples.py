@@ -1,4 +1,4 @@
-"""'sealtwin lab run' runs all sound samples: a failure costs no other, questions are left out."""
+"""'sealtwin lab run' runs all sound samples: a failure or a bug costs no other, questions are left out."""
 
 import json
 import shutil
@@ -11,35 +11,21 @@ from tests.pages import leave_out_figures, leave_out_pdf
 
 
 @pytest.fixture
-def ready(small, tmp_path, monkeypatch):
-    """P01 and P02 are sound; P03 has P02's files, and no unit in its sheet."""
-    leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
+def ready(small, tmp_path):
+    """P01 to P03 are sound; P04 has no unit in its sheet."""
     for file in list(small.glob("P02*")):
-        shutil.copy(file, small / file.name.replace("P02", "P03"))
-    edit(small / "P03_Messung.csv", "[mm]", "")
+        for name in ("P03", "P04"):
+            shutil.copy(file, small / file.name.replace("P02", name))
+    edit(small / "P04_Messung.csv", "[mm]", "")
+    edit(small / "lab.toml", "substeps = 2", "substeps = 2\nsettle_s = 0.1")
     assert sealtwin("ingest", small, "--out", tmp_path / "lab", "--quiet").exit_code == 6
     return tmp_path / "lab"
 
 
 def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch):
+    leave_out_figures(monkeypatch)
+    leave_out_pdf(monkeypatch)
     monkeypatch.setattr("sealtwin.core.cluster.cores", lambda: 0)
-    edit(ready / "P02" / "trial.toml", "radius_mm = 0.45", "radius_mm = 0.9")
-    first = sealtwin("lab", "run", ready, "--device", "cpu", "--json", "--quiet")
-    assert first.exit_code == 6
-    samples = {one["name"]: one for one in json.loads(first.stdout)["samples"]}
-    assert {name: one["state"] for name, one in samples.items()} == {"P01": "done", "P02": "failed", "P03": "left out"}
-    assert "fewer than 2 particles fit abreast" in samples["P02"]["reason"]
-    assert samples["P03"]["reason"].startswith("P03_Messung.csv, line 1:")
-    assert (ready / "P01" / "run" / "report.html").is_file()
-    assert samples["P01"]["mean_error_mm"] > 0
-    edit(ready / "P02" / "trial.toml", "radius_mm = 0.9", "radius_mm = 0.45")
-    text = sealtwin("lab", "run", ready, "--device", "cpu").stdout
-    for words in ("P01     up to date", "P02     done", "P03     left out", "left out: P03: P03_Messung.csv, line 1"):
-        assert words in text
-
-
-def test_a_bug_in_one_run_stops_no_other(ready, monkeypatch):
     work = run_samples.run_trial
 
     def broken(trial, *more, **named):
@@ -47,16 +33,25 @@ def test_a_bug_in_one_run_stops_no_other(ready, monkeypatch):
             raise ZeroDivisionError("by zero")
         return work(trial, *more, **named)
 
-    monkeypatch.setattr(run_samples, "run_trial", broken)
-    monkeypatch.setattr("sealtwin.core.cluster.cores", lambda: 0)
-    answer = sealtwin("lab", "run", ready, "--device", "cpu")
-    assert answer.exit_code == 1
-    assert "P02     done" in answer.stdout
-    assert "failed: P01: ZeroDivisionError: by zero. A bug: please report" in answer.stdout
+    edit(ready / "P02" / "trial.toml", "trim_mm = 1.0", "trim_mm = 9.0")
+    with monkeypatch.context() as patch:
+        patch.setattr(run_samples, "run_trial", broken)
+        first = sealtwin("lab", "run", ready, "--device", "cpu", "--json", "--quiet")
+    assert first.exit_code == 1
+    samples = {one["name"]: one for one in json.loads(first.stdout)["samples"]}
+    states = [one["state"] for one in samples.values()]
+    assert states == ["failed", "failed", "done", "left out"]
+    assert samples["P01"]["reason"].startswith("ZeroDivisionError: by zero. A bug: please report")
     assert "by zero" in (ready / "P01" / "run" / "fault.txt").read_text()
+    assert "trim_mm" in samples["P02"]["reason"]
+    assert samples["P04"]["reason"].startswith("P04_Messung.csv, line 1:")
+    assert (ready / "P03" / "run" / "report.html").is_file()
+    assert samples["P03"]["mean_error_mm"] > 0
+    text = sealtwin("lab", "run", ready, "--device", "cpu").stdout
+    for words in ("P01     done", "P03     up to date", "P04     left out", "left out: P04: P04_Messung.csv, line 1"):
+        assert words in text
 
 
-@pytest.mark.parametrize("arguments", [("list", "--jobs", "2"), ("list", "--device", "cpu"), ("run", "P01")])
-def test_options_of_another_action_are_refused(ready, arguments):
-    action, *rest = arguments
-    assert sealtwin("lab", action, ready, *rest).exit_code == 2
+def test_options_of_another_action_are_refused(two):
+    for action, *rest in (("list", "--jobs", "2"), ("list", "--device", "cpu"), ("run", "P01")):
+        assert sealtwin("lab", action, two / "lab", *rest).exit_code == 2

@@ -1,39 +1,27 @@
 """An ingest that is stopped, killed, doubled or struck by a fault leaves a lab that is whole."""
 
 import random
-import shutil
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
+from sealtwin.core.run_folder import holding
 from sealtwin.lab import ingest as steps
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
 from tests.lab_folder import HANDS
 from tests.labs import QUIET, fates, hashes_of, rows_of
+from tests.narration import Narration
 
 
 def _trials(lab):
     return sum(1 for _ in lab.glob("[!.]*/record.json"))
-
-
-INTAKE = """
-import pathlib, sys
-from sealtwin.core.progress import Progress
-from sealtwin.lab.ingest import ingest
-ingest(*map(pathlib.Path, sys.argv[1:3]), Progress())
-"""
-"""An ingest without the tracing after it."""
-
-
-def _start(*arguments):
-    command = [sys.executable, *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 @pytest.mark.parametrize("step", ["keep", "state", "rename"])
@@ -62,19 +50,17 @@ def test_a_hidden_folder_of_the_users_in_a_lab_is_never_removed(small, tmp_path)
     assert mine.read_text() == "mine"
 
 
-@pytest.mark.broad
-def test_two_ingests_at_once_lose_nothing(sound, small, tmp_path):
-    """Two processes, two folders that share a sample: one waits for the other."""
-    for file in small.glob("P02*"):
-        file.unlink()
-    lab, other = tmp_path / "lab", shutil.copytree(small, tmp_path / "other")
-    for name in ("P08.png", "P08_caliper.csv", "P08_info.toml"):
-        shutil.copy(sound[0] / name, other)
-    for process in [_start("-c", INTAKE, folder, lab) for folder in (other, small)]:
-        _, errors = process.communicate(timeout=120)
-        assert process.returncode == 0, errors
-    assert [row[:2] for row in rows_of(lab)] == [("P01", 1), ("P08", 1)]
-    assert {path.name for path in lab.iterdir() if path.is_dir()} == {"P01", "P08"}
+def test_of_two_ingests_at_once_one_waits_for_the_other(small, tmp_path):
+    lab, narration = tmp_path / "lab", Narration()
+    with ThreadPoolExecutor() as other:
+        with holding(lab):
+            waiting = other.submit(ingest, small, lab, narration)
+            while not narration.notes and not waiting.done():
+                time.sleep(0.01)
+            assert "waiting for it" in narration.notes[0]
+            assert _trials(lab) == 0
+        assert not waiting.result().faults
+    assert _trials(lab) == 2
 
 
 @pytest.mark.slow
@@ -84,13 +70,17 @@ def test_killed_again_and_again_an_ingest_loses_nothing(sound, tmp_path):
     lab = tmp_path / "lab"
     kept = [0]
     while kept[-1] < len(HANDS) - 1 and len(kept) < 12:
-        process = _start("-m", "sealtwin", "ingest", sound[0], "--out", lab, "--quiet")
+        process = subprocess.Popen(
+            [sys.executable, "-m", "sealtwin", "ingest", sound[0], "--out", lab, "--quiet"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         while process.poll() is None and _trials(lab) == kept[-1]:
             time.sleep(0.002)
         # About what a trial takes.
         time.sleep(chance.uniform(0, 0.015))
         process.send_signal(signal.SIGKILL)
-        process.communicate()
+        process.wait()
         assert _trials(lab) > kept[-1]
         kept.append(_trials(lab))
     assert len(kept) > 3

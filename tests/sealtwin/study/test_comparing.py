@@ -102,7 +102,6 @@ def test_settings_without_effect_are_counted_and_come_last_with_all(run, other, 
     assert (content["differing_without_effect"], content["not_listed"]) == ({}, "")
 
 
-@pytest.mark.broad
 def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
     """The same settings with readings of their own; with another nozzle's speed it is another trial."""
     path = shutil.copytree(run, tmp_path / "second")
@@ -163,7 +162,6 @@ def test_what_no_result_can_be_is_refused_by_its_name(run, other, tmp_path):
         (other / name).write_text(text, encoding="utf-8")
 
 
-@pytest.mark.broad
 def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
     """Edited and then validated, a level is taken as it is; the page says so, and that a run gained volume."""
     profile = record_files.read_profile(other)

@@ -80,7 +80,6 @@ def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch)
     assert len(files.read_json(fast / SPREAD)["draws"]["moved_mm"]) == RUNS
 
 
-@pytest.mark.broad
 def test_a_part_that_was_done_before_a_kill_is_not_done_again(fast, linear, tmp_path, monkeypatch):
     base, done = base_of(fast), []
     first = draw(base, tmp_path, 0, Progress(), 2 * PART)
@@ -137,22 +136,12 @@ def test_a_late_pump_leaves_the_beginning_empty_and_the_weighed_sealant_is_then_
     assert late.t_s[late.giving][0] == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize(
-    ("name", "standard", "moves"), [("wall_share", 0.2, [-0.4, 0.0]), ("pump_delay_s", 0.1, [0.0, 0.2])]
-)
-def test_an_input_at_its_end_is_moved_the_other_way_by_twice_its_uncertainty(tmp_path, name, standard, moves):
+def test_an_input_at_its_end_is_moved_the_other_way_by_twice_its_uncertainty(tmp_path):
     """An effect is half the difference of both moves."""
-    particles = FAST.replace('model = "slot"\n', "") + f"\n[uncertainty]\n{name} = {standard}\n"
-    base = base_of(run_tiny(tmp_path, particles))
-    steps = {steps[name] for steps, *_ in extra_runs._variants(base, designed=True) if name in steps}
-    assert sorted(steps) == pytest.approx(moves)
-
-
-def test_only_a_fluid_that_sticks_leaves_the_share_of_the_walls_open(fast, tmp_path):
-    sticks, drags = base_of(fast), base_of(run_tiny(tmp_path, TRIAL))
-    of = [base.trial.known_inputs(base.sample.outline, base.sample.solid).left_out for base in (sticks, drags)]
-    assert ["wall_share" in names for names in of] == [True, False]
-    assert "viscosity_percent" in of[1]
+    particles = FAST.replace('model = "slot"\n', "") + "\n[uncertainty]\nwall_share = 0.2\npump_delay_s = 0.1\n"
+    variants = extra_runs._variants(base_of(run_tiny(tmp_path, particles)), designed=True)
+    for name, moves in (("wall_share", [-0.4, 0.0]), ("pump_delay_s", [0.0, 0.2])):
+        assert sorted({steps[name] for steps, *_ in variants if name in steps}) == pytest.approx(moves)
 
 
 def test_a_delay_of_the_whole_pour_is_refused(fast):
@@ -164,10 +153,11 @@ def test_a_delay_of_the_whole_pour_is_refused(fast):
         refuse_immovable(_unsure(base, pump_delay_s=0.3 * flows_s))
 
 
-def test_the_share_of_the_walls_is_refused_beside_their_drag(tmp_path):
-    own = TRIAL + "\n[uncertainty]\nwall_share = 0.1\n"
+def test_the_share_of_the_walls_is_refused_beside_their_drag(fast):
+    base = _unsure(base_of(fast), wall_share=0.1)
+    drags = base.trial.model_copy(update={"fluid": base.trial.given_fluid.model_copy(update={"D_cm": 0.3})})
     with pytest.raises(InputError, match=r"\[uncertainty\] wall_share: fluid.D_cm"):
-        refuse_immovable(base_of(run_tiny(tmp_path, own)))
+        refuse_immovable(replace(base, trial=drags))
 
 
 def _unsure(base: Base, **uncertainty: float) -> Base:
@@ -187,7 +177,6 @@ def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
     [
         (None, None, (), True),
         (None, None, ("A mound.",), False),
-        (None, "slot", ("A mound.",), True),
         (None, "particles", (), False),
         ("slot", None, ("A mound.",), True),
     ],

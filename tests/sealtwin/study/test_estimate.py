@@ -52,9 +52,7 @@ def test_tasks_follow_each_other_on_the_process_that_is_free_first():
     assert time_of_all([10.0, 1.0, 1.0], [0.0, 0.0]) == 10.0
 
 
-@pytest.mark.parametrize("jobs", [1, 2, 3])
-@pytest.mark.parametrize("off", [0.3, 3.0])
-@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize(("jobs", "off", "order"), [(1, 3.0, 1), (2, 0.3, -1), (3, 3.0, -1)])
 def test_the_time_left_is_within_a_factor_of_two_after_a_tenth_of_the_work(jobs, off, order):
     """As of --uncertainty: three sizes 1.3 apart and a design, whose times grow faster than the model says.
 
@@ -89,21 +87,20 @@ def test_the_time_left_is_within_a_factor_of_two_after_a_tenth_of_the_work(jobs,
     assert 0.5 < min(ratios) <= max(ratios) < 2.0
 
 
-@pytest.mark.broad
-@pytest.mark.parametrize(("freeze_after_s", "runs"), [(2.58, 1), ("never", 3)])
+@pytest.mark.parametrize(("freeze_after_s", "runs"), [pytest.param(2.58, 1, marks=pytest.mark.slow), ("never", 2)])
 def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_after_s):
-    """The paper's crack and sealant at R = 0.6 mm: 2.2 MB a run where paste freezes by age, 7.8 where it never does.
+    """Half of the paper's crack and its sealant at R = 0.6 mm.
 
     Within 15 %: cells are counted to the particles, and differ with the room around the crack.
     """
-    solid, outline = slot(80.0)
+    solid, outline = slot(40.0)
     trial = load_trial(FIXTURE / "trial.toml")
     assert trial.fluid is not None
     fluid = trial.fluid.model_copy(update={"freeze_after_s": freeze_after_s, "yield_stress_pa": 12.0})
     # A factor that is given: the columns that a bed is measured in lie on the host.
     solver = trial.solver.model_copy(update={"radius_mm": 0.6, "settle_s": 0.5, "volume_factor": 1.1})
     trial = trial.model_copy(update={"fluid": fluid, "solver": solver})
-    trajectory = path(outline, 4.8, trim_mm=10.0)
+    trajectory = path(outline, 2.4, trim_mm=5.0)
     enclosure = enclose(solid, outline, 0.6, "cpu")
     before = _arrays()
     physics = [fluid] * runs, trial.solver, trial.nozzle

@@ -52,7 +52,8 @@ def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):
     for density in (700.0, 4000.0):
         (folder := tmp_path / f"{density:g}").mkdir()
         table = f'[fixed]\n"fluid.density_kg_m3" = {density}\n'
-        study, out = tiny_lab(folder, FAST.replace("[fixed]\n", table)), folder / "out"
+        varies = FAST.replace("[fixed]\n", table).replace("[0.5, 1.0, 40.0]", "[0.5, 1.0]")
+        study, out = tiny_lab(folder, varies), folder / "out"
         with (folder / "trial.toml").open("a", encoding="utf-8") as trial:
             trial.write("\n[uncertainty]\nsurface_tension_n_m = 0.07\n")
         sweep(study, out, SweepOptions("cpu", 0), Progress())

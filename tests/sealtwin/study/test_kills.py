@@ -2,7 +2,6 @@
 
 import os
 import random
-import shutil
 import signal
 import sys
 import time
@@ -12,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sealtwin.core.progress import Progress
-from sealtwin.study.study_folder import OUTCOME, read_plan, run_path
+from sealtwin.study.study_folder import OUTCOME
 from sealtwin.study.sweep import sweep
 from tests.programs import start_interruptible
 from tests.studies import HERE, results_of, tiny_lab
@@ -108,7 +107,7 @@ def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(many, results, tmp_pat
     assert not list(out.glob("runs/*/.*"))
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_interrupted_it_leaves_no_process_and_keeps_what_is_done(many, tmp_path):
     out = tmp_path / "out"
     parent = _start(many, out, jobs=1)
@@ -123,14 +122,3 @@ def test_interrupted_it_leaves_no_process_and_keeps_what_is_done(many, tmp_path)
     assert "Traceback" not in errors
     assert _gone(workers)
     assert 1 <= len(_finished(out)) < 24
-
-
-def test_files_of_a_killed_write_are_removed_and_half_a_run_is_computed_again(lab, unbroken, done):
-    out = done
-    run = run_path(out, read_plan(out).runs[0].key)
-    (run / OUTCOME).unlink()
-    (run / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
-    shutil.rmtree(next(path for path in out.glob("runs/*") if path != run))
-    assert sweep(lab, out, HERE, Progress())["states"]["done"] == 4
-    assert results_of(out) == results_of(unbroken)
-    assert not list(out.glob("runs/*/.*"))

@@ -13,10 +13,10 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
 from sealtwin.plan.verify import require_plannable
-from sealtwin.study import extra_runs, run_comparison, runner, variants
+from sealtwin.study import extra_runs, run_comparison, runner
 from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.runner import Sealing
-from sealtwin.study.study_folder import read_plan, run_path
+from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import SEEDS, resume_job
 from sealtwin.trial.pipeline import FinishedStages, run_stages
@@ -113,24 +113,6 @@ def test_every_reader_shows_the_mean(three):
     assert side.settings["seeds"] == 3
 
 
-def test_a_killed_command_computes_the_remaining_runs_alone(three, path, monkeypatch):
-    before = (path / "level.csv").read_bytes()
-    assert _validate(path).redone == ()
-    second = read_plan(path / "seeds").runs[1]
-    shutil.rmtree(run_path(path / "seeds", second.key))
-    (path / "level.csv").unlink()
-    waiting = []
-
-    def compute(folder, runs, *rest):
-        waiting.extend(run.settings for run in runs if run.state == "waiting")
-        return runner.compute(folder, runs, *rest)
-
-    monkeypatch.setattr(variants, "compute", compute)
-    _validate(path)
-    assert waiting == [{"seed": 2}]
-    assert (path / "level.csv").read_bytes() == before
-
-
 def test_one_seed_again_leaves_nothing_of_the_mean(single, path):
     once = shutil.copytree(single, path.parent / "once")
     _validate(once)
@@ -161,14 +143,6 @@ def test_copies_are_refused(single, tmp_path, monkeypatch):
         _validate(path, settings={"seeds": 3})
     assert SEEDS not in look_into(path).finished()
     assert not (path / "report.html").exists()
-
-
-def test_an_edited_mean_is_computed_again_and_the_edited_one_kept(path):
-    edit(path / "level.csv", "seed_1_mm", "seed_9_mm")
-    narration = Narration()
-    _validate(path, narration)
-    assert "level.changed.csv" in "\n".join(narration.notes)
-    assert "seed_1_mm" in _levels(path)
 
 
 def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
@@ -203,7 +177,6 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
     {
         "the fast model": (("substeps = 2", 'model = "slot"'), "seeds = 3: the fast model"),
         "too many": (("seeds = 3", "seeds = 21"), "seeds"),
-        "none": (("seeds = 3", "seeds = 0"), "seeds"),
     }.values(),
 )
 def test_seeds_that_a_trial_cannot_have(tmp_path, change, expected):

@@ -45,7 +45,7 @@ def out(finished, tmp_path) -> Path:
     return Path(shutil.copytree(finished, tmp_path / "out"))
 
 
-@pytest.mark.parametrize("raised", ["digitise", "simulate", "validate"])
+@pytest.mark.parametrize("raised", ["digitise", "validate"])
 def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(two, out, monkeypatch, raised):
     """Its readings are compared in its runs, so that all three numbers count. Nothing of both is ranked together."""
     before, own = {run.key for run in read_plan(out).runs}, NUMBERS[raised]

@@ -49,11 +49,6 @@ def _values(planned, name):
             {"fluid.viscosity_pa_s": [1.0, 5.0], "fluid.U": [None, None], "fluid.D_cm": [None, None]},
             id="a viscosity takes the place of the trial's U and of the D beside it",
         ),
-        pytest.param(
-            '[grid]\n"fluid.viscosity_pa_s" = [1.0]\n"fluid.D_cm" = [0.1]\n',
-            {"fluid.U": [None], "fluid.D_cm": [0.1]},
-            id="unless the study gives a D",
-        ),
     ],
 )
 def test_runs_have_the_values_that_vary_or_are_fixed(tmp_path, varies, values):
@@ -102,7 +97,6 @@ def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_p
         ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the nearest is 'fluid.U'"),
         ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; expected seed or a key of [fluid]"),
         ('[grid]\n"fluid.U" = []', "grid.fluid.U: no values are given"),
-        ('[grid]\n"fluid.U" = 3', "grid.fluid.U"),
         ('[grid]\n"fluid.U" = [1]\nfluid.U = [2]', "fluid.U is given twice"),
         ('[fixed]\nseed = 3\n[grid]\nseed = [1]', "seed: named twice"),
         ('[list]\ncolumns = ["fluid.U", "seed"]\nrows = [[1.0, 2], [1.0]]', "row 2 has 1 values, but columns has 2"),

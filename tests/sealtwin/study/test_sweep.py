@@ -18,11 +18,9 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
 from sealtwin.core.run_folder import holding
 from sealtwin.study import runner
-from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.study.study_folder import OUTCOME, profile_path, read_plan, run_path
 from sealtwin.study.sweep import sweep
-from sealtwin.trial.trial_file import load_trial
-from simulate.run import fill, ready
+from simulate.run import ready
 from tests.labs import sealtwin
 from tests.narration import Narration
 from tests.studies import HERE, compute_here, results_of, tiny_lab
@@ -73,16 +71,19 @@ def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path)
         assert ("4 settings can fit any level at 4 stations" in sentence) is (fitted == 4)
 
 
-@pytest.mark.broad
-def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, unbroken, done):
+def test_a_result_that_was_lost_edited_or_half_written_is_computed_again_and_no_other(lab, unbroken, done):
+    """And what a killed write has left is removed."""
     out = done
     runs = read_plan(out).runs
     profile_path(out, runs[0].key).unlink()
     profile_path(out, runs[3].key).write_text("s_mm,level_mm\n0,0\n")
+    (run_path(out, runs[2].key) / OUTCOME).unlink()
+    (run_path(out, runs[2].key) / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    assert [run.state for run in read_plan(out).runs] == ["waiting", "done", "done", "waiting"]
+    assert [run.state for run in read_plan(out).runs] == ["waiting", "done", "waiting", "waiting"]
     compute_here(out)
     assert results_of(out) == results_of(unbroken)
+    assert not list(out.glob("runs/*/.*"))
 
 
 def test_a_study_that_grows_keeps_what_is_done(done, tmp_path, lab):
@@ -90,37 +91,6 @@ def test_a_study_that_grows_keeps_what_is_done(done, tmp_path, lab):
     for study, states in ((more, ["waiting", "done", "done"]), (lab, ["done"] * 4)):
         sweep(study, done, replace(HERE, dry_run=True), Progress())
         assert [run.state for run in read_plan(done).runs] == states
-
-
-@pytest.mark.broad
-def test_a_setting_that_is_a_list_can_vary(tmp_path):
-    """Its values are read again from the plan, and stand in the table."""
-    lab, out = tiny_lab(tmp_path / "lab", '[grid]\n"path.trim_mm" = [[1, 1], [1, 2]]\n'), tmp_path / "out"
-    for _ in range(2):
-        sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    assert [run.settings["path.trim_mm"] for run in read_plan(out).runs] == [[1, 1], [1, 2]]
-    assert '"[1, 2]"' in (out / "runs.csv").read_text()
-
-
-def _computed(study, out, **how):
-    """Compute a study in this process; return the plan's runs."""
-    sweep(study, out, replace(HERE, dry_run=True), Progress())
-    compute_here(out, **how)
-    return read_plan(out).runs
-
-
-@pytest.mark.broad
-def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
-    """Of two radii, so that no run may stand in the walls of another one's particles."""
-    lab = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 0.5]\n')
-    out = tmp_path / "out"
-    runs = _computed(lab, out)
-    (sample,) = (out / "samples").iterdir()
-    planned = plan_runs(load_study(lab), lab, load_trial(tmp_path / "trial.toml"))
-    for run, trial in zip(runs, [one.trial for one in planned], strict=True):
-        _, alone = fill(record_files.read_sample(sample), *trial.physics, seed=trial.seed)
-        record_files.write_profile(tmp_path, alone)
-        assert profile_path(out, run.key).read_bytes() == (tmp_path / "profile.csv").read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -305,22 +275,6 @@ def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp
     assert read_plan(tmp_path / "out").runs == []
 
 
-@pytest.mark.broad
-def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab, tmp_path):
-    narration = Narration()
-    report = sweep(lab, tmp_path / "out", replace(HERE, dry_run=True), narration)
-    (estimate,) = [note for note in narration.notes if note.startswith("tiny: ")]
-    assert all(words in estimate for words in ("4 runs of 170 particles", "from a model", "GB of memory", "on disk"))
-    assert report["states"]["waiting"] == 4
-    thin, viscous = [note for note in narration.notes if "fluid.U is " in note]
-    assert thin.startswith("note: 2 of 4 runs: fluid.U is 3: ")
-    assert viscous.startswith("note: 2 of 4 runs: fluid.U is 300: at any U")
-    again = Narration()
-    sweep(lab, tmp_path / "out", HERE, again)
-    assert viscous in again.notes
-
-
-@pytest.mark.broad
 def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken, done):
     sweep(lab, done, replace(HERE, keep_runs=True), Progress())
     assert len(list(done.glob("runs/*/particles.csv"))) == 4

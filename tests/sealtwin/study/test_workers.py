@@ -80,10 +80,3 @@ def test_a_worker_of_other_stage_numbers_is_refused(scheduler, monkeypatch):
     monkeypatch.setitem(NUMBERS, "simulate", 999)
     with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, but this machine has .*: 999"):
         next(run_tasks(pow, [(0, (1, 1))], 0, scheduler, own_numbers))
-
-
-def test_a_scheduler_that_is_not_there_is_bad_input(lab, tmp_path, monkeypatch):
-    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.1)
-    answer = sealtwin("sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", "tcp://127.0.0.1:9")
-    assert answer.exit_code == 3
-    assert "--scheduler tcp://127.0.0.1:9: " in answer.stderr

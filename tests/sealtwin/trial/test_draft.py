@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 
 from sealtwin.core.records import Sample
-from sealtwin.trial.draft import drafted, sets_resolution
+from sealtwin.trial.draft import drafted
 from sealtwin.trial.trial_file import Trial
 from simulate.material_file import Material
 from simulate.setup.release_schedule import plan_releases
@@ -56,14 +56,3 @@ def test_a_calibrated_material_keeps_its_radius():
     trial = trial_of({"viscosity_pa_s": 0.3}, radius_mm=0.5)
     fluid = trial.given_fluid.model_copy(update={"material": Material.model_validate({**calibrated, **paste, **rest})})
     assert drafted(trial.model_copy(update={"fluid": fluid}), sample()).solver.size_mm == 0.5
-
-
-@pytest.mark.parametrize("solver", [{"model": "slot"}, {"preset": "paper"}])
-def test_other_models_and_presets_have_no_draft(solver):
-    trial = trial_of({"viscosity_pa_s": 0.3}, **solver)
-    assert drafted(trial, sample()) is trial
-
-
-def test_a_study_of_the_solvers_resolution_has_no_drafts():
-    assert sets_resolution(["fluid.U", "solver.substeps"])
-    assert not sets_resolution(["fluid.U", "solver.settle_s", "solver.model"])

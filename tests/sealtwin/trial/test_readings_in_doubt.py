@@ -7,15 +7,9 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.core.errors import present
-from sealtwin.core.progress import Progress
-from sealtwin.trial.job import STAGES
-from sealtwin.trial.pipeline import run_trial
-from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import readings_of
-from tests.evidence import make_evidence
 from tests.pages import leave_out_pages
-from tests.studies import job_in, tiny_lab
-from validate.wording.comparison import readings_table
+from tests.studies import job_in, run_tiny
 
 SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
 1,-2.0,-2.1,-1.95
@@ -29,10 +23,9 @@ SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
 def run(tmp_path, monkeypatch):
     """A finished run folder whose readings have a 0 for a missing one in cell C3."""
     leave_out_pages(monkeypatch)
-    tiny_lab(tmp_path)
-    run_trial(load_trial(tmp_path / "trial.toml"), tmp_path, tmp_path / "run", STAGES, "cpu", Progress())
-    (tmp_path / "run" / "inputs" / "readings.csv").write_text(SHEET)
-    return tmp_path / "run"
+    path = run_tiny(tmp_path)
+    (path / "inputs" / "readings.csv").write_text(SHEET)
+    return path
 
 
 def _warnings(run) -> str:
@@ -59,11 +52,3 @@ def test_readings_are_held_against_no_volume_that_nobody_said(run):
         for one, doubted in ((job, True), (replace(job, trial=unsaid), False)):
             readings = present(readings_of(one), "readings")
             assert any("were dispensed" in doubt for doubt in readings.doubts) is doubted
-
-
-def test_a_doubt_stands_in_the_reports_table_of_readings(tmp_path):
-    evidence = make_evidence(tmp_path)
-    comparison, readings = present(evidence.comparison, "comparison"), present(evidence.readings, "readings")
-    doubtful = replace(readings, doubts=("caliper.csv, line 3, cell C3: 0 mm",))
-    assert ("in doubt", "caliper.csv, line 3, cell C3: 0 mm") in readings_table(doubtful, comparison, None).rows
-    assert "in doubt" not in dict(readings_table(readings, comparison, None).rows)

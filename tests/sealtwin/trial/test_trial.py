@@ -35,31 +35,23 @@ def _trial(tmp_path, *changes):
         ("depth_mm = 16.0", "dept_mm = 16.0", ["crack.dept_mm", "did you mean 'depth_mm'"]),
         ("depth_mm = 16.0", "depth_mm = 0.0", ["crack.depth_mm = 0.0", "greater than 0"]),
         ("depth_mm = 16.0", "depth_mm = nan", ["crack.depth_mm = nan", "finite"]),
-        ("depth_mm = 16.0", 'depth_mm = "16"', ["crack.depth_mm = '16'", "number"]),
         ("depth_mm = 16.0", "", ["crack.depth_mm is missing"]),
         ('tilt = "vertical"', 'tilt = "slanted"', ["crack.tilt = 'slanted'", "flare"]),
-        ('tilt = "vertical"', "wall_angle_deg = -3.0", ["crack.wall_angle_deg = -3.0", "0"]),
-        ("speed_mm_s = 4.0", "speed_mm_s = 0.0", ["path.speed_mm_s = 0.0", "greater than 0"]),
         ('volume_ml = "cavity"', "volume_ml = -1.0", ["volume_ml", "-1"]),
         ("viscosity_pa_s = 0.3 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
         ("# material = ", "U = 30.0 # ", ["fluid", "viscosity_pa_s", "U"]),
         ("# material = ", "D_cm = 0.3\nwall_share = 0.5 # ", ["fluid: wall_share is 0.5 and D_cm is 0.3"]),
         ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
-        ('preset = "accurate"', 'preset = "exact"', ["solver.preset = 'exact'", "paper"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
         ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["give one scale"]),
-        ("[nozzle]", "[nozzel]", ["nozzel", "did you mean 'nozzle'"]),
         ("[nozzle]", "[sample]\ncrossfal_deg = 1\n[nozzle]", ["sample.crossfal_deg", "did you mean 'crossfall_deg'"]),
-        ("[nozzle]", "[sample]\ncrossfall_deg = 50\n[nozzle]", ["sample.crossfall_deg = 50", "45"]),
         ("# material = ", "density_kg_m3 = 1e-300 # ", ["fluid.density_kg_m3 = 1e-300", "1"]),
-        ("[nozzle]", "[gate]\nmean_error_mm = 1e300\n[nozzle]", ["gate.mean_error_mm = 1e+300", "500"]),
         (
             "mm_per_px = 0.1 ",
             f"{ENDS}via_px = [[50, 2], [50, 2]]\nmm_per_px = 0.1 ",
             ["via_px: (50, 2) is given twice"],
         ),
         ("mm_per_px = 0.1 ", f"{ENDS}via_px = [[90, 2]]\nmm_per_px = 0.1 ", ["(90, 2) is given twice in a row"]),
-        ('name = "my-trial"', 'name = ""', ["name = ''", "empty"]),
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],
 )
@@ -77,24 +69,6 @@ def test_all_faults_of_a_file_are_named_at_once_and_a_nozzle_wider_than_the_face
     with pytest.raises(InputError) as fault:
         load_trial(_trial(tmp_path, ("depth_mm = 16.0", "depth_mm = 0.0"), ("speed_mm_s = 4.0", "speed = 4.0")))
     assert len(str(fault.value).splitlines()) == 2
-
-
-@pytest.mark.parametrize(
-    ("content", "named"),
-    [
-        (b"depth_mm = ", "not valid TOML"),
-        (b"\xff\xfe", "UTF-8"),
-        (b"#" * 200_001, "larger than"),
-        (b"a = " + b"[" * 20_000, "not valid TOML"),
-        (b"a = " + b"9" * 5_000, "not valid TOML"),
-        (b"a." * 20_000 + b"a = 1", "16 parts"),
-    ],
-)
-def test_a_file_that_is_no_trial_is_refused(tmp_path, content, named):
-    path = tmp_path / "trial.toml"
-    path.write_bytes(content)
-    with pytest.raises(InputError, match=named):
-        load_trial(path)
 
 
 def test_a_missing_trial_a_pipe_a_device_and_a_folder_are_refused(tmp_path):
@@ -139,20 +113,12 @@ def test_the_demo_copies_the_fixture_to_the_byte_and_may_be_repeated(tmp_path):
         assert all((tmp_path / name).read_bytes() == (FIXTURE / name).read_bytes() for name in DEMO)
 
 
-@pytest.mark.parametrize("name", ["trial.toml", "trial-paper.toml"])
-def test_the_resolved_trial_reads_back_as_itself(tmp_path, name):
-    trial = load_trial(FIXTURE / name)
+def test_the_resolved_trial_reads_back_as_itself(tmp_path):
+    trial = load_trial(FIXTURE / "trial.toml")
     path = tmp_path / "resolved.toml"
     path.write_text(trial_text(trial), encoding="utf-8")
     assert load_trial(path) == trial
     assert "\ndepth_mm = 16.0\n" in path.read_text(encoding="utf-8")
-
-
-def test_the_trials_of_the_fixture_say_what_was_fitted_and_why_their_gate_is_what_it_is():
-    for name, more in (("trial.toml", ("crack.tilt", "crack.wall_angle_deg")), ("trial-paper.toml", ())):
-        trial = load_trial(FIXTURE / name)
-        assert {"fluid.U", "fluid.D_cm", *more} <= {*(present(trial.readings, "readings").fitted or ())}
-        assert present(trial.gate, "gate").reason
 
 
 @pytest.mark.parametrize(

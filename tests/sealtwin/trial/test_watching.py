@@ -36,7 +36,6 @@ def listed(folder: Path) -> list[tuple[float, str]]:
     return [(t_s, file.name) for t_s, file in entries]
 
 
-@pytest.mark.broad
 def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
     """Frames behind the checkpoint stay, those beyond it and what was being written go."""
     folder, times_s = tmp_path / "frames", [0.05 * number for number in range(12)]
@@ -64,16 +63,6 @@ def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
     assert {file.name for file in folder.iterdir()} == {"fill.pvd", *mine, *(name for _, name in listed(folder))}
     go_on(resumed, watcher, 25)
     assert listed(folder) == at_kill
-
-
-def test_a_new_run_leaves_no_frame_of_the_last_one(tmp_path):
-    run = injection()
-    first = FrameFiles(tmp_path / "fill.pvd", [0.01, 0.02])
-    first.begin(run)
-    go_on(run, first, 10)
-    assert len(listed(tmp_path)) == 2
-    FrameFiles(tmp_path / "fill.pvd", ()).begin(injection())
-    assert not list(tmp_path.iterdir())
 
 
 def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatch):

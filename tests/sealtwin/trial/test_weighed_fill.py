@@ -38,7 +38,6 @@ def run(trial: Path, out: Path, *stages) -> tuple[str, ...]:
     return run_trial(load_trial(trial), trial.parent, out, stages or ("digitise",), "cpu", QUIET).redone
 
 
-@pytest.mark.broad
 def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
     trial, out = lab_with(tmp_path), tmp_path / "out"
     assert run(trial, out) == ("digitise",)
@@ -66,7 +65,6 @@ def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
     [
         ("mass_g,level_mm\n0.06,-4\nmuch,-2\n", "fill.csv, row 3, column mass_g: 'much'"),
         ("mass_g,level_mm\n0.06,-4\n0.05,-2\n", "fill.csv, row 3, column mass_g: 0.05"),
-        ("mass_g,level_mm\n0.06,-4\n0.10,-5\n", "fill.csv, row 3, column level_mm: -5"),
         ("mass_g,level_mm\n0.06,4\n", "fill.csv, row 2, column level_mm: 4"),
         ("mass_g\n0.06\n", "fill.csv, row 1"),
         ("mass_g;level_mm\n0,06;-4\n", "fill.csv, row 1: columns are separated by ';'"),
@@ -87,7 +85,6 @@ def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path, fill, place):
         ('fill = "fill.csv"\nwall_angle_deg = 5.5', DECLARED, "wall_angle_deg cannot be combined with fill"),
         ('fill = "fill.csv"', f"{DECLARED}wall_angle_deg = 1.0\n", "cannot be combined with crack.fill"),
         ("[crack.fill]\nmass_g = [1.0]", DECLARED, "give either file"),
-        ('[crack.fill]\nfile = "fill.csv"\nmass_g = [1.0]', DECLARED, "mass_g and file"),
         ('[crack.fill]\nfile = "fill.csv"\ndensity_kg_m3 = 1.0', DECLARED, "crack.fill.density_kg_m3 = 1.0"),
     ],
 )

@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.settings import checked
 from sealtwin.study.moved_inputs import Base, moved_sample
-from sealtwin.trial.trial_file import Trial, load_trial, with_settings
+from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import varied_settings
 from tests.studies import TRIAL, job_in, run_tiny
 
@@ -64,10 +63,3 @@ def test_one_sealant_has_one_density(tmp_path):
 def run_trial_text(folder: Path, text: str) -> Path:
     (folder / "trial.toml").write_text(text)
     return folder / "trial.toml"
-
-
-def test_a_study_over_the_volume_takes_the_place_of_the_mass(tmp_path):
-    (tmp_path / "trial.toml").write_text(TEXT)
-    content = load_trial(tmp_path / "trial.toml").model_dump(mode="json", exclude_none=True)
-    varied = checked(Trial, Path("study.toml"), with_settings(content, {"path.volume_ml": 0.2}))
-    assert (varied.path.volume_ml, varied.path.weighed) == (0.2, None)
