@@ -9,6 +9,7 @@ import subprocess
 from typing import Any
 
 import pytest
+from pypdf import PdfReader
 from typer.exceptions import TyperException
 from typer.main import get_command
 from typer.testing import CliRunner
@@ -101,6 +102,7 @@ def test_make_demo_and_plain_pip_in_a_copy_without_an_environment(tmp_path):
     )
     assert demo.returncode == 0, demo.stderr
     assert "Report   reports/paper-trial/report.html" in demo.stdout
+    assert len(PdfReader(tmp_path / "clone" / "reports" / "paper-trial" / "report.pdf").pages) <= 4
     assert not (tmp_path / "clone" / ".venv" / "bin" / "pytest").exists()
 
 

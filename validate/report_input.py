@@ -26,58 +26,6 @@ class ReadingsSheet(JsonRecord):
     """Date of the readings, as the lab writes it; None if no note has it."""
 
 
-class LiveSlider(JsonRecord):
-    """A setting that the page changes by ``low`` to ``high`` whole steps from its value as run."""
-
-    as_run: float
-    step: float
-    low: int
-    high: int
-    in_trial: bool = True
-    """False if the trial file as run does not have the setting."""
-
-
-class LiveWidth(JsonRecord):
-    """Sections of the crack in equal cells along it, for one mean width, and the sealant dispensed over them.
-
-    The arrays are those of the fast model's sections; ``given_mm3`` is the volume dispensed up to each place.
-    """
-
-    floor_mm: list[float]
-    mouth_mm: list[float]
-    depth_mm: list[float]
-    slant: list[float]
-    reach_mm: float
-    given_mm3: list[float]
-
-
-class LiveModel(JsonRecord):
-    """Data of the page's script, which computes the fill with the fast model for other settings."""
-
-    s_mm: list[float]
-    """Positions of the middles of the cells, along the crack."""
-    widths: dict[int, LiveWidth]
-    """Sections by the position of the width's slider, in steps; only position 0 if the width is fixed."""
-    along: list[float]
-    """Gravity's unit vector along the crack at the faces between cells."""
-    into: float
-    """Component of gravity's unit vector into the sample."""
-    paste: dict[str, float]
-    nozzle_mm: float
-    settle_s: float
-    path: dict[str, list[float]]
-    """Time, height and place along the crack of the nozzle while it dispenses, from ``t_s`` = 0."""
-    after_s: float
-    """Time for which the nozzle still moves after it has stopped dispensing."""
-    sliders: dict[str, LiveSlider]
-    limits: Mapping[str, tuple[float, int, str]]
-    """Limits of the model's domain, by name: the largest figure, its decimals, and the sentence on a larger figure."""
-    unknown: tuple[str, ...]
-    """Sentences on parts of the case that the fast model does not include."""
-    trial: str
-    """Text of the trial file, with "@" for the values that the page writes."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
     """One trial with the results of its stages."""
@@ -104,7 +52,6 @@ class Evidence:
     extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty if unknown
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
     can_be_planned: bool = False  # True if 'sealtwin plan' takes the sealant
-    live: LiveModel | None = None  # Fast model of the page; None if it cannot compute the trial
 
 
 def provenance(

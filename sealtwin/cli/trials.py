@@ -27,12 +27,11 @@ Threads = Annotated[
 def film(
     command: Command,
     folder: RunFolderPath,
-    out: Annotated[File, option("File of the film, .gif or .mp4; default: RUN/fill.gif.", "FILE")] = None,
+    out: Annotated[File, option("File of the film, .gif; default: RUN/fill.gif.", "FILE")] = None,
 ) -> None:
     """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --set output.frames_every_s=0.1' writes.
 
-    Shows a section along the crack and the crack from above, coloured by speed, in real time. GIF plays anywhere; MP4
-    (VP9) has more colours, plays in browsers and VLC, and needs an OpenCV that can write it.
+    Shows a section along the crack and the crack from above, coloured by speed, in real time, as a GIF.
     """
     from sealtwin.core.run_folder import look_into
     from sealtwin.trial.job import other_versions, shown

@@ -72,7 +72,6 @@ def bring_up_to_date(job: Job) -> bool:
     job.progress.start("Validating", 2)
     began = time.monotonic()
 
-    from sealtwin.trial.live_model import live_model
     from validate.compare import assess
     from validate.metrics.volumes import gained_level_mm
     from validate.report.write_report import REPORT, write_report
@@ -115,7 +114,6 @@ def bring_up_to_date(job: Job) -> bool:
         extra_runs=job.extra_runs,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
         can_be_planned=trial.given_fluid.can_be_planned,
-        live=live_model(job, outline, solid, trajectory),
     )
     if trial.readings is not None and readings is not None:
         comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)

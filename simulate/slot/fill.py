@@ -85,7 +85,7 @@ def fill(
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
     times_s = _times_s(trajectory, settle_s, steps)
-    along, into = down(outline, sections, slope)
+    along, into = _down(outline, sections, slope)
     edges_mm = np.linspace(0.0, outline.length_mm, cells + 1)
     dispensed_mm3 = trajectory.dispensed_mm3
     flat = min(1.0, dispensed_mm3 / sections.full_mm2.sum() / sections.step_mm)
@@ -162,7 +162,7 @@ def _below(place: Floats) -> Floats:
     return share
 
 
-def down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
+def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
     """Return gravity's unit vector: along the crack at the faces between cells, (n - 1,), and into the sample."""
     x, y, z = slope.down
     ahead = np.diff(outline.centreline_mm, axis=0)

@@ -1,7 +1,6 @@
 """The domain of validity of the fast model, and sentences on why a case is outside."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,43 +13,6 @@ from simulate.slot.sections import Trapezoids, sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 """Largest slope that walls support, height of a mound, filled share of the crack, and level over the face."""
-
-
-class Limit(NamedTuple):
-    """Largest value that a number of a case may have in the model's domain."""
-
-    most: float
-    digits: int  # Decimals of a number in the sentence
-    sentence: str  # For a larger number, with places for it and for the largest
-
-
-LIMITS = {
-    "slope": Limit(
-        STEEPEST,
-        2,
-        "The walls support the paste at a slope of {}; above {} it piles up under the nozzle, which a section's "
-        "mean level does not show.",
-    ),
-    "mound_mm": Limit(
-        TALLEST_MM,
-        1,
-        "A mound of about {} mm stays under the nozzle's last place, supported by the walls or by the paste "
-        "itself; this model agrees with particles only for mounds of up to {} mm.",
-    ),
-    "fill": Limit(
-        FULLEST,
-        2,
-        "The sealant is {} of the crack's volume; above {} it runs over the face, which this model does not compute.",
-    ),
-    "above_mm": Limit(
-        HIGHEST_MM,
-        1,
-        "The level is up to {} mm above the face, but this model computes overspill only as a slump next to the "
-        "mouth; {} mm are allowed.",
-    ),
-}
-"""Limits of the numbers that depend on settings. Keys are fields of ``Fitness``. The report's live page uses them too.
-"""
 MOST_MISFIT = 0.05
 """Largest difference between the areas below a level of a mesh's sections and of trapezoids, and between the volumes of
 the sections and of the crack, as shares. At a depth of 10 mm levels are then wrong by half a millimetre."""
@@ -92,18 +54,27 @@ class Fitness:
     @property
     def unfit(self) -> tuple[str, ...]:
         """Sentences on why the model is unfit. There are none if it is fit."""
-        numbers = {name: getattr(self, name) for name in LIMITS}
-        sentences = [
-            LIMITS[name].sentence.format(f"{number:.{LIMITS[name].digits}f}", f"{LIMITS[name].most:g}")
-            for name, number in numbers.items()
-            if number > LIMITS[name].most
-        ]
-        return (*sentences, *self.of_the_crack)
-
-    @property
-    def of_the_crack(self) -> tuple[str, ...]:
-        """Sentences on why the crack's shape makes the model unfit at this fill and with this paste."""
         sentences = []
+        if self.slope > STEEPEST:
+            sentences.append(
+                f"The walls support the paste at a slope of {self.slope:.2f}; above {STEEPEST:g} it piles up under the "
+                "nozzle, which a section's mean level does not show."
+            )
+        if self.mound_mm > TALLEST_MM:
+            sentences.append(
+                f"A mound of about {self.mound_mm:.1f} mm stays under the nozzle's last place, supported by the walls "
+                f"or by the paste itself; this model agrees with particles only for mounds of up to {TALLEST_MM:g} mm."
+            )
+        if self.fill > FULLEST:
+            sentences.append(
+                f"The sealant is {self.fill:.2f} of the crack's volume; above {FULLEST:g} it runs over the face, which "
+                "this model does not compute."
+            )
+        if self.above_mm > HIGHEST_MM:
+            sentences.append(
+                f"The level is up to {self.above_mm:.1f} mm above the face, but this model computes overspill only as "
+                f"a slump next to the mouth; {HIGHEST_MM:g} mm are allowed."
+            )
         if self.misfit > MOST_MISFIT:
             sentences.append(
                 "The walls of this mesh are not straight: the area of a section below a level differs by "

@@ -171,26 +171,19 @@ def _changes(
     return ()
 
 
-def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
-    """Return sentences on the parts of a case that this model does not include."""
-    sentences = []
-    if fluid.D_cm is not None:
-        sentences.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
-    if outline.branches_kept:
-        sentences.append("The solid has side cracks, which this model does not fill.")
-    return tuple(sentences)
-
-
 def _unfit(
     fitness: Fitness, fluid: Fluid, outline: Outline, paste: HerschelBulkley, changes: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return sentences on why the model is unfit for a case, and on what to change. Empty if it is fit."""
-    sentences, settings = [*fitness.unfit, *unknown(fluid, outline)], list(changes)
+    sentences, settings = [*fitness.unfit], list(changes)
     if fluid.D_cm is not None:
+        sentences.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
         thickness = f"fluid.viscosity_pa_s = {paste.consistency_pa_s_n:.3g} in place of fluid.U and fluid.D_cm"
         settings.append(thickness if fluid.U is not None else "no fluid.D_cm")
-    if outline.branches_kept and outline.seen_in == "photo":
-        settings.append('photo.branches = "drop"')
+    if outline.branches_kept:
+        sentences.append("The solid has side cracks, which this model does not fill.")
+        if outline.seen_in == "photo":
+            settings.append('photo.branches = "drop"')
     if settings and (changes or not fitness.unfit):
         sentences.append(f"The case is within the model's domain with: {'; '.join(settings)}.")
     return tuple(sentences)

@@ -65,15 +65,15 @@ def usual(usual_folder):
     return written(usual_folder, **NAMES)
 
 
-def test_page_and_pdf_lead_with_the_verdict_and_have_every_table(usual):
+def test_page_and_pdf_lead_with_the_verdict_and_the_page_has_every_table(usual):
     _, page, pdf = usual
     titles = "Agreement with the readings|Readings|Dispensed sealant, by place|Crack and solid|Nozzle path|"
     titles += "Numerical health|Settings in effect|Provenance|Assumed and left out"
     facts = "Bond number 2.2|0.987|sealtwin run trial.toml|kinematic viscosity in effect"
+    assert [words for words in f"{titles}|{facts}".split("|") if words not in page.text] == []
     for text in (page.text, pdf.replace("\n", " ")):
         for words in ("Limit 1 mm", "dispensed volume lying flat", "held out"):
-            assert text.index("Slot 7") < text.index(words) < text.index("area between the curves")
-        assert [words for words in f"{titles}|{facts}".split("|") if words not in text] == []
+            assert text.index("Slot 7") < text.index(words) < text.index("Mean absolute error in each 10 mm")
         assert "over the photo (measured); scale: " in text.replace("\n", " ")
     numbers = [re.findall(r"Figure\s(\d+)\.\s", text) for text in (page.text, pdf)]
     assert numbers[0] == numbers[1] == [str(number) for number in range(1, 10)]
@@ -82,7 +82,6 @@ def test_page_and_pdf_lead_with_the_verdict_and_have_every_table(usual):
 def test_the_page_needs_nothing_but_itself(usual):
     source, page, _ = usual
     assert len(source) < 3_000_000
-    assert 'id="live' not in source, "without a model to move"
     assert {"link", "iframe", "object", "form"}.isdisjoint(tag for tag, _ in page.tags)
     keys = ("src", "href", "xlink:href")
     references = [value or "" for _, each in page.tags for key, value in each.items() if key in keys]
@@ -119,13 +118,11 @@ def test_every_figure_says_what_it_shows_in_the_colours_of_the_page(usual):
 
 
 def test_the_first_page_of_the_pdf_answers(usual_folder, usual):
-    """Verdict, two sentences, figure and four figures on one page; the appendix begins after six pages at most."""
+    """Verdict, two sentences, figure and four figures on one page; all other pictures are on the next two."""
     texts = [page.extract_text() for page in PdfReader(usual_folder / "report.pdf").pages]
-    facts = (
-        "Tested: the simulation is 0.50 mm off|The line is off most at|Figure 1.|Mean error|% full|Tested?|along, mm"
-    )
+    facts = "Tested: the simulation is 0.50 mm off|The line is off most at|Figure 1.|Mean error|% full|Tested?"
     assert [fact for fact in facts.split("|") if fact not in texts[0].replace("\n", " ")] == []
-    assert next(number for number, text in enumerate(texts) if text.startswith("Appendix")) <= 6
+    assert len(texts) == 3
 
 
 def test_names_are_text_and_nothing_else(usual_folder, usual):
@@ -138,7 +135,7 @@ def test_names_are_text_and_nothing_else(usual_folder, usual):
     assert page.text.count(HOSTILE) >= 5
     assert "alert(1)</script>" not in source
     assert HOSTILE.split(" {{")[0] in pdf
-    assert pdf.count("alert(1)") >= 5
+    assert pdf.count("alert(1)") >= 2
     assert RUDE in page.text
     assert "裂缝" in page.text
     assert "Riß ??" in pdf
@@ -150,7 +147,7 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path, monk
     _, page, pdf = written(tmp_path, readings_data=None, photo_data="synthetic")
     for text in (page.text, pdf):
         assert "compared with nothing" in text
-        assert text.index("Not a validation") < text.index("Mass balance")
+        assert text.index("Not a validation") < text.index("The sample from above")
         assert text.count("Not a validation") == 1
         assert "Agreement with the readings" not in text
         assert "mean error" not in text

@@ -1,11 +1,9 @@
 """The fill as moving pictures: the section along the crack, and the crack from above, pulled straight."""
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-import cv2
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection
@@ -40,7 +38,7 @@ class Painter:
         heights = top_mm - bottom_mm, 2 * reach_mm
         # To scale, with room for labels.
         height_in = (WIDTH_IN - 1.6) * sum(heights) / (high_mm - low_mm) + 1.5
-        self._figure = wide_figure(math.ceil(height_in * DPI / 2) * 2 / DPI, WIDTH_IN)
+        self._figure = wide_figure(height_in, WIDTH_IN)
         self._canvas = FigureCanvasAgg(self._figure)
         self._side, self._plan = self._figure.subplots(2, 1, sharex=True, height_ratios=heights)
         scene.draw_ground(self._side)
@@ -87,47 +85,29 @@ class Painter:
 def write_film(
     path: Path, times_s: Sequence[float], read: Callable[[int], Frame], scene: FillScene, report: Callable[[int], None]
 ) -> None:
-    """Write a film of a run in real time, as GIF or MP4 according to the suffix of ``path``.
+    """Write a film of a run in real time, as GIF.
 
     Only one frame at a time is in memory. ``read`` returns a frame by its index in ``times_s``; ``report`` receives the
     number of finished frames.
 
-    Raises InputError if there are fewer than two frames, or if this machine cannot write that kind.
+    Raises InputError if there are fewer than two frames, or if ``path`` does not end in .gif.
     """
     if len(times_s) < 2:
         raise InputError(f"{path}: a film needs two frames, found {len(times_s)}. Set a smaller frames_every_s.")
-    writers = {".gif": _write_gif, ".mp4": _write_mp4}
-    if path.suffix.lower() not in writers:
-        raise InputError(f"{path}: a film is written as .gif or .mp4; give a name with one of these endings.")
+    if path.suffix.lower() != ".gif":
+        raise InputError(f"{path}: a film is written as GIF; give a name that ends in .gif.")
     painter = Painter(scene)
 
-    def pictures() -> Iterator[Pixels]:
+    def pictures() -> Iterator[Image.Image]:
         for number in range(len(times_s)):
-            yield painter.paint(read(number))
+            yield Image.fromarray(painter.paint(read(number)))
             report(number + 1)
 
-    with replacing(path) as temporary:
-        writers[path.suffix.lower()](temporary, path, pictures(), times_s)
-
-
-def _write_gif(temporary: Path, _: Path, pictures: Iterator[Pixels], times_s: Sequence[float]) -> None:
     shown_ms = [round(1000 * min(max(b - a, 1 / FASTEST_FPS), 1 / SLOWEST_FPS)) for a, b in pairwise(times_s)]
-    first = Image.fromarray(next(pictures))
+    painted = pictures()
     # The colour bar of the first picture has the colours of all pictures.
-    palette = first.quantize(COLOURS, dither=Image.Dither.NONE)
-    rest = (Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
+    palette = next(painted).quantize(COLOURS, dither=Image.Dither.NONE)
+    rest = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in painted)
     duration = [*shown_ms, round(1000 * LAST_FRAME_S)]
-    palette.save(temporary, save_all=True, append_images=rest, duration=duration, loop=0, optimize=False)
-
-
-def _write_mp4(temporary: Path, path: Path, pictures: Iterator[Pixels], times_s: Sequence[float]) -> None:
-    """Write an MP4 with VP9, which is free of patents, and which OpenCV's wheels write and browsers and VLC play."""
-    fps = min(max(1 / float(np.median(np.diff(times_s))), SLOWEST_FPS), FASTEST_FPS)
-    first = next(pictures)
-    writer = cv2.VideoWriter(str(temporary), cv2.VideoWriter.fourcc(*"vp09"), fps, (first.shape[1], first.shape[0]))
-    if not writer.isOpened():
-        raise InputError(f"{path}: OpenCV has no encoder for MP4 (VP9) on this machine; give a name that ends in .gif.")
-    writer.write(first[:, :, ::-1])
-    for picture in pictures:
-        writer.write(picture[:, :, ::-1])
-    writer.release()
+    with replacing(path) as temporary:
+        palette.save(temporary, "GIF", save_all=True, append_images=rest, duration=duration, loop=0, optimize=False)

@@ -145,11 +145,6 @@ def draw_fill(frames: Sequence[Frame], scene: FillScene, by: Sequence[Shade] = (
     return figure
 
 
-def draw_snapshot(frame: Frame, scene: FillScene) -> Figure:
-    """Draw one frame: the section along the crack by age and by speed, the view from above and sections across it."""
-    return Snapshot(scene).draw(frame)
-
-
 class Snapshot:
     """A figure of one frame after another: making axes, ticks and colour bars takes as long as drawing particles."""
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
-from matplotlib.figure import Figure, FigureBase
+from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
@@ -63,9 +63,9 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
 
 
 @theme.themed()
-def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None) -> Figure:
+def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -> Figure:
     """Draw the particles from the side, coloured by age, with the level that was measured from them."""
-    figure = on or theme.plate(2.7)
+    figure = theme.plate(2.7)
     axes = figure.add_subplot()
     s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
     shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)

@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sealtwin.core.records import Floats
-from validate.figures.layout import QuickLayout
 
 INK = "#1c2833"
 MUTED = "#66727d"
@@ -88,7 +87,7 @@ def plate(height_in: float) -> Figure:
 
 def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
     """Return an empty figure of a page's width."""
-    return Figure(figsize=(width_in, height_in), layout=QuickLayout())
+    return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
 def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figure:

@@ -1,4 +1,4 @@
-"""Content of a report, chapter by chapter. The page and the PDF lay it out differently."""
+"""Content of a report, chapter by chapter. The page has all of it, the PDF its pictures."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -13,7 +13,7 @@ from PIL import Image
 from tests.evidence import axes_of
 from validate.figures.drawing import as_picture
 from validate.figures.particles import SPEED, age_scale, draw_discs, not_hidden
-from validate.figures.snapshots import Snapshot, draw_fill, draw_health, draw_snapshot, write_gallery
+from validate.figures.snapshots import Snapshot, draw_fill, draw_health, write_gallery
 
 
 def test_the_fill_shows_every_moment_by_speed_and_by_age_on_common_scales(scene, frames):
@@ -71,7 +71,7 @@ def area(ring):
 
 def test_a_snapshot_has_a_unit_on_every_axis_and_hides_what_the_face_hides(scene, frames):
     frame = frames[-1]
-    figure = draw_snapshot(frame, scene)
+    figure = Snapshot(scene).draw(frame)
     by_age, by_speed, top, *sections, ages, speeds = axes_of(figure)
     assert "t = 10.00 s" in by_age.get_title(loc="left")
     for axes in (by_age, by_speed, top, *sections):
@@ -142,7 +142,7 @@ def test_snapshots_of_one_run_have_one_layout(scene, frames, tmp_path, monkeypat
 def test_a_snapshot_shows_nothing_of_the_one_before(scene, frames):
     snapshot = Snapshot(scene)
     snapshot.draw(frames[-1])
-    once, after = draw_snapshot(frames[0], scene), snapshot.draw(frames[0])
+    once, after = Snapshot(scene).draw(frames[0]), snapshot.draw(frames[0])
     for figure in (once, after):
         figure.set_layout_engine("none")
     assert as_picture(once, 50).tobytes() == as_picture(after, 50).tobytes()

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from validate.figures.drawing import as_picture, as_svg
-from validate.figures.snapshots import draw_fill, draw_snapshot
+from validate.figures.snapshots import Snapshot, draw_fill
 from validate.figures.solid_pictures import draw_side_view
 from validate.figures.theme import AIR, in_page, plate, themed
 
@@ -30,7 +30,7 @@ def test_the_air_around_sealant_stays_light_on_a_dark_page(scene, frames, eviden
     Broken on purpose with the figure saved as transparent, which takes the grounds of its panels too, there are none.
     """
     side = draw_side_view(evidence.run, evidence.outline, evidence.solid, evidence.profile)
-    figures = {"fill": draw_fill(frames[1:], scene), "snapshot": draw_snapshot(frames[-1], scene), "side": side}
+    figures = {"fill": draw_fill(frames[1:], scene), "snapshot": Snapshot(scene).draw(frames[-1]), "side": side}
     grounds = {
         name: len(re.findall(f'fill: {AIR}"', in_page(as_svg(figure, name, 20), name)))
         for name, figure in figures.items()

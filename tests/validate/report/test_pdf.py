@@ -1,0 +1,60 @@
+"""The PDF: at most four pages, whatever a trial has, and texts that are only text."""
+
+import io
+
+import pytest
+from PIL import Image
+from pypdf import PdfReader
+
+from tests.evidence import make_evidence
+from validate.figures.theme import printable
+from validate.report.pdf import write_pdf
+from validate.report.report_data import ReportData, report_data
+
+PICTURE = Image.new("RGB", (200, 100), "grey")
+TALL = Image.new("RGB", (45, 120), "grey")
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    return report_data(make_evidence(tmp_path_factory.mktemp("data"), name="裂 {nb} **no markup**"))
+
+
+def pages_of(path, data: ReportData, captions) -> list[tuple[str, int]]:
+    """Text of each page, and the number of its pictures."""
+    jpeg = io.BytesIO()
+    PICTURE.save(jpeg, "jpeg")
+    write_pdf(path, data, (PICTURE, "Figure 1."), list(zip((jpeg, TALL, *[PICTURE] * 9), captions, strict=False)))
+    pages = PdfReader(path).pages
+    streams = [content.get_data() for page in pages if (content := page.get_contents()) is not None]
+    return [(page.extract_text(), stream.count(b" Do")) for page, stream in zip(pages, streams, strict=True)]
+
+
+def test_a_report_with_everything_has_four_pages_and_every_picture_with_its_caption(tmp_path, data):
+    notes = tuple(("Note:", "line\n" * 2000 if number == 1 else "word " * 300) for number in range(6))
+    page = data.first_page.model_copy(update={"notes": notes, "labels": notes[:3]})
+    cautions = tuple(f"Caution {number}. " + "word " * 60 for number in range(40))
+    crowded = data.model_copy(update={"first_page": page, "cautions": cautions})
+    captions = [f"Figure {number}. {'A long caption. ' * 30}" for number in range(2, 13)]
+    pages = pages_of(tmp_path / "report.pdf", crowded, captions)
+    assert [pictures for _, pictures in pages[2:]] == [6, 5]
+    assert len(pages) == 4
+    assert [text.count("Figure ") for text, _ in pages[2:]] == [6, 5]
+    assert sum(pictures for _, pictures in pages[:2]) == 1
+    assert "Caution 1." in pages[1][0]
+    assert "Caution 39." not in pages[1][0]
+    assert "read report.html" in pages[1][0]
+
+
+def test_a_plain_report_has_its_facts_on_the_first_page(tmp_path, data):
+    first, second = pages_of(tmp_path / "report.pdf", data, ["Figure 2. One.", "Figure 3. Other."])
+    for tile in data.first_page.tiles:
+        assert tile.figure in first[0]
+    assert (first[1], second[1]) == (1, 2)
+    assert second[0].index("Figure 2.") < second[0].index("Figure 3.")
+
+
+def test_what_the_font_lacks_becomes_a_question_mark_and_nothing_is_markup(tmp_path, data):
+    assert printable("Ø 5 °, 裂\x00\n缝 \N{FIRE}") == "Ø 5 °, ??\n? ?"
+    (text, _), *_ = pages_of(tmp_path / "report.pdf", data, [])
+    assert text.startswith("? {nb} **no markup** · crack 40 mm long")
