@@ -41,21 +41,6 @@ def test_levels_are_means_of_the_readings_that_are_there(sheet):
     assert (profile.data, profile.source) == ("measured", "caliper.csv")
 
 
-SPREADSHEETS = {
-    "blanks": GOOD.replace(",", " , "),
-    "empty lines and quotes": "\n" + GOOD.replace("-16.1", '"-16.1"') + "\n,,,\n",
-    "a station without reading": GOOD + "15,,,\n",
-    "stations in another column": "level_1_mm,level_2_mm,s_mm\n-16.1,-15.9,0\n-13,-13.2,5\n-10,-10,10\n",
-}
-
-
-@pytest.mark.parametrize("content", SPREADSHEETS.values(), ids=SPREADSHEETS)
-def test_what_spreadsheets_add_changes_nothing(sheet, content):
-    profile = read(sheet(content))
-    assert profile.s_mm.tolist() == [0, 5, 10]
-    assert profile.level_mm == pytest.approx([-16.0, -13.1, -10.0])
-
-
 @pytest.mark.parametrize(
     ("content", "words"),
     [

@@ -13,8 +13,7 @@ from validate.metrics.curve_distances import Difference
 from validate.settings import Gate
 
 
-@pytest.mark.broad
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(curves(), curves())
 def test_every_metric_agrees_with_a_fine_grid(a, b):
     """Midpoints of 2,000 cells in each stretch between two stations: no kink is inside a cell, however short it is.

@@ -1,15 +1,12 @@
 """A figure that is drawn once as SVG and as pixels."""
 
-import io
-
 import numpy as np
 import pytest
-from matplotlib import rc_context
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from validate.figures.drawing import NO_METADATA, as_picture, as_svg, draw_both
-from validate.figures.theme import label_axes, plate, themed
+from validate.figures.drawing import as_picture, as_svg, draw_both
+from validate.figures.theme import plate, themed
 
 DPI = 150
 
@@ -58,16 +55,3 @@ def test_pixels_show_what_the_svg_does(artist):
     assert both.pixels.size == alone.size
     # Rounding of places changes edges slightly.
     assert np.abs(np.asarray(both.pixels, float) - np.asarray(alone, float)).max() < 40
-
-
-def test_an_svg_is_laid_out_by_the_texts_of_an_svg():
-    """With the canvas left as it is, texts are measured in whole pixels, and axes are up to 4 points off."""
-
-    def figure():
-        with themed():
-            return label_axes(plate(3.6).add_subplot(), "along (mm)", "error (mm)", "Error")
-
-    usual, target = figure(), io.StringIO()
-    with themed(), rc_context({"svg.hashsalt": "one"}):
-        usual.savefig(target, format="svg", dpi=DPI, facecolor="none", metadata=NO_METADATA)
-    assert as_svg(figure(), "one", DPI) == target.getvalue()

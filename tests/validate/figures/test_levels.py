@@ -1,17 +1,14 @@
 """The curves show the numbers that they are made of, every axis with its unit."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 
 from sealtwin.core.records import Sections
 from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
 from tests.shapes import level_floor
-from validate.comparison import ErrorBin
 from validate.figures import theme
 from validate.figures.levels import draw_distribution, draw_histogram, draw_levels
 from validate.settings import Gate
@@ -38,20 +35,6 @@ def curve(figure, label: str):
 def boxes(figure, artists):
     figure.canvas.draw()
     return [artist.get_window_extent() for artist in artists]
-
-
-@pytest.mark.broad
-def test_every_axis_has_a_unit_and_no_legend_lies_on_the_plot(drawn):
-    for figure in drawn.values():
-        (axes,) = axes_of(figure)
-        assert axes.get_xlabel() == "s from the end where the nozzle starts (mm)"
-        assert axes.get_ylabel().endswith("(mm)")
-        words = axes.get_title(loc="left")
-        assert words
-        titles = axes.findobj(lambda artist, words=words: isinstance(artist, Text) and artist.get_text() == words)
-        legend, plot, title = boxes(figure, [axes.get_legend(), axes.patch, *titles])
-        assert plot.y1 <= legend.y0 + 0.5
-        assert legend.y1 <= title.y0 + 0.5
 
 
 def test_levels_are_those_of_simulation_means_and_every_reading(drawn, evidence):
@@ -97,18 +80,6 @@ def test_bars_are_the_bins_of_the_comparison_and_no_line_runs_through_their_numb
     for number, bar in zip(boxes(figure, axes.texts), boxes(figure, axes.patches), strict=True):
         assert bar.y1 < number.y0
         assert number.y1 < plot.y1
-
-
-def test_a_long_crack_has_numbers_that_do_not_touch(evidence):
-    bin_at = {"covered_mm": 10.0, "mean_error_mm": 1.23}
-    bins = tuple(ErrorBin(from_mm=10.0 * i, to_mm=10.0 * (i + 1), **bin_at) for i in range(40))
-    comparison = evidence.comparison.model_copy(update={"error_by_bin": bins})
-    figure = draw_histogram(comparison)
-    (axes,) = axes_of(figure)
-    for row in (axes.texts, [label for label in axes.get_xticklabels() if label.get_text()]):
-        drawn_boxes = boxes(figure, row)
-        assert all(left.x1 < right.x0 for left, right in pairwise(drawn_boxes))
-    assert not axes.texts, "so many numbers have no room side by side"
 
 
 def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evidence):

@@ -54,16 +54,6 @@ def test_what_is_declared_and_not_used_is_said_without_a_verdict_too(case):
     assert judgement_of(**both, **case).findings == ("not used",)
 
 
-def test_a_basis_is_what_lies_on_the_compared_stretch():
-    for s_mm, expected in (
-        ([-1, 20, 40, 60, 81], (5, 1.0, 20.0)),
-        ([-2, -1, 40, 81, 82], (3, 1.0, 40.0)),
-        ([45, 46], (2, 1 / 80, 1.0)),
-    ):
-        basis = basis_of(np.array(s_mm, dtype=float), max(0.0, s_mm[0]), min(80.0, s_mm[-1]), 80.0)
-        assert (basis.stations_used, basis.coverage, basis.widest_gap_mm) == pytest.approx(expected)
-
-
 @pytest.mark.parametrize(
     ("s_mm", "suffices"),
     [
@@ -103,12 +93,6 @@ def test_a_kept_gate_validates_nothing_and_says_what_it_rests_on(case, words):
     assert judgement.passed
     assert words in judgement.headline[1]
     assert "alidated" not in judgement.verdict
-
-
-def test_a_gate_is_printed_with_its_reason_or_as_one_without():
-    reasoned = judgement_of(mean_error_mm=0.99, reason="rain").headline[-1]
-    assert reasoned == "Gate passed: mean error 0.99 mm, limit 1.6 mm (reason: rain)."
-    assert "(no reason is given)" in judgement_of().headline[-1]
 
 
 CASES = [

@@ -6,9 +6,8 @@ import json
 import openpyxl
 import pytest
 
-from validate.readings.header_words import sample_key
 from validate.readings.read_readings import read_readings
-from validate.readings.samples import SamplePart, parts_of
+from validate.readings.samples import parts_of
 from validate.readings.sheet import SheetFaults
 from validate.settings import Columns, Declared
 
@@ -120,8 +119,3 @@ def test_what_cannot_be_read_has_no_parts(tmp_path):
     """Reading it as the sheet of a sample reports the fault."""
     assert parts_of(_written(tmp_path, "")) == ()
     assert parts_of(tmp_path / "gone.csv") == ()
-
-
-def test_parts_of_one_place_are_one_whatever_they_hold():
-    assert SamplePart("A", None, "x") == SamplePart("A", None, "y")
-    assert sample_key("P-01") == sample_key("p 01") != sample_key("P1")

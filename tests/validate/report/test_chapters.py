@@ -15,7 +15,6 @@ from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
 from validate.units import PageTable
-from validate.wording.first_page import first_page
 
 
 @pytest.fixture(scope="module")
@@ -48,12 +47,6 @@ def test_the_answer_comes_first_and_tables_come_last(content, assessed):
         before = [item for chapter in given if not chapter.appendix for item in chapter.items]
         assert not any(isinstance(item, PageTable) for item in before)
         assert len({chapter.name for chapter in given}) == len(given)
-
-
-def test_an_assessed_error_has_its_interval(assessed):
-    low_mm, high_mm = assessed.comparison.uncertainty.mean_error_interval_mm
-    assert f"{low_mm:.2f} to {high_mm:.2f} mm" in first_page(assessed).tiles[0].text
-    assert report_data(assessed).comparison == assessed.comparison
 
 
 def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(plain):

@@ -15,19 +15,16 @@ from sealtwin.core.run_figures import RunHealth
 from tests.fluids import path, pour, slot
 from validate.compare import assess
 from validate.settings import Readings, Uncertainty
-from validate.wording.comparison import balance_table, volumes_mm3
 from validate.wording.sample_and_run import (
     HEALTH_LABELS,
     assumptions,
     geometry_table,
-    health_rows,
     hidden_width,
     left_out,
     path_table,
     settings_table,
 )
 
-SPILLED = "over the edge of the sample"
 
 
 def with_settings(evidence, **groups):
@@ -171,30 +168,6 @@ def test_what_was_read_is_as_it_was_declared(evidence, state, shrinkage_percent,
     comparison = assessed(evidence, state=state, shrinkage_percent=shrinkage_percent)
     assert words in assumed(replace(evidence, comparison=comparison))
     assert "the caliper" not in assumed(evidence), "not assessed, nothing is known"
-
-
-def test_every_particle_is_somewhere_and_one_is_no_plural(evidence):
-    rows = dict(balance_table(evidence).rows)
-    assert rows[SPILLED].endswith(", 1 particle")
-    counts = {name: re.findall(r"([\d,]+) particle", text) for name, text in rows.items()}
-    count = {name: int(numbers[0].replace(",", "")) for name, numbers in counts.items() if numbers}
-    places = volumes_mm3(evidence)
-    parts = [count[places[key][0]] for key in ("in_crack", "above_face", "spilled")]
-    assert sum(parts) == count["dispensed"] == len(evidence.run.position_mm)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "text"),
-    [
-        ("density_error_p95", 0.02318, "2.32 %"),
-        ("viscosity_iterations_mean", 1.998, "2.0 a substep"),
-        ("viscosity_m2_s", 3.248e-5, "32.5 mm²/s"),
-        ("moving_most", 2302, "2,302"),
-    ],
-)
-def test_each_number_of_the_run_has_its_unit_and_its_meaning(key, value, text):
-    assert health_rows(RunHealth.model_validate({key: value})) == [(HEALTH_LABELS[key][0], text)]
-    assert "_" not in HEALTH_LABELS[key][0]
 
 
 def test_a_run_records_nothing_that_the_report_cannot_name():
