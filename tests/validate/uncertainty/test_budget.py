@@ -86,17 +86,6 @@ def test_an_error_of_one_sign_is_as_unsure_as_the_bias():
     assert (2 - low_mm, high_mm - 2) == (pytest.approx(half_mm, rel=0.06), pytest.approx(half_mm, rel=0.06))
 
 
-def test_a_shared_error_moves_a_balanced_one_little():
-    """A level 2 mm too high on one half and too low on the other: a shared error lowers one and raises the other."""
-    x = np.linspace(0, 80, 81)
-    balanced_mm = np.where(x < 40, 2.0, -2.0)
-    balanced_mm[40] = 0.0
-    shared = budget(alike(0.2))
-    one_sided_mm = np.ptp(shared.mean_error_interval(curve(2.0)))
-    assert one_sided_mm == pytest.approx(2 * 1.96 * 0.2, rel=0.06)
-    assert np.ptp(shared.mean_error_interval(curve(balanced_mm))) < 0.1 * one_sided_mm
-
-
 def test_what_scatter_alone_would_make_may_be_nothing():
     """An error of a tenth of the scatter does not show; one of ten times the scatter does."""
     assert budget(own(0.1)).mean_error_interval(curve(0.01))[0] == 0.0

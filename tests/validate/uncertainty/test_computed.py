@@ -96,13 +96,6 @@ def test_the_mean_of_stations_has_the_band_of_their_mean():
         )
 
 
-def test_volume_that_was_gained_moves_all_stations_alike():
-    *_, volume = numerical_errors(Replicates(RADII_MM, [np.zeros((3, 4))] * 3), -0.3)
-    assert np.quantile(np.abs(volume.draws_mm), 0.95, axis=0) == pytest.approx([0.95 * 0.3] * 4, rel=1e-3)
-    assert (volume.kind, volume.source, volume.shared) == ("numerics", "computed", True)
-    assert np.ptp(volume.draws_mm, axis=1).max() == 0.0
-
-
 def test_extra_runs_that_are_copies_are_refused():
     """Broken on purpose, a copy counts as a run: the scatter of a single one falls from 0.050 to 0.044 mm."""
     s_mm = np.linspace(0.0, 40.0, 9)
@@ -122,14 +115,6 @@ def test_extra_runs_that_show_no_scatter_are_not_read(sizes: int | None, says: s
     spread = Spread(s_mm, (runs[0], runs[1], runs[2]) if sizes else None, (), None, None)
     with pytest.raises(ValueError, match=says):
         Spread.of(json.loads(as_json(spread.content())))
-
-
-@pytest.mark.parametrize(("inputs", "runs"), [(1, 2), (3, 4), (4, 8), (8, 16)])
-def test_every_input_is_half_up_half_down_and_against_every_other(inputs, runs):
-    design = two_level_design(inputs)
-    assert design.shape == (runs, inputs)
-    assert (design.sum(axis=0) == 0).all()
-    assert (design.T @ design == runs * np.eye(inputs)).all()
 
 
 def test_effects_of_a_linear_response_are_exact_whatever_its_level():

@@ -12,7 +12,7 @@ from validate.readings.read_readings import take_readings
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import DRAWS, MOST, Budget, Component, Curve, half_width
 from validate.uncertainty.meniscus import Mouth
-from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of, rounded_errors_mm
+from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of
 
 S_MM = np.linspace(0, 80, 17)
 MOUTH = Mouth(S_MM, np.full(17, 3.1), 1690.0)
@@ -290,13 +290,6 @@ def test_stations_unlike_each_other_keep_their_own():
     deviation_mm = np.repeat([0.02, 0.5], 8)
     found_mm = possible_scatter_mm(10 * deviation_mm**2, np.full(16, 10.0))
     assert np.median(found_mm, axis=0) == pytest.approx(deviation_mm, rel=0.1)
-
-
-def test_repeats_that_agree_to_a_coarse_step_may_lie_anywhere_in_it():
-    """A single station and no scatter to be seen: the error is even over the step, from -0.25 to 0.25 mm, or wider."""
-    found_mm = rounded_errors_mm(np.full((1, 3), -4.0), 0.5)[:, 0]
-    assert found_mm.mean() == pytest.approx(0.0, abs=0.02)
-    assert 0.2 < np.quantile(np.abs(found_mm), 0.9) < 0.4
 
 
 @pytest.mark.parametrize(("sinks_mm", "error_mm"), [(5.0, 1.0), (20.0, 0.05), (50.0, -3.0)])

@@ -26,7 +26,6 @@ from validate.wording.sample_and_run import (
 )
 
 
-
 def with_settings(evidence, **groups):
     """The same evidence of a run with more settings in these groups."""
     settings = evidence.run.settings
