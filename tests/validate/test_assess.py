@@ -61,22 +61,6 @@ def lifted(evidence):
     return metrics(evidence, Uncertainty(volume_ml=0.1), spread(effects=[LIFTED]))
 
 
-def test_three_sizes_of_three_runs_give_the_numerics(varied):
-    """Alike at all stations, u of a station is that of the mean level: size, scatter and volume together."""
-    figures = varied["uncertainty"]
-    level, error = figures["numerics"]["mean_level_mm"], figures["numerics"]["mean_error_mm"]
-    assert level["runs"] == [3, 3, 3]
-    assert level["scatter"] == pytest.approx(0.02)
-    assert error["values"] == pytest.approx([0.45, 0.5, 0.6], abs=1e-3)
-    parts = {one["name"]: one["mean_level_mm"] for one in figures["budget"]["parts"] if one["kind"] == "numerics"}
-    assert list(parts) == ["particle size", "scatter of single runs", "volume gained or lost by the numerics"]
-    assert parts["particle size"] == pytest.approx(level["band"] / 2)
-    assert parts["scatter of single runs"] == pytest.approx(2.447 * 0.02 / 2, rel=0.03)
-    mean = figures["mean_level"]["numerics_mm"]
-    assert max(parts.values()) < mean < sum(parts.values())
-    assert figures["stations"]["numerics_mm"] == pytest.approx([mean] * 9, rel=1e-6)
-
-
 def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(evidence):
     """The particles fill 3 % more than was dispensed, in a slot of 40 x 3.1 mm, of which some left."""
     fuller = replace(evidence, volume_ratio=1.03)

@@ -88,22 +88,3 @@ def test_readings_alone_are_drawn_without_a_band_or_a_floor(evidence):
     (axes,) = axes_of(figure)
     assert not axes.collections
     assert [text.get_text() for text in axes.texts] == ["face"]
-
-
-def test_a_legend_stays_within_its_figure():
-    """Two columns of long labels went over the right edge: "worst, 14.13 mm at 5 mn"."""
-    with theme.themed():
-        figure = theme.plate(3.6)
-        axes = figure.add_subplot()
-        for name in (
-            "95 % band, all stations together",
-            "bias +12.34 mm",
-            "simulated - measured",
-            "worst, 14.13 mm at 105 mm of a long crack",
-        ):
-            axes.plot([0, 1], [0, 1], label=name)
-        theme.label_axes(axes, "s (mm)", "error (mm)", "Error", legend=2)
-        figure.canvas.draw()
-        legend = axes.get_legend()
-        assert legend is not None
-        assert legend.get_window_extent().x1 <= figure.bbox.x1

@@ -20,16 +20,6 @@ def _written(folder, text):
     return path
 
 
-@pytest.mark.parametrize("name", ["sample", "Prüfkörper Nr."])
-def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
-    path = _written(tmp_path, TABLE.replace("sample", name))
-    first, second = (read_readings(path, Declared(sample=sample)) for sample in ("p-08", "P09"))
-    assert first.level_mm.tolist() == [-1.0, -1.5]
-    assert second.level_mm.tolist() == [-2.0, -2.5]
-    assert "rows of p-08" in first.dialect
-    assert [str(part) for part in parts_of(path)] == ["rows of P08", "rows of P09"]
-
-
 BLANKS = "sample,s_mm,level_mm\nP08,0,-1\n,5,-1.5\nP09,0,-2\n,5,-2.5\n"
 
 

@@ -166,7 +166,6 @@ def test_an_error_that_no_repeat_shows_has_its_size_and_sign(key, lowest_mm, hig
     ("quantity", "rounding", "shifts_mm"),
     [
         ("level", "down", (-0.25, -0.25)),
-        ("depth", "down", (0.25, 0.25)),
         ("level", "toward_zero", (0.25, -0.25)),
         ("depth", "toward_zero", (0.25, -0.25)),
         ("level", "nearest", None),
