@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from digitise.settings import CrackShape, Tilt
+from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Outline, Profile, Solid
 from validate.compare import compare
@@ -27,16 +27,16 @@ def outline(length_mm: float = LENGTH_MM) -> Outline:
 
 
 @cache
-def solid(tilt: Tilt = "vertical", angle_deg: float = 0.0) -> Solid:
-    return build_solid(outline(), CrackShape(depth_mm=DEPTH_MM, tilt=tilt, wall_angle_deg=angle_deg))
+def solid() -> Solid:
+    return build_solid(outline(), CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
 
 
 def profile(x, y, **kind) -> Profile:
     return Profile(np.asarray(x, dtype=float), np.asarray(y, dtype=float), **kind)
 
 
-def measured(data="measured", offset_mm: float = 0.0) -> Profile:
-    return profile(STATIONS, PROSE + offset_mm, data=data, source="caliper.csv")
+def measured() -> Profile:
+    return profile(STATIONS, PROSE, data="measured", source="caliper.csv")
 
 
 def compared(simulated: Profile, read: Profile | None = None, **choices):

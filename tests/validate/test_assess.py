@@ -15,7 +15,7 @@ from validate.figures.levels import draw_uncertainty
 from validate.report_input import Evidence
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
-from validate.wording.comparison import uncertainty_sentences, uncertainty_tables
+from validate.wording.comparison import uncertainty_tables
 
 SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", limit_mm=0.0)
 NO_PASSES = Uncertainty(pass_mm=0.0)
@@ -50,12 +50,6 @@ def metrics(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread 
 
 
 @pytest.fixture(scope="module")
-def alone(evidence):
-    """What the readings of a single run tell."""
-    return metrics(evidence)
-
-
-@pytest.fixture(scope="module")
 def varied(evidence):
     """With three runs of three sizes."""
     return metrics(evidence, runs=spread())
@@ -65,57 +59,6 @@ def varied(evidence):
 def lifted(evidence):
     """With an input that moves the level besides."""
     return metrics(evidence, Uncertainty(volume_ml=0.1), spread(effects=[LIFTED]))
-
-
-def test_the_readings_doubt_is_there_without_any_run(alone):
-    """Repeats that are no passes: deviation 0.1 mm, eighteen degrees: 2.10 x 0.1 / sqrt(3), and their last digit.
-
-    They are all tenths of a millimetre, which is their resolution, and each repeat's own.
-    """
-    figures = alone["uncertainty"]
-    half_mm = np.hypot(2.101 * 0.1, 1.96 * 0.1 / np.sqrt(12)) / np.sqrt(3)
-    assert figures["levels"]["band_95_mm"] == pytest.approx(np.full(9, half_mm), rel=0.15)
-    low_mm, high_mm = figures["bias_interval_mm"]
-    assert (low_mm + high_mm) / 2 == pytest.approx(0.5, abs=1e-3)
-    weights = np.array([1 / 16, *[1 / 8] * 7, 1 / 16])
-    assert (high_mm - low_mm) / 2 == pytest.approx(half_mm * np.sqrt((weights**2).sum()), rel=0.15)
-    # An error of one sign throughout; 1,000 draws know a half-width to 6 %.
-    assert figures["mean_error_interval_mm"] == pytest.approx([low_mm, high_mm], abs=0.1 * half_mm)
-    assert [figures["mean_level"][key] for key in ("numerics_mm", "inputs_mm", "resolved")] == [None] * 3
-
-
-def test_stations_that_are_off_stand_in_every_interval(evidence):
-    """Declared, 1 mm was in u_val alone; on a slope of 0.2 it is 0.39 mm either way in bias, mean error and station.
-
-    The bed is rough by 0.1 mm, as stations that are off by themselves leave it.
-    """
-    read, rough_mm = evidence.readings, 0.05 * (-1.0) ** np.arange(9)
-    levels = {"level_mm": read.level_mm + rough_mm, "repeats_mm": read.repeats_mm + rough_mm[:, None]}
-    evidence = replace(evidence, readings=replace(read, **levels))
-    moved, each = (
-        metrics(evidence, Uncertainty.model_validate({"pass_mm": 0.0, key: 1.0}))["uncertainty"]
-        for key in ("station_mm", "station_each_mm")
-    )
-    for figures in (moved, each):
-        assert np.median(figures["levels"]["band_95_mm"]) > 0.38
-    assert np.ptp(moved["bias_interval_mm"]) > 2 * 0.38
-    assert np.ptp(moved["mean_error_interval_mm"]) > 2 * 0.35
-
-
-def test_three_sizes_of_three_runs_give_the_numerics(varied):
-    """Alike at all stations, u of a station is that of the mean level: size, scatter and volume together."""
-    figures = varied["uncertainty"]
-    level, error = figures["numerics"]["mean_level_mm"], figures["numerics"]["mean_error_mm"]
-    assert level["runs"] == [3, 3, 3]
-    assert level["scatter"] == pytest.approx(0.02)
-    assert error["values"] == pytest.approx([0.45, 0.5, 0.6], abs=1e-3)
-    parts = {one["name"]: one["mean_level_mm"] for one in figures["budget"]["parts"] if one["kind"] == "numerics"}
-    assert list(parts) == ["particle size", "scatter of single runs", "volume gained or lost by the numerics"]
-    assert parts["particle size"] == pytest.approx(level["band"] / 2)
-    assert parts["scatter of single runs"] == pytest.approx(2.447 * 0.02 / 2, rel=0.03)
-    mean = figures["mean_level"]["numerics_mm"]
-    assert max(parts.values()) < mean < sum(parts.values())
-    assert figures["stations"]["numerics_mm"] == pytest.approx([mean] * 9, rel=1e-6)
 
 
 def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(evidence):
@@ -172,19 +115,6 @@ def test_what_the_runs_left_survives_its_file():
         level_mm.pop()
     with pytest.raises(ValueError, match="the levels of a run and s_mm differ in length"):
         Spread.of(broken)
-
-
-def test_every_table_has_units(evidence):
-    runs = spread(effects=[LIFTED], scatter_mm=0.02)
-    comparison = all_of(evidence, Uncertainty(volume_ml=0.1), runs)
-    rows = dict(row for table in uncertainty_tables(comparison.uncertainty) for row in table.rows)
-    assert rows["volume given, by 0.1 ml"].startswith("mean level +0.300 mm")
-    assert "order of convergence 0." in rows["mean level"]
-    assert rows["radius of the particles"] == "0.385, 0.5, 0.65 mm, in 3, 3, 3 runs that differ in seed"
-    assert all("mm" in text or "of 9" in text or text in ("yes", "no") or "p =" in text or "s from" in text
-               for text in rows.values())  # fmt: skip
-    sentences = uncertainty_sentences(replace(evidence, comparison=comparison))
-    assert any("crack's depth" in sentence for sentence in sentences)
 
 
 def test_the_figure_shows_each_station_and_each_part(evidence):

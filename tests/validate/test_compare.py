@@ -13,8 +13,7 @@ from validate.metrics.curve_distances import Difference
 from validate.settings import Gate
 
 
-@pytest.mark.broad
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(curves(), curves())
 def test_every_metric_agrees_with_a_fine_grid(a, b):
     """Midpoints of 2,000 cells in each stretch between two stations: no kink is inside a cell, however short it is.
@@ -38,18 +37,6 @@ def test_every_metric_agrees_with_a_fine_grid(a, b):
     assert share @ (size < p95_mm - 1e-9) - 0.001 <= 0.95 <= share @ (size < p95_mm + 1e-9) + 0.001
     whole = sum((part.mean_error_mm or 0.0) * part.covered_mm for part in result.error_by_bin)
     assert whole == pytest.approx(result.area_mm2, rel=1e-9, abs=1e-9)
-
-
-def test_a_simulation_that_stands_too_high_by_the_same_everywhere():
-    """Without a gate nothing passes; a depth taken for a level must be found in comparison.json too."""
-    read = replace(measured(), dialect="CSV, decimal comma; depth downward in cm")
-    shifted = compared(profile(STATIONS, PROSE + 1.5), read)
-    assert (shifted.mean_error_mm, shifted.bias_mm, shifted.rmse_mm) == pytest.approx((1.5, 1.5, 1.5))
-    assert [part.mean_error_mm for part in shifted.error_by_bin] == pytest.approx([1.5] * 8)
-    assert shifted.share_under_1_mm == 0.0
-    assert (shifted.passed, shifted.gate, shifted.beats_flat_level) == (None, None, True)
-    assert shifted.scatter.repeatability_sd_mm is None
-    assert shifted.readings_dialect == read.dialect
 
 
 def test_bins_are_ten_millimetres_and_the_last_takes_the_rest():

@@ -64,16 +64,6 @@ def test_an_emulator_of_profiles_finds_the_profile_between_its_runs():
     assert 0.03 < scatter < 0.08
 
 
-def test_what_components_leave_is_judged_on_runs_that_are_left_out():
-    """Of pure scatter six components of twelve runs explain most, and hardly more than 6/30 of another run."""
-    scatter = np.random.default_rng(0).standard_normal((12, 30))
-    size = np.linalg.svd(scatter - scatter.mean(axis=0), compute_uv=False)
-    of_their_own = (size[6:] ** 2).sum() / 12
-    left = Scatter.fitted(np.zeros((12, 1)), scatter, 6).rest_mm2.trace()
-    assert left > 1.5 * of_their_own
-    assert left / 30 == pytest.approx((1 - 6 / 30) * (1 + 1 / 11), rel=0.15)
-
-
 def test_the_scatter_of_runs_follows_the_settings():
     """Four times the standard deviation at one end of a setting, and none of that by the other one."""
     random = np.random.default_rng(5)

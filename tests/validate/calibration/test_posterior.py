@@ -58,7 +58,6 @@ def test_how_even_a_bed_is_does_not_tell_the_paste():
     assert np.abs(uneven.implausibility(points[1:]) / even.implausibility(points[1:]) - 1).min() > 0.05
 
 
-@pytest.mark.broad
 def test_draws_have_the_spread_of_least_squares():
     posterior = _posterior((0.4, 0.6))
     draws, mixing = posterior.draws(500, 600)
@@ -70,7 +69,6 @@ def test_draws_have_the_spread_of_least_squares():
     assert np.array_equal(draws, _posterior((0.4, 0.6)).draws(500, 600)[0])
 
 
-@pytest.mark.broad
 def test_a_measured_setting_keeps_its_measure_where_readings_say_less():
     """Readings know the first to 0.05; a measurement to 0.005 is what counts."""
     frees = [Free("fluid.a", 0.0, 1.0, (0.45, 0.005)), Free("fluid.b", 0.0, 1.0)]

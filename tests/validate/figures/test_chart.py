@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from validate.figures.chart import (
     VOLUME_OFF,
     Excluded,
-    Finished,
     HeldRun,
     as_near_as_the_best,
     axes_of,
@@ -22,7 +20,6 @@ from validate.figures.chart import (
     hold,
     scatter_of_runs,
 )
-from validate.figures.map_figures import heat
 
 
 def compare(runs, readings):
@@ -44,13 +41,6 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
     [
         ((), "All 35 runs of the study are ranked."),
         ((VOLUME_OFF,), "Run 36 is not ranked: its volume is 13.5 % too large."),
-        (("it diverged.",), "Run 36 is not ranked: it diverged."),
-        (("it diverged.",) * 2, "2 of 37 runs are not ranked. Runs 36, 37: it diverged."),
-        (
-            (VOLUME_OFF,) * 2,
-            "2 of 37 runs are not ranked. Runs 36, 37: their settled volumes differ from the dispensed volumes by more "
-            "than 5 %.",
-        ),
         (
             ("it diverged.", VOLUME_OFF, "it diverged."),
             "3 of 38 runs are not ranked. Runs 36, 38: it diverged. Run 37: its volume is 13.5 % too large.",
@@ -71,8 +61,6 @@ def test_runs_that_are_not_ranked_are_named_by_their_numbers(reasons, sentence):
         (lambda u, d: True, True),
         (lambda u, d: u == d == 0 or u + d > 8, False),  # Four runs
         (lambda u, d: u < 3, False),  # Three values of a setting: 15 runs
-        (lambda u, d: u < 4, True),  # Four by five
-        (lambda u, d: d < 3, False),  # 21 runs with three values
         (lambda u, d: u * 2 + d * 3 <= 12, False),  # 18 runs on half the square
     ],
 )
@@ -88,14 +76,11 @@ def test_a_surface_needs_enough_runs_around_enough_of_the_map(is_run, has_surfac
     [
         # The mean level is known to 0.07 mm by repeats that scatter by 0.5, and neighbours are 0.1 mm apart. Broken on
         # purpose with other draws for each run, the pairs nearest in D pass for the best.
-        pytest.param(0.5, 0.0, {BEST}, marks=pytest.mark.broad),
+        (0.5, 0.0, {BEST}),
         # Two runs of 0.05 mm scatter each differ by 0.07 times 1.96 mm in 95 of 100 cases.
         (0.1, 0.05, {(30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.139}),
         # With 5 mm nothing could be told apart; the nearest is 0.5 mm off, and 0.67 mm are a third more.
-        pytest.param(
-            *(0.1, 5.0, {(u, d_cm) for u in U for d_cm in D_CM if error_mm(u, d_cm) <= 0.5 * 4 / 3}),
-            marks=pytest.mark.broad,
-        ),
+        (0.1, 5.0, {(u, d_cm) for u in U for d_cm in D_CM if error_mm(u, d_cm) <= 0.5 * 4 / 3}),
     ],
 )
 def test_pairs_are_as_near_as_the_doubts_of_readings_and_runs_allow(readings_mm, runs_mm, near):
@@ -145,35 +130,14 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
     return replace(run, mean_error_mm=error_mm, profile=replace(run.profile, level_mm=level_mm))
 
 
-def test_the_readings_own_scatter_widens_what_comes_as_near():
-    """Two runs that err by 3 mm over different halves of the crack: which is nearer hangs on the readings.
-
-    With 3 mm of scatter a mean over 17 stations of three repeats is known to 0.4 mm; with 0.01 mm to 0.02, the
-    caliper's limit.
-    """
-    runs = make_runs(U[:2], D_CM[:2])
-    low = runs[0].profile.s_mm < 40
-    changed = [
-        Finished(run.number, run.settings, Profile(run.profile.s_mm, run.profile.level_mm + extra_mm), 1.0)
-        for run, extra_mm in zip(runs, (-3.0 * low, 0.1 - 3.0 * ~low, 2.0 + 0 * low, 3.0 + 0 * low), strict=True)
-    ]
-    counts = []
-    for scatter_mm in (0.01, 3.0):
-        readings = make_readings(scatter_mm)
-        compared, _ = compare(changed, readings)
-        counts.append(sum(as_near_as_the_best(compared, readings, make_budget(readings), 0.0)))
-    assert counts[0] == 1
-    assert counts[1] > 1
-
-
-@pytest.mark.broad
 def test_scatter_of_runs_is_found_from_their_neighbours():
-    """On a plane nothing scatters, and a noise of 0.2 mm on 30 by 30 runs is found.
+    """On a plane nothing scatters, and a noise of 0.2 mm on 15 by 15 runs is found.
 
-    One draw knows it to 3.7 % (seen over sixty), the mean of ten to 1.2, of which three times are allowed.
+    One draw knows it to 7.4 % (3.7 % of 30 by 30, seen over sixty), the mean of six to 3, three times of which are
+    allowed.
     """
     random = np.random.default_rng(1)
-    grid = [(float(u), float(d_cm)) for u in np.linspace(1, 2, 30) for d_cm in np.linspace(1, 2, 30)]
+    grid = [(float(u), float(d_cm)) for u in np.linspace(1, 2, 15) for d_cm in np.linspace(1, 2, 15)]
     axes = axes_of([{"fluid.U": u, "fluid.D_cm": d_cm} for u, d_cm in grid])
     one = make_chart().best
 
@@ -183,17 +147,7 @@ def test_scatter_of_runs_is_found_from_their_neighbours():
         return scatter_of_runs(runs, axes)
 
     assert scatter(0.0) < 1e-9
-    assert np.mean([scatter(0.2) for _ in range(10)]) == pytest.approx(0.2, rel=0.036)
-
-
-def test_the_map_meets_every_run():
-    """Linear between the runs: at the corner of the map, where a run is, it has that run's error."""
-    chart = make_chart()
-    across, up, found_mm = heat(chart)
-    assert found_mm[0, 0] == pytest.approx(error_mm(across[0], up[0]), abs=1e-9)
-    assert found_mm[-1, -1] == pytest.approx(error_mm(U[-1], D_CM[-1]), abs=1e-9)
-    assert found_mm[0, -1] == pytest.approx(error_mm(U[-1], D_CM[0]), abs=1e-9)
-    assert np.nanmin(found_mm) >= 0.5 - 1e-9
+    assert np.mean([scatter(0.2) for _ in range(6)]) == pytest.approx(0.2, rel=0.09)
 
 
 def test_chosen_runs_span_the_map_and_hold_the_best():
@@ -214,11 +168,6 @@ def test_axes_are_settings_that_vary_and_count_powers_of_ten_from_two_decades_on
     assert [(axis.setting, axis.logarithmic) for axis in (across, up)] == [("fluid.U", True), ("fluid.D_cm", False)]
     assert not axes_of(rows((0, 1), (100, 50), (100, 1)))[0].logarithmic
     assert [across.rounded(value) for value in (10000.0, 1e-4, 23.8957, 0.03)] == ["10000", "0.0001", "23.9", "0.03"]
-
-
-def test_axes_have_the_names_and_units_of_the_settings():
-    axis = axes_of(rows((1, 2.5), (2, 3.5), (1, 3.5), names=("fluid.U", "path.speed_mm_s")))[1]
-    assert (axis.label, axis.said(2.5)) == ("speed (mm/s)", "speed = 2.5 mm/s")
 
 
 @pytest.mark.parametrize(

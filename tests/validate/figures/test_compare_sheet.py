@@ -5,17 +5,13 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from tests.evidence import axes_of
 from tests.sides import compared, side
-from validate.figures.compare_sheet import MOST, compare_sheet, draw_levels_of_runs
+from validate.figures.compare_sheet import compare_sheet
 from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
 from validate.figures.side_by_side import held_out_mean_mm
 
 
-@pytest.mark.broad
 def test_runs_go_by_numbers_whose_names_the_first_table_has(tmp_path):
     """28 runs, names of 80 emoji: no table has a name in its head. A collapsed figure warns, and fails."""
     sides = [side("🛣" * 80 + str(number), 0.1, lowered_mm=0.1 * number) for number in range(28)]
@@ -73,15 +69,6 @@ def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
         assert (number, "1.051" in words) == ("2", True)
 
 
-def test_the_nearest_is_held_against_its_baselines():
-    sheet = compare_sheet([side("a", 0.5), side("b", 0.7)])
-    assert "Run 1 is nearest" in sheet.finding
-    assert "simulation (made without the readings) 0.50 mm, the dispensed volume lying flat 4.00 mm" in sheet.finding
-    names = sheet.parts[0].items[0]
-    assert isinstance(names, FigureTable)
-    assert names.rows[1] == ["2", "0.50", "measured, held-out, the same as of run 1", "b"]
-
-
 def held_out_words(sheet):
     (part,) = [part for part in sheet.parts if part.title == "Held out"]
     return part.words
@@ -98,26 +85,6 @@ def test_runs_that_leaked_or_have_another_volume_are_named():
     leaking = [replace(side(name, 0.5), escaped_particles=2) for name in "bc"]
     (sentence,) = compare_sheet([side("a", 0.5), *leaking]).cautions
     assert "run 2, because particles went through a wall; run 3, because particles" in sentence
-
-
-def sides_of(count):
-    """Each with readings of its own, under names as long as people like."""
-    return [side("W" * 60 + str(number), 0.1, lowered_mm=0.1 * number, data="reconstructed") for number in range(count)]
-
-
-def test_any_number_of_runs_leaves_the_plot_its_width():
-    """Broken on purpose with names and sheets in the legend, four runs leave a plot half as wide."""
-    figure = draw_levels_of_runs(sides_of(MOST))
-    assert isinstance(figure, Figure)
-    FigureCanvasAgg(figure).draw()
-    (axes,) = axes_of(figure)
-    assert axes.get_position().width > 0.8
-    legend = axes.get_legend()
-    assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()] == [str(number + 1) for number in range(MOST)]
-    box = legend.get_window_extent()
-    assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
-    assert axes.bbox.y1 <= box.y0 < box.y1 <= figure.bbox.y1
 
 
 def trial(name: str, role: str, mean_error_mm: float):

@@ -4,9 +4,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from digitise.settings import CrackShape
-from digitise.solid.build_solid import build_solid
-from tests.shapes import straight_slot
 from validate.figures.particles import AlongCrack, cut_rings
 
 
@@ -35,15 +32,3 @@ def test_a_cylinder_is_cut_into_one_rectangle_and_a_ring_into_two(angle_deg):
     annulus = trimesh.creation.annulus(r_min=3, r_max=5, height=2)
     rings = cut_rings(annulus.vertices, annulus.faces, np.zeros(2), across + np.array([0.0, 0.01]))
     assert sorted(map(area, rings)) == pytest.approx([4, 4], rel=0.05)
-
-
-def test_a_leaning_crack_is_seen_from_its_start():
-    """Right of the path is right in the picture; the section lacks exactly the cavity."""
-    outline = straight_slot(length_mm=30.0)
-    solid = build_solid(outline, CrackShape(depth_mm=10.0, tilt="lean", wall_angle_deg=10.0, lean_to="left"))
-    (ring,) = cut_rings(solid.vertices_mm, solid.faces, np.array([15.3, 0.0]), np.array([1.0, 0.0]))
-    whole = np.ptp(ring[:, 0]) * np.ptp(ring[:, 1])
-    assert area(ring) == pytest.approx(whole - 3.1 * 10.0, rel=1e-3)
-    floor = ring[np.isclose(ring[:, 1], -10.0, atol=1e-6)]
-    # The floor of a crack that leans to the left lies left of its mouth.
-    assert (floor[:, 0].min() + floor[:, 0].max()) / 2 == pytest.approx(-10 * np.tan(np.radians(10)), abs=0.01)

@@ -1,15 +1,10 @@
 """Pictures to scale, in the right hand, of the particles that are there."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from tests.evidence import axes_of, heights
-from tests.shapes import straight_slot
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_top_view
-
-LINES = "centreline_mm", "left_wall_mm", "right_wall_mm"
 
 
 def places(axes):
@@ -49,11 +44,3 @@ def test_sections_show_a_slice_of_one_diameter(evidence):
     for axes in axes_of(figure):
         assert np.abs(places(axes)[:, 0]).max() < 3.1 / 2
         assert len(axes.patches) == 1
-
-
-def test_a_crack_of_few_points_and_few_millimetres_has_sections(evidence):
-    outline = straight_slot(length_mm=4.0)
-    two = replace(outline, **{name: getattr(outline, name)[[0, -1]] for name in LINES})
-    figure = draw_sections(evidence.run, two, evidence.solid)
-    assert [axes.get_title(loc="left") for axes in axes_of(figure)] == ["s = 1 mm", "s = 2 mm", "s = 3 mm"]
-    assert all(len(places(axes)) for axes in axes_of(figure))

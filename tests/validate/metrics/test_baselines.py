@@ -81,15 +81,6 @@ def test_nothing_fitted_is_another_declaration_than_none():
     assert not beaten(2.0, [pool], "held-out", None), "of two equal errors the baseline's needs no simulation"
 
 
-def test_as_many_settings_as_stations_are_said_to_be_so():
-    line = Baseline(name="a flat line", numbers=1, mean_error_mm=2.0)
-    words = against_baselines(0.5, [line], "calibrated-on", 17, stations=17)
-    assert "17 settings can fit any level at 17 stations" in words
-    assert beaten(0.5, [line], "calibrated-on", 17)
-    assert beaten(0.5, [], "held-out", None) is None
-    assert against_baselines(0.5, [], "held-out", None).endswith("there is no baseline to compare it with.")
-
-
 @pytest.mark.parametrize(
     ("error_mm", "sentence"),
     [

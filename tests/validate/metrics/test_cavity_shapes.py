@@ -39,7 +39,7 @@ def brought(folder: Path, room: Manifold, rough_mm: float = 0.0) -> ImportedSamp
     """The block less a room, with noise on the face and 2.5 mm below it, as an import has it."""
     vertices_mm, faces = mesh_of(block() - room)
     if rough_mm:
-        vertices_mm, faces = mesh_of((block() - room).refine_to_length(1.2))
+        vertices_mm, faces = mesh_of((block() - room).refine_to_length(2.0))
         x, y, z = vertices_mm.T
         free = (z > -2.5) & (x > 0.01) & (x < 99.99) & (y > 0.01) & (y < 39.99)
         vertices_mm[free, 2] += rough_mm * np.random.default_rng(0).standard_normal(free.sum())
@@ -58,14 +58,7 @@ def at(level_mm: float) -> Profile:
 
 @pytest.mark.parametrize(
     ("right_mm", "left_mm", "rough_mm", "tolerance"),
-    [
-        (0.0, 0.0, 0.0, 1e-4),
-        (2.0, 0.0, 0.0, 2e-3),
-        *(
-            pytest.param(*row, marks=pytest.mark.broad)
-            for row in ((5.0, 5.0, 0.0, 2e-3), (0.0, 0.0, 0.2, 2e-3), (2.0, 2.0, 0.2, 0.01), (0.5, 0.5, 0.1, 0.03))
-        ),
-    ],
+    [(0.0, 0.0, 0.0, 1e-4), (2.0, 0.0, 0.0, 2e-3), (0.0, 0.0, 0.2, 0.01)],
 )
 def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
     tmp_path, right_mm, left_mm, rough_mm, tolerance
@@ -81,11 +74,10 @@ def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
     assert flat.level_mm == pytest.approx(np.full(len(flat.s_mm), 1.0), abs=tolerance + 0.01)
 
 
-@pytest.mark.parametrize("gap_mm", [0.5, 0.02])
 @pytest.mark.parametrize("tapered", [False, True])
-def test_a_gap_thinner_than_the_raster_counts_where_it_is(gap_mm, tapered):
+def test_a_gap_thinner_than_the_raster_counts_where_it_is(tapered):
     """A stone from s = 10 to 20 mm, a rectangle or a diamond, leaves gaps at both sides of a slot 4 mm wide."""
-    half_mm = WIDTH_MM / 2 - gap_mm
+    half_mm = WIDTH_MM / 2 - 0.02
     ends = [(10.0, 0.0)] if tapered else [(10.0, -half_mm), (10.0, half_mm)]
     other = [(20.0, 0.0)] if tapered else [(20.0, half_mm), (20.0, -half_mm)]
     middle = ([(15.0, half_mm)], [(15.0, -half_mm)]) if tapered else ([], [])
@@ -98,25 +90,17 @@ def test_a_gap_thinner_than_the_raster_counts_where_it_is(gap_mm, tapered):
     assert volumes["fill_ratio"] == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("at_mm", [20.0, 20.3])
-def test_a_step_of_depth_parts_the_crack_where_it_is(at_mm):
+def test_a_step_of_depth_parts_the_crack_where_it_is():
     """From 12 to 3 mm, in a slot 6 mm wide: within the 0.03 mm of a quarter of a cell."""
-    crack = straight_slot(40.0, 6.0, CUT)
+    crack, at_mm = straight_slot(40.0, 6.0, CUT), 20.3
     solid = built(crack, ((0.0, 12.0), (at_mm, 12.0), (at_mm + 1e-3, 3.0), (40.0, 3.0)))
     for from_mm, to_mm, depth_mm in ((at_mm, 40.0, 3.0), (at_mm, at_mm + 4, 3.0), (at_mm - 2, at_mm, 12.0)):
         held_mm3 = fill_volumes(at(0.0), crack, solid, from_mm, to_mm)["sealant_mm3"]
         assert held_mm3 == pytest.approx((to_mm - from_mm) * 6.0 * depth_mm, abs=0.035 * 6.0 * 9.0)
 
 
-@pytest.mark.parametrize(
-    ("floor_mm", "roof_mm", "width_mm"),
-    [
-        (-6.1, -5.9, 6.0),
-        pytest.param(-8.0, -7.3, 6.0, marks=pytest.mark.broad),
-        pytest.param(-9.4, -0.6, 1.0, marks=pytest.mark.broad),
-    ],
-)
-def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path, floor_mm, roof_mm, width_mm):
+def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path):
+    floor_mm, roof_mm, width_mm = -6.1, -5.9, 6.0
     shelf = [(21.9, floor_mm), (LEFT_MM + width_mm, floor_mm), (LEFT_MM + width_mm, roof_mm), (21.9, roof_mm)]
     sample = brought(tmp_path, slot() + along_x(shelf))
     for level_mm in (0.0, -6.0):

@@ -54,16 +54,6 @@ def test_what_is_declared_and_not_used_is_said_without_a_verdict_too(case):
     assert judgement_of(**both, **case).findings == ("not used",)
 
 
-def test_a_basis_is_what_lies_on_the_compared_stretch():
-    for s_mm, expected in (
-        ([-1, 20, 40, 60, 81], (5, 1.0, 20.0)),
-        ([-2, -1, 40, 81, 82], (3, 1.0, 40.0)),
-        ([45, 46], (2, 1 / 80, 1.0)),
-    ):
-        basis = basis_of(np.array(s_mm, dtype=float), max(0.0, s_mm[0]), min(80.0, s_mm[-1]), 80.0)
-        assert (basis.stations_used, basis.coverage, basis.widest_gap_mm) == pytest.approx(expected)
-
-
 @pytest.mark.parametrize(
     ("s_mm", "suffices"),
     [
@@ -87,14 +77,12 @@ def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
         ({"readings_data": "undeclared"}, "these undeclared readings"),
         ({"readings_data": "reconstructed", "role": "calibrated-on"}, "Calibrated on these reconstructed readings"),
         ({"photo_data": "synthetic"}, "The sample is synthetic."),
-        ({"photo_data": "undeclared"}, "The sample is of undeclared origin."),
         ({"role": "undeclared"}, "is not declared: set readings.role"),
         ({}, "Held out, as declared"),
         (
             {"role": "calibrated-on", "fitted": FITTED, "stations_compared": 16},
             "(fitted at 16 stations: viscosity weight (U), age at freezing, wall angle)",
         ),
-        ({"role": "calibrated-on"}, "(the fitted settings are not declared)"),
         ({"role": "calibrated-on", "fitted": ()}, "with no fitted setting as declared: not a test."),
     ],
 )
@@ -105,51 +93,17 @@ def test_a_kept_gate_validates_nothing_and_says_what_it_rests_on(case, words):
     assert "alidated" not in judgement.verdict
 
 
-def test_a_gate_is_printed_with_its_reason_or_as_one_without():
-    reasoned = judgement_of(mean_error_mm=0.99, reason="rain").headline[-1]
-    assert reasoned == "Gate passed: mean error 0.99 mm, limit 1.6 mm (reason: rain)."
-    assert "(no reason is given)" in judgement_of().headline[-1]
-
-
 CASES = [
     # The gate is checked against the mean error and keeps its exit code; the outcome regards the interval.
-    (
-        {"mean_error_mm": 1.5, "interval_mm": (1.41, 1.59)},
-        "passed",
-        True,
-        "Gate passed: mean error 1.50 mm (95 % interval 1.41",
-    ),
-    (
-        {"mean_error_mm": 1.5, "interval_mm": (1.39, 1.61)},
-        "undecided",
-        True,
-        "Gate undecided: mean error 1.50 mm (95 % interval 1.39",
-    ),
+    ({"mean_error_mm": 1.5, "interval_mm": (1.41, 1.59)}, "passed", True, "Gate passed: mean error 1.50 mm (95 % in"),
+    ({"mean_error_mm": 1.5, "interval_mm": (1.39, 1.61)}, "undecided", True, "Gate undecided: mean error 1.50 mm"),
     ({"mean_error_mm": 1.7, "interval_mm": (1.59, 1.81)}, "undecided", False, "Gate undecided: mean error 1.70 mm"),
-    (
-        {"mean_error_mm": 1.7, "interval_mm": (1.61, 1.79)},
-        "failed",
-        False,
-        "Gate failed: mean error 1.70 mm (95 % interval 1.61 to",
-    ),
-    (
-        {"mean_error_mm": 1.0, "interval_mm": (0.98, 1.02), "scatter_known": False},
-        *(
-            "passed",
-            True,
-            "Gate passed: mean error 1.00 mm (95 % interval 0.98 to 1.02 mm, from the readings, whose scatter is unk",
-        ),
-    ),
+    ({"mean_error_mm": 1.7, "interval_mm": (1.61, 1.79)}, "failed", False, "Gate failed: mean error 1.70 mm"),
+    ({"interval_mm": (0.0, 0.2), "scatter_known": False}, "passed", True, "from the readings, whose scatter is unk"),
     ({"gate": None}, "open", None, "No gate is declared: "),
     # A share is never rounded up to what is needed.
     ({"basis": Basis(5, 0.7999, 16.0, False)}, "undecided", False, "No verdict: the readings cover 79 % of"),
     (EDITED | WIDTH, "undecided", False, "Files were edited by hand after the run (profile.csv): no verdict."),
-    (
-        {"gate": None} | EDITED | WIDTH,
-        "undecided",
-        None,
-        "Files were edited by hand after the run (profile.csv): no verdict.",
-    ),
     ({"basis": FEW} | LEAK, "failed", False, "Do not use this run: 1 particle went through a wall"),
     (LEAK | EDITED, "failed", False, "Do not use this run: 1 particle"),
 ]

@@ -49,14 +49,6 @@ def test_volumes_of_a_half_filled_crack():
     )
 
 
-def test_a_sloping_level_over_a_part_of_the_crack():
-    """Ends of the part lie within stretches; 0.1 % is a level at the middle of a stretch's cells."""
-    sloping = Profile(np.array([10.3, 30.7]), np.array([-12.0, -3.0]))
-    volumes = fill_volumes(sloping, OUTLINE, solid(), 10.3, 30.7)
-    assert volumes["sealant_mm3"] == pytest.approx(20.4 * WIDTH_MM * 8.5, rel=1e-3)
-    assert volumes["fill_ratio"] == pytest.approx(8.5 / 16, rel=1e-3)
-
-
 def test_the_mouth_of_a_flare_is_wider_than_what_was_traced():
     assert mouth_widths_mm(np.array([40.0]), OUTLINE, solid("flare", 5.5)) == pytest.approx(3 + 2 * 16 * TANGENT)
     assert mouth_widths_mm(np.array([40.0]), OUTLINE, solid("funnel", 5.5)) == pytest.approx(3)

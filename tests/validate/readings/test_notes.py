@@ -52,13 +52,7 @@ READ = {
     "a dash, as answered": (DASHED, {**MM_DOWN, "as_written": ("dash",)}, LEVELS),
     "a minus, as answered": (DASHED, {"unit": "mm", "quantity": "level", "as_written": ("minus",)}, LEVELS),
     "a dash before a minus": (SIGNED, MM_DOWN, [[-1.0, -1.1], [1.0, -1.1], [-1.0, -1.2]]),
-    "lines alone": (LINES, MM_DOWN, LEVELS),
     "a title with quantity and unit": ("S14 Tiefe mm\n" + LINES, {"unit": "mm"}, LEVELS),
-    "a title with a part that explains the sign": (
-        "S14, Tiefe unter Oberfläche in mm, plus = drunter\n" + LINES.replace(":", " mm:"),
-        {},
-        LEVELS,
-    ),
     "a title with the unit beside unknown words": (
         "Profondeur sous la face en mm, 3 mesures par point\n(xyz = abc)\n" + LINES.replace(":", " mm:"),
         {"quantity": "depth"},
@@ -69,7 +63,6 @@ READ = {
         {"quantity": "depth"},
         LEVELS,
     ),
-    "units of the places": ("# S14 Tiefe [mm]\n12.3. Meier\n\n" + LINES.replace(":", " mm:"), {}, LEVELS),
     "a list in Markdown": ("- **0:** " + LINES[3:].replace("\n1", "\n- 1").replace("\n2", "\n- 2"), MM_DOWN, LEVELS),
     "a messenger": (ANNA + "S14 Tiefe\n" + ANNA + LINES.replace("\n1", f"\n{ANNA}1"), {"unit": "mm"}, LEVELS),
     "semicolons, slashes and tabs": (
@@ -77,10 +70,8 @@ READ = {
         MM_DOWN,
         LEVELS,
     ),
-    "by letters": (LINES, {"columns": {"s": "A", "levels": ["B"], "unit": "mm", "sign": "down"}}, LEVELS),
     "a declared comma": (ALONE, {"decimal": "comma", **MM_DOWN}, [[-11.12], [-11.13], [-12.11]]),
     "commas that separate": (ALONE, {"decimal": "point", **MM_DOWN}, [[-11, -12], [-11, -13], [-12, -11]]),
-    "decimals that are no repeats": ("0: 11,1\n10: 11,4\n20: 11,0\n", MM_DOWN, [[-11.1], [-11.4], [-11.0]]),
     "readings below their place": (LISTED, {}, LEVELS),
     "a table in Markdown": (MARKDOWN, {"columns": {"s": "A", "levels": ["B:D"]}}, LEVELS),
     "a declared word among readings": (
@@ -88,13 +79,7 @@ READ = {
         {"columns": {"missing": ["n.l."]}, **MM_DOWN},
         LEVELS,
     ),
-    "a declared word among readings with commas": (
-        LINES.replace("10,9 n.m. 11,0", "10.9, n.l., 11.0"),
-        {"columns": {"missing": ["n.l."]}, **MM_DOWN},
-        LEVELS,
-    ),
     "cells": (CELLS.format("11,1 11,1 10.8"), {}, LEVELS),
-    "cells with commas": (CELLS.format("11.1, 11.1, 10.8"), {}, LEVELS),
     "a cell with more, as written": (
         CELLS.format("11,1 11,1 10 8"),
         {"as_written": ("2",)},

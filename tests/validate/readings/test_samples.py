@@ -6,9 +6,8 @@ import json
 import openpyxl
 import pytest
 
-from validate.readings.header_words import sample_key
 from validate.readings.read_readings import read_readings
-from validate.readings.samples import SamplePart, parts_of
+from validate.readings.samples import parts_of
 from validate.readings.sheet import SheetFaults
 from validate.settings import Columns, Declared
 
@@ -19,16 +18,6 @@ def _written(folder, text):
     path = folder / "all.csv"
     path.write_text(text, encoding="utf-8")
     return path
-
-
-@pytest.mark.parametrize("name", ["sample", "Prüfkörper Nr."])
-def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
-    path = _written(tmp_path, TABLE.replace("sample", name))
-    first, second = (read_readings(path, Declared(sample=sample)) for sample in ("p-08", "P09"))
-    assert first.level_mm.tolist() == [-1.0, -1.5]
-    assert second.level_mm.tolist() == [-2.0, -2.5]
-    assert "rows of p-08" in first.dialect
-    assert [str(part) for part in parts_of(path)] == ["rows of P08", "rows of P09"]
 
 
 BLANKS = "sample,s_mm,level_mm\nP08,0,-1\n,5,-1.5\nP09,0,-2\n,5,-2.5\n"
@@ -120,8 +109,3 @@ def test_what_cannot_be_read_has_no_parts(tmp_path):
     """Reading it as the sheet of a sample reports the fault."""
     assert parts_of(_written(tmp_path, "")) == ()
     assert parts_of(tmp_path / "gone.csv") == ()
-
-
-def test_parts_of_one_place_are_one_whatever_they_hold():
-    assert SamplePart("A", None, "x") == SamplePart("A", None, "y")
-    assert sample_key("P-01") == sample_key("p 01") != sample_key("P1")

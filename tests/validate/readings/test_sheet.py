@@ -56,23 +56,6 @@ def test_numbers_are_read_as_they_are_meant(read, text, declared, repeats_mm):
     assert [[None if mm != mm else mm for mm in row] for row in read_mm] == repeats_mm
 
 
-@pytest.mark.parametrize(
-    ("text", "declared", "dialect"),
-    [
-        (LONG, {}, "long, 3 repeats"),
-        (MM, BASE, "from the caliper's base, +4 mm from the sample surface"),
-        (
-            "Probe 7\n\nAbstand [cm];Tiefe 1 [mm];Tiefe 2 [mm];Mittelwert\n0;1,5;k.A.;1,5\n1;2;-;2\n",
-            {},
-            "CSV, UTF-8, semicolons, decimal comma; wide, 2 repeats; depth downward in mm from the sample surface, "
-            "places in cm; 2 readings missing; 1 line above the header; not readings: Mittelwert",
-        ),
-    ],
-)
-def test_a_sheet_says_how_it_was_understood(read, text, declared, dialect):
-    assert dialect in read(text, **declared).dialect
-
-
 REFUSED = [
     (MM.replace("[mm]\n", "[cm]\n"), {"quantity": "level"}, ["quantity"]),
     (MM.replace("[mm]\n", "[cm]\n"), {"unit": "mm"}, ["readings.unit differ"]),
@@ -175,7 +158,7 @@ def test_one_mistake_in_many_rows_is_told_once(refused):
     (line,) = str(refused("s_mm;level_mm\n" + "".join(f"{i};{word}\n" for i, word in words))).splitlines()
     assert "line 2, column level_mm: 'x' is not a number in mm" in line
     assert line.endswith("7 more rows: 3, 5, 6, 8, 9, 11, 12.")
-    (line,) = str(refused("s_mm,level_mm\n" + "".join(f"{i},deep\n" for i in range(3_000)))).splitlines()
+    (line,) = str(refused("s_mm,level_mm\n" + "".join(f"{i},deep\n" for i in range(1_100)))).splitlines()
     assert line.endswith("999 more rows: 3 to 1001.")
 
 

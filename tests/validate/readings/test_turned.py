@@ -25,11 +25,9 @@ FIRST = [[-1, -1.1], [-2, -2.1], [-3, -3.1]]
 BY_ROW = {"s": "4", "levels": ["5:6"]}
 READ = {
     "rows, with a blank row above": (SHEET, BY_ROW, FIRST),
-    "each row": (SHEET, {"s": "4", "levels": ["5", "6"]}, FIRST),
     "rows of a range": (SHEET, {**BY_ROW, "range": "1:7"}, FIRST),
     "cells of a range": (SHEET, {**BY_ROW, "range": "A1:E7"}, FIRST),
     "a range without the row of places": (SHEET, {**BY_ROW, "range": "B5:E6"}, FIRST),
-    "columns of a range": (SHEET, {**BY_ROW, "range": "B:E"}, FIRST),
     "skipped within a span, by word": (SHEET, {"s": "4", "levels": ["5:8"], "skip": ["A2", 7]}, FIRST),
     "a word of a missing reading": (SHEET.replace("-1.1;", "n.g.;"), {**BY_ROW, "missing": ["n.g."]}, None),
 }

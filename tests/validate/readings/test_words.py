@@ -33,7 +33,7 @@ NAMES = {
     ColumnMeaning("reading"): "value|lectura",
     ColumnMeaning("repeat"): "Messung|Reading No.|Lauf|Zyklus Nr.",
     ColumnMeaning("mass", "g", factor="10 g"): "Masse 10 g",
-    ColumnMeaning("sample"): "Muestra Nº|Sample ID",
+    ColumnMeaning("sample"): "Muestra Nº|Sample ID|Prüfkörper Nr.",
     ColumnMeaning("skipped", "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
     ColumnMeaning("skipped"): "Nr.|Temperatur [°C]|Station Nr|Opérateur",
 }

@@ -1,64 +1,27 @@
 """What a report says, in which order, and what it says where something is not there."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.evidence import axes_of, make_evidence
-from validate.compare import assess
-from validate.report.chapters import Paragraph, Plate, chapters, fill_plates, first_figure
+from tests.evidence import axes_of
+from validate.report.chapters import Paragraph, chapters, fill_plates, first_figure
 from validate.report.report_data import report_data
-from validate.settings import Readings, Uncertainty
+from validate.settings import Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
 from validate.units import PageTable
-from validate.wording.first_page import first_page
-
-
-@pytest.fixture(scope="module")
-def plain(tmp_path_factory):
-    return make_evidence(tmp_path_factory.mktemp("plain"))
-
-
-@pytest.fixture(scope="module")
-def assessed(plain):
-    settings = Readings(file=Path("caliper.csv"), data="measured", role="held-out")
-    return replace(plain, comparison=assess(plain, settings, Uncertainty(), None))
-
-
-@pytest.fixture(scope="module")
-def content(plain):
-    return chapters(plain)
 
 
 def titles(content):
     return {chapter.title: [item.title for item in chapter.items if isinstance(item, PageTable)] for chapter in content}
 
 
-def test_the_answer_comes_first_and_tables_come_last(content, assessed):
-    """The error by place below the first page, as in the paper's Fig. 9b; every table is in the appendix."""
-    for given in (content, chapters(assessed)):
-        histogram = given[0].items[0]
-        assert isinstance(histogram, Plate)
-        assert "each 10 mm of the crack" in histogram.caption
-        assert [chapter.appendix for chapter in given] == sorted(chapter.appendix for chapter in given)
-        before = [item for chapter in given if not chapter.appendix for item in chapter.items]
-        assert not any(isinstance(item, PageTable) for item in before)
-        assert len({chapter.name for chapter in given}) == len(given)
-
-
-def test_an_assessed_error_has_its_interval(assessed):
-    low_mm, high_mm = assessed.comparison.uncertainty.mean_error_interval_mm
-    assert f"{low_mm:.2f} to {high_mm:.2f} mm" in first_page(assessed).tiles[0].text
-    assert report_data(assessed).comparison == assessed.comparison
-
-
-def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(plain):
+def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(evidence):
     """Of a level by one run and inputs that move it by 0.1 mm, numerics unknown."""
-    evidence: Any = replace(plain, readings=None, comparison=None)
+    evidence = replace(evidence, readings=None, comparison=None)
     assert not titles(chapters(evidence)).keys() & {"Agreement and readings", "Uncertainty in figures", "Error"}
     s_mm = evidence.profile.s_mm
     volume = Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1))

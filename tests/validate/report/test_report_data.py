@@ -13,16 +13,14 @@ import pytest
 from pydantic import ValidationError
 
 from tests.evidence import make_evidence, slope
-from tests.pages import leave_out_figures
+from tests.pages import leave_out_figures, leave_out_pdf
 from validate.compare import assess
-from validate.report.chapters import chapters
 from validate.report.report_data import ReadingsFile, ReportData, report_data, schema
 from validate.report.write_report import write_report
 from validate.report_input import ReadingsSheet
 from validate.result import Comparison
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
-from validate.units import PageTable
 
 
 def test_the_published_schema_is_the_model_s():
@@ -38,24 +36,6 @@ def test_every_field_is_described():
         assert {name for name, field in part["properties"].items() if not {"description", "$ref"} & set(field)} == set()
 
 
-UNITS = {
-    # The millimetre in the name of share_under_1_mm is another's.
-    "Comparison": {"mean_error_mm": "mm", "area_mm2": "mm²", "coverage": "1", "share_under_1_mm": "1"},
-    "MassBalance": {"footprint_mm2": "mm²", "shrinkage_percent": "%", "readings_mm3": "mm³"},
-    "SizeSeries": {"values": "mm", "scatter": "mm", "order_95": "1"},
-    # Each in a unit of its own: "1" would call it a pure number.
-    "InputEffect": {"standard": "that of the name", "mean_level_mm": "mm", "share": "1"},
-    "NumberWithUnit": {"value": "that of unit"},
-}
-
-
-def test_the_schema_has_the_units_of_numbers():
-    for record, units in UNITS.items():
-        fields = schema()["$defs"][record]["properties"]
-        assert {name: fields[name].get("unit") for name in units} == units
-
-
-@pytest.mark.broad
 def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     """Sizes, inputs, shifts and settled volumes were on the page alone; and a table that is added there comes along."""
     sheet = ReadingsSheet(name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01")
@@ -69,6 +49,7 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5, sheet=sheet)
     compared = assess(evidence, settings, Uncertainty(volume_ml=0.1), runs, Gate(mean_error_mm=1.0))
     leave_out_figures(monkeypatch)
+    leave_out_pdf(monkeypatch)
     write_report(tmp_path, replace(evidence, comparison=compared))
     data: Any = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert data.readings == ReadingsFile(**dict(sheet), dialect="", data="measured")
@@ -93,25 +74,6 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
 def test_green_is_for_held_out_readings(outcome, role, colour):
     comparison = Comparison.model_construct(role=role)
     assert ReportData.model_construct(outcome=outcome, comparison=comparison).tone == colour
-
-
-@pytest.mark.broad
-def test_numbers_that_differ_have_labels_that_differ(evidence):
-    """Of particles, of filled space and of levels: in and above the crack there are three of each."""
-    settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
-    evidence = replace(evidence, comparison=assess(evidence, settings, Uncertainty(), None))
-    data: Any = report_data(evidence)
-    numbers = [(each.meaning, f"{each.value:.0f}") for each in data.mass_balance.values()]
-    numbers += [
-        (schema()["$defs"][type(record).__name__]["properties"][name]["description"], f"{value:.0f}")
-        for record in (data.comparison, data.comparison.volumes.mass_balance)
-        for name, value in record
-        if name.endswith("_mm3")
-    ]
-    page = [item for chapter in chapters(evidence) for item in chapter.items if isinstance(item, PageTable)]
-    labels = [row for table in page for row in table.rows if " mm³" in row[1]]
-    for rows in (numbers, [(label, text.partition(" mm³")[0]) for label, text in labels]):
-        assert len(set(rows)) == len({label for label, _ in rows}) > 5
 
 
 def test_a_number_that_does_not_exist_is_null_and_an_unknown_key_is_refused(evidence):

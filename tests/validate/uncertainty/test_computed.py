@@ -60,34 +60,20 @@ def test_for_a_known_order_it_is_the_text_books_regression(order, monkeypatch):
     assert np.quantile(draws, [0.025, 0.25, 0.5, 0.75, 0.975]) == pytest.approx(expected, abs=0.1 * fit.stderr)
 
 
-@pytest.mark.parametrize(
-    ("near_mm", "apart_mm", "least", "most"),
-    [
-        (0.1, APART_MM, 1.1, 1.18),
-        pytest.param(0.1, APART_MM, 0.8, 1.5, marks=pytest.mark.broad),
-        pytest.param(-0.3, APART_MM / 10, 0.8, 1.5, marks=pytest.mark.broad),
-    ],
-)
-def test_there_is_no_jump_anywhere(near_mm, apart_mm, least, most):
-    """Far over near from 0.8 to 1.5. By index and spread, 1.141 gave a band of 1.012 and 1.139 one of 0.214.
+@pytest.mark.parametrize(("least", "most"), [(1.1, 1.18), (-0.04, 0.04)])
+def test_there_is_no_jump_anywhere(least, most):
+    """By index and spread, a ratio of 1.141 gave a band of 1.012 and 1.139 one of 0.214; at 0 the number turns.
 
     A step of 0.002 in the ratio moves the band by less than 1 %; halved, by about half of that.
     """
     ratios = np.arange(least, most, 0.002)
-    bands_mm = np.array([band_mm((-near_mm, 0.0, ratio * near_mm), apart_mm) for ratio in ratios])
+    bands_mm = np.array([band_mm((-0.1, 0.0, ratio * 0.1)) for ratio in ratios])
     steps = np.abs(np.diff(np.log(bands_mm)))
     assert steps.max() < 0.01
     worst = int(steps.argmax())
-    middle = band_mm((-near_mm, 0.0, ratios[worst : worst + 2].mean() * near_mm), apart_mm)
+    middle = band_mm((-0.1, 0.0, ratios[worst : worst + 2].mean() * 0.1))
     halves = np.abs(np.log(middle / bands_mm[worst : worst + 2]))
     assert halves.max() < 0.8 * steps.max()
-
-
-@pytest.mark.broad
-def test_there_is_no_jump_where_a_number_turns():
-    """An oscillating number had its spread, one that converges an index."""
-    bands_mm = [band_mm((-0.1, 0.0, far_mm)) for far_mm in np.arange(-0.1, 0.1, 0.001)]
-    assert np.abs(np.diff(np.log(bands_mm))).max() < 0.02
 
 
 def test_the_scatter_of_a_run_is_an_error_of_its_own():
@@ -110,13 +96,6 @@ def test_the_mean_of_stations_has_the_band_of_their_mean():
         )
 
 
-def test_volume_that_was_gained_moves_all_stations_alike():
-    *_, volume = numerical_errors(Replicates(RADII_MM, [np.zeros((3, 4))] * 3), -0.3)
-    assert np.quantile(np.abs(volume.draws_mm), 0.95, axis=0) == pytest.approx([0.95 * 0.3] * 4, rel=1e-3)
-    assert (volume.kind, volume.source, volume.shared) == ("numerics", "computed", True)
-    assert np.ptp(volume.draws_mm, axis=1).max() == 0.0
-
-
 def test_extra_runs_that_are_copies_are_refused():
     """Broken on purpose, a copy counts as a run: the scatter of a single one falls from 0.050 to 0.044 mm."""
     s_mm = np.linspace(0.0, 40.0, 9)
@@ -136,14 +115,6 @@ def test_extra_runs_that_show_no_scatter_are_not_read(sizes: int | None, says: s
     spread = Spread(s_mm, (runs[0], runs[1], runs[2]) if sizes else None, (), None, None)
     with pytest.raises(ValueError, match=says):
         Spread.of(json.loads(as_json(spread.content())))
-
-
-@pytest.mark.parametrize(("inputs", "runs"), [(1, 2), (3, 4), (4, 8), (8, 16)])
-def test_every_input_is_half_up_half_down_and_against_every_other(inputs, runs):
-    design = two_level_design(inputs)
-    assert design.shape == (runs, inputs)
-    assert (design.sum(axis=0) == 0).all()
-    assert (design.T @ design == runs * np.eye(inputs)).all()
 
 
 def test_effects_of_a_linear_response_are_exact_whatever_its_level():

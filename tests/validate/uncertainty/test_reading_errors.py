@@ -12,7 +12,7 @@ from validate.readings.read_readings import take_readings
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import DRAWS, MOST, Budget, Component, Curve, half_width
 from validate.uncertainty.meniscus import Mouth
-from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of, rounded_errors_mm
+from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of
 
 S_MM = np.linspace(0, 80, 17)
 MOUTH = Mouth(S_MM, np.full(17, 3.1), 1690.0)
@@ -166,7 +166,6 @@ def test_an_error_that_no_repeat_shows_has_its_size_and_sign(key, lowest_mm, hig
     ("quantity", "rounding", "shifts_mm"),
     [
         ("level", "down", (-0.25, -0.25)),
-        ("depth", "down", (0.25, 0.25)),
         ("level", "toward_zero", (0.25, -0.25)),
         ("depth", "toward_zero", (0.25, -0.25)),
         ("level", "nearest", None),
@@ -248,13 +247,6 @@ def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_othe
     assert far[:, rest].std(axis=0) == pytest.approx(sound[:, rest].std(axis=0), rel=0.1)
 
 
-def test_of_two_readings_that_are_far_apart_neither_is_believed():
-    whole = budget(measured(with_outliers(0.0, 3.0, repeats=2)), NO_PASSES)
-    assert any("At 1 station (s = 25 mm)" in text for text in whole.notes)
-    assert np.median(part(whole, "scatter").draws_mm[:, 5]) == pytest.approx(0.0, abs=0.01)
-    assert whole.band_mm[5] > 2 * np.median(whole.band_mm)
-
-
 def test_a_bed_that_is_straight_has_no_arches():
     straight = measured(0.25 * S_MM[:, None] + [[-0.1, 0.0, 0.1]])
     assert np.abs(part(budget(straight), "the bed").draws_mm).max() == pytest.approx(0.0, abs=1e-9)
@@ -264,9 +256,8 @@ def test_a_bed_that_is_straight_has_no_arches():
     assert low_mm < 0.01 * 25 / 8 < high_mm
 
 
-@pytest.mark.broad
-def test_a_scan_of_ten_thousand_stations_fits_into_memory():
-    s_mm, random = np.linspace(0, 80, 10_000), np.random.default_rng(0)
+def test_a_scan_of_two_thousand_stations_fits_into_memory():
+    s_mm, random = np.linspace(0, 80, 2_000), np.random.default_rng(0)
     repeats_mm = 0.1 * random.standard_normal((len(s_mm), 3))
     whole = budget_of(Profile(s_mm, repeats_mm.mean(axis=1), repeats_mm), readings(), Uncertainty(), MOUTH)
     assert max(one.draws_mm.size for one in (*whole.components, *whole.missing)) <= MOST
@@ -298,31 +289,6 @@ def test_stations_unlike_each_other_keep_their_own():
     deviation_mm = np.repeat([0.02, 0.5], 8)
     found_mm = possible_scatter_mm(10 * deviation_mm**2, np.full(16, 10.0))
     assert np.median(found_mm, axis=0) == pytest.approx(deviation_mm, rel=0.1)
-
-
-def test_a_station_read_once_may_be_like_any_of_the_others():
-    """0.03 and 0.2 mm by turns: in the middle, and less sure than either."""
-    squares_mm2, freedom = 10 * np.tile([0.03, 0.2], 8) ** 2, np.full(16, 10.0)
-    found_mm = possible_scatter_mm(np.append(squares_mm2, 0.0), np.append(freedom, 0.0))
-    low_mm, middle_mm, high_mm = np.quantile(found_mm, (0.05, 0.5, 0.95), axis=0)
-    assert 0.04 < middle_mm[-1] < 0.15
-    assert low_mm[-1] < 0.03
-    assert high_mm[-1] > 0.2
-
-
-def test_repeats_that_agree_to_a_coarse_step_may_lie_anywhere_in_it():
-    """A single station and no scatter to be seen: the error is even over the step, from -0.25 to 0.25 mm, or wider."""
-    found_mm = rounded_errors_mm(np.full((1, 3), -4.0), 0.5)[:, 0]
-    assert found_mm.mean() == pytest.approx(0.0, abs=0.02)
-    assert 0.2 < np.quantile(np.abs(found_mm), 0.9) < 0.4
-
-
-def test_repeats_on_two_steps_place_the_level_between_them():
-    """Two of three readings on one step and one on the next, 0.29 mm of deviation, and their mean 0.29 / sqrt(3)."""
-    repeats_mm = np.tile([0.0, 0.0, 0.5], (20, 1))
-    error_mm = rounded_errors_mm(repeats_mm, 0.5)
-    assert np.median(error_mm) == pytest.approx(0.0, abs=0.05)
-    assert np.quantile(np.abs(error_mm), 0.95) == pytest.approx(1.96 * 0.289 / np.sqrt(3), rel=0.15)
 
 
 @pytest.mark.parametrize(("sinks_mm", "error_mm"), [(5.0, 1.0), (20.0, 0.05), (50.0, -3.0)])

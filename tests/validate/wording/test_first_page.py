@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evidence import FAST_FILL, SEEDS, make_evidence
+from tests.evidence import FAST_FILL, make_evidence
 from validate.compare import assess
 from validate.figures.first_figure import BAND_NEXT, BAND_READ
 from validate.report.chapters import first_caption
@@ -17,11 +17,6 @@ from validate.uncertainty.validation import predict
 from validate.wording.first_page import first_page, station_rows
 
 FITTED = ("fluid.U", "fluid.yield_stress_pa")
-
-
-@pytest.fixture(scope="module")
-def plain(tmp_path_factory):
-    return make_evidence(tmp_path_factory.mktemp("plain"))
 
 
 def judged(evidence, role="held-out", gate_mm=None, fitted=None):
@@ -50,8 +45,10 @@ def judged(evidence, role="held-out", gate_mm=None, fitted=None):
         ("undeclared", None, None, "○ No limit declared", "The simulation is 0.50 mm off the readings", "Not declared"),
     ],
 )
-def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gate_mm, fitted, state, verdict, tested):
-    page = first_page(judged(plain, role, gate_mm, fitted))
+def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(
+    evidence, role, gate_mm, fitted, state, verdict, tested
+):
+    page = first_page(judged(evidence, role, gate_mm, fitted))
     assert page.state.startswith(state)
     assert verdict in page.verdict
     assert [tile.title for tile in page.tiles] == [
@@ -62,7 +59,7 @@ def test_each_verdict_says_how_far_off_and_whether_it_is_a_test(plain, role, gat
     assert page.tiles[3].figure == tested
     words = " ".join([page.subject, page.state, page.verdict, *page.lead, *(" ".join(label) for label in page.labels)])
     assert len(words.split()) <= 130
-    _is_plain(page, first_caption(judged(plain, role, gate_mm, fitted)))
+    _is_plain(page, first_caption(judged(evidence, role, gate_mm, fitted)))
     assert ("viscosity weight (U), yield stress" in page.tiles[3].text) is (fitted is not None)
 
 
@@ -74,84 +71,66 @@ def _is_plain(page, caption):
     assert "no tolerance" in caption
 
 
-def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(plain, tmp_path):
-    shifted = judged(plain, gate_mm=0.1)
+def test_a_missed_limit_is_split_into_level_and_shape_and_says_what_to_check(evidence, tmp_path):
+    shifted = judged(evidence, gate_mm=0.1)
     assert (
         "0.5 mm too high on average; with this shift removed, its mean error is 0.0 mm" in first_page(shifted).lead[1]
     )
     assert "caliper's zero" in first_page(shifted).lead[1]
-    level_mm = plain.profile.level_mm - 0.5 + 0.8 * np.sign(plain.profile.s_mm - 20.0)
-    bent = judged(replace(plain, profile=replace(plain.profile, level_mm=level_mm)), gate_mm=0.1)
+    level_mm = evidence.profile.level_mm - 0.5 + 0.8 * np.sign(evidence.profile.s_mm - 20.0)
+    bent = judged(replace(evidence, profile=replace(evidence.profile, level_mm=level_mm)), gate_mm=0.1)
     assert "check the sealant" in first_page(bent).lead[1].lower()
 
 
-def test_the_largest_error_is_named_wherever_it_is(plain):
+def test_the_largest_error_is_named_wherever_it_is(evidence):
     """Broken on purpose, the largest error at a reading is named alone."""
-    assert re.search(r"off most at \d+ mm from the start, 0\.5 mm too high", first_page(judged(plain)).lead[1])
-    peak = np.where(np.abs(plain.profile.s_mm - 12.5) < 1.0, -3.0, 0.0)
-    low = replace(plain, profile=replace(plain.profile, level_mm=plain.profile.level_mm + peak))
+    assert re.search(r"off most at \d+ mm from the start, 0\.5 mm too high", first_page(judged(evidence)).lead[1])
+    peak = np.where(np.abs(evidence.profile.s_mm - 12.5) < 1.0, -3.0, 0.0)
+    low = replace(evidence, profile=replace(evidence.profile, level_mm=evidence.profile.level_mm + peak))
     assert (
         "2.5 mm too low, between readings; at a reading it is off by at most 0.5 mm" in first_page(judged(low)).lead[1]
     )
-    exact = replace(plain, profile=replace(plain.profile, level_mm=plain.profile.level_mm - 0.5))
+    exact = replace(evidence, profile=replace(evidence.profile, level_mm=evidence.profile.level_mm - 0.5))
     assert first_page(judged(exact)).lead[1] == "It meets every reading."
 
 
-def test_the_baseline_is_the_simplest_that_is_nearer(plain):
-    """The level is a slope, which a straight line meets exactly; the simulation is 0.5 mm off, a flat line more."""
-    tile = first_page(judged(plain, "calibrated-on", fitted=FITTED)).tiles[1]
-    assert "a straight line, which has 2 numbers" in tile.text
-    assert "2 fitted settings" in tile.text
-    assert tile.figure == "0.00 mm"
-    assert [bar.name for bar in tile.bars if bar.own] == ["simulation"]
-    assert [bar.error_mm for bar in tile.bars] == sorted((bar.error_mm for bar in tile.bars), reverse=True)
-
-
-def test_the_volumes_are_those_of_the_mass_balance(plain):
-    tile = first_page(judged(plain)).tiles[2]
-    below = float((plain.run.position_mm[~plain.run.spilled, 2] <= 0).mean())
-    assert tile.figure.endswith("% full")
-    assert f"of {plain.run.dispensed_volume_mm3 / 1000:.2f} ml are in the crack" in tile.text
-    assert 0 < below <= 1
-
-
-def test_faults_and_unmeasured_data_are_named_before_the_figure(plain, tmp_path):
-    lost = first_page(replace(judged(plain), volume_ratio=0.8))
+def test_faults_and_unmeasured_data_are_named_before_the_figure(evidence, tmp_path):
+    lost = first_page(replace(judged(evidence), volume_ratio=0.8))
     assert lost.labels[0][0] == "Check first:"
     assert "20 %" in lost.labels[0][1]
     drawn = make_evidence(tmp_path, photo_data="synthetic", readings_data="reconstructed")
     labels = dict(first_page(judged(drawn)).labels)
     assert {"synthetic", "reconstructed"} <= set(labels["Not a validation:"].replace(",", "").replace(".", "").split())
-    assert first_page(judged(plain)).labels == ()
-    fast = replace(plain.run, fast_fill=FAST_FILL.model_copy(update={"unfit": ("A mound stays; it is large.",)}))
-    unfit = dict(first_page(replace(plain, run=fast, comparison=None, readings=None)).labels)
+    assert first_page(judged(evidence)).labels == ()
+    fast = replace(evidence.run, fast_fill=FAST_FILL.model_copy(update={"unfit": ("A mound stays; it is large.",)}))
+    unfit = dict(first_page(replace(evidence, run=fast, comparison=None, readings=None)).labels)
     assert "UNFIT" in unfit["Check first:"]
 
 
-def test_the_fast_model_gets_no_verdict_whatever_the_limit(plain):
-    page = first_page(replace(judged(plain), run=replace(plain.run, fast_fill=FAST_FILL)))
+def test_the_fast_model_gets_no_verdict_whatever_the_limit(evidence):
+    page = first_page(replace(judged(evidence), run=replace(evidence.run, fast_fill=FAST_FILL)))
     assert page.state == "○ Fast model: no verdict"
     assert page.verdict.startswith("The fast model, which is for screening, is 0.50 mm off")
     assert page.tiles[0].text.endswith("The fast model gets no verdict.")
     assert page.tiles[3].figure == "Fast model"
 
 
-def test_escaped_particles_and_edited_files_leave_no_verdict(plain):
-    escaped = first_page(replace(plain, run=replace(plain.run, escaped_particles=1)))
+def test_escaped_particles_and_edited_files_leave_no_verdict(evidence):
+    escaped = first_page(replace(evidence, run=replace(evidence.run, escaped_particles=1)))
     assert escaped.state.startswith("✕ Fault")
     assert "no result" in escaped.verdict
-    edited = first_page(replace(judged(plain), edited=("profile.csv",)))
+    edited = first_page(replace(judged(evidence), edited=("profile.csv",)))
     assert edited.state.startswith("○ Files were edited")
     assert "no result" in edited.verdict
 
 
-def test_a_prediction_and_a_simulation_alone_have_figures_of_their_own(plain):
-    alone = replace(plain, readings=None, comparison=None)
+def test_a_prediction_and_a_simulation_alone_have_figures_of_their_own(evidence):
+    alone = replace(evidence, readings=None, comparison=None)
     page = first_page(alone)
     assert (page.state, page.tiles[3].figure) == ("○ Simulation alone", "No")
-    s_mm = plain.profile.s_mm
+    s_mm = evidence.profile.s_mm
     spread = Spread(s_mm, None, (Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1)),), 0.0, 0.5)
-    predicted = replace(alone, prediction=predict(plain.profile, spread, Uncertainty(volume_ml=0.1)))
+    predicted = replace(alone, prediction=predict(evidence.profile, spread, Uncertainty(volume_ml=0.1)))
     page = first_page(predicted)
     assert page.state == "○ Prediction, not measured yet"
     assert page.verdict.startswith("Predicted: a mean level 3.5 mm below the face, give or take 0.2 mm")
@@ -161,24 +140,20 @@ def test_a_prediction_and_a_simulation_alone_have_figures_of_their_own(plain):
     _is_plain(page, first_caption(predicted))
 
 
-def test_a_mean_of_runs_is_named_in_the_table(plain):
-    mean = judged(replace(plain, seeds=SEEDS))
-    names = [name for name, _ in station_rows(mean)]
-    assert names == ["along, mm", "read, mm", "± in 19 of 20, mm", "mean of 3 ± 0.8, mm", "error, mm"]
-
-
-def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(plain):
-    rows = dict(station_rows(judged(plain)))
+def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(evidence):
+    rows = dict(station_rows(judged(evidence)))
     assert rows["read, mm"][0] == "-8.0"
     assert set(rows["error, mm"]) == {"+0.5"}
-    beyond = replace(plain.readings, s_mm=plain.readings.s_mm + 1.0)
-    assert dict(station_rows(judged(replace(plain, readings=beyond))))["error, mm"][-1] == "-"
+    beyond = replace(evidence.readings, s_mm=evidence.readings.s_mm + 1.0)
+    assert dict(station_rows(judged(replace(evidence, readings=beyond))))["error, mm"][-1] == "-"
 
 
-def test_the_page_states_what_holds_the_bed_and_ends_with_the_command_that_plans_a_better_fill(plain):
+def test_the_page_states_what_holds_the_bed_and_ends_with_the_command_that_plans_a_better_fill(evidence):
     """Broken on purpose, with the command beside readings too, or for a sealant that no plan takes."""
-    settings = plain.run.settings | {"fluid": plain.run.settings["fluid"] | {"freeze_after_s": 2.58}}
-    frozen = replace(judged(plain), run=replace(plain.run, settings=settings), note="A slot.", can_be_planned=True)
+    settings = evidence.run.settings | {"fluid": evidence.run.settings["fluid"] | {"freeze_after_s": 2.58}}
+    frozen = replace(
+        judged(evidence), run=replace(evidence.run, settings=settings), note="A slot.", can_be_planned=True
+    )
     notes = dict(first_page(frozen).notes)
     assert "2.58 s after its release" in notes["Freezing:"]
     assert notes["Note:"] == "A slot."
@@ -188,15 +163,15 @@ def test_the_page_states_what_holds_the_bed_and_ends_with_the_command_that_plans
     assert "Next:" not in dict(first_page(replace(alone, can_be_planned=False)).notes)
 
 
-def test_too_few_readings_are_told_how_many_are_needed(plain):
+def test_too_few_readings_are_told_how_many_are_needed(evidence):
     """Seen to fail without the label: the page then only states that there are too few."""
     few = [0, 4]
     readings = replace(
-        plain.readings,
-        s_mm=plain.readings.s_mm[few],
-        level_mm=plain.readings.level_mm[few],
-        repeats_mm=plain.readings.repeats_mm[few],
+        evidence.readings,
+        s_mm=evidence.readings.s_mm[few],
+        level_mm=evidence.readings.level_mm[few],
+        repeats_mm=evidence.readings.repeats_mm[few],
     )
-    labels = dict(first_page(judged(replace(plain, readings=readings))).labels)
+    labels = dict(first_page(judged(replace(evidence, readings=readings))).labels)
     assert "5 stations or more" in labels["Verdict:"]
-    assert "Verdict:" not in dict(first_page(judged(plain)).labels)
+    assert "Verdict:" not in dict(first_page(judged(evidence)).labels)

@@ -10,7 +10,7 @@ from tests.evidence import RADIUS_MM, SEEDS, make_evidence
 from validate.settings import Gate
 from validate.wording.comparison import uncertainty_sentences
 from validate.wording.headline import DRAFT, cautions, headline, in_short, mean_of_seeds, run_warnings
-from validate.wording.of_runs import OF_DRAFTS, names_of
+from validate.wording.of_runs import OF_DRAFTS
 
 GATE = Gate(mean_error_mm=1.0)
 
@@ -86,12 +86,6 @@ def test_volume_and_bed_are_told_with_their_reason_and_remedy(run, settings, hea
         assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
 
 
-def test_a_draft_says_that_it_is_one(run):
-    (text,) = run_warnings(replace(run, settings=run.settings | {"solver": {"preset": "draft"}}), 1.0)
-    assert "draft" in text
-    assert "solver.preset" in text
-
-
 def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone_shows(run, evidence):
     settings = {**run.settings, "solver": {"preset": "draft"}}
     drafts = replace(evidence, run=replace(run, settings=settings), seeds=SEEDS)
@@ -102,13 +96,6 @@ def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone
         assert any("those of seed 0" in sentence for sentence in sentences)
     assert OF_DRAFTS not in in_short(replace(evidence, seeds=SEEDS))
     assert "these are 3 runs" in uncertainty_sentences(replace(drafts, comparison=None, readings=None))[0]
-
-
-@pytest.mark.parametrize(
-    ("seeds", "words"), [((0, 1, 2), "0 to 2"), ((5, 6), "5 and 6"), ((2**31 - 1, 0, 1), f"{2**31 - 1}, 0 and 1")]
-)
-def test_seeds_are_named(seeds, words):
-    assert names_of(SEEDS.model_copy(update={"seeds": seeds})) == words
 
 
 def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
@@ -143,19 +130,3 @@ def test_files_that_somebody_edited_come_before_everything(run, evidence):
     edited = replace(evidence, run=replace(run, escaped_particles=1), edited=("profile.csv", "simulation.json"))
     assert cautions(edited)[0].startswith("Files were edited by hand after the run (profile.csv, simulation.json): ")
     assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
-
-
-def test_the_headline_is_the_verdict_and_then_by_how_much_and_to_which_side(tmp_path):
-    evidence = make_evidence(tmp_path, gate=GATE, error_mm=0.5)
-    assert evidence.comparison is not None
-    assert headline(evidence) == (evidence.comparison.headline, "passed")
-    nearness, whereabouts = in_short(evidence)
-    assert "0.5 mm from the readings on average" in nearness
-    assert "0.5 mm above" in nearness
-    assert "ml dispensed" in whereabouts
-
-
-def test_without_readings_nothing_is_compared_and_it_says_where_the_sealant_went(unread):
-    assert headline(unread)[1] == "open"
-    (whereabouts,) = in_short(unread)
-    assert "; less than 0.01 ml ran over the edge" in whereabouts, "one particle of the case did"

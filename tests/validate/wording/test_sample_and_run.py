@@ -10,24 +10,18 @@ import pytest
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.records import Sections
 from sealtwin.core.run_figures import RunHealth
 from tests.fluids import path, pour, slot
 from validate.compare import assess
 from validate.settings import Readings, Uncertainty
-from validate.wording.comparison import balance_table, volumes_mm3
 from validate.wording.sample_and_run import (
     HEALTH_LABELS,
     assumptions,
-    geometry_table,
-    health_rows,
     hidden_width,
     left_out,
     path_table,
     settings_table,
 )
-
-SPILLED = "over the edge of the sample"
 
 
 def with_settings(evidence, **groups):
@@ -129,13 +123,6 @@ def test_sealant_with_a_table_is_told_with_its_ends_and_its_columns_are_not_list
     assert "from 190 to 120 °C" in words
 
 
-def test_the_meniscus_has_its_size_here_only_if_no_uncertainty_names_it(evidence):
-    assert "up to 0.30 mm lower in the middle" in assumed(evidence)
-    judged = replace(evidence, comparison=assessed(evidence))
-    assert "in the middle" not in assumed(judged)
-    assert any("meniscus of up to 0.30 mm in the middle" in text for text in judged.comparison.findings)
-
-
 def test_what_counts_in_no_metric_is_told_by_its_number(evidence):
     """Seen to fail with the stations counted from the comparison alone."""
     assert left_out(evidence)[0].startswith("1 particle (1 mm³) ran over the edge of the sample")
@@ -173,30 +160,6 @@ def test_what_was_read_is_as_it_was_declared(evidence, state, shrinkage_percent,
     assert "the caliper" not in assumed(evidence), "not assessed, nothing is known"
 
 
-def test_every_particle_is_somewhere_and_one_is_no_plural(evidence):
-    rows = dict(balance_table(evidence).rows)
-    assert rows[SPILLED].endswith(", 1 particle")
-    counts = {name: re.findall(r"([\d,]+) particle", text) for name, text in rows.items()}
-    count = {name: int(numbers[0].replace(",", "")) for name, numbers in counts.items() if numbers}
-    places = volumes_mm3(evidence)
-    parts = [count[places[key][0]] for key in ("in_crack", "above_face", "spilled")]
-    assert sum(parts) == count["dispensed"] == len(evidence.run.position_mm)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "text"),
-    [
-        ("density_error_p95", 0.02318, "2.32 %"),
-        ("viscosity_iterations_mean", 1.998, "2.0 a substep"),
-        ("viscosity_m2_s", 3.248e-5, "32.5 mm²/s"),
-        ("moving_most", 2302, "2,302"),
-    ],
-)
-def test_each_number_of_the_run_has_its_unit_and_its_meaning(key, value, text):
-    assert health_rows(RunHealth.model_validate({key: value})) == [(HEALTH_LABELS[key][0], text)]
-    assert "_" not in HEALTH_LABELS[key][0]
-
-
 def test_a_run_records_nothing_that_the_report_cannot_name():
     """A new number needs a line in HEALTH_LABELS, or the report shows its name in the code."""
     crack = slot(12.0)
@@ -218,13 +181,3 @@ def test_a_path_with_leads_and_ramps_is_told_with_what_varies(evidence):
     one, other = (float(re.findall(r"Surface tension.*?\((\d+) mm/s", assumed(each))[0]) for each in (plain, led))
     # 1.2 ml in 7.5 s; slowed by the end of one ramp, it is less, but not the half that the leads would make of it.
     assert 0.8 * one < other <= one
-
-
-def test_the_sample_has_its_depths_and_its_angles(evidence):
-    even = dict(geometry_table(evidence).rows)
-    assert (even["depth"], even["tilt"]) == ("10 mm", "vertical walls")
-    sections = Sections(np.array([0.0, 40.0]), np.array([10.0, 4.0]), np.array([1.0, 1.0]))
-    solid = replace(evidence.solid, tilt="flare", wall_angles_deg=(5.0, 12.5), sections=sections)
-    odd = dict(geometry_table(replace(evidence, solid=solid)).rows)
-    assert odd["depth"] == "4 to 10 mm, from station to station"
-    assert odd["tilt"] == "flare, left wall 5°, right wall 12.5° from vertical"
