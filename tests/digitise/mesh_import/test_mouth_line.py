@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from manifold3d import CrossSection, FillRule
 
-from digitise.mesh_import.mouth_ends import end_before, first_exit
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
