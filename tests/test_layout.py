@@ -28,7 +28,6 @@ def test_constraints_pin_every_dependency_and_no_address():
     assert all("==" in line and "/" not in line for line in lines)
 
 
-@pytest.mark.broad
 def test_files_and_names_that_the_guides_give_exist():
     """Paths and names in backquotes of CONTRIBUTING's table, the page of the method, and the packages' recipes."""
     recipes = "digitise/robots/__init__.py", "validate/readings/__init__.py"

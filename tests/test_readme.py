@@ -12,20 +12,15 @@ import pytest
 from pypdf import PdfReader
 from typer.exceptions import TyperException
 from typer.main import get_command
-from typer.testing import CliRunner
 
 import sealtwin
 from benchmarks.headline import PAGE, RESULTS, page, with_table
 from sealtwin.cli.app import app
 from tests import shown_output
-from tests.coarse import make_coarse
-from tests.pages import leave_out_figures, leave_out_pages
 from tests.places import ROOT
 
 PAGES = {page: (ROOT / page).read_text(encoding="utf-8") for page in shown_output.PAGES}
 README = PAGES["README.md"]
-RUN_COARSE = ("README.md", "docs/how-to/follow-a-run.md")
-"""Pages whose slow commands need nothing but the fixture and what earlier commands made."""
 
 
 def _sealtwin_commands(page: str) -> list[str]:
@@ -64,24 +59,6 @@ def test_every_sealtwin_command_parses(page):
             group.commands[name].make_context(name, arguments)
         except TyperException as fault:
             pytest.fail(f"{line}\n{fault.message}")
-
-
-@pytest.mark.broad
-def test_runs_of_the_fluid_go_in_the_order_given(tmp_path, monkeypatch):
-    """With the fixture's trial made coarse: seconds, and in one process."""
-    monkeypatch.chdir(tmp_path)
-    leave_out_figures(monkeypatch)
-    make_coarse(tmp_path / "fixtures" / "paper-trial")
-    commands = [line for page in RUN_COARSE for line in _sealtwin_commands(page)]
-    assert len(commands) >= 9
-    # A command that stands on two pages does the same twice.
-    for number, line in enumerate(dict.fromkeys(commands)):
-        if number == len(_sealtwin_commands("README.md")):
-            leave_out_pages(monkeypatch)
-        answer = CliRunner().invoke(app, shlex.split(line)[1:])
-        assert answer.exit_code == 0, f"{line}\n{answer.stderr}"
-    assert (tmp_path / "reports" / "paper-trial" / "report.html").is_file()
-    assert (tmp_path / "reports" / "crack" / "crack.stl").is_file()
 
 
 def test_the_script_uses_public_names_alone():

@@ -29,22 +29,21 @@ def test_output_is_shown_and_compared():
     assert len(shown) >= 10
     assert len([block for block in shown if block.mark != "not-output"]) >= 5
     assert len(RUN) >= 8
+    assert {*QUICK} < {*RUN}
 
 
-QUICK = ("docs/how-to/to-the-robot.md", "docs/how-to/measure-your-paste.md")
+QUICK = ("README.md", "docs/tutorial.md", "docs/how-to/measure-your-paste.md", "docs/how-to/to-the-robot.md")
 
 
-@pytest.mark.parametrize(
-    "page", [page if page in QUICK else pytest.param(page, marks=pytest.mark.broad) for page in RUN]
-)
+@pytest.mark.parametrize("page", QUICK)
 def test_output_of_quick_commands(page, tmp_path):
     """As far as the first slow block of the page. 'python -m tests.shown_output --rewrite' mends what differs."""
     assert "\n".join(map(str, differences_of(page, read_page(page), tmp_path, quick=True))) == ""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [page for page in RUN if is_slow(BLOCKS[page])])
-def test_output_of_slow_commands(page, tmp_path):
+@pytest.mark.parametrize("page", [page for page in RUN if page not in QUICK or is_slow(BLOCKS[page])])
+def test_output_of_all_commands(page, tmp_path):
     assert "\n".join(map(str, differences_of(page, read_page(page), tmp_path))) == ""
 
 

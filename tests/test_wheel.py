@@ -104,13 +104,6 @@ def test_the_installed_command_answers_and_finds_a_crack(installed, tmp_path):
     assert (tmp_path / "measured" / "measured.html").is_file()
 
 
-def test_no_development_tool_is_installed_with_it(installed):
-    tools = {"pytest", "ruff", "basedpyright", "import-linter", "numba", "hypothesis"}
-    listed = {entry["name"] for entry in json.loads(_run(installed, "-m", "pip", "list", "--format=json")[0])}
-    assert "warp-lang" in listed
-    assert not tools & listed
-
-
 def test_configobj_beside_it_is_refused(installed):
     """The last one, since its validate overwrites ours for good."""
     _pip(installed, "install", "--no-deps", "configobj==5.0.9")

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -23,10 +22,7 @@ from sealtwin.trial.starter_files import write_example_cell
 from sealtwin.trial.trial_file import load_trial
 from simulate.settings import SampleSlope
 from tests.evidence import axes_of
-from tests.fluids import path as short_path
-from tests.fluids import slot
 from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
-from tests.places import FIXTURE
 from tests.studies import tiny_lab
 from validate.report.write_report import REPORT
 from validate.result import Comparison
@@ -36,41 +32,21 @@ ENDS_PX = [[40, 101], [160, 98]]
 READINGS = np.array([[0.5, -2.0, -2.1], [4.0, -2.0, -1.9], [7.0, -1.5, -1.4], [10.0, -1.0, -1.1], [13.5, -1.0, np.nan]])
 COARSE = {"radius_mm": 0.45, "substeps": 2}
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # Of a crack that is narrow, and runs that end early
-HEAVY = ("warp", "cv2", "trimesh", "scipy", "skimage", "matplotlib", "numpy", "pydantic")
-SCRIPT = """
-import sealtwin as st
-
-photo  = st.read_photo("P01.jpg", mm_per_px=0.1)
-crack  = st.trace_crack(photo, ends_px=[(780, 600), (1340, 300)])
-solid  = st.build_solid(crack, depth_mm=16, tilt="undercut", wall_angle_deg=4.84)
-path   = st.plan_path(crack, solid, speed_mm_s=4, volume_ml=4.8)
-
-paste  = st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12)
-run    = st.inject(crack, solid, path, paste, device="cpu")
-level  = st.measure_level(run, crack, solid)
-
-readings = st.read_readings("P01.csv", crack, solid)
-result   = st.compare(level, readings, crack, solid)
-print(result.mean_error_mm, result.interval_95_mm)
-st.plot_levels(level, readings, result)
-st.write_report("P01/", crack, solid, path, run, result)
-"""
-"""The one that the review of the code asked for, as it stands there."""
-
-
-def in_fresh_python(code: str, folder: Path | None = None) -> str:
-    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+HEAVY = (
+    *("warp", "cv2", "trimesh", "scipy", "skimage", "matplotlib", "numpy", "pydantic"),
+    *("digitise", "simulate", "validate", "sealtwin.api"),
+)
 
 
 # What is offered.
 
 
-def test_importing_loads_no_library_and_none_of_the_stages():
-    heavy = (*HEAVY, "digitise", "simulate", "validate", "sealtwin.api")
-    listed = f"import sys, sealtwin; print([name for name in {heavy} if name in sys.modules], dir(sealtwin))"
-    assert in_fresh_python(listed).startswith("[] ")
+def test_importing_and_help_of_all_commands_load_no_library_and_none_of_the_stages():
+    """What makes them instant: counted in modules, since a timed test fails on a busy machine."""
+    script = "import sys, sealtwin\nfrom sealtwin.cli.app import app\ntry: app(['--help'])\n"
+    script += f"except SystemExit: print([name for name in {HEAVY} if name in sys.modules])"
+    shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    assert shown.endswith("[]\n")
     assert set(st.__all__) <= set(dir(st))
 
 
@@ -96,11 +72,9 @@ def test_every_name_is_documented_and_takes_few_arguments_by_place(name):
 @pytest.mark.parametrize(
     ("documented", "entry"),
     [
-        (st.build_solid, "depth_mm : number above 0.1, up to 500, or list of lists of 2:"),
         (st.build_solid, '"undercut" or "vertical"; default: "lean"\n    Tilt of the walls.'),
         (st.inject, "crossfall_deg : number from -45 to 45; default: 0.0\n    Slope of the face along y"),
         (st.Fluid, "flow_index : number from 0.2 to 2\n    Power n of the shear"),
-        (st.Solver, "sleep : true or false; default: True\n    Stop computing paste"),
     ],
 )
 def test_a_keyword_is_documented_by_the_setting_that_it_is(documented, entry):
@@ -163,23 +137,15 @@ def test_a_mask_may_be_an_array(way):
         st.trace_crack(masked, ENDS_PX, roi_px=[(0, 0), (199, 199)])
 
 
-@pytest.mark.parametrize(
-    ("fluid", "settle_s", "sentences"),
-    [
-        ({"U": 30, "D_cm": 0.3}, 0.0, ["fluid.U is 30: at any U", "Set a longer solver.settle_s"]),
-        pytest.param({"viscosity_pa_s": 0.3}, 2.0, [], marks=pytest.mark.broad),
-    ],
-)
-def test_python_is_warned_of_what_a_run_cannot_show(way, fluid, settle_s, sentences):
+def test_python_is_warned_of_what_a_run_cannot_show(way):
     """A volume ratio of 2 came back without a word."""
     _, crack, solid, path, _ = way
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        run = st.inject(crack, solid, path, st.Fluid(**fluid), solver=st.Solver(radius_mm=0.4, settle_s=settle_s))
-    texts = [str(one.message) for one in caught if "Bond number" not in str(one.message)]
+        run = st.inject(crack, solid, path, st.Fluid(U=30, D_cm=0.3), solver=st.Solver(**COARSE, settle_s=0.0))
+    texts = [str(one.message) for one in caught]
     assert all(one.filename == __file__ for one in caught)
-    assert bool(texts) is bool(sentences)
-    for sentence in sentences:
+    for sentence in ("fluid.U is 30: at any U", "Set a longer solver.settle_s"):
         assert any(sentence in text for text in texts), (sentence, texts)
     assert run.remarks == tuple(text for text in texts if text.startswith("fluid."))
 
@@ -306,16 +272,13 @@ def test_declared_data_can_validate(lab, way):
     assert st.compare(level, readings, crack, solid, gate_mm=50.0).headline[-1].startswith("Gate passed: ")
 
 
-def test_levels_are_drawn_on_a_figure_or_on_given_axes(way, result):
+def test_levels_are_drawn_on_a_figure(result):
     figure = st.plot_levels(result.level, result.readings, result)
     (axes,) = axes_of(figure)
     labels = [str(line.get_label()) for line in axes.lines]
     assert "simulated" in labels
     assert "caliper, UNDECLARED" in labels
-    own, (first, second) = pyplot.subplots(2)
-    assert st.plot_levels(result.level, solid=way[2], ax=second) is own
-    assert not first.lines
-    pyplot.close("all")
+    pyplot.close(figure)
     with pytest.raises(InputError, match="readings"):
         st.plot_levels()
 
@@ -385,32 +348,20 @@ def test_a_fluid_neither_freezes_nor_needs_to_say_so_but_in_a_trial_file(lab, tm
         ("Fluid(U=-1)", "Fluid: U = -1"),
         ("Fluid(viscosity_pa=1)", "Fluid: viscosity_pa: no such key"),
         ("Fluid(1.0)", "Fluid: give settings by name, as in U="),
-        ("Fluid()", "Fluid: "),
-        ("Solver(radius_mm=0)", "Solver: radius_mm = 0"),
-        ("Nozzle(diameter_mm='2')", "Nozzle: diameter_mm = '2'"),
         ("read_photo('nowhere.jpg', mm_per_px=0.1)", "nowhere.jpg"),
         ("read_photo(photo.image)", "read_photo: no scale"),
-        ("read_photo(photo.image, mm_per_px=0.1, ruler_px=ENDS_PX, ruler_mm=5)", "read_photo: mm_per_px"),
         ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: an array"),
         ("read_photo(7, mm_per_px=0.1)", "photo: expected a file"),
-        ("trace_crack(photo, [(1, 2)])", "trace_crack: ends_px"),
         ("trace_crack(photo, [(1, 2), (3, '4')])", "trace_crack: ends_px.1.1"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
-        ("build_solid(crack, 8, tilt='bent')", "build_solid: tilt = 'bent'"),
         ("plan_path(crack, solid, speed_mm_s=0)", "plan_path: speed_mm_s = 0"),
         ("inject(crack, solid, path, {'U': 30})", "inject: fluid is a dict"),
         ("inject(crack, solid, path, Fluid(U=1), seed=-1)", "inject: seed = -1"),
-        ("inject(crack, solid, path, Fluid(U=1), device='gpu9')", "device gpu9"),
-        ("inject(crack, solid, path, Fluid(U=1), threads=0)", "inject: threads = 0"),
         ("inject(crack, solid, path, Fluid(U=1), solver=Solver(radius_mm=5))", "solver.radius_mm is 5"),
-        ("read_readings('nowhere.csv')", "nowhere.csv"),
-        ("read_readings(READINGS, data='guessed')", "read_readings: data = 'guessed'"),
         ("read_readings(READINGS, unit='cm')", "read_readings: unit"),
         ("read_readings(READINGS + [90, 0, 0], crack, solid)", "readings, row 0: 90.5 mm"),
         ("read_readings(READINGS, fitted=['fluid.u'])", "read_readings: fitted: fluid.u"),
         ("compare(None, None, None, None, gate_mm=-1)", "compare: gate_mm = -1"),
-        ("run_trial('nowhere.toml')", "nowhere.toml"),
-        ("sweep('nowhere.toml', {'fluid.U': [1]})", "nowhere.toml"),
         ("sweep(FIXTURE / 'trial.toml', {'fluid.u': [1]})", "fluid.u"),
         ("write_report('P01', crack, solid, None, run)", "write_report: path"),
         ("write_robot_program('P01', crack, path, {'name': 'x'})", "cell: taught"),
@@ -425,38 +376,6 @@ def test_a_refusal_begins_with_what_was_typed(way, call, named, tmp_path, monkey
         eval(call, globals() | names)
     assert named in str(caught.value)
     assert not list(tmp_path.iterdir())
-
-
-# As it stands, with all its particles.
-
-
-def lay_out_script(folder: Path) -> None:
-    (folder / "P01.jpg").write_bytes((FIXTURE / "photo.jpg").read_bytes())
-    head, *rows = (FIXTURE / "caliper.csv").read_text(encoding="utf-8").splitlines()
-    # The script's crack begins 9 mm from the sample's edge, where the fixture's readings begin, and is 64 mm long.
-    moved = [(float(row.split(",")[0]) - 9, row.partition(",")[2]) for row in rows]
-    kept = [f"{s_mm:.2f},{levels}" for s_mm, levels in moved if 0 <= s_mm <= 64]
-    (folder / "P01.csv").write_text("\n".join([head, *kept, ""]), encoding="utf-8")
-
-
-@pytest.mark.slow
-def test_the_script_of_fifteen_lines_runs_as_it_stands(tmp_path):
-    lay_out_script(tmp_path)
-    printed = in_fresh_python("import matplotlib; matplotlib.use('Agg')\n" + SCRIPT, tmp_path)
-    error_mm, low_mm, high_mm = (float(part.strip("(),")) for part in printed.split())
-    assert 0 < low_mm < error_mm < high_mm < 5
-    assert {file.name for file in (tmp_path / "P01").iterdir()} == {*REPORT, "overlay.png", "straight.png"}
-
-
-def test_the_fast_model_is_a_model_of_the_solver_and_its_level_is_measured_like_any_other():
-    solid, crack = slot(40.0)
-    paste = st.Fluid(viscosity_pa_s=0.3, yield_stress_pa=4.0, freeze_after_s="never")
-    with pytest.warns(RuntimeWarning, match="by the fast model"):
-        run = st.inject(crack, solid, short_path(crack, 1.2, trim_mm=6.0), paste, solver=st.Solver(model="slot"))
-    level = st.measure_level(run, crack, solid)
-    assert not run.has_particles
-    assert level.dispensed_mm3 == pytest.approx(1200.0)
-    assert -16.0 < level.level_mm.mean() < 0.0
 
 
 def test_a_table_is_copied_and_pickled_without_being_checked_again():

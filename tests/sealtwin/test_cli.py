@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shlex
 import shutil
 import struct
@@ -17,7 +16,7 @@ import pytest
 import typer
 
 from sealtwin.cli.answer import Command, ending
-from tests.pictures import mortar, wandering, with_crack, write_png
+from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
 from tests.programs import refusal, sealtwin, start_interruptible
 from tests.studies import tiny_lab
@@ -50,7 +49,6 @@ BAD_PHOTOS = {
     "truncated": ("truncated", "photo"),
     "a text file": (b"This is no photo.\n" * 100, "photo"),
     "a bomb": (_png_bomb(), "million pixels allowed"),
-    "all black": (_encoded(np.zeros((200, 500, 3), np.uint8)), ""),
     "without a crack": (_encoded(np.full((200, 500, 3), 150, np.uint8)), ""),
 }
 
@@ -71,10 +69,9 @@ def test_a_bad_photo_gets_one_sentence(trial, tmp_path, fault):
     assert fault != "missing" or not (tmp_path / "run").exists()
 
 
-@pytest.mark.parametrize("fault", ["all black", "without a crack"])
 @pytest.mark.parametrize("ends", [(), ("--ends", "25,100", "475,105")])
-def test_a_photo_without_a_crack_is_refused_with_a_given_scale_too(tmp_path, fault, ends):
-    (tmp_path / "photo.png").write_bytes(BAD_PHOTOS[fault][0])
+def test_a_photo_without_a_crack_is_refused_with_a_given_scale_too(tmp_path, ends):
+    (tmp_path / "photo.png").write_bytes(BAD_PHOTOS["without a crack"][0])
     options = ("--depth-mm", 16, "--mm-per-px", 0.1, *ends, "--out", tmp_path / "run", "--quiet")
     refusal("digitise", tmp_path / "photo.png", *options)
 
@@ -111,16 +108,6 @@ def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
     assert mine.read_text() == "mine"
 
 
-@pytest.mark.broad
-def test_another_photo_does_not_replace_a_result_without_a_word(tmp_path):
-    photos = [tmp_path / name for name in ("crack.jpg", "crack.png")]
-    for photo, ends in zip(photos, ([(40, 150), (460, 140)], [(40, 140), (460, 150)]), strict=True):
-        write_png(photo, with_crack(mortar(), ends))
-    options = ("--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "40,145", "460,145", "--out", tmp_path / "run")
-    assert sealtwin("digitise", photos[0], *options).exit_code == 0
-    assert "crack.jpg" in refusal("digitise", photos[1], *options)
-
-
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
@@ -146,10 +133,9 @@ def test_a_program_reads_what_was_wrong_with_its_command_line(arguments, named):
     assert not sealtwin(*arguments).stdout
 
 
-@pytest.mark.parametrize("module", ["sealtwin", "sealtwin.cli.app"])
-def test_the_module_is_the_command(module):
+def test_the_module_is_the_command():
     """Run as a module, a file that only defines would do nothing, and say so by code 0."""
-    command = [sys.executable, "-m", module, "--version"]
+    command = [sys.executable, "-m", "sealtwin.cli.app", "--version"]
     answer = subprocess.run(command, capture_output=True, text=True, check=True)
     assert answer.stdout == sealtwin("--version").stdout != ""
 
@@ -173,21 +159,14 @@ def test_an_interrupt_in_the_making_of_a_class_ends_with_130_too(tmp_path):
     assert ended.returncode == 130, narration
 
 
-@pytest.mark.broad
-def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
-    """Also how good the scale is and who found the path: nobody must take a proposal for a crack that was seen.
-
-    The folder names no home and no place of this machine.
-    """
-    run = tmp_path / "run"
+def test_digitise_answers_in_json_and_then_redoes_nothing(tmp_path):
+    """The folder names no home and no place of this machine."""
+    trial, run = tiny_lab(tmp_path).with_name("trial.toml"), tmp_path / "run"
     answer = sealtwin("digitise", trial, "--out", run, "--json")
     assert answer.exit_code == 0, answer.output
     result = json.loads(answer.stdout)
     assert result["version"] == 2
-    assert 78 < result["sample"]["length_mm"] < 82
     assert result == json.loads((run / "run.json").read_text())
-    outline = json.loads((run / "outline.json").read_text())
-    assert result["sample"]["scale_uncertainty"] == outline["scale_uncertainty"]
     before = {path: path.stat().st_mtime_ns for path in run.iterdir() if not path.name.startswith(".")}
     again = sealtwin("digitise", trial, "--out", run)
     assert "nothing to redo" in again.stderr
@@ -196,32 +175,25 @@ def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
         text = (run / name).read_text()
         assert str(tmp_path) not in text
         assert str(Path.home()) not in text
-    photo, out = (
-        write_png(tmp_path / "crack.png", with_crack(mortar(), wandering([(40, 150), (460, 140)]))),
-        tmp_path / "automatic",
-    )
-    proposed = sealtwin("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--json")
-    result = json.loads(proposed.stdout)
-    assert any("found automatically" in warning for warning in result["sample"]["warnings"])
-    assert result["sample"]["mm_per_px"] == pytest.approx(0.1)
-    for folder, source in ((run, "ends"), (out, "automatic")):
-        manifest = json.loads((folder / "manifest.json").read_text())
-        assert manifest["stages"]["digitise"]["path_source"] == source
 
 
-@pytest.mark.broad
-def test_a_refusal_shows_what_was_found_until_the_next_attempt(tmp_path):
+def test_a_proposed_crack_is_named_as_one(thin):
+    """Nobody must take a proposal for a crack that was seen."""
+    (photo, *_), out = thin
+    answer = sealtwin("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--json")
+    assert any("found automatically" in warning for warning in json.loads(answer.stdout)["sample"]["warnings"])
+    assert json.loads((out / "manifest.json").read_text())["stages"]["digitise"]["path_source"] == "automatic"
+
+
+def test_a_refusal_shows_what_was_found(tmp_path):
     """A piece of a wide crack: seen, followed, and too short to be measured."""
     wide = with_crack(mortar(), [(40, 150), (460, 140)], width_px=50)
     photo, out = write_png(tmp_path / "crack.png", wide), tmp_path / "run"
-    crack = (photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--ends")
-    sentence = refusal("digitise", *crack, "190,146", "310,144")
+    ends = ("--ends", "190,146", "310,144")
+    sentence = refusal("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, *ends)
     assert sentence.endswith(f"Look at {out / 'refused.png'}.")
     picture = np.asarray(cv2.imread(str(out / "refused.png")))
     assert np.abs(picture.astype(int) - (60, 235, 250)).max(axis=2).min() < 40, "the way, in its yellow"
-    answer = sealtwin("digitise", *crack, "80,149", "420,141", "--quiet")
-    assert answer.exit_code == 0, answer.output
-    assert not (out / "refused.png").exists()
 
 
 @pytest.fixture
@@ -232,22 +204,7 @@ def thin(tmp_path):
     return (photo, "--mm-per-px", 0.1, *ends, "--out", tmp_path / "run", "--quiet"), tmp_path / "run"
 
 
-@pytest.mark.broad
-def test_a_fitted_width_is_told_with_its_interval_wherever_it_stands(thin):
-    arguments, out = thin
-    answer = sealtwin("digitise", *arguments, "--depth-mm", 16)
-    assert answer.exit_code == 0, answer.output
-    assert re.search(r"0\.\d\d mm wide by a fit .* 95 % from 0\.\d+ to 0\.\d+ mm", answer.stdout)
-    result, solid = (json.loads((out / name).read_text()) for name in ("run.json", "solid.json"))
-    outline = json.loads((out / "outline.json").read_text())
-    assert result["sample"]["width_source"] == outline["width_source"] == "fit"
-    assert outline["width_95_mm"][0] < outline["mean_width_mm"] < outline["width_95_mm"][1]
-    assert solid["photo_width_95_mm"] == pytest.approx(outline["width_95_mm"], abs=1e-4)
-    low_mm3, high_mm3 = solid["cavity_volume_95_mm3"]
-    assert low_mm3 < solid["cavity_volume_mm3"] < high_mm3
-
-
-def test_a_path_alone_is_a_robot_s_and_no_simulation_s(thin, tmp_path):
+def test_a_path_alone_is_a_robot_s_and_no_simulation_s_until_it_has_a_depth(thin, tmp_path):
     arguments, out = thin
     answer = sealtwin("digitise", *arguments, "--set", "photo.path_only=true", "--set", "path.volume_ml=0.5")
     assert answer.exit_code == 0, answer.output
@@ -259,10 +216,9 @@ def test_a_path_alone_is_a_robot_s_and_no_simulation_s(thin, tmp_path):
     assert sealtwin("robot", "--example", cell).exit_code == 0
     answer = sealtwin("robot", out, "--cell", cell)
     assert answer.exit_code == 0, answer.output
-    assert sealtwin("digitise", *arguments, "--set", "photo.path_only=true").exit_code == 0
-    assert "needs path.volume_ml" in refusal("robot", out, "--cell", cell)
     assert sealtwin("digitise", *arguments, "--depth-mm", 16).exit_code == 0
-    assert (out / "crack.stl").is_file()
+    result, outline = (json.loads((out / name).read_text()) for name in ("run.json", "outline.json"))
+    assert result["sample"]["width_source"] == outline["width_source"] == "fit"
 
 
 def test_a_gauge_s_widths_are_taken_as_given(thin, tmp_path):
@@ -285,7 +241,6 @@ def test_init_and_doctor_answer(tmp_path):
     assert "warp-lang" in findings["versions"]
 
 
-@pytest.mark.broad
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a file that is always full")
 def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
     with Path("/dev/full").open("w") as full:

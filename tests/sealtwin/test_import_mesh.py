@@ -21,7 +21,6 @@ def write(path: Path, inches: bool = False) -> Path:
     return path
 
 
-@pytest.mark.broad
 def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
     scan = write(tmp_path / "scan.stl", inches=True)
     done = sealtwin("import-mesh", scan, "--units", "inch", "--out", tmp_path / "run", "--json")

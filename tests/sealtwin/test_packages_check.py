@@ -5,8 +5,6 @@ import shutil
 import subprocess
 import sys
 
-import pytest
-
 from tests.places import ROOT
 
 PACKAGES = ("digitise", "simulate", "validate")
@@ -20,19 +18,17 @@ def _python(first, *arguments):
     )
 
 
-@pytest.mark.parametrize("command", [("-c", "import sealtwin"), ("-m", "sealtwin", "--version")])
-def test_the_package_of_another_and_the_cure_are_named(tmp_path, command):
+def test_the_package_of_another_and_the_cure_are_named(tmp_path):
     """As configobj installs a package validate, first on the path."""
     (tmp_path / "validate").mkdir()
     (tmp_path / "validate" / "__init__.py").write_text(NOT_TO_BE_RUN)
-    answer = _python(tmp_path, *command)
+    answer = _python(tmp_path, "-m", "sealtwin", "--version")
     assert answer.returncode == 1
     line = answer.stderr.splitlines()[-1]
     assert str(tmp_path / "validate" / "__init__.py") in line
     assert "uv tool install" in line
 
 
-@pytest.mark.broad
 def test_a_script_of_the_users_own_of_that_name_blames_no_distribution(tmp_path):
     (tmp_path / "simulate.py").write_text(NOT_TO_BE_RUN)
     answer = _python(tmp_path, "-m", "sealtwin", "doctor")
@@ -41,14 +37,12 @@ def test_a_script_of_the_users_own_of_that_name_blames_no_distribution(tmp_path)
     assert "rename" in answer.stderr
 
 
-@pytest.mark.broad
 def test_a_package_overwritten_in_place_is_found_out(tmp_path):
     """As pip does it: the file lies where ours lay."""
     for name in ("sealtwin", *PACKAGES):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_bytes((ROOT / name / "__init__.py").read_bytes())
     shutil.copytree(ROOT / "sealtwin", tmp_path / "sealtwin", dirs_exist_ok=True)
-    assert _python(tmp_path, "-c", "import sealtwin").returncode == 0
     (tmp_path / "validate" / "__init__.py").write_text(NOT_TO_BE_RUN)
     answer = _python(tmp_path, "-c", "import sealtwin")
     assert "validate" in answer.stderr.splitlines()[-1]

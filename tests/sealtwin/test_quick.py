@@ -74,12 +74,13 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
 
 
 def test_several_seeds_are_announced_kept_in_the_trial_and_shown(lab, monkeypatch):
-    """On worker processes; without --seeds nothing of them is left."""
-    answer = _quick(lab, "--seeds", "3", "--json")
+    """In this process; without --seeds nothing of them is left."""
+    monkeypatch.setattr("sealtwin.core.cluster.cores", lambda: 0)
+    answer = _quick(lab, "--seeds", "2", "--json")
     assert answer.exit_code == 0, answer.output
-    assert answer.stderr.index("3 runs, with seeds from 0: about ") < answer.stderr.index("Simulating")
-    assert "seeds = 3\n" in (lab / "out" / "trial.toml").read_text()
-    assert json.loads(answer.stdout)["seeds"]["seeds"] == [0, 1, 2]
+    assert answer.stderr.index("2 runs, with seeds from 0: about ") < answer.stderr.index("Simulating")
+    assert "seeds = 2\n" in (lab / "out" / "trial.toml").read_text()
+    assert json.loads(answer.stdout)["seeds"]["seeds"] == [0, 1]
     assert (lab / "out" / "run" / "level.csv").is_file()
     answer = _quick(lab)
     assert "The level is the mean" not in answer.stdout

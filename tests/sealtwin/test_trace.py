@@ -118,11 +118,6 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
     assert result["not_traced"] == ["broken.png"]
 
 
-def test_a_folder_without_photos_is_refused(tmp_path):
-    assert f"{tmp_path}: contains neither a photo" in refusal("trace", tmp_path)
-
-
-@pytest.mark.broad
 def test_a_path_alone_is_traced_without_a_crack(trial, browser):
     hints = {"ends_px": ENDS, "mm_per_px": 0.1}
     alone = trial.with_name("alone.toml")
@@ -161,6 +156,7 @@ def test_no_browser_is_opened_when_none_is_wanted(trial, browser, monkeypatch):
 
 
 def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tmp_path):
+    assert f"{tmp_path}: contains neither a photo" in refusal("trace", tmp_path)
     assert "not found" in refusal("trace", tmp_path / "none.jpg")
     assert "no such file" in refusal("trace", tmp_path / "none.toml")
     (trial.parent / "photo.toml").write_text("")
