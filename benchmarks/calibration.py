@@ -42,14 +42,13 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.calibration.search import CONFIRM, SearchResult, Setting, Source, search, settings_at
 from sealtwin.core.records import Floats, Outline, Sample, Solid, Trajectory
-from sealtwin.core.replicates import require_different
 from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import straight_slot
-from validate.calibration.discrepancy import smooth_errors_mm2
 from validate.calibration.emulator import Emulator
 from validate.calibration.free import Free, marginals_of
-from validate.calibration.posterior import Posterior, ReadLevels, reach_of
+from validate.calibration.posterior import Posterior, ReadLevels, reach_of, smooth_errors_mm2
+from validate.uncertainty.computed import require_different
 
 TABLE = Path(__file__).with_name("calibration.csv")
 KEPT = KeptRuns(TABLE, "python -m benchmarks.calibration --anew", ("solids", "simulate"))

@@ -26,8 +26,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.records import Outline, Sample, Trajectory
 from sealtwin.plan.make_plan import LESS_STRESS, MORE_FLOW, RESERVE_MM, Options, case_of, plan_on
-from sealtwin.plan.search import Goal, search, target_of
-from sealtwin.plan.shape import Knots, limits_of
+from sealtwin.plan.search import Goal, Knots, limits_of, search, target_of
 from sealtwin.plan.verify import Misfit, Verifier, misfit
 from sealtwin.trial.trial_file import FluidOfFile, Trial
 from simulate.settings import Nozzle, Solver

@@ -57,7 +57,6 @@ def trace_case(case: Case, folder: Path) -> Figures:
         ends_px=case.ends_px(truth),
         edge_fraction=case.edge_fraction,
         branches="keep" if case.keep_branches else "drop",
-        second_photo=None if truth.second_jpeg is None else Path("second.jpg"),
     )
     began = time.process_time()
     try:

@@ -120,12 +120,6 @@ def _put_region_beside(shot: Shot) -> None:
     shot.hint(ends_px=None, roi_px=(tuple(low), tuple(high)))
 
 
-def _move_camera(shot: Shot) -> None:
-    second = shot.settings.file.with_name("second.png")
-    cv2.imwrite(str(second), np.roll(shot.image, 40, axis=1))
-    shot.hint(second_photo=second)
-
-
 def _bring_another_mask(shot: Shot) -> None:
     mask = shot.settings.file.with_name("mask.png")
     cv2.imwrite(str(mask), np.zeros_like(shot.image[:, 100:, 0]))
@@ -154,7 +148,6 @@ REFUSALS = (
     ),
     Refusal("via point beside the crack", r"via point .* is not on a crack", _put_via_beside),
     Refusal("region beside the crack", r"no crack found", _put_region_beside),
-    Refusal("camera moved between two photos", r"the camera has moved|does not show the scene", _move_camera),
     Refusal("mask of another photo", r"the mask is \d+ x \d+ px, the photo", _bring_another_mask),
     Refusal("both ends in one place", r"only 5 px apart", _put_ends_alike),
 )
