@@ -12,7 +12,7 @@ from digitise.outline import glance, trace_outline
 from digitise.photo import smaller
 from digitise.scale.view import Lens, View
 from digitise.walls.followed_walls import GLANCE_WIDTH_PX
-from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+from tests.pictures import distance_to, evenly_scaled, how_traced, mortar, with_crack, write_png
 
 ENDS = ((60.0, 430.0), (940.0, 210.0))
 WIDTH_PX = 40
@@ -39,6 +39,9 @@ def test_a_glance_sees_the_walls_that_are_there(photo, path):
     for name in ("left_wall_mm", "right_wall_mm"):
         off_mm = distance_to(getattr(rough, name), getattr(fine, name))
         assert off_mm.mean() < 0.5 * photo.mm_per_px
+    stroked = glance(photo, path, how_traced(crack_strokes_px=[[(360.0, 330.0)]]))
+    assert stroked is not None
+    assert any("strokes drawn by hand" in warning for warning in stroked.warnings)
     # What it costs is per station, and they lie 2.5 of its own pixels apart.
     assert len(rough.centreline_mm) < 0.6 * len(fine.centreline_mm)
 

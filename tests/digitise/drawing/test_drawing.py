@@ -80,6 +80,16 @@ def test_an_outline_in_segments_and_any_unit_is_one_crack(tmp_path, unit):
     assert np.ptp(crack.vertices_mm, axis=0) == pytest.approx([64, 27, DEPTH_MM + FLOOR_MM], rel=1e-6)
 
 
+def test_walls_either_way_round_are_the_outline(tmp_path):
+    def draw(space):
+        space.add_lwpolyline(RING[:2], dxfattribs={"layer": "A"})
+        space.add_lwpolyline(RING[2:], dxfattribs={"layer": "B"})
+
+    layers = _layers(_saved(tmp_path, draw))
+    for walls in (("A", "B"), ("b", "a")):
+        assert _volume_mm3(drawn_crack(layers, DEPTH_MM, walls=walls), 64 * 27) == pytest.approx(960, rel=1e-6)
+
+
 def test_a_line_has_its_width_and_round_ends_and_a_face_its_sides(tmp_path):
     def draw(space):
         space.add_lwpolyline([(0, 0, 0), (40, 0, 0)], format="xyb", dxfattribs={"layer": "L"})

@@ -60,6 +60,11 @@ def test_a_ball_has_no_face():
         face_of((np.array(ball.vertices), np.array(ball.faces, dtype=np.int64)))
 
 
+def test_a_sheet_on_edge_has_no_face():
+    with pytest.raises(InputError, match="no plane face on its upper side: 0%"):
+        face_of(turned(sheet(rough_mm=0.0, from_mm=200.0), 0, 90.0))
+
+
 BELOW_MM = 0.05
 
 

@@ -209,6 +209,12 @@ def test_bodies_count_once_hollows_are_filled_and_crumbs_left_out(meshes, volume
     assert [(it.what, it.count, pytest.approx(it.volume_change)) for it in repairs] == ([repair] if repair else [])
 
 
+def test_a_surface_that_is_not_closed_bounds_nothing():
+    surface = joined(ONE)
+    with pytest.raises(InputError, match="not watertight: 3 open edges"):
+        bounded_body(RepairedSurface(surface.vertices_mm, surface.faces[1:]))
+
+
 def test_a_fold_bounds_nothing():
     corners = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
     with pytest.raises(InputError, match="encloses no volume"):

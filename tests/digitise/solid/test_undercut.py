@@ -98,6 +98,12 @@ def test_two_angles_are_reduced_in_proportion():
     build(NARROW, (0.5, 10.6))
 
 
+def test_a_trace_that_leaves_the_block_is_no_fault_of_the_tilt():
+    beside = replace(straight_slot(40.0, 3.0, CLOSED), face_mm=(-1.0, -1.6, 41.0, 20.0))
+    with pytest.raises(InputError, match="Mark an open end there"):
+        build(beside, 2.0)
+
+
 @pytest.mark.parametrize("angle_deg", [-4.84, (-4.0, 5.0)])
 def test_a_negative_angle_is_told_the_tilt_s_name(angle_deg):
     with pytest.raises(ValidationError, match='tilt = "undercut"'):

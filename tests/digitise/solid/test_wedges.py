@@ -7,7 +7,6 @@ from digitise.settings import CrackShape
 from digitise.solid.footprint import Footprint, lay_out
 from digitise.solid.wedges import MITRE_DEG, carve, wall_shifts_mm
 from sealtwin.core.records import Floats
-from tests.integrals import cavity_volume_mm3
 from tests.shapes import CLOSED, straight_slot, with_ring
 
 SLOPE = np.tan(np.radians(11.0))
@@ -46,17 +45,6 @@ def test_a_flare_over_a_regular_polygon_has_rounded_corners(sides):
     straight = area * 16.0 + perimeter * spread * 16.0 / 2
     volume = cavity_mm3(ring, CrackShape(depth_mm=16.0, tilt="flare"))
     assert straight + cone < volume < straight + most * cone * (1 + 1e-6)
-
-
-def test_a_spiral_s_wall_may_run_into_itself():
-    """One wall that parts at every corner for a turn and a half, its flare wider than what lies between the turns."""
-    turn = np.linspace(0.0, 3 * np.pi, 109)
-    ray = np.column_stack([np.cos(turn), np.sin(turn)])
-    radius_mm = 5.0 + 3.0 * turn / (2 * np.pi)
-    ring = np.vstack([(radius_mm + 0.3)[:, None] * ray, ((radius_mm - 0.3)[:, None] * ray)[::-1]])
-    shape = CrackShape(depth_mm=20.0, tilt="flare")
-    footprint = lay_out(with_ring(straight_slot(8.0, 4.0, CLOSED), ring), shape, max(wall_shifts_mm(shape)))
-    assert cavity_mm3(ring, shape) == pytest.approx(cavity_volume_mm3(footprint, shape, 4), rel=5e-4)
 
 
 def test_a_nose_between_two_branches_keeps_its_distance():

@@ -150,20 +150,6 @@ def test_an_older_question_is_dropped(session):
         next(session.trace(Hints(ends_px=ENDS), 6.9, "scale"))
 
 
-def test_a_newer_question_spares_the_walls_of_the_older(session):
-    older = session.trace(Hints(ends_px=ENDS), 1.0, "walls")
-    assert list(next(older)) == ["scale"]
-    assert list(next(older)) == ["path"]
-    waiting = threading.Thread(target=lambda: _asked(session, Hints(ends_px=ENDS), revision=2.0))
-    waiting.start()
-    while session._newest < 2:
-        time.sleep(0.001)
-    with pytest.raises(OutdatedError):
-        next(older)
-    waiting.join(10)
-    assert not waiting.is_alive()
-
-
 def test_in_the_end_nothing_goes_on(session):
     question = session.trace(Hints(ends_px=ENDS), 1.0, "walls")
     next(question)

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import resampled
@@ -15,6 +16,7 @@ from digitise.walls.overlay import (
     LEFT,
     NOZZLE,
     RIGHT,
+    draw_cracks,
     draw_overlay,
     draw_way,
 )
@@ -48,6 +50,20 @@ def test_walls_centreline_and_both_ends_are_drawn_where_they_are(scene):
     ):
         assert share_of_colour(picture, (points_px[inner] + 0.5) * scale - 0.5, colour) > 0.9
     assert share_of_colour(picture, (outline.centreline_px[[0, -1]] + 0.5) * scale - 0.5, ENDS) == 1
+
+
+def test_a_choice_among_cracks_shows_each_with_its_number(scene):
+    photo, outline, _ = scene
+    crack = FoundCrack(outline.centreline_px, outline.outline_px, 31.0, 1.0)
+    picture = draw_cracks(photo, (crack,))
+    scale = picture.shape[1] / photo.size_px[0]
+    ring, middle = ((points_px + 0.5) * scale - 0.5 for points_px in (crack.outline_px, crack.middle_px))
+    clear = np.linalg.norm(ring - middle, axis=1) > 60
+    assert share_of_colour(picture, ring[clear], ENDS) > 0.9
+    x, y = np.rint(middle).astype(int)
+    disc = picture[y - 12 : y + 12, x - 12 : x + 12].reshape(-1, 3)
+    assert np.mean(disc.max(axis=1) < 60) > 0.3
+    assert np.mean(disc.min(axis=1) > 200) > 0.05
 
 
 def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene):
