@@ -49,16 +49,9 @@ def test_viscosity_neither_pushes_nor_turns_a_cloud(viscosity_mm2_s, yield_mm2_s
     assert np.linalg.norm(turned) / np.linalg.norm(before[1]) < 0.01
 
 
-@pytest.mark.parametrize(
-    "channel",
-    [
-        Channel(5.0, 3000.0),
-        Channel(8.0, 32.0, 0.5),
-        Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25),
-    ],
-)
+@pytest.mark.parametrize("channel", [Channel(5.0, 3000.0), Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25)])
 def test_a_fluid_flows_between_plates_as_its_closed_form_says(channel):
-    """Viscous, Bingham's, and one that thins. A yield stress off by a tenth is 15 % of the second's flow.
+    """Viscous, and Herschel and Bulkley's; the benchmark's Bingham fluid is slow.
 
     Particles that move before the viscosity acts are 5.5 times as fast in the first.
     """
