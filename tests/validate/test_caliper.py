@@ -123,8 +123,9 @@ def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
         (lambda table: np.vstack([table, table[:1]]), "none of them twice"),
         (lambda table: np.vstack([table, [90, 1, 1, 1]]), "row 3: 90 mm"),
         (lambda table: np.vstack([table, [20, 160, 1, 1]]), "row 3: 160 mm"),
+        (lambda table: np.vstack([table, [np.nan, 1, 1, 1]]), "row 3"),
     ],
-    ids=["a list", "one station", "a place twice", "beyond the crack", "above any filling"],
+    ids=["a list", "one station", "a place twice", "beyond the crack", "above any filling", "nowhere"],
 )
 def test_readings_in_memory_are_judged_as_those_of_a_sheet(change, named):
     with pytest.raises(InputError, match=r"^caliper\.csv") as caught:

@@ -12,7 +12,6 @@ from validate.figures.side_by_side import (
     first_with_readings,
     nearest,
     replicate_words,
-    setting_words,
 )
 
 NEAR = compared(mean_error_mm=0.2)
@@ -64,18 +63,3 @@ def test_a_run_that_is_not_its_own_any_more_is_neither_nearest_nor_a_replicate(m
     assert nearest([near]) is None
     (words,) = replicate_words([side("a", 0.5), near])
     assert words.startswith("No area validation metric")
-
-
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
-        (None, "-"),
-        (True, "yes"),
-        (0.1 + 0.2, "0.3"),
-        ([[0.0, 5.0], [1.0, 6.0]], "2: (0, 5) (1, 6)"),
-        ([{"id": 3, "x_mm": 2.5}], "1: (id 3, x_mm 2.5)"),
-    ],
-)
-def test_a_setting_is_said_as_a_person_writes_it(value, words):
-    assert setting_words(value) == words
-    assert len(setting_words([value] * 1000)) < 130

@@ -2,7 +2,7 @@
 
 import pytest
 
-from validate.readings.header_words import ColumnMeaning, meaning, name_in_titles, unit_of
+from validate.readings.header_words import ColumnMeaning, meaning, name_in_titles
 
 NAMES = {
     ColumnMeaning("station", "mm"): "s_mm|s/mm|x / mm|distanza dall'inizio, mm|lungo la fessura [mm]|"
@@ -57,13 +57,6 @@ def test_names_of_labs_are_understood(name, expected):
 def test_what_says_nothing_is_not_guessed(name):
     """A guess from a part of the name would be wrong: the depth of the crack is not that of the sealant."""
     assert meaning(name) is None
-
-
-@pytest.mark.parametrize(
-    ("text", "unit"), [("mm", "mm"), ("[cm]", "cm"), ("(in)", "inch"), ("s", None), ("1 mm", None)]
-)
-def test_a_unit_alone_is_told_from_other_cells(text, unit):
-    assert unit_of(text) == unit
 
 
 @pytest.mark.parametrize(

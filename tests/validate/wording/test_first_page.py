@@ -148,21 +148,6 @@ def test_the_table_of_stations_has_no_error_beyond_the_compared_stretch(evidence
     assert dict(station_rows(judged(replace(evidence, readings=beyond))))["error, mm"][-1] == "-"
 
 
-def test_the_page_states_what_holds_the_bed_and_ends_with_the_command_that_plans_a_better_fill(evidence):
-    """Broken on purpose, with the command beside readings too, or for a sealant that no plan takes."""
-    settings = evidence.run.settings | {"fluid": evidence.run.settings["fluid"] | {"freeze_after_s": 2.58}}
-    frozen = replace(
-        judged(evidence), run=replace(evidence.run, settings=settings), note="A slot.", can_be_planned=True
-    )
-    notes = dict(first_page(frozen).notes)
-    assert "2.58 s after its release" in notes["Freezing:"]
-    assert notes["Note:"] == "A slot."
-    assert "Next:" not in notes
-    alone = replace(frozen, readings=None, comparison=None)
-    assert first_page(alone).notes[-1][1].startswith("'sealtwin plan trial.toml'")
-    assert "Next:" not in dict(first_page(replace(alone, can_be_planned=False)).notes)
-
-
 def test_too_few_readings_are_told_how_many_are_needed(evidence):
     """Seen to fail without the label: the page then only states that there are too few."""
     few = [0, 4]

@@ -10,7 +10,7 @@ from tests.evidence import RADIUS_MM, SEEDS, make_evidence
 from validate.settings import Gate
 from validate.wording.comparison import uncertainty_sentences
 from validate.wording.headline import DRAFT, cautions, headline, in_short, mean_of_seeds, run_warnings
-from validate.wording.of_runs import OF_DRAFTS
+from validate.wording.of_runs import OF_DRAFTS, names_of
 
 GATE = Gate(mean_error_mm=1.0)
 
@@ -19,11 +19,6 @@ GATE = Gate(mean_error_mm=1.0)
 def run(evidence):
     """Nothing over the edge, nothing through a wall."""
     return replace(evidence.run, spilled=evidence.run.spilled & False)
-
-
-@pytest.fixture(scope="module")
-def unread(tmp_path_factory):
-    return make_evidence(tmp_path_factory.mktemp("unread"), readings_data=None)
 
 
 def test_what_a_weighed_fill_contradicts_is_said_first(evidence):
@@ -95,6 +90,7 @@ def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone
         assert OF_DRAFTS in sentences
         assert any("those of seed 0" in sentence for sentence in sentences)
     assert OF_DRAFTS not in in_short(replace(evidence, seeds=SEEDS))
+    assert (names_of(SEEDS), names_of(SEEDS.model_copy(update={"seeds": (5, 6)}))) == ("0 to 2", "5 and 6")
     assert "these are 3 runs" in uncertainty_sentences(replace(drafts, comparison=None, readings=None))[0]
 
 
@@ -113,13 +109,13 @@ def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
     assert f"({1.04 / (1 - share):.3f} of what stayed on the sample; " in gained
 
 
-def test_a_leak_comes_first(run, evidence, unread):
+def test_a_leak_comes_first(run, evidence):
     first, second = run_warnings(replace(run, escaped_particles=1), 0.775)
     assert first.startswith("Do not use this run: 1 particle went through a wall")
     assert second.startswith("The fluid lost")
     leaking = replace(evidence, run=replace(run, escaped_particles=11), photo_data="synthetic")
     assert [text.split(":")[0] for text in cautions(leaking)] == ["Do not use this run", "Not a validation"]
-    leaking = replace(unread, run=replace(run, escaped_particles=2))
+    leaking = replace(evidence, readings=None, comparison=None, run=replace(run, escaped_particles=2))
     assert headline(leaking) == (
         ("Do not use this run: 2 particles went through a wall. There are no readings.",),
         "failed",
