@@ -22,9 +22,8 @@ from sealtwin.calibration import search as searching
 from sealtwin.calibration.calibrate import MOST_FREE, calibrate
 from sealtwin.calibration.twin import Twin
 from sealtwin.cli.app import app
-from sealtwin.core.errors import InputError, present
+from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_figures import RunHealth
 from sealtwin.study.estimate import Forecast
 from sealtwin.study.study_folder import read_plan
 from sealtwin.trial.trial_file import Trial
@@ -192,19 +191,6 @@ def test_a_paste_that_thins_is_written_with_k_and_n():
     assert (material.viscosity_pa_s, material.consistency_pa_s_n, material.flow_index) == (None, 5.0, 0.5)
     assert material.flow_index_95 == pytest.approx((0.405, 0.595), abs=0.01)
     assert material.viscosity_error_percent is not None
-
-
-def test_a_material_has_the_figures_of_a_run_that_confirms_it_if_the_last_one_failed():
-    figures = SimpleNamespace(health=RunHealth(viscosity_pa_s=1.5))
-    runs = [
-        SimpleNamespace(number=1, settings={"fluid.yield_stress_pa": 3.0, "seed": 0}, figures=figures),
-        SimpleNamespace(number=2, settings={"fluid.yield_stress_pa": 7.0, "seed": 1}, figures=figures),
-        SimpleNamespace(number=3, settings={"fluid.yield_stress_pa": 7.0, "seed": 2}, figures=None),
-    ]
-    twin: Any = SimpleNamespace(plan=SimpleNamespace(runs=runs))
-    assert present(Twin.health.fget, "health")(twin).viscosity_pa_s == 1.5
-    twin.plan.runs = [runs[0], runs[2]]
-    assert present(Twin.health.fget, "health")(twin).viscosity_pa_s is None
 
 
 def _command(lab, out):

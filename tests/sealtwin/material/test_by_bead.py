@@ -158,6 +158,7 @@ def test_an_option_that_contradicts_the_sheet_or_method_is_refused(tmp_path, mon
 @pytest.mark.parametrize(
     ("option", "value", "says"),
     [
+        ("--cone-mm", "38,19,57", "expected three sizes in mm with x between"),
         ("--cone-mm", "19x38x57", "38 comes before 19"),
         ("--cone-mm", "3800x19x57", "each size must be 0.5 to 1000 mm"),
     ],
