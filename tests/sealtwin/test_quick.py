@@ -2,7 +2,6 @@
 
 import json
 import tomllib
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -10,9 +9,8 @@ from typer.testing import CliRunner
 from sealtwin.cli.app import app
 from sealtwin.core.record_files import read_sample
 from sealtwin.trial.quick_trial import QUICK, fast_answer
-from sealtwin.trial.trial_file import Trial, load_trial
+from sealtwin.trial.trial_file import load_trial
 from simulate.slot.run import pour
-from tests.fluids import path, sample_of, slot
 from tests.pages import leave_out_pages
 from tests.studies import READINGS, tiny_lab
 
@@ -47,6 +45,8 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     solver = trial.solver.model_copy(update={"model": "slot"})
     _, profile = pour(sample, trial.given_fluid, solver, trial.nozzle, seed=trial.seed)
     assert f"{profile.level_mm.mean():.2f} mm" in fast[0]
+    freezing = trial.given_fluid.model_copy(update={"freeze_after_s": 3.0})
+    assert "fluid.freeze_after_s" in " ".join(fast_answer(trial.model_copy(update={"fluid": freezing}), sample))
     assert {"crack.stl", "trajectory.csv", "particles.csv", "report.json"} <= {
         file.name for file in (out / "run").iterdir()
     }
@@ -85,21 +85,6 @@ def test_several_seeds_are_announced_kept_in_the_trial_and_shown(lab, monkeypatc
     answer = _quick(lab)
     assert "The level is the mean" not in answer.stdout
     assert not (lab / "out" / "run" / "level.csv").exists()
-
-
-@pytest.mark.parametrize(
-    ("fluid", "named"), [({"freeze_after_s": 3.0}, "fluid.freeze_after_s"), ({"yield_stress_pa": 40.0}, "0151")]
-)
-def test_the_fast_model_gives_the_reason_if_it_is_unfit(fluid, named):
-    case = Trial.model_validate(
-        {
-            "name": "tiny",
-            "mesh": {"file": Path("crack.stl"), "data": "synthetic", "units": "mm"},
-            "fluid": {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never", **fluid},
-        }
-    )
-    crack = slot(40.0)
-    assert named in " ".join(fast_answer(case, sample_of(crack, path(crack[1], 1.2, trim_mm=6.0))))
 
 
 @pytest.mark.parametrize(

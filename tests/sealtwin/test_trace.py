@@ -118,17 +118,6 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
     assert result["not_traced"] == ["broken.png"]
 
 
-def test_a_path_alone_is_traced_without_a_crack(trial, browser):
-    hints = {"ends_px": ENDS, "mm_per_px": 0.1}
-    alone = trial.with_name("alone.toml")
-    alone.write_text('name = "a"\n[photo]\nfile = "photo.jpg"\ndata = "synthetic"\nmm_per_px = 0.1\npath_only = true\n')
-    browser.posts = (("save", {"hints": hints}),)
-    answer = sealtwin("trace", alone, "--json", "--quiet")
-    assert answer.exit_code == 0, answer.output
-    assert json.loads(answer.stdout)["changed"] == ["ends_px"]
-    assert browser.answers[0][0]["saved"]["next"].startswith("sealtwin digitise")
-
-
 def test_leaving_saves_nothing(trial, browser):
     before = trial.read_bytes()
     browser.posts = (("quit", {}),)

@@ -129,10 +129,6 @@ WARNINGS = (
     REMARK,
     DRAFT,
     "Do not use this run: 3 particles went through a wall, which must never happen.",
-    "The fluid lost 20 % of its volume (0.800; 0.95 to 1.05 is sound), so its levels are too low.",
-    "The bed is compressed (5 % of its particles by more than 38 %), so levels there are too low.",
-    "The sealant still moves at 5 mm/s (RMS) at the end of the run, so this is not its level at rest.",
-    "900 particles (6.2 % of the sealant) ran over the edge of the sample, so the levels are those of the rest.",
     "1 of 3 runs: The bed is compressed.",
 )
 

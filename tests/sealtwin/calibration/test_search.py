@@ -11,7 +11,6 @@ from sealtwin.core.errors import InputError, NumericalError
 from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import ReadLevels
 
-pytestmark = pytest.mark.usefixtures("few_steps")
 S_MM = np.linspace(0.0, 40.0, 12)
 FREES = [Free("fluid.viscosity_pa_s", 0.2, 5.0), Free("path.fill", 0.8, 1.2)]
 TRUTH = {"fluid.viscosity_pa_s": 1.5, "path.fill": 1.05}
@@ -41,8 +40,23 @@ def _source(twin, bump_mm=0.0):
     return Source("toy", ReadLevels(S_MM, level_mm, READING_MM**2 * np.eye(len(S_MM))), twin.run)
 
 
-def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it():
-    result = search(FREES, [_source(Twin())], FEWEST, lambda _: None)
+@pytest.fixture(scope="module", autouse=True)
+def few_steps():
+    """As many draws as the claims of these tests need."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(searching, "STEPS", 150)
+        patch.setattr(searching, "STEPS_OF_A_ROUND", 40)
+        yield
+
+
+@pytest.fixture(scope="module")
+def exact(few_steps):
+    """The search whose sources have no smooth errors."""
+    return search(FREES, [_source(Twin())], FEWEST, lambda _: None)
+
+
+def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it(exact):
+    result = exact
     assert result.draws is not None
     assert len(result.points) == FEWEST
     assert len({*map(tuple, result.points[-3:])}) == 1  # Three seeds confirm one setting
@@ -57,9 +71,9 @@ def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it():
     assert np.array_equal(result.draws, np.asarray(again.draws))
 
 
-def test_smooth_errors_widen_the_posterior_and_leave_the_search_as_it_is():
+def test_smooth_errors_widen_the_posterior_and_leave_the_search_as_it_is(exact):
     """A search that allowed for them would not come close to the readings."""
-    source, exact = _source(Twin()), search(FREES, [_source(Twin())], FEWEST, lambda _: None)
+    source = _source(Twin())
     smooth_mm2 = np.full((len(S_MM), len(S_MM)), 0.3**2)
     allowed = replace(source, evidence=replace(source.evidence, smooth_mm2=smooth_mm2))
     result = search(FREES, [allowed], FEWEST, lambda _: None)

@@ -70,19 +70,13 @@ def searched(margin_mm=0.0):
     return search([CASE], KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, sections.s_mm, LIMITS))
 
 
-@pytest.fixture(scope="module")
-def level_plan():
-    return searched()
-
-
-@pytest.mark.broad
-def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping(level_plan):
-    """Four times better on the model that is searched; particles judge it elsewhere."""
-    own = CASE.fill(OWN)
-    path = KNOTS.trajectory(level_plan)
+def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping(monkeypatch):
+    """Three times better in four steps on the model that is searched; particles judge it elsewhere."""
+    monkeypatch.setattr(searching, "MOST_STEPS", 4)
+    own, path = CASE.fill(OWN), KNOTS.trajectory(searched())
     bed = CASE.fill(path)
     planned = misfit(OUTLINE, SOLID, bed.sections.s_mm, bed.level_mm).total_mm3
-    assert planned < 0.25 * misfit(OUTLINE, SOLID, own.sections.s_mm, own.level_mm).total_mm3
+    assert planned < 0.35 * misfit(OUTLINE, SOLID, own.sections.s_mm, own.level_mm).total_mm3
     giving = path.flow_mm3_s[path.giving][:-1]
     assert giving.min() >= 9.99
     assert giving.max() <= 500.01
@@ -96,8 +90,9 @@ def test_a_search_aims_by_the_level_of_the_middle():
 
 
 @pytest.mark.slow
-def test_last_bits_of_a_solver_do_not_reach_a_plan(level_plan, monkeypatch):
+def test_last_bits_of_a_solver_do_not_reach_a_plan(monkeypatch):
     """By them processors differ, and pours by particles part at any difference."""
+    level_plan = searched()
     monkeypatch.setattr("scipy.optimize.lsq_linear", with_other_last_bits)
     assert searched().tolist() == level_plan.tolist()
 
@@ -146,13 +141,20 @@ class FastModelItself(Verifier):
         return [Profile(bed.sections.s_mm, bed.level_mm) for bed in beds]
 
 
-def test_a_plan_expects_the_level_of_the_middle(tmp_path, monkeypatch):
-    """By the mean level it would expect 0.11 mm less of this paste."""
+def verifier(kind: type[FastModelItself], folder: Path) -> FastModelItself:
+    trial = load_trial(plannable_lab(folder) / "planned.toml").loaded(folder)
+    return kind(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
+
+
+@pytest.fixture
+def particles(tmp_path, monkeypatch) -> FastModelItself:
+    """Stands for particles in a search of one step."""
     monkeypatch.setattr(searching, "MOST_STEPS", 1)
-    folder = plannable_lab(tmp_path)
-    trial = load_trial(folder / "planned.toml").loaded(folder)
-    sample = Sample(OUTLINE, SOLID, OWN)
-    particles = FastModelItself(folder, trial, sample, "cpu", Progress())
+    return verifier(FastModelItself, tmp_path)
+
+
+def test_a_plan_expects_the_level_of_the_middle(particles):
+    """By the mean level it would expect 0.11 mm less of this paste."""
     planned = plan_on(particles, Options(knots=3, rounds=1, seeds=1), [])
     assert planned.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
     # One run shows no scatter: a band of no width would be false.
@@ -171,17 +173,15 @@ class DraftsStandLower(FastModelItself):
 
 @pytest.fixture(scope="module")
 def corrected(tmp_path_factory) -> Planned:
-    folder = plannable_lab(tmp_path_factory.mktemp("plan"))
-    trial = load_trial(folder / "planned.toml").loaded(folder)
-    particles = DraftsStandLower(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
-    return plan_on(particles, Options(knots=3, rounds=2, seeds=1), [])
+    particles = verifier(DraftsStandLower, tmp_path_factory.mktemp("plan"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(searching, "MOST_STEPS", 2)
+        return plan_on(particles, Options(knots=3, rounds=2, seeds=1), [])
 
 
 @pytest.mark.slow
 def test_a_reserve_lowers_the_bed_that_is_searched(tmp_path):
-    folder = plannable_lab(tmp_path)
-    trial = load_trial(folder / "planned.toml").loaded(folder)
-    particles = FastModelItself(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
+    particles = verifier(FastModelItself, tmp_path)
     full, less = (
         plan_on(particles, Options(knots=3, rounds=1, seeds=1, drafts=False, reserve_mm=reserve_mm), []).rounds[0]
         for reserve_mm in (0.0, 1.0)
@@ -190,7 +190,6 @@ def test_a_reserve_lowers_the_bed_that_is_searched(tmp_path):
     assert lower_mm == pytest.approx(1.0, abs=0.15)
 
 
-@pytest.mark.broad
 def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
     """Drafts that stand too low make a plan that gives too much."""
     assert corrected.best.name == "corrected by the accurate run"
@@ -200,7 +199,6 @@ def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
     assert filled[1] - filled[0] == pytest.approx(0.8 * 4.0 * 40.0, rel=0.25)
 
 
-@pytest.mark.broad
 def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected):
     constant = plan_trajectory(OUTLINE, corrected.baselines[0].path, SOLID.cavity_volume_mm3, SOLID.sections)
     assert constant.dispensed_mm3 == pytest.approx(SOLID.cavity_volume_mm3, rel=0.02)
@@ -210,12 +208,8 @@ def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected)
     assert more.constant_flow_over_mm3 > corrected.baselines[0].misfit.over_mm3
 
 
-@pytest.mark.broad
-def test_constant_flow_with_more_is_judged_as_by_an_accurate_run(corrected, tmp_path):
+def test_constant_flow_with_more_is_judged_as_by_an_accurate_run(corrected, particles):
     """Its draft stands 0.8 mm lower, and the plan that it is compared with was run accurately."""
-    folder = plannable_lab(tmp_path)
-    trial = load_trial(folder / "planned.toml").loaded(folder)
-    particles = FastModelItself(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
     accurate = plan_on(particles, Options(knots=3, rounds=1, seeds=1, drafts=False), [])
     over_mm3 = accurate.with_more.constant_flow_over_mm3
     assert corrected.with_more.constant_flow_over_mm3 == pytest.approx(over_mm3, rel=0.05)
@@ -235,7 +229,7 @@ def test_the_time_left_of_a_plan_is_of_all_its_launches(options, jobs, rounds, d
 
 @pytest.mark.parametrize(
     ("given", "drafts"),
-    [([], True), (["--accurate"], False), (["--set", "solver.radius_mm=0.6"], False), (["--set", "seed=3"], True)],
+    [(["--accurate"], False), (["--set", "solver.radius_mm=0.6"], False), (["--set", "seed=3"], True)],
 )
 def test_a_plan_is_searched_by_drafts_unless_accurate_or_a_resolution_is_given(monkeypatch, given, drafts):
     asked = list[Options]()
@@ -261,11 +255,8 @@ def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     assert not replace(planned, margin_mm=2.0).low_stretches[1:], "a plan that aims lower is not low there"
 
 
-def test_a_plan_that_loses_because_it_aims_low_names_the_reserve(tmp_path):
-    folder = plannable_lab(tmp_path)
-    trial = load_trial(folder / "planned.toml").loaded(folder)
-    particles = FastModelItself(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
-    planned = plan_on(particles, Options(reserve_mm=3.0, seeds=1, rounds=1), [])
+def test_a_plan_that_loses_because_it_aims_low_names_the_reserve(particles):
+    planned = plan_on(particles, Options(knots=3, reserve_mm=3.0, seeds=1, rounds=1), [])
     assert planned.unfilled_mm3 == pytest.approx((planned.margin_mm + 3.0) * 40.0 * 4.0, rel=0.01)
     lost = replace(planned, best=planned.baselines[0])
     (first, *_), (other, *_) = (plan_cautions(one, []) for one in (lost, replace(lost, unfilled_mm3=0.0)))
@@ -273,9 +264,6 @@ def test_a_plan_that_loses_because_it_aims_low_names_the_reserve(tmp_path):
     assert "--reserve-mm" not in other
 
 
-def test_a_plan_that_aims_below_the_floor_is_refused(tmp_path):
-    folder = plannable_lab(tmp_path)
-    trial = load_trial(folder / "planned.toml").loaded(folder)
-    particles = FastModelItself(folder, trial, Sample(OUTLINE, SOLID, OWN), "cpu", Progress())
+def test_a_plan_that_aims_below_the_floor_is_refused(particles):
     with pytest.raises(InputError, match=r"--margin-mm 4 and --reserve-mm 6: the crack is only 10 mm deep"):
         plan_on(particles, Options(margin_mm=4.0, reserve_mm=6.0), [])
