@@ -50,7 +50,7 @@ def test_a_larger_error_of_each_thing_makes_the_interval_wider():
         assert wide.parts[part] > 2 * narrow.parts[part], part
 
 
-# Slumps of a mini-cone in particles (benchmarks/slumps.csv, kind truth): yield stress over rho g V^(1/3), R / V^(1/3).
+# Slumps of a mini-cone in particles (of release 1.0.0rc1): yield stress over rho g V^(1/3), R / V^(1/3).
 SLUMPS = [(0.0071948438, 1.77602), (0.0125909767, 1.57924), (0.0359742191, 1.24091), (0.107922657, 0.941941)]
 
 
