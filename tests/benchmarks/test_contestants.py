@@ -9,7 +9,7 @@ from benchmarks.pbf_tank import FLOWING, PasteFrame, in_cpp, paste_after, settle
 FEW = 600
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 @pytest.mark.skipif(not has_compiler(), reason="no g++ on this machine")
 def test_cpp_takes_the_step_that_we_take():
     """Rounding alone parts them by 1e-6 mm in three steps of a jostling block.

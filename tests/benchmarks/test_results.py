@@ -34,7 +34,6 @@ def run(*names):
     return left.value.code
 
 
-@pytest.mark.broad
 def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
     monkeypatch.setattr(results, "code_sha256", lambda *_: "one")
     assert run("good") == 1, "a target is missed"

@@ -51,7 +51,7 @@ def settled(depth: Floats, seconds: float, yield_pa: float, law_of: law.Law) -> 
     return state.area / WIDTH
 
 
-@pytest.mark.broad  # Compiles for some seconds.
+@pytest.mark.slow  # Compiles for some seconds.
 def test_a_front_between_walls_spreads_as_barenblatts():
     """In units of 4 mm and its own time, h = t^-1/3 (1 - x^2 / (6 t^2/3)) solves h_t = (h h_x)_x; from 1 to 8."""
     own_s = 0.3 * 12 / (WIDTH**2 * WEIGHT)
@@ -62,7 +62,7 @@ def test_a_front_between_walls_spreads_as_barenblatts():
     assert lengths[1] / lengths[0] == pytest.approx(8 ** (1 / 3), rel=0.02)
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_bank_between_walls_comes_to_rest_at_the_slope_that_they_bear():
     """2 tau / (rho g w), of a column of 8 mm by 12 mm."""
     depth = settled(np.where(np.abs(X) < 4e-3, 12e-3, 0.0), 400.0, 7.5, law.closed_law(walls=True, floor=False))
@@ -101,7 +101,6 @@ def test_worlds_change_what_they_name_and_lose_no_paste():
     assert (beds["W10"].middle_mm < beds["W0"].middle_mm)[beds["W0"].mean_mm < -1.0].all()
 
 
-@pytest.mark.broad
 def test_a_crack_that_is_full_spills_onto_the_face():
     over = poured(CAVITY, PASTE, replace(POUR, flow_mm3_s=3.0 * POUR.flow_mm3_s), numerics=COARSE)
     assert 0 < over.beside_mouth_mm3 < over.above_face_mm3

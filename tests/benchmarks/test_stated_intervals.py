@@ -17,7 +17,7 @@ NOTHING = Component("none", "computed", np.zeros((10, 21)))
 BY_NAME = {case.name: case for case in CASES}
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_what_is_left_out_of_a_budget_is_missed():
     """A datum that is 0.2 mm in doubt and not declared; declared, the benchmark's own row has it held."""
     assert coverage_of(BY_NAME["datum 0.2 mm, NOT declared"], DRAWS).bias < 0.7
@@ -31,7 +31,6 @@ def test_an_interval_that_misses_its_target_fails_the_benchmark():
         assert sum(row.missed for row in rows_of(case, replace(good, **worse))) == 1
 
 
-@pytest.mark.broad
 def test_the_numerics_hold_their_truth_and_one_that_is_larger_than_their_target_is_reported():
     judged, reported = (next(one for one in NUMERICS if one.name == name) for name in (JUDGED, BEYOND))
     level, station, width = numerics_rows(judged, DRAWS, seed=1)

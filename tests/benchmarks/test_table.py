@@ -43,7 +43,7 @@ def test_reported_rows_are_not_counted(value, summary, code, capsys):
     assert summary in capsys.readouterr().out
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_no_benchmark_hides_a_module_that_another_one_needs():
     """As a script, its folder is the first place that Python looks in: one of ours was once taken for ``coverage``."""
     script = [sys.executable, "benchmarks/pbf_step.py", "--help"]

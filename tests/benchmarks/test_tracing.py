@@ -99,7 +99,7 @@ def test_a_refused_photo_misses_every_target_of_its_tier():
     ]
 
 
-@pytest.mark.broad
+@pytest.mark.slow
 def test_a_photo_that_is_traced_or_refused_in_other_words_is_not_refused_by_name(tmp_path):
     sound = Refusal("sound", "anything", lambda shot: None, CLOSED)
     assert refused(sound, 5, tmp_path) == "traced a crack 45 mm long"

@@ -268,7 +268,7 @@ def test_levels_are_drawn_on_a_figure(result):
     labels = [str(line.get_label()) for line in axes.lines]
     assert "simulated" in labels
     assert "caliper, UNDECLARED" in labels
-    pyplot.close(figure)
+    pyplot.close("all")
     with pytest.raises(InputError, match="readings"):
         st.plot_levels()
 
