@@ -13,7 +13,6 @@ from pypdf import PdfReader
 from typer.exceptions import TyperException
 from typer.main import get_command
 
-import sealtwin
 from benchmarks.headline import PAGE, RESULTS, page, with_table
 from sealtwin.cli.app import app
 from tests import shown_output
@@ -59,13 +58,6 @@ def test_every_sealtwin_command_parses(page):
             group.commands[name].make_context(name, arguments)
         except TyperException as fault:
             pytest.fail(f"{line}\n{fault.message}")
-
-
-def test_the_script_uses_public_names_alone():
-    (script,) = [block for block in shown_output.blocks_of(README.splitlines()) if block.language == "python"]
-    assert script.mark == "slow"  # tests/test_shown_output.py runs it as it stands
-    assert len([line for line in script.lines if line]) <= 15
-    assert set(re.findall(r"\bst\.(\w+)", "\n".join(script.lines))) <= set(sealtwin.__all__)
 
 
 @pytest.mark.slow

@@ -331,11 +331,13 @@ def test_a_fluid_neither_freezes_nor_needs_to_say_so_but_in_a_trial_file(lab, tm
         ("read_photo(photo.image)", "read_photo: no scale"),
         ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: an array"),
         ("read_photo(7, mm_per_px=0.1)", "photo: expected a file"),
+        ("trace_crack(photo, [(1, 2)])", "trace_crack: ends_px"),
         ("trace_crack(photo, [(1, 2), (3, '4')])", "trace_crack: ends_px.1.1"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
         ("plan_path(crack, solid, speed_mm_s=0)", "plan_path: speed_mm_s = 0"),
         ("inject(crack, solid, path, {'U': 30})", "inject: fluid is a dict"),
         ("inject(crack, solid, path, Fluid(U=1), seed=-1)", "inject: seed = -1"),
+        ("inject(crack, solid, path, Fluid(U=1), threads=0)", "inject: threads = 0"),
         ("inject(crack, solid, path, Fluid(U=1), solver=Solver(radius_mm=5))", "solver.radius_mm is 5"),
         ("read_readings(READINGS, unit='cm')", "read_readings: unit"),
         ("read_readings(READINGS + [90, 0, 0], crack, solid)", "readings, row 0: 90.5 mm"),
@@ -362,12 +364,3 @@ def test_a_table_is_copied_and_pickled_without_being_checked_again():
     assert pickle.loads(pickle.dumps(fluid)) == copy.deepcopy(fluid) == fluid.model_copy() == fluid
     assert st.Fluid.model_construct(U=-1).U == -1
     assert fluid.model_fields_set == {"U", "D_cm", "yield_stress_pa"}
-
-
-def test_help_of_a_table_begins_with_names_and_not_with_types():
-    """A notebook completes by them; with types and bounds the signature had 1,400 characters."""
-    for table in (st.Fluid, st.Solver, st.Nozzle):
-        signature = inspect.signature(table)
-        assert list(signature.parameters) == list(table.model_fields)
-        assert len(str(signature)) < 300
-        assert "typing" not in str(signature)

@@ -10,10 +10,7 @@ import typer
 import typer.main
 
 from sealtwin.cli.app import app
-from sealtwin.cli.options import OPTIONS, describe, settings_of
-from sealtwin.core.errors import present
-from sealtwin.core.settings import described, table_of
-from sealtwin.trial.trial_file import Trial
+from sealtwin.cli.options import settings_of
 from tests.pages import leave_out_pages
 from tests.places import FIXTURE
 from tests.programs import sealtwin
@@ -168,26 +165,3 @@ def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
     refused = sealtwin(*line, "fluid.viscosity_pa_s=1")
     assert refused.exit_code == 3
     assert "--set fluid.viscosity_pa_s: a --free setting replaces it" in refused.stderr
-
-
-def test_every_option_of_a_setting_takes_its_help_from_the_field():
-    """It is the first sentence of the docstring; options of the same name that are no settings have their own."""
-    shown = [one for command in typer.main.get_command(app).commands.values() for one in _described(command)]  # pyright: ignore
-    assert {one.name for one in shown} == OPTIONS.keys()
-    for one in shown:
-        *_, key = parts = OPTIONS[one.name].key.split(".")
-        text = one.help.removesuffix(f" ({OPTIONS[one.name].key})")
-        assert one.help != text
-        table = present(table_of(Trial, parts), "table")
-        # Square brackets are markup on a terminal.
-        assert " ".join(described(table)[key].split()).replace("[", "(").replace("]", ")").startswith(text)
-        assert one.metavar, one.name
-    offered = {shown.name for shown in COMMANDS["quick"].params}
-    assert offered >= OPTIONS.keys() - {"units"}
-
-
-def _described(command):
-    """The options of a command that are settings, described as for its help."""
-    settings = [one for one in command.params if one.name in OPTIONS and one.help == OPTIONS[one.name].key]
-    describe(command)
-    return settings

@@ -58,11 +58,11 @@ FLUID: dict[str, Any] = {
     "device": "CPU",
     "warnings": (REMARK,),
 }
-OF_FAST: dict[str, Any] = dict.fromkeys(("particles", "escaped_particles", "spilled_particles"))
 WEIGHED = WeighedCavity(
     *((-9.0, -6.0), (100.0, 200.0), (1.0, 2.0), (3.0, 3.0), (), 3.1, 2.0, 12.0),
     *(((0.1, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.3)), (900.0, 1100.0)),
 )
+OF_FAST: dict[str, Any] = dict.fromkeys(("particles", "escaped_particles", "spilled_particles"))
 
 
 @pytest.fixture(scope="module")
@@ -224,10 +224,6 @@ LINES = {
         ["the mean level is -5.00 mm from the face (95 %: -6.00 to -4.00 mm)", "± 2.00 mm (95 %, median)"],
     ),
     "seeds": (lambda e: {"comparison": None, "seeds": SEEDS}, ["Seeds    The level is the mean of 3 runs"]),
-    "other versions": (
-        lambda e: {"comparison": compared(e), "other_versions": ("run: computed by simulate 1.",)},
-        ["Warning  run: computed by simulate 1."],
-    ),
     "contradicted declaration": (
         lambda e: {
             "comparison": (m := compared(e)).model_copy(
@@ -239,17 +235,6 @@ LINES = {
     "weighed": (
         lambda e: {"comparison": None, "sample": {"weighed": WEIGHED}},
         ["Cavity   by weight (2 steps, 95 %): width 3.10 ± 0.20 mm"],
-    ),
-    "assumed scale": (
-        lambda e: {"comparison": None, "sample": {"warnings": ("the scale is assumed",), "data": "undeclared"}},
-        ["the scale is assumed", "Origin of the photo: undeclared"],
-    ),
-    "fitted width": (
-        lambda e: {
-            "comparison": None,
-            "sample": {"width_source": "fit", "width_95_mm": (2.9, 3.4), "cavity_volume_95_mm3": (5500.0, 6500.0)},
-        },
-        ["3.12 mm wide by a fit of its profile, with 95 % from 2.9 to 3.4 mm; room for 5.95 ml (5.50 to 6.50), "],
     ),
 }  # fmt: skip
 

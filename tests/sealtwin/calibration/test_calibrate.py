@@ -239,10 +239,6 @@ def _holds(lab, answer):
     assert calibration.content["finding"] == answer["finding"]
     assert calibration.posterior["fluid.yield_stress_pa"].shape == (500,)
     assert set(calibration.identified) == set(TRUTH)
-    header, *rows = (lab / "out/posterior.csv").read_text(encoding="utf-8").splitlines()
-    assert header == ",".join(TRUTH)
-    draws = np.array([[float(cell) for cell in row.split(",")] for row in rows])
-    assert draws.shape == (500, 2)
     assert answer["emulated"]
     assert "EMULATED" in (lab / "out/calibration.html").read_text(encoding="utf-8")
     material = read_material(lab / "out/material.toml")
