@@ -179,9 +179,9 @@ def of_folder(case: Case, folder: str) -> list[str]:
     return shlex.split(case.chance.choice(READ_BY[folder]))
 
 
-def of_steered(case: Case) -> list[str]:
-    case.damage(case.chance.choice(("steered.csv", "steered.csv", "steered.toml")), reworded)
-    return ["digitise", "steered.toml", "--out", "new"]
+def of_path_table(case: Case) -> list[str]:
+    case.damage(case.chance.choice(("path_table.csv", "path_table.csv", "path_table.toml")), reworded)
+    return ["digitise", "path_table.toml", "--out", "new"]
 
 
 def of_spread(case: Case) -> list[str]:
@@ -253,7 +253,7 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "fill": of_fill,
     "calibrate": of_calibrate,
     "plan": of_plan,
-    "steered path": of_steered,
+    "path from a table": of_path_table,
 }
 NEWER = {
     *("quick", "import-mesh", "import-dxf", "ingest", "lab", "map", "export", "robot", "markers", "film", "material"),

@@ -73,9 +73,11 @@ def sound_lab(folder: Path) -> None:
     (folder / "levels.csv").write_text("s_mm,level_1_mm,level_2_mm\n5,-0.4,-0.5\n10,-0.6,-0.5\n20,-0.5,-0.4\n")
     for line in MADE_BY:
         call_here(folder, line)
-    shutil.copy(folder / "plan" / "plan.csv", folder / "steered.csv")
-    steered = re.sub(r"(?s)\[path\].*?\n\n", '[path]\nplan = "steered.csv"\n\n', (folder / "planned.toml").read_text())
-    (folder / "steered.toml").write_text(steered)
+    shutil.copy(folder / "plan" / "plan.csv", folder / "path_table.csv")
+    with_table = re.sub(
+        r"(?s)\[path\].*?\n\n", '[path]\nplan = "path_table.csv"\n\n', (folder / "planned.toml").read_text()
+    )
+    (folder / "path_table.toml").write_text(with_table)
     shutil.copytree(folder / "run", folder / "twin")
     mesh = trimesh.load_mesh(folder / "run" / "crack.stl")
     # As it is, the crack is shorter than the trims of a path.

@@ -34,7 +34,7 @@ def test_a_bed_has_the_volume_that_was_dispensed_whatever_holds_it(paste):
 
     Columns of R/3: those of ``volume_ratio`` itself, 0.4 mm, read a bed as small as this 1 % too small. Broken on
     purpose, with a factor of 1.0 throughout, fluid without a yield stress keeps 0.91; paste of 12 Pa, whose factor is
-    near 1 anyway, keeps 0.99, and its factor says that it was not steered.
+    near 1 anyway, keeps 0.99, and its factor says that it was not corrected.
     """
     crack = slot(12.0)
     run = pour(crack, path(crack[1], 0.38, speed_mm_s=4.0), paste, radius_mm=0.6, settle_s=1.0)

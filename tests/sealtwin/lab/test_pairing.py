@@ -19,7 +19,7 @@ from validate.readings.header_words import sample_key
 SPELLINGS = {
     "photo": (
         "P01.jpg", "p-01_top.JPEG", "photos/P 01.png", "Fotos/P01 Draufsicht.png", "P01_Foto.tif", "P01/IMG_2041.jpg",
-        "P01/P01.webp", "P01_second_photo.jpg",
+        "P01/P01.webp", "P01_second.jpg",
     ),
     "mask": ("P01_mask.png", "masks/P01.png"),
     "readings": (
