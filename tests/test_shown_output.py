@@ -1,10 +1,7 @@
 """Blocks of output in README and documentation are what their commands print today."""
 
-from pathlib import Path
-
 import pytest
 
-from tests import shown_output
 from tests.shown_output import PAGES, agree, blocks_of, differences_of, faults_of, is_slow, read_page, rewritten
 
 BLOCKS = {page: list(blocks_of(read_page(page))) for page in PAGES}
@@ -94,10 +91,3 @@ def test_times_machines_and_one_percent_are_no_difference(one, other):
 def test_a_block_without_a_kind_or_a_source_is_found(page, fault):
     (sentence,) = faults_of(list(blocks_of(page.splitlines())))
     assert fault in sentence
-
-
-def test_another_exit_code_is_a_fault(tmp_path: Path):
-    page = ["```sh exits 3", "sealtwin simulate nowhere", "```"]
-    assert list(differences_of("page.md", page, tmp_path)) == []
-    with pytest.raises(shown_output.NoAnswerError, match="exit code 3, not 0"):
-        list(differences_of("page.md", ["```sh", *page[1:]], tmp_path / "again"))

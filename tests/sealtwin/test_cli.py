@@ -222,15 +222,6 @@ def test_a_gauge_s_widths_are_taken_as_given(thin, tmp_path):
     assert "width_mm cannot be combined with path_only" in refusal("digitise", *arguments, *path_alone)
 
 
-def test_init_and_doctor_answer(tmp_path):
-    answer = sealtwin("init", tmp_path / "new")
-    assert answer.exit_code == 0
-    assert (tmp_path / "new" / "trial.toml").is_file()
-    findings = json.loads(sealtwin("doctor", "--json").stdout)
-    assert findings["healthy"] is True
-    assert "warp-lang" in findings["versions"]
-
-
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a file that is always full")
 def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
     with Path("/dev/full").open("w") as full:

@@ -5,14 +5,8 @@ from pathlib import Path
 import pytest
 import typer
 
-from sealtwin.cli.options import along, board, points, two_numbers
-from sealtwin.core.errors import InputError, present
-
-
-def test_points_and_numbers_are_read_as_written():
-    assert points("1,2 3.5,-4", "--via") == [(1.0, 2.0), (3.5, -4.0)]
-    assert two_numbers("160x40", "x", "--face-mm") == (160.0, 40.0)
-    assert along("16", "--depth-mm") == 16.0
+from sealtwin.cli.options import along, two_numbers
+from sealtwin.core.errors import InputError
 
 
 @pytest.mark.parametrize(
@@ -61,15 +55,3 @@ def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path: Path, content,
     with pytest.raises(InputError, match=named) as fault:
         along(str(table), "--depth-mm")
     assert "depths.csv" in str(fault.value)
-
-
-def test_markers_come_from_the_file_that_the_trial_takes_them_from(tmp_path):
-    file = tmp_path / "markers.toml"
-    corners = enumerate([(0, 0), (9, 0), (9, 9), (0, 9)])
-    rows = ", ".join(f"{{id = {n}, x_mm = {x}.0, y_mm = {y}.0}}" for n, (x, y) in corners)
-    file.write_text(f"[photo.markers]\nsize_mm = 4.0\nmarkers = [{rows}]\n")
-    read = present(board(file), "read")
-    assert [marker["id"] for marker in read["markers"]] == [0, 1, 2, 3]
-    file.write_text("[markers]\nsize_mm = 4.0\n")
-    with pytest.raises(InputError, match=r"markers\.toml"):
-        board(file)
