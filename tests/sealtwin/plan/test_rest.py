@@ -56,12 +56,12 @@ def paused(path) -> Trajectory:
     return Trajectory(path.t_s[:row], path.position_mm[:row], path.s_mm[:row], path.speed_mm_s[:row], flow_mm3_s)
 
 
-def continued(path, factor) -> tuple[Rest, Misfit]:
+def continued(path, factor, knots: int = 3) -> tuple[Rest, Misfit]:
     """Pour half of a path by a pump that gives ``factor`` of its flow, measure, plan the rest and pour it alike."""
     bed = CASE.fill(with_flow(paused(path), factor))
     s_mm = np.linspace(float(path.s_mm[path.giving][0]), PAUSED_MM, 18)
     levels = read_levels(np.column_stack([s_mm, np.interp(s_mm, bed.sections.s_mm, bed.level_mm)]))
-    rest = rest_of(CASE, path, levels, LIMITS, Options(knots=3))
+    rest = rest_of(CASE, path, levels, LIMITS, Options(knots=knots))
     reality = Continued(**vars(CASE), poured=paused(path), flow_factor=factor)
     return rest, judged(reality.fill(rest.trajectory))
 
@@ -69,12 +69,12 @@ def continued(path, factor) -> tuple[Rest, Misfit]:
 def test_a_pour_that_is_a_tenth_low_is_corrected():
     """Unchanged, 132 of 1,600 mm3 are missing. The rest begins anew, since the first half would stay low."""
     path = planned()
-    rest, at_end = continued(path, 0.9)
+    rest, at_end = continued(path, 0.9, knots=6)
     unchanged = judged(CASE.fill(with_flow(path, 0.9)))
     assert rest.flow_factor == pytest.approx(0.9, abs=0.005)
     assert rest.trajectory.s_mm[0] == path.s_mm[path.giving][0]
     assert unchanged.total_mm3 == pytest.approx(132, abs=5)
-    assert at_end.total_mm3 < 0.45 * unchanged.total_mm3
+    assert at_end.total_mm3 < 0.35 * unchanged.total_mm3
     assert rest.misfit.total_mm3 == pytest.approx(at_end.total_mm3, abs=3)
     assert rest.unchanged.total_mm3 == pytest.approx(unchanged.total_mm3, abs=3)
 

@@ -39,7 +39,7 @@ def brought(folder: Path, room: Manifold, rough_mm: float = 0.0) -> ImportedSamp
     """The block less a room, with noise on the face and 2.5 mm below it, as an import has it."""
     vertices_mm, faces = mesh_of(block() - room)
     if rough_mm:
-        vertices_mm, faces = mesh_of((block() - room).refine_to_length(2.0))
+        vertices_mm, faces = mesh_of((block() - room).refine_to_length(1.2))
         x, y, z = vertices_mm.T
         free = (z > -2.5) & (x > 0.01) & (x < 99.99) & (y > 0.01) & (y < 39.99)
         vertices_mm[free, 2] += rough_mm * np.random.default_rng(0).standard_normal(free.sum())
@@ -58,7 +58,7 @@ def at(level_mm: float) -> Profile:
 
 @pytest.mark.parametrize(
     ("right_mm", "left_mm", "rough_mm", "tolerance"),
-    [(0.0, 0.0, 0.0, 1e-4), (2.0, 0.0, 0.0, 2e-3), (0.0, 0.0, 0.2, 0.01)],
+    [(0.0, 0.0, 0.0, 1e-4), (2.0, 0.0, 0.0, 2e-3), (0.0, 0.0, 0.2, 2e-3)],
 )
 def test_a_chamfer_is_of_the_mouth_and_hollows_of_a_scanned_face_are_not(
     tmp_path, right_mm, left_mm, rough_mm, tolerance
