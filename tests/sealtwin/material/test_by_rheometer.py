@@ -72,18 +72,18 @@ def test_the_window_follows_from_nozzle_flow_and_crack():
     assert Pour(nozzle_mm=5.0, flow_mm3_s=100.0, width_mm=1.0).shear_rates_per_s == (20.0, 600.0)
 
 
-def test_95_percent_intervals_contain_the_truth_as_often_as_they_state():
-    """Of 40 curves 34 to 40: 95 % leaves that by chance once in 300."""
+@pytest.mark.parametrize("n", [0.5, 1.0])
+def test_95_percent_intervals_contain_the_truth_as_often_as_they_state(n):
+    """Of 100 curves 88 to 100: 95 % leaves that by chance once in 250."""
     random = np.random.default_rng(7)
-    n, inside = 0.5, []
-    true = np.array([12.0, 3.0, n])
-    for _ in range(40):
+    true, inside = np.array([12.0, 3.0, n]), []
+    for _ in range(100):
         torque, gap = random.normal(0, [TORQUE, GAP])
         stress = (12 + 3 * (RATES * (1 + gap)) ** n) * (1 + torque) * (1 + random.normal(0, 0.02, len(RATES)))
         law = fit_flow_law(RATES, stress)
         ends = np.array([one.interval for one in (law.yield_stress_pa, law.consistency_pa_s_n, law.flow_index)])
         inside.append((ends[:, 0] <= true) & (true <= ends[:, 1]))
-    assert (np.sum(inside, axis=0) >= 34).all()
+    assert (np.sum(inside, axis=0) >= 88).all()
 
 
 def test_a_chosen_line_is_within_the_intervals_of_a_free_index():

@@ -69,13 +69,12 @@ def searched():
     return search([CASE], KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, sections.s_mm, LIMITS))
 
 
-def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping(monkeypatch):
-    """Three times better in four steps on the model that is searched; particles judge it elsewhere."""
-    monkeypatch.setattr(searching, "MOST_STEPS", 4)
+def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
+    """Four times better on the model that is searched; particles judge it elsewhere."""
     own, path = CASE.fill(OWN), KNOTS.trajectory(searched())
     bed = CASE.fill(path)
     planned = misfit(OUTLINE, SOLID, bed.sections.s_mm, bed.level_mm).total_mm3
-    assert planned < 0.35 * misfit(OUTLINE, SOLID, own.sections.s_mm, own.level_mm).total_mm3
+    assert planned < 0.25 * misfit(OUTLINE, SOLID, own.sections.s_mm, own.level_mm).total_mm3
     giving = path.flow_mm3_s[path.giving][:-1]
     assert giving.min() >= 9.99
     assert giving.max() <= 500.01

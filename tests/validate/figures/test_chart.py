@@ -131,13 +131,12 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
 
 
 def test_scatter_of_runs_is_found_from_their_neighbours():
-    """On a plane nothing scatters, and a noise of 0.2 mm on 15 by 15 runs is found.
+    """On a plane nothing scatters, and a noise of 0.2 mm on 30 by 30 runs is found.
 
-    One draw knows it to 7.4 % (3.7 % of 30 by 30, seen over sixty), the mean of six to 3, three times of which are
-    allowed.
+    One draw knows it to 3.7 % (seen over sixty), the mean of ten to 1.2, of which three times are allowed.
     """
     random = np.random.default_rng(1)
-    grid = [(float(u), float(d_cm)) for u in np.linspace(1, 2, 15) for d_cm in np.linspace(1, 2, 15)]
+    grid = [(float(u), float(d_cm)) for u in np.linspace(1, 2, 30) for d_cm in np.linspace(1, 2, 30)]
     axes = axes_of([{"fluid.U": u, "fluid.D_cm": d_cm} for u, d_cm in grid])
     one = make_chart().best
 
@@ -147,7 +146,7 @@ def test_scatter_of_runs_is_found_from_their_neighbours():
         return scatter_of_runs(runs, axes)
 
     assert scatter(0.0) < 1e-9
-    assert np.mean([scatter(0.2) for _ in range(6)]) == pytest.approx(0.2, rel=0.09)
+    assert np.mean([scatter(0.2) for _ in range(10)]) == pytest.approx(0.2, rel=0.036)
 
 
 def test_chosen_runs_span_the_map_and_hold_the_best():
