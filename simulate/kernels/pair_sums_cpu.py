@@ -1,8 +1,7 @@
 """The sums of ``pair_sums`` for CPUs, eight or sixteen neighbours at a time. Names, arguments and meaning are the same.
 
 They use vectors of the C++ compiler and, if present, two instructions of AVX2 or AVX-512: a rough inverse root, and one
-that packs the neighbours. On two cores of an EPYC the plain loops take eight to twelve times as long
-(``benchmarks/pbf_step.py``). The dummy point that pads a list is so far away that its terms are zero. Sums are added in
+that packs the neighbours. The dummy point that pads a list is so far away that its terms are zero. Sums are added in
 another order, so that their last bits differ.
 """
 
