@@ -126,18 +126,13 @@ def _divided(
     folder: Path, file: PurePath, place: FilePlace, photographed: Set[str], has_range: bool
 ) -> dict[Piece, FilePlace]:
     samples = {part: _sample(file, part, photographed) for part in parts_of(folder / file)}
-    # Columns or rows are parts only if they name several samples. The whole sheet is then no part.
-    levels = defaultdict[tuple[str | None, bool], set[str]](set)
+    # Columns are parts only if they name several samples. The whole sheet is then no part.
+    levels = defaultdict[str | None, set[str]](set)
     for part, sample in samples.items():
-        # A row of places that names a sample is one of readings.
-        if part.levels and not (part.beside and _samples_in(file, part.beside.corner, photographed)):
-            levels[part.sheet, part.beside is not None].add(sample_key(sample))
-    by_level = {sheet: way for (sheet, way), keys in levels.items() if len(keys) > 1 and keys & photographed}
-    samples = {
-        part: sample
-        for part, sample in samples.items()
-        if by_level.get(part.sheet) is (part.beside is not None if part.levels else None)
-    }
+        if part.levels:
+            levels[part.sheet].add(sample_key(sample))
+    by_level = {sheet for sheet, keys in levels.items() if len(keys) > 1 and keys & photographed}
+    samples = {part: one for part, one in samples.items() if bool(part.levels) == (part.sheet in by_level)}
     columns = [sample for part, sample in samples.items() if part.levels]
     # A worksheet or a table with the name of a sample is used although it has no readings: reading it reports why.
     samples = {

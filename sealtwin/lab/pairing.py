@@ -16,15 +16,12 @@ from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import DIGIT, TABLES, UNREAD_TABLES, WORD, FilePlace, Role, as_label, few, possible_roles
 from sealtwin.lab.pairing_columns import ANSWERS, COLUMNS, OPTIONAL, columns_asked, possible_answers
 from validate.readings.header_words import sample_key
-from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table
+from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table
 from validate.readings.sheet import SheetGrid
 
 PAIRING = "pairing.csv"
 MOST_PHOTOS = 12  # Photos in one question
-OF_SEVERAL = (
-    "add a row of this file for each, with its range, or with its columns in s and levels, such as A and B:D (if each "
-    "place has a column: its rows, such as 3 and 4:6)"
-)
+OF_SEVERAL = "add a row of this file for each, with its range, or with its columns in s and levels, such as A and B:D"
 CODE = re.compile(r"[^\W\d_]{1,2}[0-9]{1,4}[^\W\d_]?")  # Key of a sample's name
 LOOKALIKES = str.maketrans("oil", "011")
 LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
@@ -291,7 +288,7 @@ def _of_own_part(row: PairingRow) -> PairingRow:
     if row.part or key is None:
         return row
     sheet = f"sheet {row.answers['sheet']}, " if "sheet" in row.answers else ""
-    name = row.answers[key].upper() if key == "range" else called(row.answers[key])
+    name = row.answers[key].upper() if key == "range" else f"columns {row.answers[key]}"
     answers = {other: text for other, text in row.answers.items() if other not in (key, "sheet")}
     return replace(row, part=f"{sheet}{name}", answers=answers)
 

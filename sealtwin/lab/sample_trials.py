@@ -15,7 +15,6 @@ from sealtwin.lab.file_parts import Piece
 from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.notes import (
     ALTERNATIVES,
-    COLUMNS,
     DATA,
     DEPTH,
     OF_READINGS,
@@ -296,11 +295,6 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
         place = f"{sample.files['readings']}, {part},"
         levels = as_columns({"levels": part.levels})["levels"] if part.levels else None
         parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of, RANGE: part.cells, LEVELS: levels}
-        if part.beside is not None:
-            rows = part.beside
-            along = f"{rows.places.number}" if rows.are_certain else None
-            of_rows = {"transposed": True, "header_rows": rows.label_columns, "s": along}
-            parts |= {f"{COLUMNS}.{key}": value for key, value in of_rows.items()}
         # An answer about the part itself is narrower than the part.
         parts = {
             key: value

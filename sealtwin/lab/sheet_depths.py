@@ -26,7 +26,6 @@ from validate.readings.table_reader import TableReader
 from validate.readings.table_rows import columns_named, is_a_number, within
 from validate.readings.tables import Table, common_lines, tables_of
 from validate.readings.text_table import plain_letters
-from validate.readings.turned import upright
 from validate.settings import Declared
 
 RANGE, LEVELS, S_FROM = (f"{COLUMNS}.{key}" for key in ("range", "levels", "s_from"))
@@ -60,13 +59,12 @@ def take_depths(folder: Path, outcome: SampleOutcome) -> None:
     sheets = sheets_of(folder / file)
     if not any(crack_depth(cell.text) for grid in sheets for row in grid.rows for cell in row.cells if cell.text):
         return
-    grids = [grid for each in sheets if not (grid := upright(each, Declared())[0]).turned]
-    of_readings = [grid for grid in grids if any(header for _, header in tables_of_readings(grid))]
+    of_readings = [grid for grid in sheets if any(header for _, header in tables_of_readings(grid))]
     sheet = sample.part.sheet if sample.part is not None and sample.part.sheet else chosen and chosen.value
     own = [grid for grid in of_readings if sheet in (None, grid.sheet)]
     if len(own) > 1:
         return  # Reading them asks which one is meant.
-    others = [grid for grid in grids if grid not in of_readings] if sample.part is None else []
+    others = [grid for grid in sheets if grid not in of_readings] if sample.part is None else []
     for grid in (*own, *others):
         for depths in _depths_in(grid, outcome):
             _decide(depths, f"{file}, {depths.place}", outcome)

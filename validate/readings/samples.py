@@ -13,7 +13,6 @@ from validate.readings.cell_units import columns_of_units, unit_cells
 from validate.readings.columns import read_header
 from validate.readings.header import Header
 from validate.readings.header_words import crack_depth, meaning, names_sample
-from validate.readings.labelled_rows import LabelledRows, labelled_rows
 from validate.readings.place_words import columns_of_places, is_place_word
 from validate.readings.sample_rows import rows_by_name
 from validate.readings.sheet import (
@@ -30,7 +29,6 @@ from validate.readings.sheet import (
 from validate.readings.table_rows import is_a_number, within
 from validate.readings.tables import Table, common_lines, tables_of
 from validate.readings.texts import read_text
-from validate.readings.turned import upright
 from validate.settings import RANGE, Columns, Declared
 
 LARGEST_FILE_BYTES = 5_000_000  # Limit on the size of a sheet, or of a workbook with its pictures
@@ -52,7 +50,7 @@ OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
 )
 """First bytes, in lower case, of other formats that programs export with the file extension of a sheet."""
 RANGE_PART = re.compile(
-    rf"(?:sheet (?P<sheet>.+?), )?(?:(?P<cells>{RANGE[1:-1]})|(?:columns|rows(?! of)) (?P<levels>.+))",
+    rf"(?:sheet (?P<sheet>.+?), )?(?:(?P<cells>{RANGE[1:-1]})|columns (?P<levels>.+))",
     re.IGNORECASE,
 )
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
@@ -134,11 +132,6 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def called(levels: str) -> str:
-    """Return the name of a part that consists of columns of readings, or of rows if each station has a column."""
-    return f"{'rows' if levels[:1].isdecimal() else 'columns'} {levels}"
-
-
 @dataclass(frozen=True)
 class SamplePart:
     """A part of a file that may contain the readings of one sample."""
@@ -152,10 +145,9 @@ class SamplePart:
     title: tuple[str, ...] = field(default=(), compare=False)  # Lines above the table, the nearest last
     names: tuple[str, ...] = field(default=(), compare=False)  # Column names of the table
     levels: str | None = None  # Letters of its columns of readings, if samples share the stations of a table
-    beside: LabelledRows | None = field(default=None, compare=False)  # If the levels are rows: all rows of the sheet
 
     def __str__(self) -> str:
-        columns, rows = self.levels and called(self.levels), self.rows_of and f"rows of {self.rows_of}"
+        columns, rows = self.levels and f"columns {self.levels}", self.rows_of and f"rows of {self.rows_of}"
         parts = (self.sheet and f"sheet {self.sheet}", self.cells, columns, rows)
         return ", ".join(part for part in parts if part)
 
@@ -203,12 +195,9 @@ def sheets_of(path: Path) -> tuple[SheetGrid, ...]:
 
 
 def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
-    written, (grid, _) = grid, upright(grid, Declared())
-    tables = [] if grid.turned else tables_of_readings(grid)
+    tables = tables_of_readings(grid)
     if len(tables) == 1:
         yield from _by_column(tables[0][0], sheet)
-    if not any(_is_by_sample(table, header) for table, header in tables):
-        yield from _by_row(written, sheet)
     for table, header in tables if len(tables) > 1 else [(None, tables[0][1] if tables else _header_of(grid, None))]:
         column = None if header is None else header.sample
         part = SamplePart(sheet, None, _sha256(grid.rows, None), headed=header is not None)
@@ -232,33 +221,10 @@ def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
             yield replace(part, rows_of=name, sha256=_sha256([header.row, *own], column.index))
 
 
-def _is_by_sample(table: Table, header: Header | None) -> bool:
-    """Return True if a table has a column of samples and one of stations."""
-    return header is not None and header.sample is not None and len(_stations(table)) == 1
-
-
 def _stations(table: Table) -> list[int]:
     """Return the columns of stations, by their names, else by words for places before their numbers."""
     named = [at for at, name in table.names.items() if (what := meaning(name)) is not None and what.role == "station"]
     return named or [at for at, words in columns_of_places(table.body).items() if is_place_word(words)]
-
-
-def _by_row(grid: SheetGrid, sheet: str | None) -> Iterator[SamplePart]:
-    """Yield the rows that may be of different samples, below a row of places: their labels may name samples."""
-    if (below := labelled_rows(grid.rows)) is None:
-        return
-    for row in below.rows:
-        sha256, at = _sha256((below.places, row.cells), None), f"{row.cells.number}"
-        yield SamplePart(
-            sheet,
-            None,
-            sha256,
-            headed=False,
-            title=(row.first,),
-            names=(row.labels,),
-            levels=at,
-            beside=below,
-        )
 
 
 def _by_column(table: Table, sheet: str | None) -> Iterator[SamplePart]:

@@ -22,7 +22,6 @@ from validate.readings.sheet import (
     SheetGrid,
     SheetRow,
     column_of,
-    letters,
 )
 from validate.readings.text_table import (
     is_missing,
@@ -187,9 +186,8 @@ def sorted_rows(
             words_between = None
     else:
         return stations, remarks, passed
-    first, second = grid.span_of_rows(begin, row.number - 1), grid.span_of_rows(row.number, body[-1].number)
-    where = f"column {letters(row.number - 1)}, beside" if grid.turned else f"row {row.number}, below"
-    faults.add(grid.place(row.number), f"a second table begins in {where} the first.", which_table(first, second))
+    remedy = which_table(f"{begin}:{row.number - 1}", f"{row.number}:{body[-1].number}")
+    faults.add(grid.place(row.number), f"a second table begins in row {row.number}, below the first.", remedy)
     return stations, remarks, passed
 
 

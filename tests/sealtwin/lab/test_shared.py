@@ -9,21 +9,10 @@ import pytest
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
 from sealtwin.lab.ingest import ingest
-from tests.labs import QUIET, answer, edit, fates, levels_mm, pairing_rows, question
+from tests.labs import QUIET, answer, edit, fates, levels_mm, pairing_rows
 from tests.open_document import write_ods
 
 TABLE = "Probe;s [mm];Pegel 1 [mm]\nP01;1;-1,0\np-02;1;-2,0\nP01;11;-1,5\np-02;11;-2,5\n"
-
-TURNED = """\
-Height over face;;;;
-Sample;Run;;;
-;;1;5;11
-links;1;-1;-2;-3
-;2;-1,1;-2,1;-3,1
-
-rechts;1;-4;-5;-6
-;2;-4,1;-5,1;-6,1
-"""
 
 
 @pytest.fixture
@@ -128,8 +117,6 @@ BESIDE = "\n".join(
 )
 NAMED = "s [mm];Tiefe P01 [mm];Tiefe P02 [mm]\n1;1;2,1\n11;1,5;2,5\n"
 ABOVE = ";P01;;P02;\ns [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm];Tiefe 4 [mm]\n1;1;1,1;2;2,1\n11;1,5;1,6;2,5;2,7\n"
-ROWS = "s [mm];1;11\nTiefe P01 [mm];1;1,5\nTiefe P02 [mm];2,1;2,5"
-RUNS = "Tiefe in mm\nProbe;Lauf;1 mm;11 mm\nP01;1;1;1,5\n;2;1,1;1,6\nP02;1;2;2,5\n;2;2,1;2,6\n;Mittel;2;2,6"
 
 
 @pytest.mark.parametrize(
@@ -145,8 +132,6 @@ RUNS = "Tiefe in mm\nProbe;Lauf;1 mm;11 mm\nP01;1;1;1,5\n;2;1,1;1,6\nP02;1;2;2,5
         ("P01.csv", re.sub(r"(?m)(?<=\d)(?=;|$)(?<!P0\d)", " mm", BELOW), ["A3:C7", "A9:C13"]),
         ("P01.csv", NAMED, ["columns B", "columns C"]),
         ("P01.csv", ABOVE, ["columns B C", "columns D E"]),
-        ("caliper.ods", ROWS, ["rows 2", "rows 3"]),
-        ("P01.csv", RUNS, ["rows 3 4", "rows 5 6"]),
     ],
 )
 def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared, tmp_path, file, text, parts):
@@ -180,8 +165,6 @@ def test_tables_and_columns_of_one_sheet_go_to_the_samples_that_they_name(shared
         ("caliper_all.csv", BESIDE.replace("P02", "P01"), ["2 tables are its readings"]),
         ("caliper_all.csv", BESIDE.replace("Pegel", "Wert X"), ["no column of readings", "no column of readings"]),
         ("P01.csv", ABOVE.replace("P02", "Z09"), ["columns D E: no photo of sample Z09"]),
-        ("all.csv", f"{ROWS}\n;2;3", ["2 parts are its readings", "if they are its repeats, write 3 4"]),
-        ("all.csv", f"{ROWS}\nTiefe P02 [mm];2;3", ["2 parts are its readings: all.csv, rows 3, all.csv, rows 4"]),
         ("all.csv", "Name;Ort;Wert\nP01;1;-1\nP02;2;-2\nP01;5;-3\nP02;6;-4", ["all.csv: no photo of sample all"]),
         (
             "P01.csv",
@@ -222,26 +205,6 @@ def test_further_rows_divide_a_file_and_follow_its_tables(shared, tmp_path):
     edit(pairing, "A1:C4", "")
     with pytest.raises(InputError, match="has rows for its parts too"):
         ingest(shared, lab, QUIET)
-
-
-def test_rows_of_a_sheet_with_a_column_for_each_place_are_answered_by_number(shared, tmp_path):
-    """Each sample has a row of the pairing file, as the question says; what a range leaves out is asked about."""
-    lab = tmp_path / "lab"
-    (shared / "caliper_all.csv").rename(shared / "May.csv")
-    (shared / "May.csv").write_text(TURNED)
-    ingest(shared, lab, QUIET)
-    assert "its rows, such as 3 and 4:6" in question(lab, "May.csv")
-    more = {"s": "3", "unit": "mm", "sign": "up"}
-    pairing = answer(lab, {"May.csv": {"sample": "P01", "levels": "4:5", **more}})
-    rows = [*pairing_rows(lab), {"file": "May.csv", "role": "readings", "sample": "P02", "levels": "7 8"} | more]
-    with pairing.open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    assert fates(ingest(shared, lab, QUIET)) == {"P01": "new", "P02": "new"}
-    assert [row["part"] for row in pairing_rows(lab) if row["file"] == "May.csv"] == ["rows 4:5", "rows 7 8"]
-    assert levels_mm(lab, "P01") == pytest.approx([-1.05, -2.05, -3.05])
-    assert levels_mm(lab, "P02") == pytest.approx([-4.05, -5.05, -6.05])
 
 
 def test_an_answer_stays_with_a_table_that_gets_a_new_row(shared, tmp_path):
