@@ -11,6 +11,7 @@ from validate.readings.column_units import CORRECT, ColumnUnits
 from validate.readings.header import MOST_SHOWN, Column, Header, Mass, quoted_names
 from validate.readings.header_rows import find_header, header_of_note
 from validate.readings.header_words import (
+    CODE,
     ColumnMeaning,
     Role,
     factor_in,
@@ -35,15 +36,15 @@ from validate.readings.sheet import (
     refuse,
 )
 from validate.readings.table_rows import (
-    blocks,
     columns_named,
+    common_lines,
     is_a_number,
     rows_beyond,
     sorted_rows,
+    span_of_numbers,
     table_rows,
     which_table,
 )
-from validate.readings.tables import common_lines
 from validate.settings import Columns, Declared, Quantity
 from validate.units import counted
 
@@ -76,7 +77,7 @@ class _HeaderReader:
         self.unknown: list[Column] = []  # Columns of numbers under unknown names
         self.given = declared.columns or Columns()
         self.rows, self.skipped, self.left_out, self.unmet = table_rows(grid, self.given)
-        self.common = common_lines(grid, self.given.range)
+        self.common = common_lines(grid.rows, self.given.range)
         if len(self.rows) < 2:
             remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
@@ -91,8 +92,8 @@ class _HeaderReader:
             titles = (row.cell(0).text for row in (*self.rows[: self.first], *self.skipped))
             self.names |= {1: name} if (name := name_in_titles(titles)) else {}
         self.header_rows = header.count
-        lines = (*self.rows[: self.first], *self.common)
-        self.titled = None if grid.is_note else name_in_titles(cell.text for row in lines for cell in row.cells)
+        above = self.rows[: self.first]
+        self.titled = None if grid.is_note else name_in_titles(cell.text for row in above for cell in row.cells)
         body = self.rows[self.first + header.count :]
         self._set_body(header.units, body, self._place_words(columns_of_places(body)))
 
@@ -139,7 +140,7 @@ class _HeaderReader:
         if not stations or not readings:
             stations, readings = self._stand_ins(stations, readings)
         else:
-            self._check_unknown(columns)
+            self._check_unknown()
         for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
             if len(twice) > 1:
                 self._add_fault(f"{quoted_names(twice)} both name the {what}.", ASSIGN)
@@ -158,8 +159,9 @@ class _HeaderReader:
         of_units = columns_of_units(self.names, taken, self.body)
         used = self.units.with_units([used[0], *map(self._as_titled, used[1:])], of_units)
         self._check_spanned(used[1:])
+        self._check_labels(used)
         at = [column.index for column in used]
-        body, between, passed = sorted_rows(self.grid, self.number, self.body, at[0], at[1:], self.faults)
+        body, between, passed = sorted_rows(self.grid, self.number, self.names, self.body, at[0], at[1:], self.faults)
         remarks = [*self.rows[: self.first], *self.skipped, *between, *self.common]
         self.units.check_remarks(remarks, used)
         self._check_range(at)
@@ -199,6 +201,16 @@ class _HeaderReader:
                 f"{quoted_names(readings)}: one name of columns in different units, which may be the same readings."
             )
             self._add_fault(finding, f"List one column for each repeat. {ASSIGN}", spanned[0].name)
+
+    def _check_labels(self, used: Sequence[Column]) -> None:
+        """Add a fault for labels above the names of readings, which may be samples."""
+        for row in self.rows[: self.first] if self.given.levels is None else ():
+            along, *others = (row.cell(column.index).text for column in used)
+            labels = [text for text in dict.fromkeys(others) if text and meaning(text) is None]
+            codes = [text for text in labels if any(map(CODE.fullmatch, text.split()))]
+            if len(labels) > 1 and (not along or len(codes) > 1):
+                finding = f"row {row.number} has {', '.join(map(quoted, labels))}: columns of several samples?"
+                self._add_fault(finding, f"List the columns of this sample. {ASSIGN}", labels[0])
 
     def _check_range(self, columns: Sequence[int]) -> None:
         """Add a fault if the range cuts off places of this table that have readings."""
@@ -273,11 +285,9 @@ class _HeaderReader:
             value = next((row.cell(at).text for row in self.body if row.cell(at).text), "")
             name = f" {quoted(self.names[at])}" if self.names.get(at) else ""
             shown.append(f"{letters(at)}{name} ({clipped(value)})")
-        cells = [(row.number, at) for row in self.rows for at, cell in enumerate(row.cells) if is_a_number(cell)]
-        rows, columns = zip(*cells, strict=True) if cells else ((self.number,), (0,))
-        span = f"{letters(min(columns))}{min(rows)}:{letters(max(columns))}{max(rows)}"
-        finding = f"{which}{beside} in {', '.join(shown)}; numbers in {span}; read as {', '.join(self.grid.written)}."
-        return self._refused(finding, ASSIGN)
+        numbers = f"numbers in {span_of_numbers(self.rows)}; " if span_of_numbers(self.rows) else ""
+        written = ", ".join(self.grid.written)
+        return self._refused(f"{which}{beside} in {', '.join(shown)}; {numbers}read as {written}.", ASSIGN)
 
     def _declared_roles(self) -> dict[int, ColumnMeaning]:
         """Return the roles of the declared columns. Raises SheetFaults for a declared column that does not exist."""
@@ -336,20 +346,13 @@ class _HeaderReader:
         self.unknown = unknown
         return sorted([*columns, *unknown], key=lambda column: column.index)
 
-    def _check_unknown(self, columns: Sequence[Column]) -> None:
-        """Add a fault for each unknown column. One with a name may be in a table of its own, after a blank column."""
-        own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
-        head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
-        spans = list(blocks([head, *self.body]))
+    def _check_unknown(self) -> None:
+        """Add a fault for each unknown column."""
         for column in self.unknown:
-            span, lettered = (
-                next(span for span in spans if column.index in span),
-                column.name == letters(column.index),
-            )
-            if lettered or not own_block or own_block & set(span):
-                finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
-                finding = f"column {column.name} contains numbers and has no name." if lettered else finding
-                self._add_fault(finding, ASSIGN, column.name)
+            finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
+            if column.name == letters(column.index):
+                finding = f"column {column.name} contains numbers and has no name."
+            self._add_fault(finding, ASSIGN, column.name)
 
     def _one_table(self, columns: list[Column]) -> list[Column]:
         """Return the first of several tables side by side, each with stations and readings, and add a fault."""

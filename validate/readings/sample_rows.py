@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby, pairwise
 
-from validate.readings.header import Column, Header
+from validate.readings.header import Header
 from validate.readings.header_words import sample_key
 from validate.readings.place_words import only_number
 from validate.readings.sheet import FaultList, SheetGrid, SheetRow, letters, quoted
@@ -40,7 +40,8 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
     if wanted is None:
         if len(by_sample) > 1:
             remedy = "Write the one to read into the trial, such as [readings] sample = "
-            faults.add(place, f"rows of several samples: {names}.", f"{remedy}{names.partition(',')[0]}.")
+            remedy += f"{names.partition(',')[0]}, or in pairing.csv (one row for each sample)."
+            faults.add(place, f"rows of several samples: {names}.", remedy)
         return header
     if key not in by_sample:
         finding = f"no row of sample {quoted(wanted)}; column {quoted(_name(header, at))} contains {names}."
@@ -97,14 +98,3 @@ def _begins_again(before: Sequence[float | None], after: Sequence[float | None])
     """Return whether places go back at a name, against the direction of those before it."""
     first, last, following = before[0] or 0.0, before[-1] or 0.0, after[0] or 0.0
     return (following - last) * (last - first) < 0
-
-
-def rows_by_name(grid: SheetGrid, header: Header, column: Column) -> dict[str, list[SheetRow]]:
-    """Return the rows of each sample, by its name as it is first spelt; rows without a name are left out."""
-    spelt = names_by_row(grid, header, column.index)
-    first: dict[str, str] = {}
-    by_name: dict[str, list[SheetRow]] = {}
-    for row in header.body:
-        if key := sample_key(spelt[row.number]):
-            by_name.setdefault(first.setdefault(key, spelt[row.number]), []).append(row)
-    return by_name

@@ -111,7 +111,7 @@ READ = {
     "rows of no readings": (PASSED, None, {}, [[-1, None], [-2, -2]]),
     "units of other quantities": ("s;Tiefe;Temp.\nmm;mm;[°C]\n0;1;20\n5;2;21\n", None, {}, ONE),
     "numbers of repeats beside a unit": ("Ort;Tiefe [mm];\n[mm];1;2\n0;1,5;1,6\n5;2;2,1\n", None, {}, TWO),
-    "another quantity beside a blank column": ("s_mm;depth_mm;;min;Ofen\n0;1;;0;20\n5;2;;10;21\n", None, {}, ONE),
+    "another quantity beside a blank column": ("s_mm;depth_mm;;min;Temp.\n0;1;;0;20\n5;2;;10;21\n", None, {}, ONE),
     "units behind all numbers": ("Position;depth\n0 mm;1,5 cm\n5 mm;2 cm\n", None, {}, [[-15], [-20]]),
     "units above the numbers of repeats": (THREE_ROWS.format("[mm];[mm]"), None, {}, TWO),
     "units in between, one for each column": (
@@ -233,6 +233,7 @@ REFUSED = {
     ),
     "the way back": ("s_mm;depth_mm\n0;1\n5;2\nzurück\n2;3\n4;4\n", None, "a second table begins in row 5"),
     "an unknown name": ("s_mm;depth_mm;z\n0;1;7\n5;2;8\n", None, "'z' has an unknown name and contains numbers"),
+    "an unknown name, beside a blank": ("s_mm;depth_mm;;min;Ofen\n0;1;;0;20\n5;2;;10;21\n", None, "'Ofen' has an unkn"),
     "no name": ("s_mm;depth_mm;\n0;1;7\n5;2;8\n", None, "column C contains numbers and has no name"),
     "another unit": (
         "s;Tiefe 1;Tiefe 2\nmm;mm;mil\n0;1;9\n5;2;9\n",
