@@ -235,18 +235,13 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     rows = list(csv.DictReader((lab / PAIRING).read_text(encoding="utf-8").splitlines()))
     answered = set[str]()
     for row in rows:
-        stem = Path(row["file"]).stem
-        if not row["sample"] and row["part"] == SHEETS[names.index(stem)].answers.get("range"):
-            row["sample"] = stem
-            answered.add(stem)
-        if row["sample"] not in names:
-            # A table beside the readings, whose title may name a sample that has no photo.
-            row["role"] = "ignore"
-            continue
         sheet = SHEETS[names.index(row["sample"])]
         if row["role"] == "readings" and row["sample"] in faults:
             row.update(sheet.answers)
             answered |= {row["sample"]} if row["question"] and sheet.answers else set()
+    files = {row["sample"]: row["file"] for row in rows if row["role"] == "readings"}
+    others = {files[name]: sheet.others for name, sheet in zip(names, SHEETS, strict=True) if sheet.others}
+    rows += [{"file": file, "role": "ignore", "range": span} for file, span in others.items()]
     with (lab / PAIRING).open("w", encoding="utf-8", newline="") as pairing:
         writer = csv.DictWriter(pairing, list(dict.fromkeys(name for row in rows for name in row)))
         writer.writeheader()
@@ -262,13 +257,8 @@ def ordinary_rows(scratch: Path) -> list[Row]:
         print(f"  {sheet.manner}: {fate}{', READ WRONG' if name in wrong else ''}")
         for fault in faults.get(name, []) + ([] if name in taken else outcomes[name].faults):
             print(f"    {fault}")
-    # A range that was answered leaves another table of its sheet out.
-    more = [outcome for outcome in again.outcomes if outcome.sample.name not in names]
-    for outcome in more:
-        print(f"  asked in a second round: {outcome.faults[0]}")
     count, sound = len(SHEETS), len(taken & set(names))
     return [
-        Row("tables of these that a second round asks about", len(more), ""),
         Row(f"of {count} sheets of ordinary labs: taken unedited", sound, "", count - UNREADABLE, count),
         Row("of these without a question", len(set(names) - faults.keys()), ""),
         Row("of these after an answer in pairing.csv", len(taken & answered), ""),

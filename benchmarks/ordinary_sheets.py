@@ -25,7 +25,7 @@ class OrdinarySheet:
     suffix: str
     write: Callable[[Path, Floats], object]
     answers: Mapping[str, str] = field(default_factory=dict)  # What pairing.csv is told where it asks
-    offset_mm: float = 0.0  # Height of the datum above the face
+    others: str = ""  # Rows of another table, which is none of this sample
 
 
 def levels_mm(number: int) -> Floats:
@@ -126,8 +126,8 @@ SHEETS = (
     OrdinarySheet("n. m. where nothing was read", ".csv", _lines(lambda rows: [HEAD, *([*row[:3], "n. m."] if row[0] == 5.0 else row for row in rows)])),
     OrdinarySheet("a mean row and its deviation", ".csv", _lines(lambda rows: [HEAD, *rows, ["Mittelwert", *_mean(rows)], ["Stabw.", 0.3, 0.3, 0.3]])),
     OrdinarySheet("a mean column and its deviation", ".xlsx", _book(lambda rows: [[*HEAD, "MW", "Stabw"], *_with_means(rows)])),
-    OrdinarySheet("two tables side by side", ".csv", _lines(_side_by_side)),
-    OrdinarySheet("another quantity beside the table", ".xlsx", _book(_beside_temperatures)),
+    OrdinarySheet("two tables side by side", ".csv", _lines(_side_by_side), {"range": "A1:D8"}),
+    OrdinarySheet("another quantity beside the table", ".xlsx", _book(_beside_temperatures), {"range": "A1:D7"}),
     OrdinarySheet("a mean column of formulas never calculated", ".xlsx", _book(lambda rows: [[*HEAD, "Mittel"], *([*row, f"=AVERAGE(B{n}:D{n})"] for n, row in enumerate(rows, 2))])),
     OrdinarySheet("readings that are formulas never calculated", ".xlsx", _book(lambda rows: [HEAD, *([row[0], *(f"={value + 3:.2f}-3" for value in row[1:])] for row in rows)])),
     OrdinarySheet("ODS", ".ods", _ods(lambda rows: [HEAD, *rows])),
@@ -136,7 +136,7 @@ SHEETS = (
     OrdinarySheet("no header at all", ".csv", _text([]), {"s": "A", "levels": "B:D", "unit": "mm", "sign": "down"}),
     OrdinarySheet("a photo, a temperature and a remark in each row", ".xlsx", _book(lambda rows: [["Nr.", *HEAD, "Foto", "Temperatur [°C]", "Bemerkung"], *([n, *row, 400 + n, 21.5, "Luftblase" if n == 2 else None] for n, row in enumerate(rows, 1))])),
     OrdinarySheet("a footnote and a signature", ".csv", _lines(lambda rows: [HEAD, *rows, BLANK, ["gemessen am 3.4. mit Messschieber 150 mm", "", "", ""], ["Müller", "", "", ""]])),
-    OrdinarySheet("another table below", ".csv", _lines(_stacked), {"range": "A1:D8"}),
+    OrdinarySheet("another table below", ".csv", _lines(_stacked), {"range": "A1:D8"}, "9:17"),
     OrdinarySheet("places merged over their readings", ".xlsx", _book(_merged_places, [f"A{2 + 3 * n}:A{4 + 3 * n}" for n in range(6)])),
     OrdinarySheet("three columns of one name", ".csv", _text([["Abstand [mm]", *["Tiefe [mm]"] * 3]]), {"levels": "B:D"}),
     OrdinarySheet("a page of particulars above", ".xlsx", _book(lambda rows: [["Prüfbericht 12/26"], ["Bearbeiter", "M. Muster"], ["Datum", "3.5.2026"], ["Raumtemperatur", 21.4], [None], HEAD, *rows])),

@@ -8,7 +8,7 @@ Given = Literal["file", "named rows", "array"]
 
 NAME_THEM = 'Name them as a sheet does, such as "s_mm", "depth_1_mm", and leave out other columns of numbers.'
 TABLE = r"Write into the column range of its row.*?the cells of "
-OTHER_TABLE = r" If the other table is of another sample, add a row of this file for it\."
+OTHER_TABLE = r" Add a row of this file for the other, with its sample or the role ignore\."
 PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
     "file": (
         (

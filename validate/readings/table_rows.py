@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from validate.readings.header_words import (
+    CODE,
     holds_no_number,
     is_calculated,
     is_comment,
@@ -166,8 +167,8 @@ def which_table(first: str, second: str) -> str:
     """Return the remedy if a sheet has several tables."""
     return (
         "Write into the column range of its row in pairing.csv (in a trial: [readings.columns] range) the cells of "
-        f'this sample\'s table, "{first}" or "{second}". If the other table is of another sample, add a row of this '
-        "file for it."
+        f'this sample\'s table, "{first}" or "{second}". Add a row of this file for the other, with its sample or '
+        "the role ignore."
     )
 
 
@@ -204,7 +205,8 @@ def sorted_rows(
             words_between = row if stations else None
         else:
             s, s_before = (number(each.cell(station).text, None) for each in (row, (stations or [row])[-1]))
-            if words_between is not None and s is not None and s_before is not None and s < s_before:
+            goes_back = s is not None and s_before is not None and s < s_before
+            if words_between is not None and (goes_back or CODE.fullmatch((first_cell(words_between) or BLANK).text)):
                 break
             stations.append(row)
             words_between = None

@@ -1,7 +1,6 @@
 """Sheets of several samples or tables: the user chooses one by its name in a column, or by a range."""
 
 import csv
-import json
 
 import openpyxl
 import pytest
@@ -23,23 +22,14 @@ def _written(folder, text):
 BLANKS = "sample,s_mm,level_mm\nP08,0,-1\n,5,-1.5\nP09,0,-2\n,5,-2.5\n"
 
 
-@pytest.mark.parametrize("columns", [None, {"range": "B1:C5", "s": "B", "levels": ["C"]}])
-@pytest.mark.parametrize("is_merged", [False, True])
-def test_a_name_goes_on_below_it(tmp_path, is_merged, columns):
-    """A range of an answer may leave out the column of the names."""
-    path = _written(tmp_path, BLANKS)
-    if is_merged:
-        book = openpyxl.Workbook()
-        for row in csv.reader(BLANKS.splitlines()):
-            book.worksheets[0].append(
-                [float(text) if text[-1:].isdecimal() and text[:1] != "P" else text for text in row]
-            )
-        for cells in ("A2:A3", "A4:A5"):
-            book.worksheets[0].merge_cells(cells)
-        path = tmp_path / "all.xlsx"
-        book.save(path)
-    given = Columns.model_validate_json(json.dumps(columns)) if columns else None
-    first, second = (read_readings(path, Declared(sample=sample, columns=given)) for sample in ("P08", "P09"))
+def test_a_name_goes_on_over_the_rows_that_it_is_merged_with(tmp_path):
+    book = openpyxl.Workbook()
+    for row in csv.reader(BLANKS.splitlines()):
+        book.worksheets[0].append([float(text) if text[-1:].isdecimal() and text[:1] != "P" else text for text in row])
+    for cells in ("A2:A3", "A4:A5"):
+        book.worksheets[0].merge_cells(cells)
+    book.save(tmp_path / "all.xlsx")
+    first, second = (read_readings(tmp_path / "all.xlsx", Declared(sample=sample)) for sample in ("P08", "P09"))
     assert (first.level_mm.tolist(), second.level_mm.tolist()) == ([-1.0, -1.5], [-2.0, -2.5])
 
 
@@ -53,8 +43,7 @@ def test_a_name_goes_on_below_it(tmp_path, is_merged, columns):
         ),
         (TABLE, "P10", "no row of sample 'P10'; column 'sample' contains 'P08', 'P09'"),
         (TABLE + ",10,-3\n", "P09", "line 6, column sample"),
-        (BLANKS.replace("P09,0", "P09,7").replace(",5,-2.5", ",9,-2.5"), "P09", "column range of its row"),
-        ("sample,s_mm,level_mm\nP08,0,-1\nP09,0,-2\nP08,5,-1\n,5,-2\n", "P09", "column range of its row"),
+        (BLANKS, "P09", "rows without a sample name, 3 to 5. Write the rows of this sample into the column range"),
         ("s_mm,level_1_mm\n0,-1\n5,-1\n", "P08", "no column contains sample names, but [readings] sample = 'P08'"),
         (TABLE.replace("-2.5", "deep"), "P09", "'deep' is not a number"),
     ],
@@ -91,6 +80,7 @@ SEVERAL = {
     "under names with a sample": ("P1 s;P1 Pegel;P2 s;P2 Pegel\n0;-1;0;-1\n1;-1;1;-1\n", "", ""),
     "one below the other": (f"Labor\n\nP 1\n{TABLE_OF_TWO}\nMittel;-1;-1\n\nP 2\n\n{TABLE_OF_TWO}", "3:7", ""),
     "without a blank row": (f"P 1\n{TABLE_OF_TWO}\nP 2\n{TABLE_OF_TWO.replace('5;', '7;')}", "1:4", ""),
+    "a sample's code above rows that go on": (f"{TABLE_OF_TWO}\nP02\n7;-2;-2\n9;-2;-2", "1:3", "row 5"),
     "unknown names again, further on": ("x;h\n0;1\n1;1\nx;h\n2;1\n3;1", "", ""),
 }
 
