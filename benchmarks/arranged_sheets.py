@@ -1,18 +1,15 @@
 """Sheets drawn from what ordinary ones are made of, in any arrangement: titles, headers, means, remarks, comments."""
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-import openpyxl
 
+from benchmarks.ordinary_sheets import Rows, write_rows
 from sealtwin.core.records import Floats
-from tests.open_document import write_ods
 
 Random = np.random.Generator
-Rows = list[list[Any]]
 TITLES = ("Riss 4", "Prüfbericht 17", "Datum 3.5.2026", "Tiefen in mm", "Bediener: X")
 FOOTNOTES = ("gemessen am 3.4.26", "Unterschrift: M.", "Fotos 3 bis 7", "* Ausreißer")
 BETWEEN = ("# Pause", "# neu angesetzt", "Teil 2", "rechts")
@@ -31,20 +28,7 @@ class ArrangedSheet:
 
     def write(self, folder: Path) -> Path:
         path = folder / f"sheet.{self.format}"
-        if self.format == "ods":
-            return write_ods(path, [[None if cell == "" else cell for cell in row] for row in self.rows])
-        if self.format == "xlsx":
-            book = openpyxl.Workbook()
-            for row in self.rows:
-                book.worksheets[0].append([None if cell == "" else cell for cell in row])
-            book.save(path)
-            return path
-        with path.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, delimiter=";" if self.format == "csv" else "\t")
-            for row in self.rows:
-                writer.writerow(
-                    [str(cell).replace(".", self.mark) if isinstance(cell, float) else cell for cell in row]
-                )
+        write_rows(path, self.rows, self.mark)
         return path
 
 
