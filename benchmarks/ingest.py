@@ -21,11 +21,12 @@ from typing import Annotated
 import numpy as np
 from typer import Option
 
-from benchmarks.arranged_sheets import ArrangedSheet, arranged_sheet
+from benchmarks.arranged_sheets import arranged_sheet
 from benchmarks.doubtful_sheets import REVIEWED, VARIED, DrawnSheet, Manner, sound_sheet
-from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm
+from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm, write_rows
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats, Profile
 from sealtwin.lab.ingest import Ingested, ingest
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.run_checks import check_runs
@@ -227,10 +228,18 @@ def ordinary_rows(scratch: Path) -> list[Row]:
 
 def arranged_rows(folder: Path, seed: int) -> list[Row]:
     """Read drawn arrangements without a word of their lab: each is read as it was meant, or asked about."""
-    counts = Counter[str]()
+    counts, path = Counter[str](), folder / "arranged.csv"
     for number in range(ARRANGED):
-        sheet = arranged_sheet(np.random.default_rng([seed, number]))
-        counts[_fate(sheet, sheet.write(folder))] += 1
+        s_mm, expected_mm, sheet = arranged_sheet(np.random.default_rng([seed, number]))
+        write_rows(path, sheet)
+        read = ~np.isnan(expected_mm).all(axis=1)
+        try:
+            readings = read_readings(path, Declared())
+        except SheetFaults:
+            counts["asked"] += 1
+            continue
+        is_right = _is_read(readings, np.array(s_mm)[read].tolist(), expected_mm[read])
+        counts["right" if is_right else "asked" if readings.doubts else "wrong"] += 1
     return [
         Row("sheets in drawn arrangements", ARRANGED, "", 300),
         Row("of these read as they were meant", counts["right"], ""),
@@ -239,35 +248,20 @@ def arranged_rows(folder: Path, seed: int) -> list[Row]:
     ]
 
 
-def _fate(sheet: ArrangedSheet, path: Path) -> str:
-    try:
-        readings = read_readings(path, Declared())
-    except SheetFaults:
-        return "asked"
-    read = ~np.isnan(sheet.levels_mm).all(axis=1)
+def _is_read(readings: Profile, s_mm: Sequence[float], expected_mm: Floats) -> bool:
     repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
-    expected_mm = sheet.levels_mm[read]
-    same = repeats_mm.shape == expected_mm.shape and np.allclose(
-        repeats_mm, expected_mm, atol=ROUNDING_MM, equal_nan=True
-    )
-    if same and readings.s_mm.tolist() == np.array(sheet.s_mm)[read].tolist():
-        return "right"
-    return "asked" if readings.doubts else "wrong"
+    is_like = readings.s_mm.tolist() == list(s_mm) and repeats_mm.shape == expected_mm.shape
+    return is_like and np.allclose(repeats_mm, expected_mm, atol=ROUNDING_MM, equal_nan=True)
 
 
 def _as_written(trial: Path, number: int) -> bool:
-    """Return whether a trial's readings are those that were written; missing ones are left out."""
+    """Return whether a trial's readings are those that were written; one may be missing."""
     settings = load_trial(trial / "trial.toml").readings
     assert settings is not None
-    readings = read_readings(trial / settings.file, settings)
-    repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
-    expected_mm = levels_mm(number)
-    return (
-        readings.s_mm.tolist() == list(S_MM)
-        and repeats_mm.shape == expected_mm.shape
-        and np.isnan(repeats_mm).sum() <= 1
-        and bool(np.nanmax(np.abs(repeats_mm - expected_mm)) < ROUNDING_MM)
-    )
+    readings, expected_mm = read_readings(trial / settings.file, settings), levels_mm(number)
+    if readings.repeats_mm is not None and (lost := np.isnan(readings.repeats_mm)).sum() == 1:
+        expected_mm[lost] = np.nan
+    return _is_read(readings, S_MM, expected_mm)
 
 
 if __name__ == "__main__":

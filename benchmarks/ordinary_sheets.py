@@ -2,6 +2,7 @@
 
 # ruff: noqa: E501  Each sheet is a line.
 
+import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,8 +36,8 @@ class OrdinarySheet:
         write_rows(path, self.change(_depths(levels)), merged=self.merged)
 
 
-def write_rows(path: Path, rows: Sequence[Sequence[Any]], mark: str = ",", merged: Sequence[str] = ()) -> None:
-    """Write rows as the suffix of a file says; ``mark`` is the decimal one of a text."""
+def write_rows(path: Path, rows: Sequence[Sequence[Any]], merged: Sequence[str] = ()) -> None:
+    """Write rows as the suffix of a file says. A text has decimal commas, and semicolons between cells."""
     rows = [[None if cell == "" else cell for cell in row] for row in rows]
     if path.suffix == ".ods":
         write_ods(path, rows)
@@ -48,12 +49,11 @@ def write_rows(path: Path, rows: Sequence[Sequence[Any]], mark: str = ",", merge
             book.worksheets[0].merge_cells(span)
         book.save(path)
     else:
-        separator, cells = "\t" if path.suffix == ".tsv" else ";", ([_text(cell, mark) for cell in row] for row in rows)
-        path.write_bytes(("\r\n".join(map(separator.join, cells)) + "\r\n").encode())
-
-
-def _text(cell: Any, mark: str) -> str:
-    return "" if cell is None else str(cell).replace(".", mark) if isinstance(cell, float) else str(cell)
+        with path.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, delimiter=";")
+            writer.writerows(
+                [f"{cell}".replace(".", ",") if isinstance(cell, float) else cell for cell in row] for row in rows
+            )
 
 
 def levels_mm(number: int) -> Floats:
