@@ -49,14 +49,13 @@ def in_roles(folder: Path, named: Mapping[PurePath, FilePlace]) -> dict[Piece, F
 def with_parts(
     folder: Path, pieces: Mapping[Piece, FilePlace], decisions: Mapping[tuple[PurePath, str], FilePlace]
 ) -> dict[Piece, FilePlace]:
-    """Return ``pieces`` with the ranges of files that only the user named, in place of these files as a whole."""
-    files, present = {piece.file for piece in pieces}, {(piece.file, piece.part_name) for piece in pieces}
-    added = dict[Piece, FilePlace]()
+    """Return files with the parts that the user named, in place of these files as a whole."""
+    files, added = {piece.file for piece in pieces}, dict[Piece, FilePlace]()
     for (file, name), place in decisions.items():
-        if file in files and (file, name) not in present and (part := part_of(folder / file, name)) is not None:
+        if file in files and (part := part_of(folder / file, name)) is not None:
             added[Piece(file, part)] = place
     divided = {piece.file for piece in added}
-    return {piece: place for piece, place in pieces.items() if piece.part or piece.file not in divided} | added
+    return {piece: place for piece, place in pieces.items() if piece.file not in divided} | added
 
 
 def beside_ranges(
@@ -66,10 +65,10 @@ def beside_ranges(
 
     The samples of these ranges are not sound until the user decides.
     """
-    files, present = {piece.file for piece in pieces}, {(piece.file, piece.part_name) for piece in pieces}
+    files = {piece.file for piece in pieces}
     ranges, owners = defaultdict[PurePath, list[SamplePart]](list), defaultdict[PurePath, list[str]](list)
     for (file, name), place in decisions.items():
-        if file in files and (not name or (file, name) not in present):
+        if file in files:
             given = part_of(folder / file, name or place.answers.get("range", ""))
             ranges[file] += [] if given is None else [given]
             # With this answer, what is outside of the range is none of this sample.

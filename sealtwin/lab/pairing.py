@@ -257,9 +257,7 @@ def decided(
     Raises InputError with every fault: a file or a part that does not exist or has two rows, or an invalid role or
     sample.
     """
-    pieces: dict[PurePath, dict[str, FilePlace]] = defaultdict(dict)
-    for piece, place in named.items():
-        pieces[piece.file][piece.part_name] = place
+    pieces = {piece.file: place for piece, place in named.items()}
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
     by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
     decisions: dict[tuple[PurePath, str], FilePlace] = {}
@@ -276,8 +274,7 @@ def decided(
             fault = fault or f"no file {row.file!r:.80} in the lab's folder; delete the row, or correct it"
             faults.append(f"{row.where}: {fault}.")
             continue
-        part = next((part for part in pieces[file] if row.part in (part, as_text_cell(part))), row.part)
-        fault = _fault(file, part, row)
+        part, fault = row.part, _fault(file, row.part, row)
         if (file, part) in rowed:
             fault = f"{file} has two rows; keep one, or give each its own range, levels or sheet."
         elif not part and row.file in parted:
@@ -287,7 +284,7 @@ def decided(
             faults.append(f"{row.where}: {fault}")
             continue
         place = FilePlace(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
-        if place != pieces[file].get(part) or row.file in several:
+        if part or place != pieces[file]:
             decisions[file, part] = place
     if faults:
         raise InputError("\n".join(faults))

@@ -31,7 +31,7 @@ def ask_for_depths(folder: Path, outcome: SampleOutcome) -> None:
     span, levels, sheet = (note.entries[key].value if key in note.entries else None for key in KEYS)
     part = sample.part
     span, sheet = (part and part.cells) or span, (part and part.sheet) or sheet
-    read = {at for level in levels or () for at in columns_named({}, str(level))}
+    read = {at for level in levels or () for at in columns_named({}, f"{level}")}
     for grid in sheets_of(folder / file):
         is_other = sheet not in (None, grid.sheet)
         inside = {} if is_other else {row.number: row for row in within(grid.rows, span) if row.width}
@@ -40,7 +40,10 @@ def ask_for_depths(folder: Path, outcome: SampleOutcome) -> None:
             line, has_number = " ".join(texts), any(map(is_a_number, row.cells))
             has_value = len(texts) <= MOST_CELLS and (has_number or GIVES_LENGTH.search(line) is not None)
             own = read if row.number in inside else set[int]()
-            named = [cell.text for at, cell in enumerate(row.cells) if at not in own and crack_depth(cell.text)]
+            others = (
+                cell.text for at, cell in enumerate(row.cells) if at not in own and cell.text not in (levels or ())
+            )
+            named = [text for text in others if crack_depth(text)]
             if has_value and len(line) <= LONGEST_QUESTION and crack_depth(line):
                 values = [float(number.replace(",", ".")) for number in NUMBER.findall(line)]
                 if entry is not None and entry.value in values:
