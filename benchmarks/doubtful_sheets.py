@@ -3,7 +3,7 @@
 A sheet is drawn with the crack that it is of, the volume in it and a simulated level, as a run would know them.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -114,35 +114,29 @@ def sound_sheet(random: Random, bed: str | None = None, hand: Hand | None = None
 
 def _bed(kind: str, depth_mm: float, random: Random) -> tuple[Floats, Floats]:
     """Return places, as shares of the length, and levels of a bed's corners."""
-    inner = np.sort(random.uniform(0.1, 0.9, 3))
-    above_mm = random.uniform(0.2, 1.5)
+    inner, above_mm, draw = np.sort(random.uniform(0.1, 0.9, 3)), random.uniform(0.2, 1.5), random.uniform
+    places: Sequence[float] = [0, inner[1], 1]
     match kind:
         case "paper":
-            middle_mm = -random.uniform(0.15, 0.4) * depth_mm
+            middle_mm = -draw(0.15, 0.4) * depth_mm
             places, levels = [0, *inner, 1], [-depth_mm, middle_mm, middle_mm, above_mm, above_mm]
         case "steps":
-            low_mm, high_mm = -random.uniform(0.3, 0.9) * depth_mm, random.uniform(-2, 1.0)
-            at = inner[1]
-            places, levels = [0, at - 0.02, at + 0.02, 1], [low_mm, low_mm, high_mm, high_mm]
+            low_mm, high_mm = -draw(0.3, 0.9) * depth_mm, draw(-2, 1.0)
+            places, levels = [0, inner[1] - 0.02, inner[1] + 0.02, 1], [low_mm, low_mm, high_mm, high_mm]
         case "plateau":
-            level_mm = -random.uniform(0.1, 0.8) * depth_mm
-            places, levels = [0, 1], [level_mm, level_mm + random.uniform(-1, 1)]
+            level_mm = -draw(0.1, 0.8) * depth_mm
+            places, levels = [0, 1], [level_mm, level_mm + draw(-1, 1)]
         case "shallow":
-            places, levels = [0, inner[1], 1], random.uniform(-2.5, 0.5, 3)
+            levels = draw(-2.5, 0.5, 3)
         case "deep":
-            places, levels = [0, inner[1], 1], -random.uniform(0.6, 0.95, 3) * depth_mm
+            levels = -draw(0.6, 0.95, 3) * depth_mm
         case "mound":
-            ends_mm, top_mm = random.uniform(-3, 0.5, 2), random.uniform(0.5, 2.2)
-            places, levels = [0, 0.2, 0.8, 1], [ends_mm[0], top_mm, top_mm * random.uniform(0.6, 1), ends_mm[1]]
+            ends_mm, top_mm = draw(-3, 0.5, 2), draw(0.5, 2.2)
+            places, levels = [0, 0.2, 0.8, 1], [ends_mm[0], top_mm, top_mm * draw(0.6, 1), ends_mm[1]]
         case "ramp":
-            places, levels = [0, 1], [-random.uniform(0.5, 1.0) * depth_mm, random.uniform(-2, 1)]
-        case "filled end":
-            places, levels = (
-                [0, inner[1], 0.85, 1],
-                [-random.uniform(0.3, 0.9) * depth_mm, -random.uniform(0.2, 0.4) * depth_mm, -0.3, 0],
-            )
-        case _:
-            raise ValueError(kind)
+            places, levels = [0, 1], [-draw(0.5, 1.0) * depth_mm, draw(-2, 1)]
+        case _:  # A filled end
+            places, levels = [0, inner[1], 0.85, 1], [-draw(0.3, 0.9) * depth_mm, -draw(0.2, 0.4) * depth_mm, -0.3, 0]
     levels_mm = np.array(levels, dtype=float)
     backward = random.random() < 0.4 and kind != "filled end"
     places_ = np.array(places, dtype=float)
@@ -196,10 +190,12 @@ def _set(sheet: DrawnSheet, cells: Mapping[tuple[int, int], float]) -> DrawnShee
     levels_mm = sheet.levels_mm.copy()
     for place, value in cells.items():
         levels_mm[place] = value
-    wide = not sheet.hand.long
-    return replace(
-        sheet, levels_mm=levels_mm, answers=frozenset(_cell(i, j) for i, j in cells) if wide else frozenset()
-    )
+    return replace(sheet, levels_mm=levels_mm, answers=_answers(sheet, *(_cell(i, j) for i, j in cells)))
+
+
+def _answers(sheet: DrawnSheet, *names: str) -> frozenset[str]:
+    """Return the answers to a wide sheet; none of a long one, whose cells are elsewhere."""
+    return frozenset(() if sheet.hand.long else names)
 
 
 def zero(sheet: DrawnSheet, random: Random) -> DrawnSheet:
@@ -279,7 +275,7 @@ def mean_row(*, first: bool = False, digits: int = 2, in_order: bool = False) ->
             sheet,
             s_mm=np.insert(sheet.s_mm, at, s_mm),
             levels_mm=np.insert(sheet.levels_mm, at, row_mm, axis=0),
-            answers=frozenset({f"{at + 2}"}) if not sheet.hand.long else frozenset(),
+            answers=_answers(sheet, f"{at + 2}"),
         )
 
     return with_mean
@@ -290,8 +286,7 @@ def mean_column(*, first: bool = False, digits: int = 2) -> Turn:
         column_mm = np.round(np.nanmean(sheet.levels_mm, axis=1), digits)
         at = 0 if first else sheet.levels_mm.shape[1]
         levels_mm = np.insert(sheet.levels_mm, at, column_mm, axis=1)
-        answers = frozenset("B" if first else "BCDEFG"[at]) if not sheet.hand.long else frozenset[str]()
-        return replace(sheet, levels_mm=levels_mm, answers=answers)
+        return replace(sheet, levels_mm=levels_mm, answers=_answers(sheet, "BCDEFG"[at]))
 
     return with_mean
 
@@ -300,8 +295,7 @@ def copied(sheet: DrawnSheet, random: Random) -> DrawnSheet:
     levels_mm = sheet.levels_mm.copy()
     a, b = random.choice(levels_mm.shape[1], 2, replace=False)
     levels_mm[:, a] = levels_mm[:, b]
-    answers = frozenset({"BCDEFG"[max(a, b)]}) if not sheet.hand.long else frozenset[str]()
-    return replace(sheet, levels_mm=levels_mm, answers=answers)
+    return replace(sheet, levels_mm=levels_mm, answers=_answers(sheet, "BCDEFG"[max(a, b)]))
 
 
 def all_copied(sheet: DrawnSheet, _: Random) -> DrawnSheet:
@@ -317,7 +311,7 @@ def scattered(sheet: DrawnSheet, random: Random) -> DrawnSheet:
     pattern *= random.uniform(10, 15) * max(float(np.median(spreads_mm)), 0.03) / pattern.std(ddof=1)
     levels_mm = sheet.levels_mm.copy()
     levels_mm[i] = np.round(np.nanmedian(levels_mm[i]) + pattern, 2)
-    return replace(sheet, levels_mm=levels_mm, answers=frozenset({f"{i + 2}"}) if not sheet.hand.long else frozenset())
+    return replace(sheet, levels_mm=levels_mm, answers=_answers(sheet, f"{i + 2}"))
 
 
 def struck(what: str) -> Turn:
@@ -339,22 +333,16 @@ def struck(what: str) -> Turn:
 def hidden(what: str) -> Turn:
     def with_hidden(sheet: DrawnSheet, random: Random) -> DrawnSheet:
         i, j = int(random.integers(1, len(sheet.s_mm) - 1)), int(random.integers(sheet.levels_mm.shape[1]))
+        columns = {"column": ["BCDEFG"[j]], "group": ["B", "C"]}.get(what, [])
 
         def mark(book: openpyxl.Workbook) -> None:
             table = book.worksheets[0]
-            if what == "column":
-                table.column_dimensions["BCDEFG"[j]].hidden = True
-            elif what == "group":
-                table.column_dimensions.group("B", "C", hidden=True)
-            else:
-                table.row_dimensions[i + 2].hidden = True
-                table.row_dimensions[i + 3].hidden = what == "rows"
+            if columns:
+                table.column_dimensions.group(columns[0], columns[-1], hidden=True)
+            for row in range(i + 2, i + {"row": 3, "rows": 4}.get(what, 0)):
+                table.row_dimensions[row].hidden = True
 
-        return replace(
-            sheet,
-            marks=(mark,),
-            answers=frozenset({"BCDEFG"[j]} if what == "column" else {"B", "C"} if what == "group" else {f"{i + 2}"}),
-        )
+        return replace(sheet, marks=(mark,), answers=frozenset(columns or {f"{i + 2}"}))
 
     return with_hidden
 
@@ -401,6 +389,7 @@ REVIEWED: tuple[Manner, ...] = (
 )
 """What an independent check saw read wrong without a word."""
 LONG = Hand(long=True)
+INCHES = Hand(language="english", units="brackets", unit="inch")
 GERMAN = Hand(separator=";", decimal=",", language="german", units="parentheses", quantity="depth")
 VARIED: tuple[Manner, ...] = (
     Manner("0.00, single readings", zero_station, "deep", PLAIN, ONE),
@@ -414,9 +403,7 @@ VARIED: tuple[Manner, ...] = (
     Manner("slip in a long sheet", slip, "ramp", LONG, {"repeats": 4}),
     Manner("all signs, a shallow plateau", all_signs, "plateau", GERMAN, SHALLOW),
     Manner("all signs, a step", all_signs, "steps", PLAIN, SHALLOW),
-    Manner(
-        "all signs, in inches", all_signs, "plateau", Hand(language="english", units="brackets", unit="inch"), SHALLOW
-    ),
+    Manner("all signs, in inches", all_signs, "plateau", INCHES, SHALLOW),
     Manner("centimetres, a long sheet", centimetres, "deep", LONG, FINE),
     Manner("centimetres, places as well", all_centimetres, "steps", PLAIN, FINE),
     Manner("centimetres, single readings", centimetres, "ramp", DOWN, ONE | FINE),

@@ -2,6 +2,7 @@
 
 # ruff: noqa: E501  Each sheet is a line.
 
+import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,15 +18,42 @@ S_MM = (1.0, 3.0, 5.0, 7.0, 9.0, 11.0)
 Rows = list[list[Any]]
 
 
+Change = Callable[[Rows], Sequence[Sequence[Any]]]
+
+
 @dataclass(frozen=True)
 class OrdinarySheet:
-    """A sheet: the manner in which it is written, its file's suffix, and how it is written."""
+    """A sheet: the manner in which it is written, its file's suffix, and the change of plain rows of depths to it."""
 
     manner: str
     suffix: str
-    write: Callable[[Path, Floats], object]
+    change: Change
     answers: Mapping[str, str] = field(default_factory=dict)  # What pairing.csv is told where it asks
-    offset_mm: float = 0.0  # Height of the datum above the face
+    merged: Sequence[str] = ()  # Cells of a workbook that are merged
+    others: str = ""  # Rows of another table, which is none of this sample
+
+    def write(self, path: Path, levels: Floats) -> None:
+        write_rows(path, self.change(_depths(levels)), merged=self.merged)
+
+
+def write_rows(path: Path, rows: Sequence[Sequence[Any]], merged: Sequence[str] = ()) -> None:
+    """Write rows as the suffix of a file says. A text has decimal commas, and semicolons between cells."""
+    rows = [[None if cell == "" else cell for cell in row] for row in rows]
+    if path.suffix == ".ods":
+        write_ods(path, rows)
+    elif path.suffix == ".xlsx":
+        book = openpyxl.Workbook()
+        for row in rows:
+            book.worksheets[0].append(row)
+        for span in merged:
+            book.worksheets[0].merge_cells(span)
+        book.save(path)
+    else:
+        with path.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, delimiter=";")
+            writer.writerows(
+                [f"{cell}".replace(".", ",") if isinstance(cell, float) else cell for cell in row] for row in rows
+            )
 
 
 def levels_mm(number: int) -> Floats:
@@ -39,43 +67,8 @@ def _depths(levels: Floats) -> Rows:
     return [[s, *(round(-float(level), 2) for level in row)] for s, row in zip(S_MM, levels, strict=True)]
 
 
-def _text(head: Sequence[Sequence[Any]], *, mark: str = ",", separator: str = ";", encoding: str = "utf-8") -> Any:
-    """Return a writer of a text file: lines above the readings, then these as depths."""
-
-    def write(path: Path, levels: Floats) -> None:
-        rows = [*head, *_depths(levels)]
-        _write_text(path, rows, mark, separator, encoding)
-
-    return write
-
-
-def _write_text(path: Path, rows: Sequence[Sequence[Any]], mark: str, separator: str, encoding: str = "utf-8") -> None:
-    lines = (
-        separator.join(str(cell).replace(".", mark) if isinstance(cell, float) else str(cell) for cell in row)
-        for row in rows
-    )
-    path.write_bytes(("\r\n".join(lines) + "\r\n").encode(encoding))
-
-
-def _lines(change: Callable[[Rows], Sequence[Sequence[Any]]], mark: str = ",", separator: str = ";") -> Any:
-    """Return a writer of what ``change`` makes of the depths."""
-    return lambda path, levels: _write_text(path, change(_depths(levels)), mark, separator)
-
-
-def _book(change: Callable[[Rows], Sequence[Sequence[Any]]], merged: Sequence[str] = ()) -> Any:
-    def write(path: Path, levels: Floats) -> None:
-        book = openpyxl.Workbook()
-        for row in change(_depths(levels)):
-            book.worksheets[0].append(list(row))
-        for span in merged:
-            book.worksheets[0].merge_cells(span)
-        book.save(path)
-
-    return write
-
-
-def _ods(change: Callable[[Rows], Sequence[Sequence[Any]]]) -> Any:
-    return lambda path, levels: write_ods(path, change(_depths(levels)))
+def _below(*head: Sequence[Any]) -> Change:
+    return lambda rows: [*head, *rows]
 
 
 HEAD = ["Abstand [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]", "Tiefe 3 [mm]"]
@@ -113,38 +106,34 @@ def _stacked(rows: Rows) -> Rows:
 
 
 SHEETS = (
-    OrdinarySheet("a merged header of two rows", ".xlsx", _book(lambda rows: [*_none(TWO_ROWS), *rows], ["A1:A2", "B1:D1"])),
-    OrdinarySheet("a header of two rows, saved as CSV", ".csv", _text(TWO_ROWS)),
-    OrdinarySheet("a comment below the header", ".csv", _text([HEAD, ["# Nullpunkt = Probenoberfläche", "", "", ""]])),
+    OrdinarySheet("a merged header of two rows", ".xlsx", _below(*TWO_ROWS), merged=["A1:A2", "B1:D1"]),
+    OrdinarySheet("a header of two rows, saved as CSV", ".csv", _below(*TWO_ROWS)),
+    OrdinarySheet("a comment below the header", ".csv", _below(HEAD, ["# Nullpunkt = Probenoberfläche", "", "", ""])),
     OrdinarySheet(
         "a comment that names another zero",
         ".csv",
-        _lines(lambda rows: [HEAD, ["# Nullpunkt: Fuß des Messschiebers", "", "", ""], *([row[0], *(round(v + 0.8, 2) for v in row[1:])] for row in rows)]),
+        lambda rows: [HEAD, ["# Nullpunkt: Fuß des Messschiebers", "", "", ""], *([row[0], *(round(v + 0.8, 2) for v in row[1:])] for row in rows)],
         {"settings": 'readings.datum = "caliper_base"; readings.datum_level_mm = 0.8'},
     ),
-    OrdinarySheet("a row of units", ".csv", _text([["Abstand", "Tiefe 1", "Tiefe 2", "Tiefe 3"], ["[mm]"] * 4])),
-    OrdinarySheet("n. m. where nothing was read", ".csv", _lines(lambda rows: [HEAD, *([*row[:3], "n. m."] if row[0] == 5.0 else row for row in rows)])),
-    OrdinarySheet("a mean row and its deviation", ".csv", _lines(lambda rows: [HEAD, *rows, ["Mittelwert", *_mean(rows)], ["Stabw.", 0.3, 0.3, 0.3]])),
-    OrdinarySheet("a mean column and its deviation", ".xlsx", _book(lambda rows: [[*HEAD, "MW", "Stabw"], *_with_means(rows)])),
-    OrdinarySheet("two tables side by side", ".csv", _lines(_side_by_side)),
-    OrdinarySheet("another quantity beside the table", ".xlsx", _book(_beside_temperatures)),
-    OrdinarySheet("a mean column of formulas never calculated", ".xlsx", _book(lambda rows: [[*HEAD, "Mittel"], *([*row, f"=AVERAGE(B{n}:D{n})"] for n, row in enumerate(rows, 2))])),
-    OrdinarySheet("readings that are formulas never calculated", ".xlsx", _book(lambda rows: [HEAD, *([row[0], *(f"={value + 3:.2f}-3" for value in row[1:])] for row in rows)])),
-    OrdinarySheet("ODS", ".ods", _ods(lambda rows: [HEAD, *rows])),
-    OrdinarySheet("ODS with a merged header of two rows and a mean", ".ods", _ods(lambda rows: [["Abstand [mm]", "{across=3}Tiefe unter Oberkante [mm]"], [None, "1. Messung", "2. Messung", "3. Messung"], *rows, ["Mittelwert", *_mean(rows)]])),
-    OrdinarySheet("names that nobody knows", ".csv", _text([["Stelle", "a", "b", "c"]]), {"s": "A", "levels": "B C D", "unit": "mm", "sign": "down"}),
-    OrdinarySheet("no header at all", ".csv", _text([]), {"s": "A", "levels": "B:D", "unit": "mm", "sign": "down"}),
-    OrdinarySheet("a photo, a temperature and a remark in each row", ".xlsx", _book(lambda rows: [["Nr.", *HEAD, "Foto", "Temperatur [°C]", "Bemerkung"], *([n, *row, 400 + n, 21.5, "Luftblase" if n == 2 else None] for n, row in enumerate(rows, 1))])),
-    OrdinarySheet("a footnote and a signature", ".csv", _lines(lambda rows: [HEAD, *rows, BLANK, ["gemessen am 3.4. mit Messschieber 150 mm", "", "", ""], ["Müller", "", "", ""]])),
-    OrdinarySheet("another table below", ".csv", _lines(_stacked), {"range": "A1:D8"}),
-    OrdinarySheet("places merged over their readings", ".xlsx", _book(_merged_places, [f"A{2 + 3 * n}:A{4 + 3 * n}" for n in range(6)])),
-    OrdinarySheet("three columns of one name", ".csv", _text([["Abstand [mm]", *["Tiefe [mm]"] * 3]]), {"levels": "B:D"}),
-    OrdinarySheet("a page of particulars above", ".xlsx", _book(lambda rows: [["Prüfbericht 12/26"], ["Bearbeiter", "M. Muster"], ["Datum", "3.5.2026"], ["Raumtemperatur", 21.4], [None], HEAD, *rows])),
-    OrdinarySheet("rows that end early, and sep=", ".csv", _lines(lambda rows: [["sep=;"], HEAD, *(row[:3] if row[0] == 11.0 else row for row in rows)])),
-    OrdinarySheet("units in the cells", ".csv", _lines(lambda rows: [["Position", "Profondeur 1", "Profondeur 2", "Profondeur 3"], *([f"{cell:g} mm".replace(".", ",") for cell in row] for row in rows)])),
+    OrdinarySheet("a row of units", ".csv", _below(["Abstand", "Tiefe 1", "Tiefe 2", "Tiefe 3"], ["[mm]"] * 4)),
+    OrdinarySheet("n. m. where nothing was read", ".csv", lambda rows: [HEAD, *([*row[:3], "n. m."] if row[0] == 5.0 else row for row in rows)]),
+    OrdinarySheet("a mean row and its deviation", ".csv", lambda rows: [HEAD, *rows, ["Mittelwert", *_mean(rows)], ["Stabw.", 0.3, 0.3, 0.3]]),
+    OrdinarySheet("a mean column and its deviation", ".xlsx", lambda rows: [[*HEAD, "MW", "Stabw"], *_with_means(rows)]),
+    OrdinarySheet("two tables side by side", ".csv", _side_by_side, {"range": "A1:D8"}),
+    OrdinarySheet("another quantity beside the table", ".xlsx", _beside_temperatures, {"range": "A1:D7"}),
+    OrdinarySheet("a mean column of formulas never calculated", ".xlsx", lambda rows: [[*HEAD, "Mittel"], *([*row, f"=AVERAGE(B{n}:D{n})"] for n, row in enumerate(rows, 2))]),
+    OrdinarySheet("readings that are formulas never calculated", ".xlsx", lambda rows: [HEAD, *([row[0], *(f"={value + 3:.2f}-3" for value in row[1:])] for row in rows)]),
+    OrdinarySheet("ODS", ".ods", _below(HEAD)),
+    OrdinarySheet("ODS with a merged header of two rows and a mean", ".ods", lambda rows: [["Abstand [mm]", "{across=3}Tiefe unter Oberkante [mm]"], [None, "1. Messung", "2. Messung", "3. Messung"], *rows, ["Mittelwert", *_mean(rows)]]),
+    OrdinarySheet("names that nobody knows", ".csv", _below(["Stelle", "a", "b", "c"]), {"s": "A", "levels": "B C D", "unit": "mm", "sign": "down"}),
+    OrdinarySheet("no header at all", ".csv", _below(), {"s": "A", "levels": "B:D", "unit": "mm", "sign": "down"}),
+    OrdinarySheet("a photo, a temperature and a remark in each row", ".xlsx", lambda rows: [["Nr.", *HEAD, "Foto", "Temperatur [°C]", "Bemerkung"], *([n, *row, 400 + n, 21.5, "Luftblase" if n == 2 else None] for n, row in enumerate(rows, 1))]),
+    OrdinarySheet("a footnote and a signature", ".csv", lambda rows: [HEAD, *rows, BLANK, ["gemessen am 3.4. mit Messschieber 150 mm", "", "", ""], ["Müller", "", "", ""]]),
+    OrdinarySheet("another table below", ".csv", _stacked, {"range": "A1:D8"}, others="9:17"),
+    OrdinarySheet("places merged over their readings", ".xlsx", _merged_places, merged=[f"A{2 + 3 * n}:A{4 + 3 * n}" for n in range(6)]),
+    OrdinarySheet("three columns of one name", ".csv", _below(["Abstand [mm]", *["Tiefe [mm]"] * 3]), {"levels": "B:D"}),
+    OrdinarySheet("a page of particulars above", ".xlsx", lambda rows: [["Prüfbericht 12/26"], ["Bearbeiter", "M. Muster"], ["Datum", "3.5.2026"], ["Raumtemperatur", 21.4], [None], HEAD, *rows]),
+    OrdinarySheet("rows that end early, and sep=", ".csv", lambda rows: [["sep=;"], HEAD, *(row[:3] if row[0] == 11.0 else row for row in rows)]),
+    OrdinarySheet("units in the cells", ".csv", lambda rows: [["Position", "Profondeur 1", "Profondeur 2", "Profondeur 3"], *([f"{cell:g} mm".replace(".", ",") for cell in row] for row in rows)]),
 )  # fmt: skip
 """Of each, the three readings of a station are those of ``levels_mm``, but for those that its manner leaves out."""
-
-
-def _none(rows: Rows) -> Rows:
-    return [[cell or None for cell in row] for row in rows]

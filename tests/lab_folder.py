@@ -226,7 +226,7 @@ FAULTS = (
     Planted("a place before the crack begins",
         r"P09_measurements\.tsv, line 3, column Position along crack \(mm\): -3 mm is outside the crack",
         _cell("P09_measurements.tsv", 3, 1, "-3.0", HANDS["P09"][1])),
-    Planted("rows of a sample without a photo", r"caliper_all\.csv, rows of K98: no photo of sample K98",
+    Planted("rows of a sample without a photo", r"caliper_all\.csv: no photo of sample all",
         lambda folder: (folder / "caliper_all.csv").write_text("sample,s_mm,level_mm\nK98,1,-1\nK98,5,-2\n")),
     Planted("a photo that calls itself one", r"P12\.jpg: not a readable photo",
         lambda folder: (folder / "P12.jpg").write_text("This is no photo.")),

@@ -51,8 +51,7 @@ class Columns(Settings):
     """Columns of a sheet without clear column names, and other facts that the sheet leaves open, as in [readings]."""
 
     s: Text | None = None
-    """Column of the stations: its name in the header, or its letter in a spreadsheet, such as "A". If each station has
-    a column: their row, such as "3"."""
+    """Column of the stations: its name in the header, or its letter in a spreadsheet, such as "A"."""
     levels: Annotated[tuple[Text, ...], Field(min_length=1, max_length=256)] | None = None
     """Columns of readings: names, letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is
     read."""
@@ -64,10 +63,6 @@ class Columns(Settings):
     header_rows: Annotated[int, Field(ge=0, le=20)] | Annotated[str, Field(pattern=ROWS)] | None = None
     """Header rows, if they are not recognised: their number, 0 if the sheet begins with readings, or the first and the
     last one, such as "3:5". Rows of units among them are not names."""
-    transposed: bool | None = None
-    """True if each station has a column. Then s, levels and repeat are names in the first columns or numbers of rows,
-    such as "3" and "4:6", skip and range count the file's rows and columns, and header_rows is the number of columns
-    with names. Default: true if s is the number of a row, else decided by the names."""
     s_from: Literal["first", "second"] | None = None
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()

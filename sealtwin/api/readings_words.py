@@ -8,16 +8,12 @@ Given = Literal["file", "named rows", "array"]
 
 NAME_THEM = 'Name them as a sheet does, such as "s_mm", "depth_1_mm", and leave out other columns of numbers.'
 TABLE = r"Write into the column range of its row.*?the cells of "
-OTHER_TABLE = r" If the other table is of another sample, add a row of this file for it\."
+OTHER_TABLE = r" Add a row of this file for the other, with its sample or the role ignore\."
 PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
     "file": (
         (
             r"Assign the columns by letters:.*? or the trial\.",
             'Assign the columns by letters: columns={"s": "A", "levels": ["B", "C"]}.',
-        ),
-        (
-            r"Assign the rows by numbers:.*? or the trial\.",
-            'Assign the rows by numbers: columns={"s": "3", "levels": ["4:6"]}.',
         ),
         (TABLE, 'Give columns, key "range": the cells of '),
         (OTHER_TABLE, ""),
@@ -27,7 +23,7 @@ PHRASES: dict[Given, tuple[tuple[str, str], ...]] = {
     ),
     "named rows": (
         ("; read as CSV, UTF-8, semicolons", ""),
-        (r"Assign the (?:columns by letters|rows by numbers):.*? or the trial\.", NAME_THEM),
+        (r"Assign the columns by letters:.*? in a copy\.", NAME_THEM),
         (r"List the columns of readings: \[readings\.columns\] levels", "Leave out columns that are not readings"),
         (r"List the columns to read in \[readings\.columns\] levels", "Leave out one kind"),
         (TABLE, "Give only the columns of "),

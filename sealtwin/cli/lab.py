@@ -35,8 +35,7 @@ def ingest(
     of doubtful samples are traced too, so that all questions come at once. The lab keeps each tracing, so that later
     rounds trace only new photos. LAB/index.html shows all traced walls.
 
-    A file of several samples is divided by a column of sample names, by worksheets named after samples, or by the
-    titles of the tables of a sheet.
+    A file of several samples is asked about: give each a row of pairing.csv, with its range, columns or worksheet.
 
     Repeating the command adds nothing. A changed sample, or one whose trial lost a file, becomes a new revision; the
     old one stays. A new answer changes a trial that was neither run nor edited.

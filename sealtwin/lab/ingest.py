@@ -19,7 +19,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
 from sealtwin.lab.file_owners import Decisions, place_files, with_owners
-from sealtwin.lab.file_parts import Piece, beside_ranges, divide, with_parts
+from sealtwin.lab.file_parts import Piece, beside_ranges, in_roles, with_parts
 from sealtwin.lab.found_files import (
     DEFAULTS,
     NOT_READ,
@@ -37,14 +37,13 @@ from sealtwin.lab.pairing import (
     SampleFiles,
     awaiting,
     decided,
+    naming_others,
     pair,
     pairing_text,
     read_pairing,
-    renewed,
 )
 from sealtwin.lab.sample_outcome import INPUTS, SampleOutcome
 from sealtwin.lab.sample_trials import gather, look_at_sheets, prepare
-from sealtwin.lab.sheet_depths import RANGE
 from sealtwin.study.photos import OWN
 from sealtwin.trial.trial_file import Trial, folder_name, trial_text
 from validate.readings.header_words import sample_key
@@ -89,8 +88,7 @@ def ingest(
         """Return the pieces by their names, with the user's role and sample of each photo."""
         places = {file.as_posix(): (place.role, place.sample) for file, place in by_name.items()}
         photos = [sample for role, sample in {**places, **by_user}.values() if role == "photo"]
-        keys = {sample_key(photo) for photo in photos}
-        return divide(folder, with_owners(by_name, photos), keys, has_range=RANGE in defaults.entries)
+        return in_roles(folder, with_owners(by_name, photos))
 
     def decisions_in(path: Path) -> Decisions:
         rows = read_pairing(path)
@@ -103,10 +101,9 @@ def ingest(
             given = decisions_in(lab / PAIRING)
         decisions = catalogue.decisions(source) if given is None else given
         named = pieces({file.as_posix(): (place.role, place.sample) for (file, _), place in decisions.items()})
-        decisions = renewed(decisions, named)
         placed = place_files(with_parts(folder, named, decisions), decisions)
         placed |= beside_ranges(folder, named, decisions)
-        samples = pair(placed)
+        samples = naming_others(folder, pair(placed))
         texts = {text for sample in samples for text in sample.texts}
         for piece, place in placed.items():
             if place.role == "text" and piece.file not in texts:

@@ -12,18 +12,18 @@ from typing import get_args
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.file_owners import Decisions
-from sealtwin.lab.file_parts import Piece
+from sealtwin.lab.file_parts import Piece, texts_of, without_name
 from sealtwin.lab.found_files import DIGIT, TABLES, UNREAD_TABLES, WORD, FilePlace, Role, as_label, few, possible_roles
 from sealtwin.lab.pairing_columns import ANSWERS, COLUMNS, OPTIONAL, columns_asked, possible_answers
 from validate.readings.header_words import sample_key
-from validate.readings.samples import RANGE_PART, SamplePart, called, named_cells, read_table
-from validate.readings.sheet import SheetGrid
+from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table
+from validate.readings.sheet import SheetGrid, quoted
 
 PAIRING = "pairing.csv"
 MOST_PHOTOS = 12  # Photos in one question
 OF_SEVERAL = (
-    "add a row of this file for each, with its range, or with its columns in s and levels, such as A and B:D (if each "
-    "place has a column: its rows, such as 3 and 4:6)"
+    "add a row of this file for each, with its range, its columns in s and levels, such as A and B:D, its sheet, or "
+    "with 'rows of NAME' in the column part if a column names samples"
 )
 CODE = re.compile(r"[^\W\d_]{1,2}[0-9]{1,4}[^\W\d_]?")  # Key of a sample's name
 LOOKALIKES = str.maketrans("oil", "011")
@@ -43,7 +43,6 @@ class SampleFiles:
     texts: Mapping[PurePath, Mapping[str, str]] = field(default_factory=dict)
     """Other texts about it, each with its answers from the pairing file."""
     answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # From the pairing file, by role
-    others: tuple[str, ...] = ()  # Names of the other samples
     awaits: tuple[str, ...] = ()  # Questions about files that may be its own; the sample is not sound before an answer
     sheets: Mapping[Piece, Mapping[str, str]] = field(default_factory=dict)
     """Readings that may be its own, with the answers about them, if ``questions`` keep the sample from being read."""
@@ -63,11 +62,7 @@ def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
         elif place.role != "ignore":
             groups[sample_key(place.owner)][piece] = place
     samples = [_sample(key, group, groups) for key, group in sorted(groups.items())]
-    names = [sample.name for sample in samples]
-    samples = [
-        replace(sample, texts=texts.get(sample.key, {}), others=tuple(each for each in names if each != sample.name))
-        for sample in samples
-    ]
+    samples = [replace(sample, texts=texts.get(sample.key, {})) for sample in samples]
     for key, group in groups.items():
         has_owner = bool(key) and any(place.role == "photo" for place in group.values())
         for piece, place in group.items():
@@ -76,6 +71,34 @@ def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
                 pieces = [piece] if has_owner or not key else [*group]
                 samples = awaiting(samples, place, _unpaired(pieces, group[pieces[0]], groups))
     return samples
+
+
+def naming_others(folder: Path, samples: Sequence[SampleFiles]) -> list[SampleFiles]:
+    """Return the samples, with a question about each whole file of readings in which another sample's name is.
+
+    The samples that are named wait for the answer too, unless they have other readings.
+    """
+    photographed = [one for one in samples if one.key and "photo" in one.files]
+    asked = defaultdict[str, list[str]](list)
+    for sample in photographed:
+        file, given = sample.files.get("readings"), sample.answers.get("readings", {})
+        is_answered = given.keys() & {"range", "levels"} or "readings.sample" in given.get("settings", "")
+        if file is None or sample.part is not None or is_answered or (folder / file).is_symlink():
+            continue
+        named = dict[str, str]()
+        for text in texts_of(folder / file, given.get("sheet")):
+            rest = without_name(text, sample.name)
+            others = (one.key for one in photographed if one is not sample and without_name(rest, one.name) != rest)
+            named |= {key: named.get(key, text) for key in others}
+        if named:
+            question = (
+                f"{file}: {quoted(next(iter(named.values())))} names another sample. If all of it is of {sample.name}, "
+                f"write its rows into the column range, such as 1:20; if it is of several, {OF_SEVERAL}."
+            )
+            waiting = [one.key for one in photographed if one.key in named and "readings" not in one.files]
+            for key in (sample.key, *waiting):
+                asked[key].append(question)
+    return [replace(one, awaits=(*one.awaits, *asked[one.key])) for one in samples]
 
 
 def awaiting(samples: Sequence[SampleFiles], place: FilePlace, question: str) -> list[SampleFiles]:
@@ -123,8 +146,8 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].owner
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
-        f"{len(pieces)} {_kind(pieces)} are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
-        f"{_repeats(pieces)}keep one, and set the role of the others to ignore."
+        f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; keep one, and set the "
+        "role of the others to ignore."
         for role, pieces in by_role.items()
         if len(pieces) > 1
     ]
@@ -160,8 +183,7 @@ def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Ma
         likely_owner = f"Every photo has its {place.role}. If its photo is missing, add it to the folder {photo}"
     if key:
         return f"{few(pieces)}: no photo of sample {place.sample}. {likely_owner}; if not, set role to ignore."
-    of_table = any(piece.part is not None and piece.part.cells is not None for piece in pieces)
-    fault = "the sheet gives no sample for this table" if of_table else "its name gives no sample"
+    fault = "its name gives no sample"
     if place.rest_of:
         fault = f"outside of the range of {few(place.rest_of)}; if it is of the same sample, extend that range"
     return f"{few(pieces)}: {fault}. {likely_owner}; if not, set role to ignore."
@@ -175,19 +197,6 @@ def _lacking(role: Role, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> lis
 
 def _photos(group: Mapping[Piece, FilePlace]) -> list[Piece]:
     return [piece for piece, place in group.items() if place.role == "photo"]
-
-
-def _kind(pieces: Sequence[Piece]) -> str:
-    parts = [piece.part for piece in pieces if piece.part is not None and (piece.part.cells or piece.part.levels)]
-    return "files" if len(parts) < len(pieces) else "tables" if any(part.cells for part in parts) else "parts"
-
-
-def _repeats(pieces: Sequence[Piece]) -> str:
-    """Return the answer if columns or rows of one sheet, with the same name, are repeats; otherwise ""."""
-    levels = [piece.part.levels for piece in pieces if piece.part is not None and piece.part.levels]
-    if len(levels) < len(pieces) or len({piece.file for piece in pieces}) > 1:
-        return ""
-    return f"if they are its repeats, write {' '.join(levels)} into the column levels of one of them; otherwise "
 
 
 def _twins(pieces: Sequence[Piece]) -> str:
@@ -248,9 +257,7 @@ def decided(
     Raises InputError with every fault: a file or a part that does not exist or has two rows, or an invalid role or
     sample.
     """
-    pieces: dict[PurePath, dict[str, FilePlace]] = defaultdict(dict)
-    for piece, place in named.items():
-        pieces[piece.file][piece.part_name] = place
+    pieces = {piece.file: place for piece, place in named.items()}
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
     by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
     decisions: dict[tuple[PurePath, str], FilePlace] = {}
@@ -267,10 +274,9 @@ def decided(
             fault = fault or f"no file {row.file!r:.80} in the lab's folder; delete the row, or correct it"
             faults.append(f"{row.where}: {fault}.")
             continue
-        part = next((part for part in pieces[file] if row.part in (part, as_text_cell(part))), row.part)
-        fault = _fault(file, part, row, pieces[file])
+        part, fault = row.part, _fault(file, row.part, row)
         if (file, part) in rowed:
-            fault = f"{file} has two rows; keep one, or give each its own range or levels."
+            fault = f"{file} has two rows; keep one, or give each its own range, levels or sheet."
         elif not part and row.file in parted:
             fault = f"{file} has rows for its parts too; delete this row, or write its part into range or levels."
         rowed.add((file, part))
@@ -278,7 +284,7 @@ def decided(
             faults.append(f"{row.where}: {fault}")
             continue
         place = FilePlace(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
-        if place != pieces[file].get(part) or row.file in several:
+        if part or place != pieces[file]:
             decisions[file, part] = place
     if faults:
         raise InputError("\n".join(faults))
@@ -286,29 +292,15 @@ def decided(
 
 
 def _of_own_part(row: PairingRow) -> PairingRow:
-    """Return one of several rows of a file as the part that its range, else its columns of readings, give."""
-    key = next((key for key in ("range", "levels") if key in row.answers), None)
+    """Return one of several rows of a file as the part that its range, columns of readings or worksheet give."""
+    names = {"range": "{}", "levels": "columns {}", "sheet": "sheet {}"}
+    key = next((key for key in names if key in row.answers), None)
     if row.part or key is None:
         return row
-    sheet = f"sheet {row.answers['sheet']}, " if "sheet" in row.answers else ""
-    name = row.answers[key].upper() if key == "range" else called(row.answers[key])
+    sheet = f"sheet {row.answers['sheet']}, " if "sheet" in row.answers and key != "sheet" else ""
+    name = names[key].format(row.answers[key].upper() if key == "range" else row.answers[key])
     answers = {other: text for other, text in row.answers.items() if other not in (key, "sheet")}
     return replace(row, part=f"{sheet}{name}", answers=answers)
-
-
-def renewed(decisions: Decisions, named: Mapping[Piece, FilePlace]) -> Decisions:
-    """Return decisions on parts by the present ranges: a table that begins at the same cell may have got new rows."""
-    begins = {(piece.file, _begin(piece.part_name)): piece.part_name for piece in named if piece.part is not None}
-    present = {(piece.file, piece.part_name) for piece in named}
-    renamed = dict[tuple[PurePath, str], FilePlace]()
-    for (file, part), place in decisions.items():
-        now = begins.get((file, _begin(part)), part) if RANGE_PART.fullmatch(part) else part
-        renamed[file, part if (file, part) in present or (file, now) in decisions else now] = place
-    return renamed
-
-
-def _begin(part: str) -> str:
-    return part.rpartition(":")[0]
 
 
 def read_pairing(path: Path) -> list[PairingRow]:
@@ -338,17 +330,16 @@ def _refuse_other_columns(table: SheetGrid) -> None:
         raise InputError("\n".join(faults))
 
 
-def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FilePlace]) -> str | None:
-    if part and part not in parts and not RANGE_PART.fullmatch(part):
-        names = ", ".join(repr(name) for name in parts if name) or "none: it is not shared by several samples"
-        return f"{file} has no part {part!r:.80}; its parts are {names}."
+def _fault(file: PurePath, part: str, row: PairingRow) -> str | None:
+    if part and not RANGE_PART.fullmatch(part):
+        return f"{file}: a part {part!r:.80}; write a range, such as A1:D20, or rows of NAME."
     possible = (*(("readings",) if part else possible_roles(file.suffix.lower()) or UNKNOWN), "ignore")
     if row.role not in possible:
         return f"{file}{part and ', '}{part} cannot be {row.role!r:.40}; write one of {', '.join(possible)}."
     if row.role == "ignore":
         return None
     if not sample_key(row.sample):
-        if part and not (part in parts and parts[part].sample):
+        if part:
             return None  # The question about this row is still open.
         return f"{file} has no sample; write the sample's name, or the role ignore."
     if as_label(row.sample) != row.sample:

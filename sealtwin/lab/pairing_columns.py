@@ -9,8 +9,8 @@ from sealtwin.lab.found_files import Role
 from sealtwin.trial.trial_file import Trial
 from validate.readings.text_table import number
 
-SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|[0-9]{1,4}(:[0-9]{1,4})?)"
-"""B, or B:D, or rows 4:6; several lower-case letters are more likely a name."""
+SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"
+"""B, or B:D; several lower-case letters are more likely a name."""
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 SETTING = re.compile(r"\[?\b([a-z_]+(?:\.[a-z_]+)*)(?:\.|\] )([A-Za-z_]+)\b")  # crack.depth_mm, or [crack] depth_mm

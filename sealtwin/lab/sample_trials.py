@@ -11,11 +11,10 @@ from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.file_parts import Piece
+from sealtwin.lab.file_parts import Piece, without_name
 from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.notes import (
     ALTERNATIVES,
-    COLUMNS,
     DATA,
     DEPTH,
     OF_READINGS,
@@ -30,7 +29,7 @@ from sealtwin.lab.notes import (
 from sealtwin.lab.pairing import PAIRING, SampleFiles
 from sealtwin.lab.pairing_columns import as_columns
 from sealtwin.lab.sample_outcome import KeptFile, SampleOutcome, kept_as, note_of
-from sealtwin.lab.sheet_depths import LEVELS, RANGE, other_depths, take_depths
+from sealtwin.lab.sheet_depths import LEVELS, RANGE, ask_for_depths
 from sealtwin.lab.sheets import read_fill
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
@@ -129,7 +128,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         outcome.note = read_cell(given.get("settings", ""), f"{PAIRING}, {file}").over(outcome.note)
     for role, given in sample.answers.items():
         outcome.note.entries |= _answered(role, given, f"{PAIRING}, {sample.files[role]}")
-    take_depths(folder, outcome)
+    ask_for_depths(folder, outcome)
     outcome.faults += outcome.note.faults
     outcome.remarks += [*outcome.note.remarks, *outcome.unread]
     return outcome
@@ -241,18 +240,31 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Already reported as a fault of its key.
-        outcome.faults += other_depths(path, declared, outcome)
         try:
             profile = read_readings(path, declared, None, deepest_mm)
         except SheetFaults as fault:
             outcome.columns["readings"] = fault.columns
             raise
         outcome.dialect, outcome.columns["readings"] = profile.dialect, profile.columns
+        outcome.faults += _other_sample(path, outcome)
         # Doubts are reliable only with the crack's own depth.
         if DEPTH in outcome.note.entries:
             outcome.faults += [
                 f"{doubt} Write it into {note_of(outcome)}, or into {PAIRING}." for doubt in profile.doubts
             ]
+
+
+def _other_sample(path: Path, outcome: SampleOutcome) -> list[str]:
+    """Return a fault if the column of samples in a sheet names another sample than that of the file."""
+    files, part, sample = outcome.sample.files, outcome.sample.part, outcome.sample.name
+    if "photo" not in files or "readings.sample" in outcome.note.entries or (part and part.rows_of):
+        return []
+    return [
+        f"{path}: column {one.name} names sample {one.first!r}, but by its name the file is of {sample}. If they are "
+        f"the same, write readings.sample = {one.first!r} into the column settings of {PAIRING}; else correct it."
+        for one in outcome.columns["readings"]
+        if one.role == "sample" and without_name(one.first, sample).strip()
+    ]
 
 
 def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
@@ -296,11 +308,6 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
         place = f"{sample.files['readings']}, {part},"
         levels = as_columns({"levels": part.levels})["levels"] if part.levels else None
         parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of, RANGE: part.cells, LEVELS: levels}
-        if part.beside is not None:
-            rows = part.beside
-            along = f"{rows.places.number}" if rows.are_certain else None
-            of_rows = {"transposed": True, "header_rows": rows.label_columns, "s": along}
-            parts |= {f"{COLUMNS}.{key}": value for key, value in of_rows.items()}
         # An answer about the part itself is narrower than the part.
         parts = {
             key: value

@@ -16,7 +16,6 @@ from validate.readings.samples import read_cells
 from validate.readings.sheet import FaultList, SheetGrid
 from validate.readings.table_reader import TableReader
 from validate.readings.table_rows import is_a_number
-from validate.readings.turned import upright
 from validate.readings.understood import WAYS, understood
 from validate.settings import Columns, Declared
 
@@ -61,9 +60,9 @@ def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str
     remedy.
     """
     faults = FaultList()
-    grid, declared = upright(read_cells(path, declared), declared)
+    grid = read_cells(path, declared)
     header = read_header(grid, declared, faults, mass)
-    faults.columns = understood(grid, header, "mass")
+    faults.columns = understood(header, "mass")
     table = TableReader(grid, header, declared, None, faults)
     steps = [step for row in header.body if (step := table.station(row, {})) is not None]
     faults.raise_if_any()

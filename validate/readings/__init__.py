@@ -1,7 +1,7 @@
 """Caliper readings from a lab's sheets: CSV, XLSX and ODS as labs write them.
 
 A file becomes cells (``samples``, ``text_table``, ``workbook``, ``open_document``, ``sheet``), the cells a table with a
-header (``table_rows``, which turns a table whose stations are columns; ``columns``), and the rows below become stations
+header (``table_rows``, ``columns``), and the rows below become stations
 (``stations``; ``read_readings`` is the entry). ``stand_ins`` lets reading go on if the columns are unknown.
 To support a new arrangement of columns, extend ``columns.read_header`` and
 ``read_readings.TableReader``, with rows in ``READ`` and ``REFUSED`` of ``tests/validate/readings/test_columns.py``; new

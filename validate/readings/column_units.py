@@ -197,8 +197,7 @@ class ColumnUnits:
                 )
                 remedy = "Format the column as numbers, and check the readings."
             else:
-                at = self.grid.name_of(one.at) if self.grid.turned else f"column {letters(one.at)}"
-                by = "the format of the number" if one.at == one.column else at
+                by = "the format of the number" if one.at == one.column else f"column {letters(one.at)}"
                 other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
                 if one.unit is None:
                     other = "which is not a supported unit of length"

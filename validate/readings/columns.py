@@ -11,6 +11,7 @@ from validate.readings.column_units import CORRECT, ColumnUnits
 from validate.readings.header import MOST_SHOWN, Column, Header, Mass, quoted_names
 from validate.readings.header_rows import find_header, header_of_note
 from validate.readings.header_words import (
+    CODE,
     ColumnMeaning,
     Role,
     factor_in,
@@ -35,23 +36,21 @@ from validate.readings.sheet import (
     refuse,
 )
 from validate.readings.table_rows import (
-    blocks,
     columns_named,
-    has_readings,
+    common_lines,
     is_a_number,
     rows_beyond,
     sorted_rows,
+    span_of_numbers,
     table_rows,
     which_table,
 )
-from validate.readings.tables import common_lines
-from validate.readings.turned import ASSIGN_ROWS
 from validate.settings import Columns, Declared, Quantity
 from validate.units import counted
 
 ASSIGN = (
-    "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv, or rows, such as 3 and 4:6, if each "
-    'place has a column; or [readings.columns] s = "A", levels = ["B", "C"] in lab.toml or the trial.'
+    'Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv, or [readings.columns] s = "A", '
+    'levels = ["B", "C"] in lab.toml or the trial. If each place has a column, transpose the table in a copy.'
 )
 
 
@@ -75,12 +74,10 @@ class _HeaderReader:
     ) -> None:
         self.grid, self.declared, self.faults, self.stand_in = grid, declared, faults, stand_in
         self.mass: Mass | None = mass
-        self.assign = ASSIGN_ROWS if grid.turned else ASSIGN
         self.unknown: list[Column] = []  # Columns of numbers under unknown names
         self.given = declared.columns or Columns()
-        self.rows, skipped, self.left_out, unmet = table_rows(grid, self.given)
-        self.skipped, self.unmet = [*skipped, *grid.outside], [*unmet, *grid.unmet]
-        self.common = common_lines(grid, self.given.range)
+        self.rows, self.skipped, self.left_out, self.unmet = table_rows(grid, self.given)
+        self.common = common_lines(grid.rows, self.given.range)
         if len(self.rows) < 2:
             remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
@@ -95,8 +92,8 @@ class _HeaderReader:
             titles = (row.cell(0).text for row in (*self.rows[: self.first], *self.skipped))
             self.names |= {1: name} if (name := name_in_titles(titles)) else {}
         self.header_rows = header.count
-        lines = (*self.rows[: self.first], *self.common, *grid.outside)
-        self.titled = None if grid.is_note else name_in_titles(cell.text for row in lines for cell in row.cells)
+        above = self.rows[: self.first]
+        self.titled = None if grid.is_note else name_in_titles(cell.text for row in above for cell in row.cells)
         body = self.rows[self.first + header.count :]
         self._set_body(header.units, body, self._place_words(columns_of_places(body)))
 
@@ -139,14 +136,14 @@ class _HeaderReader:
             readings += [replace(column, role="reading") for column in counters]
         elif may_be_readings(self.body, repeat.index):
             finding = f"column {quoted(repeat.name)} numbers repeats by its name, but contains other numbers."
-            self._add_fault(finding, f"List the columns of readings. {self.assign}", repeat.name)
+            self._add_fault(finding, f"List the columns of readings. {ASSIGN}", repeat.name)
         if not stations or not readings:
             stations, readings = self._stand_ins(stations, readings)
         else:
-            self._check_unknown(columns)
+            self._check_unknown()
         for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
             if len(twice) > 1:
-                self._add_fault(f"{quoted_names(twice)} both name the {what}.", self.assign)
+                self._add_fault(f"{quoted_names(twice)} both name the {what}.", ASSIGN)
         if repeat is not None and len(readings) > 1:
             several = quoted_names(readings)
             finding = f"column {quoted_names([repeat])} numbers repeats, but there are several columns: {several}."
@@ -162,12 +159,11 @@ class _HeaderReader:
         of_units = columns_of_units(self.names, taken, self.body)
         used = self.units.with_units([used[0], *map(self._as_titled, used[1:])], of_units)
         self._check_spanned(used[1:])
+        self._check_labels(used)
         at = [column.index for column in used]
-        body, between, passed = sorted_rows(self.grid, self.number, self.body, at[0], at[1:], self.faults)
+        body, between, passed = sorted_rows(self.grid, self.number, self.names, self.body, at[0], at[1:], self.faults)
         remarks = [*self.rows[: self.first], *self.skipped, *between, *self.common]
-        # In a turned sheet, a line such as "Unit:, in" is the name of a row that is not read.
-        named = [SheetRow(self.number, (SheetCell(column.name),)) for column in skipped if self.grid.turned]
-        self.units.check_remarks([*remarks, *named], used)
+        self.units.check_remarks(remarks, used)
         self._check_range(at)
         cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
         return Header(
@@ -204,18 +200,23 @@ class _HeaderReader:
             finding = (
                 f"{quoted_names(readings)}: one name of columns in different units, which may be the same readings."
             )
-            self._add_fault(finding, f"List one column for each repeat. {self.assign}", spanned[0].name)
+            self._add_fault(finding, f"List one column for each repeat. {ASSIGN}", spanned[0].name)
+
+    def _check_labels(self, used: Sequence[Column]) -> None:
+        """Add a fault for labels above the names of readings, which may be samples."""
+        for row in self.rows[: self.first] if self.given.levels is None else ():
+            along, *others = (row.cell(column.index).text for column in used)
+            labels = [text for text in dict.fromkeys(others) if text and meaning(text) is None]
+            codes = [text for text in labels if any(map(CODE.fullmatch, text.split()))]
+            if len(labels) > 1 and (not along or len(codes) > 1):
+                finding = f"row {row.number} has {', '.join(map(quoted, labels))}: columns of several samples?"
+                self._add_fault(finding, f"List the columns of this sample. {ASSIGN}", labels[0])
 
     def _check_range(self, columns: Sequence[int]) -> None:
         """Add a fault if the range cuts off places of this table that have readings."""
-        if self.grid.turned:
-            cut = [row.number for row in self.grid.cut if has_readings(row, columns[0], columns[1:])]
-        else:
-            cut = rows_beyond(self.grid.rows, self.rows, self.given.range, columns, has_header=bool(self.header_rows))
+        cut = rows_beyond(self.grid.rows, self.rows, self.given.range, columns, has_header=bool(self.header_rows))
         if cut and "range" not in (self.declared.as_written or ()):
-            span = self.grid.span_of_rows(cut[0], cut[-1])
-            if cut[0] == cut[-1]:
-                span = letters(cut[0] - 1) if self.grid.turned else f"row {cut[0]}"
+            span = f"row {cut[0]}" if cut[0] == cut[-1] else f"{cut[0]}:{cut[-1]}"
             finding = f"{counted(len(cut), 'place')} with readings, in {span}, outside of the range."
             remedy = 'Extend the range, or confirm that they are not of this sample: readings.as_written = ["range"].'
             self.faults.add(self.grid.place(cut[0]), finding, remedy)
@@ -268,7 +269,7 @@ class _HeaderReader:
         if len(likely) != 1:
             return []
         self._set_body(units, body, {at: words[at] for at in likely if at in words})
-        return [Column(role="station", index=at, name=self.names.get(at) or self.grid.name_of(at)) for at in likely]
+        return [Column(role="station", index=at, name=self.names.get(at) or letters(at)) for at in likely]
 
     def _without(self, stations: Sequence[Column]) -> SheetFaults:
         """Return the error on a header without a column of stations or of readings."""
@@ -283,10 +284,10 @@ class _HeaderReader:
         for at in sorted({*self.names, *filled})[:MOST_SHOWN]:
             value = next((row.cell(at).text for row in self.body if row.cell(at).text), "")
             name = f" {quoted(self.names[at])}" if self.names.get(at) else ""
-            shown.append(f"{self.grid.name_of(at)}{name} ({clipped(value)})")
-        return self._refused(
-            f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", self.assign
-        )
+            shown.append(f"{letters(at)}{name} ({clipped(value)})")
+        numbers = f"numbers in {span_of_numbers(self.rows)}; " if span_of_numbers(self.rows) else ""
+        written = ", ".join(self.grid.written)
+        return self._refused(f"{which}{beside} in {', '.join(shown)}; {numbers}read as {written}.", ASSIGN)
 
     def _declared_roles(self) -> dict[int, ColumnMeaning]:
         """Return the roles of the declared columns. Raises SheetFaults for a declared column that does not exist."""
@@ -336,7 +337,7 @@ class _HeaderReader:
             if what is None and ("reading" in declared or at not in numeric):
                 # A column of words has no readings, and if readings are declared, no other column has.
                 what = ColumnMeaning("skipped")
-            column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or self.grid.name_of(at))
+            column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or letters(at))
             (unknown if what is None else columns).append(column)
         if fill and len(unknown) == 1 and not any(column.role in ("reading", "repeat") for column in columns):
             # The only unknown column next to masses contains the levels.
@@ -345,20 +346,13 @@ class _HeaderReader:
         self.unknown = unknown
         return sorted([*columns, *unknown], key=lambda column: column.index)
 
-    def _check_unknown(self, columns: Sequence[Column]) -> None:
-        """Add a fault for each unknown column. One with a name may be in a table of its own, after a blank column."""
-        own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
-        head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
-        spans = list(blocks([head, *self.body]))
+    def _check_unknown(self) -> None:
+        """Add a fault for each unknown column."""
         for column in self.unknown:
-            span, lettered = (
-                next(span for span in spans if column.index in span),
-                column.name == self.grid.name_of(column.index),
-            )
-            if lettered or not own_block or own_block & set(span):
-                finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
-                finding = f"column {column.name} contains numbers and has no name." if lettered else finding
-                self._add_fault(finding, self.assign, column.name)
+            finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
+            if column.name == letters(column.index):
+                finding = f"column {column.name} contains numbers and has no name."
+            self._add_fault(finding, ASSIGN, column.name)
 
     def _one_table(self, columns: list[Column]) -> list[Column]:
         """Return the first of several tables side by side, each with stations and readings, and add a fault."""
@@ -366,9 +360,8 @@ class _HeaderReader:
         tables = [columns[start:end] for start, end in pairwise([*starts, len(columns)])]
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
-        spans = [self.grid.span_of_columns(table[0].index, table[-1].index) for table in tables]
-        of = "one below the other, in rows" if self.grid.turned else "side by side, in columns"
-        finding = f"{len(tables)} tables {of} {' and '.join(spans)}."
+        spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
+        finding = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
         self._add_fault(finding, which_table(spans[0], spans[-1]))
         return tables[0]
 
@@ -376,17 +369,17 @@ class _HeaderReader:
         """Add a fault for columns of readings without a number (one may be the mean), or with the same number."""
         if len(readings) > 1 and self.given.levels is None and all(names_sample(column.name) for column in readings):
             finding = f"{quoted_names(readings)}: columns of several samples, or repeats of one?"
-            self._add_fault(finding, f"List the columns of this sample. {self.assign}", readings[0].name)
+            self._add_fault(finding, f"List the columns of this sample. {ASSIGN}", readings[0].name)
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
                 finding = (
                     f"{quoted_names(columns)}: no repeat number, but there are {len(readings)} columns of readings."
                 )
-                remedy = f"One of them may be a mean: list only the repeats as levels. {self.assign}"
+                remedy = f"One of them may be a mean: list only the repeats as levels. {ASSIGN}"
                 self._add_fault(finding, remedy, columns[0].name)
             elif len(columns) > 1:
-                self._add_fault(f"repeat {label} occurs twice: {quoted_names(columns)}.", self.assign, columns[1].name)
+                self._add_fault(f"repeat {label} occurs twice: {quoted_names(columns)}.", ASSIGN, columns[1].name)
 
     def _quantity(self, readings: Sequence[Column]) -> Quantity | None:
         declared = self.declared.quantity

@@ -18,7 +18,6 @@ from validate.readings.text_table import (
     NOTE_HEAD,
     decimals_of,
 )
-from validate.readings.turned import upright
 from validate.readings.understood import (
     answer_to,
     dialect_of,
@@ -54,9 +53,9 @@ def read_readings(
         InputError: The file cannot be opened.
     """
     faults = FaultList()
-    grid, settings = upright(_with_dashes(read_cells(path, settings), settings, faults), settings)
+    grid = _with_dashes(read_cells(path, settings), settings, faults)
     header = rows_of_sample(grid, read_header(grid, settings, faults, stand_in=True), settings, faults)
-    faults.columns = understood(grid, header)
+    faults.columns = understood(header)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     table = TableReader(grid, header, settings, crack, faults)
     cells = table.read()

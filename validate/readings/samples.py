@@ -1,37 +1,25 @@
-"""Files of readings: their cells, and the parts of a file with several samples (in one sheet or in several)."""
+"""Files of readings: their cells, and the parts of a file that a user gives to several samples."""
 
 import hashlib
 import json
 import re
 import stat
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from sealtwin.core.errors import InputError, as_text
 from validate.readings.cell_units import columns_of_units, unit_cells
-from validate.readings.columns import read_header
-from validate.readings.header import Header
-from validate.readings.header_words import crack_depth, meaning, names_sample
-from validate.readings.labelled_rows import LabelledRows, labelled_rows
-from validate.readings.place_words import columns_of_places, is_place_word
-from validate.readings.sample_rows import rows_by_name
 from validate.readings.sheet import (
     SAVE_AGAIN,
-    FaultList,
     Place,
-    SheetFaults,
     SheetGrid,
-    SheetRow,
-    letters,
     quoted,
     refuse,
 )
-from validate.readings.table_rows import is_a_number, within
-from validate.readings.tables import Table, common_lines, tables_of
+from validate.readings.table_rows import common_lines, within
 from validate.readings.texts import read_text
-from validate.readings.turned import upright
-from validate.settings import RANGE, Columns, Declared
+from validate.settings import RANGE, Declared
 
 LARGEST_FILE_BYTES = 5_000_000  # Limit on the size of a sheet, or of a workbook with its pictures
 ZIP = b"PK\x03\x04"
@@ -52,7 +40,8 @@ OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
 )
 """First bytes, in lower case, of other formats that programs export with the file extension of a sheet."""
 RANGE_PART = re.compile(
-    rf"(?:sheet (?P<sheet>.+?), )?(?:(?P<cells>{RANGE[1:-1]})|(?:columns|rows(?! of)) (?P<levels>.+))",
+    rf"(?:sheet (?P<sheet>.+?), )?(?:(?P<cells>{RANGE[1:-1]})|columns (?P<levels>.+)|rows of (?P<rows_of>.+))"
+    r"|sheet (?P<alone>.+)",
     re.IGNORECASE,
 )
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
@@ -134,46 +123,20 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def called(levels: str) -> str:
-    """Return the name of a part that consists of columns of readings, or of rows if each station has a column."""
-    return f"{'rows' if levels[:1].isdecimal() else 'columns'} {levels}"
-
-
 @dataclass(frozen=True)
 class SamplePart:
-    """A part of a file that may contain the readings of one sample."""
+    """A part of a file with the readings of one sample, as the user names it."""
 
-    sheet: str | None  # Name of the worksheet, if there are several
-    rows_of: str | None  # Sample of the rows, as first spelt in the sample column; None without such a column
-    sha256: str = field(compare=False)  # Hash of the part's cells without the sample name: equal for equal readings
-    headed: bool = field(default=True, compare=False)
-    """False for a worksheet without a header of readings, such as a cover, or a table under unknown names."""
-    cells: str | None = None  # Range of cells, if a sheet has several tables
-    title: tuple[str, ...] = field(default=(), compare=False)  # Lines above the table, the nearest last
-    names: tuple[str, ...] = field(default=(), compare=False)  # Column names of the table
-    levels: str | None = None  # Letters of its columns of readings, if samples share the stations of a table
-    beside: LabelledRows | None = field(default=None, compare=False)  # If the levels are rows: all rows of the sheet
+    sheet: str | None  # Name of the worksheet, if the name gives it
+    rows_of: str | None  # Sample of the rows, as spelt in the sample column
+    sha256: str = field(compare=False)  # Hash of the part's cells
+    cells: str | None = None  # Range of cells
+    levels: str | None = None  # Letters of its columns of readings
 
     def __str__(self) -> str:
-        columns, rows = self.levels and called(self.levels), self.rows_of and f"rows of {self.rows_of}"
+        columns, rows = self.levels and f"columns {self.levels}", self.rows_of and f"rows of {self.rows_of}"
         parts = (self.sheet and f"sheet {self.sheet}", self.cells, columns, rows)
         return ", ".join(part for part in parts if part)
-
-    def with_columns_of(self, other: "SamplePart") -> "SamplePart":
-        """Return this part with the columns of another one of the same table too."""
-        both = self.sha256 + other.sha256
-        return replace(
-            self,
-            levels=f"{self.levels} {other.levels}",
-            names=(*self.names, *other.names),
-            sha256=hashlib.sha256(both.encode()).hexdigest(),
-        )
-
-
-def parts_of(path: Path) -> tuple[SamplePart, ...]:
-    """Return each table of readings in a file, one for each sample, and each of several worksheets without a table."""
-    grids = sheets_of(path)
-    return tuple(part for grid in grids for part in _parts(grid, grid.sheet if len(grids) > 1 else None))
 
 
 def part_of(path: Path, name: str) -> SamplePart | None:
@@ -181,9 +144,12 @@ def part_of(path: Path, name: str) -> SamplePart | None:
     match = RANGE_PART.fullmatch(name)
     if match is None:
         return None
-    sheet, cells, levels = match["sheet"], match["cells"] and match["cells"].upper(), match["levels"]
-    rows = (row for grid in sheets_of(path) if sheet in (None, grid.sheet) for row in within(grid.rows, cells))
-    return SamplePart(sheet, None, _sha256(rows, None), cells=cells, levels=levels)
+    sheet, cells = match["sheet"] or match["alone"], match["cells"] and match["cells"].upper()
+    grids = [grid for grid in sheets_of(path) if sheet in (None, grid.sheet)]
+    rows = (row for grid in grids for row in (*within(grid.rows, cells), *common_lines(grid.rows, cells)))
+    texts = json.dumps([row.cells for row in rows])
+    sha256 = hashlib.sha256(texts.encode()).hexdigest()
+    return SamplePart(sheet, match["rows_of"], sha256, cells, match["levels"])
 
 
 def sheets_of(path: Path) -> tuple[SheetGrid, ...]:
@@ -200,115 +166,3 @@ def sheets_of(path: Path) -> tuple[SheetGrid, ...]:
         return (read_text(path, content, None),)
     except InputError:
         return ()
-
-
-def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
-    written, (grid, _) = grid, upright(grid, Declared())
-    tables = [] if grid.turned else tables_of_readings(grid)
-    if len(tables) == 1:
-        yield from _by_column(tables[0][0], sheet)
-    if not any(_is_by_sample(table, header) for table, header in tables):
-        yield from _by_row(written, sheet)
-    for table, header in tables if len(tables) > 1 else [(None, tables[0][1] if tables else _header_of(grid, None))]:
-        column = None if header is None else header.sample
-        part = SamplePart(sheet, None, _sha256(grid.rows, None), headed=header is not None)
-        if table is not None:
-            is_like = any(table.is_like(other) for other, _ in tables if other is not table)
-            rows = (SheetRow(0, row.cells[table.columns[0] :]) for row in (*table.header, *table.body))
-            part = SamplePart(
-                sheet,
-                None,
-                _sha256([*rows, *table.title, *common_lines(grid, table.cells)], None),
-                headed=header is not None or is_like,
-                cells=table.cells,
-                title=tuple(" ".join(cell.text for cell in row.cells if cell.text) for row in table.title),
-                names=tuple(table.names.values()),
-            )
-        if header is None or column is None:
-            if part.headed or sheet is not None or table is not None:
-                yield part
-            continue
-        for name, own in rows_by_name(grid, header, column).items():
-            yield replace(part, rows_of=name, sha256=_sha256([header.row, *own], column.index))
-
-
-def _is_by_sample(table: Table, header: Header | None) -> bool:
-    """Return True if a table has a column of samples and one of stations."""
-    return header is not None and header.sample is not None and len(_stations(table)) == 1
-
-
-def _stations(table: Table) -> list[int]:
-    """Return the columns of stations, by their names, else by words for places before their numbers."""
-    named = [at for at, name in table.names.items() if (what := meaning(name)) is not None and what.role == "station"]
-    return named or [at for at, words in columns_of_places(table.body).items() if is_place_word(words)]
-
-
-def _by_row(grid: SheetGrid, sheet: str | None) -> Iterator[SamplePart]:
-    """Yield the rows that may be of different samples, below a row of places: their labels may name samples."""
-    if (below := labelled_rows(grid.rows)) is None:
-        return
-    for row in below.rows:
-        sha256, at = _sha256((below.places, row.cells), None), f"{row.cells.number}"
-        yield SamplePart(
-            sheet,
-            None,
-            sha256,
-            headed=False,
-            title=(row.first,),
-            names=(row.labels,),
-            levels=at,
-            beside=below,
-        )
-
-
-def _by_column(table: Table, sheet: str | None) -> Iterator[SamplePart]:
-    """Yield the columns that may be of different samples, beside the only column of stations.
-
-    Their names are unknown or name samples, or they have further labels, or numbers that no repeats have.
-    """
-    columns = {at: meaning(name) for at, name in table.names.items()}
-    along = _stations(table)
-    numbers = {what.number for what in columns.values() if what is not None and what.role == "reading"}
-    for at, what in columns.items() if len(along) == 1 else ():
-        if what is not None and what.role not in ("reading", "repeat"):
-            continue
-        name, labels = table.names[at], table.labels(at)
-        if what is not None and what.number is not None and "1" not in numbers:
-            labels = (*labels, what.number)
-        # A column of one value, such as a nominal level, has no readings.
-        values = {row.cell(at).text for row in table.body if is_a_number(row.cell(at))}
-        if len(values) > 1 and crack_depth(name) is None and (what is None or labels or names_sample(name)):
-            rows = (SheetRow(0, (row.cell(along[0]), row.cell(at))) for row in (*table.header, *table.body))
-            sha256 = _sha256(rows, None)
-            yield SamplePart(sheet, None, sha256, headed=False, title=labels, names=(name,), levels=letters(at))
-
-
-def tables_of_readings(grid: SheetGrid) -> list[tuple[Table, Header | None]]:
-    """Return the tables that are or may be readings, with the header of those under known names.
-
-    A table whose columns all have a meaning, but none of readings, is none: temperatures, a fill. Nor is a crack's
-    depth beside one other column.
-    """
-    tables = tables_of(grid)
-    if len(tables) == 1:
-        return [(tables[0], _header_of(grid, None))]
-    headed = [(table, _header_of(grid, table.cells)) for table in tables]
-    return [(table, header) for table, header in headed if header is not None or _may_be_readings(table)]
-
-
-def _may_be_readings(table: Table) -> bool:
-    names = [name for name in table.names.values() if crack_depth(name) is None]
-    return any(meaning(name) is None for name in names) and (len(names) > 1 or len(names) == len(table.names))
-
-
-def _header_of(grid: SheetGrid, cells: str | None) -> Header | None:
-    """Return the header of readings in a range, or None if there is none under known names."""
-    try:
-        return read_header(grid, Declared(columns=Columns(range=cells)), FaultList())
-    except SheetFaults:
-        return None
-
-
-def _sha256(rows: Iterable[SheetRow], without: int | None) -> str:
-    cells = [[cell for index, cell in enumerate(row.cells) if index != without] for row in rows]
-    return hashlib.sha256(json.dumps(cells).encode()).hexdigest()

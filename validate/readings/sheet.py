@@ -12,7 +12,6 @@ from sealtwin.core.records import ReadColumn
 Fact = Literal["columns", "station", "readings", "unit", "quantity", "decimal", "crack"]
 """Fact that a sheet leaves open: "columns" if any is not named, "station" or "readings" if the stand-in may be wrong;
 "crack" if readings are outside of it."""
-CELL = re.compile(r"([A-Z]{1,3})?([1-9][0-9]*)?")  # Or a column, or a row
 MOST_KEPT = 1_000
 MOST_SHOWN = 20  # Limit on the sentences of a message; more faults have a common cause
 FIGURES = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")  # Numbers within a sentence
@@ -102,18 +101,14 @@ class FaultList:
 
 
 def _joined(alike: list[SheetFault]) -> str:
-    """Return the first fault in words, followed by the rows (columns in a turned sheet) of the others."""
-    first = alike[0].place
-    rows = sorted({row for fault in alike if (row := fault.place.row) is not None} - {first.row})
-    columns = sorted({column for fault in alike if (column := fault.place.column) is not None} - {first.column})
-    if not rows and not columns:
+    """Return the first fault in words, followed by the rows of the others."""
+    rows = sorted({row for fault in alike if (row := fault.place.row) is not None} - {alike[0].place.row})
+    if not rows:
         return str(alike[0])
-    named = list(map(str, rows)) or list(map(letters, columns))
-    places = ", ".join(named[:MOST_ROWS_NAMED]) + (" and others" if len(named) > MOST_ROWS_NAMED else "")
+    places = ", ".join(map(str, rows[:MOST_ROWS_NAMED])) + (" and others" if len(rows) > MOST_ROWS_NAMED else "")
     if len(rows) > 1 and rows[-1] - rows[0] == len(rows) - 1:
         places = f"{rows[0]} to {rows[-1]}"
-    which = f"{'row' if rows else 'column'}{'s' if len(named) > 1 else ''}"
-    return f"{alike[0]} The same fault is in {len(named):,} more {which}: {places}."
+    return f"{alike[0]} The same fault is in {len(rows):,} more row{'s' if len(rows) > 1 else ''}: {places}."
 
 
 def refuse(place: Place, finding: str, remedy: str, value: str | None = None) -> SheetFaults:
@@ -199,10 +194,6 @@ class SheetGrid:
     is_note: bool = False  # True for a text with a place and its readings in each line
     minus: Mapping[int, str] = field(default_factory=dict[int, str])
     """Readings of a note's rows with a dash behind the place, by row number, as they are if the dash is a minus."""
-    turned: bool = False  # True if the rows here are the columns of the file
-    outside: tuple[SheetRow, ...] = ()  # Of a turned sheet: comments, skipped rows, and lines outside its range
-    cut: tuple[SheetRow, ...] = ()  # Of a turned sheet: columns of the file with content outside its range
-    unmet: tuple[str, ...] = ()  # Of a turned sheet: declared rows to skip that do not exist
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
@@ -212,30 +203,7 @@ class SheetGrid:
             raise refuse(self.place(wide.number), finding, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
-        if self.turned:
-            row, column = None if column is None else column + 1, None if row is None else row - 1
         return Place(self.path, self.sheet, row, column, name)
-
-    def name_of(self, column: int) -> str:
-        """Return the name of a column in the file: its letters, or "row 5" in a turned sheet."""
-        return f"row {column + 1}" if self.turned else letters(column)
-
-    def own_answer(self, answer: str) -> str:
-        """Return a cell, column or row of ``readings.as_written`` as the file counts it: turned, E7 is G5."""
-        match = CELL.fullmatch(answer) if self.turned else None
-        if match is None:
-            return answer
-        return f"{letters(int(match[2]) - 1) if match[2] else ''}{column_of(match[1]) + 1 if match[1] else ''}"
-
-    def cell_name(self, row: int, column: int) -> str:
-        return f"{letters(row - 1)}{column + 1}" if self.turned else f"{letters(column)}{row}"
-
-    def span_of_rows(self, first: int, last: int) -> str:
-        """Return the range of rows in the file, such as 2:9: of a turned sheet, its columns, such as B:I."""
-        return f"{letters(first - 1)}:{letters(last - 1)}" if self.turned else f"{first}:{last}"
-
-    def span_of_columns(self, first: int, last: int) -> str:
-        return f"{first + 1}:{last + 1}" if self.turned else f"{letters(first)}:{letters(last)}"
 
 
 @dataclass

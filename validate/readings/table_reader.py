@@ -135,7 +135,7 @@ class TableReader:
             if column == last_column == header.station.index:
                 merged |= dict.fromkeys(rows, body[rows[0]].cell(column))
             elif row != last_row or column != last_column:
-                ends = self.grid.cell_name(row, column), self.grid.cell_name(last_row, last_column)
+                ends = cell_name(row, column), cell_name(last_row, last_column)
                 self.faults.add(
                     self.grid.place(row, column),
                     f"cells {' to '.join(ends)} are merged with one value.",
@@ -214,7 +214,7 @@ class TableReader:
             usual = max(counts, key=lambda count: (counts[count], -count), default=1)
             for row in self.header.body:
                 cell = row.cell(column.index)
-                count, answer = len(self._parts(cell)), self.grid.own_answer(f"{row.number}")
+                count, answer = len(self._parts(cell)), f"{row.number}"
                 if cell.text and count > usual and answer not in (self.declared.as_written or ()):
                     finding = f"{quoted(cell.text)} has {counted(count, 'reading')}, most cells have {usual}."
                     remedy = f'Correct a blank within a number, or answer readings.as_written = ["{answer}"].'
@@ -349,10 +349,9 @@ class TableReader:
             "one row, or number them in a column 'repeat'; if not, correct the place."
         )
         if (column := self._likely_repeat()) is not None:
-            letter = self.grid.own_answer(letters(column.index))
-            which = "row" if self.grid.turned else "column"
+            letter = letters(column.index)
             remedy = (
-                f"If {which} {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
+                f"If column {letter} ({shown(column.name)}) numbers the repeats, set [readings.columns] repeat = "
                 f'"{letter}", or in pairing.csv.'
             )
         for before, station in pairwise(stations):

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from validate.readings.header_words import (
+    CODE,
     holds_no_number,
     is_calculated,
     is_comment,
@@ -34,6 +35,7 @@ from validate.settings import Columns
 
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
 SKIPPED_ROW = re.compile(r"(?:row\s+)?([1-9][0-9]*)", re.IGNORECASE)
+MOST_TEXTS = 3  # Texts in a row that may be a title or a remark
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 
 
@@ -114,6 +116,29 @@ def within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
             yield SheetRow(row.number, tuple(cell if at in columns else BLANK for at, cell in enumerate(row.cells)))
 
 
+def common_lines(rows: Sequence[SheetRow], span: str | None) -> list[SheetRow]:
+    """Return lines of text outside a range, which may be about the whole sheet; names of columns are none."""
+    inside = {row.number: row for row in within(rows, span)}
+    lines = list[SheetRow]()
+    for row in rows:
+        own = inside.get(row.number, SheetRow(row.number, ()))
+        cells = tuple(BLANK if own.cell(at) != BLANK else cell for at, cell in enumerate(row.cells))
+        texts = [cell for cell in cells if cell != BLANK]
+        is_header = len(texts) > 1 and any(meaning(cell.text) for cell in texts)
+        if 0 < len(texts) <= MOST_TEXTS and not is_header and not any(map(is_a_number, texts)):
+            lines.append(SheetRow(row.number, cells))
+    return lines
+
+
+def span_of_numbers(rows: Sequence[SheetRow]) -> str:
+    """Return the range of the cells with numbers, such as B2:D9; "" if there are none."""
+    cells = [(row.number, at) for row in rows for at, cell in enumerate(row.cells) if is_a_number(cell)]
+    if not cells:
+        return ""
+    numbers, columns = zip(*cells, strict=True)
+    return f"{letters(min(columns))}{min(numbers)}:{letters(max(columns))}{max(numbers)}"
+
+
 def plain_name(name: str) -> str:
     return " ".join(name.casefold().split())
 
@@ -138,32 +163,28 @@ def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
     return [] if matches and matches != lettered and names.keys() & set(lettered) else matches or lettered
 
 
-def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
-    """Yield spans of neighbouring columns with content; blank columns separate tables side by side."""
-    filled = sorted({at for row in rows for at, cell in enumerate(row.cells) if cell != BLANK})
-    begin = 0
-    for at in range(len(filled)):
-        if at + 1 == len(filled) or filled[at + 1] > filled[at] + 1:
-            yield range(filled[begin], filled[at] + 1)
-            begin = at + 1
-
-
 def which_table(first: str, second: str) -> str:
     """Return the remedy if a sheet has several tables."""
     return (
         "Write into the column range of its row in pairing.csv (in a trial: [readings.columns] range) the cells of "
-        f'this sample\'s table, "{first}" or "{second}". If the other table is of another sample, add a row of this '
-        "file for it."
+        f'this sample\'s table, "{first}" or "{second}". Add a row of this file for the other, with its sample or '
+        "the role ignore."
     )
 
 
 def sorted_rows(
-    grid: SheetGrid, begin: int, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
+    grid: SheetGrid,
+    begin: int,
+    names: Mapping[int, str],
+    body: Sequence[SheetRow],
+    station: int,
+    readings: Sequence[int],
+    faults: FaultList,
 ) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
     """Divide the rows below a header into stations, remarks, and calculated rows such as means.
 
-    ``begin`` is the number of the header's row. A second table below the first is a fault: the user must declare which
-    one is meant.
+    ``begin`` is the number of the header's row, ``names`` are those of its columns. A second table below the first is a
+    fault: the user must declare which one is meant.
     """
     stations, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
     words_between = None
@@ -171,25 +192,28 @@ def sorted_rows(
         first, station_cell = first_cell(row), row.cell(station)
         cells = [cell for column in readings if not is_missing((cell := row.cell(column)).text) or cell.kind != "text"]
         is_text = station_cell.kind == "text" and not is_a_number(station_cell)
+        named = {at: row.cell(at) for at in (station, *readings)}
         words = is_text and all(cell.kind == "text" and holds_no_number(cell.text) for cell in (station_cell, *cells))
         if first is not None and first.kind == "text" and is_calculated(first.text):
             passed.append(row)
-        elif is_text and (again := meaning(station_cell.text)) is not None and again.role in ("station", "mass"):
+        elif (is_text and (again := meaning(station_cell.text)) is not None and again.role in ("station", "mass")) or (
+            is_text and all(cell.text and cell.text in names.get(at, "") for at, cell in named.items())
+        ):
             break
         elif (words and (cells or not is_missing(station_cell.text))) or (is_text and station_cell.text and not cells):
             remarks.append(row)
             words_between = row if stations else None
         else:
             s, s_before = (number(each.cell(station).text, None) for each in (row, (stations or [row])[-1]))
-            if words_between is not None and s is not None and s_before is not None and s < s_before:
+            goes_back = s is not None and s_before is not None and s < s_before
+            if words_between is not None and (goes_back or CODE.fullmatch((first_cell(words_between) or BLANK).text)):
                 break
             stations.append(row)
             words_between = None
     else:
         return stations, remarks, passed
-    first, second = grid.span_of_rows(begin, row.number - 1), grid.span_of_rows(row.number, body[-1].number)
-    where = f"column {letters(row.number - 1)}, beside" if grid.turned else f"row {row.number}, below"
-    faults.add(grid.place(row.number), f"a second table begins in {where} the first.", which_table(first, second))
+    remedy = which_table(f"{begin}:{row.number - 1}", f"{row.number}:{body[-1].number}")
+    faults.add(grid.place(row.number), f"a second table begins in row {row.number}, below the first.", remedy)
     return stations, remarks, passed
 
 

@@ -1,7 +1,6 @@
 """Interpretation of a sheet: a sentence, a table of its columns, and the doubts about it."""
 
 from collections.abc import Iterable, Iterator, Set
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -54,16 +53,16 @@ def dialect_of(
     return "; ".join((written, layout, counting, *(text for text, applies in more.items() if applies), *grid.remarks))
 
 
-def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadColumn, ...]:
+def understood(header: Header, along: str = "s") -> tuple[ReadColumn, ...]:
     """Return the columns of a table with their roles, then the rows that are not read."""
-    way, turned = WAYS[header.quantity], grid.turned
+    way = WAYS[header.quantity]
     several = header.repeat is None and len(header.readings) > 1
     roles = {one.index: f"{way}, {at}" if several else way for at, one in enumerate(header.readings, start=1)}
     others = ((header.station, along), (header.repeat, "repeat"), (header.sample, "sample"))
     roles |= {one.index: what for one, what in others if one is not None} | dict.fromkeys(header.of_units, "unit")
     columns = [
         ReadColumn(
-            grid.name_of(column.index),
+            letters(column.index),
             shown(column.name),
             roles.get(column.index, "not read"),
             column.unit or "",
@@ -78,9 +77,8 @@ def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadC
             others += 1
             if others > MOST_ROWS_SHOWN:
                 continue
-        place, what = (f"{row.number}", "row") if not turned else (letters(row.number - 1), "column")
         text = next(cell.text for cell in row.cells if cell.text)
-        columns.append(ReadColumn(place, shown(text), f"{what}, not read", "", ""))
+        columns.append(ReadColumn(f"{row.number}", shown(text), "row, not read", "", ""))
     return (*columns, *(ReadColumn("-", shown(text), NO_SUCH, "", "") for text in header.unmet))
 
 
@@ -96,7 +94,7 @@ def doubts_of(
     """Yield a sentence for each open doubt: cell, finding, remedy, and the entry that confirms the value."""
     names = {column.index: column.name for column in header.read}
     of_header = (*_of_header(grid, header, cells, declared), *counted_stations(cells, length_mm))
-    for doubt in unanswered(_own(grid, (*of_header, *screened(cells, depth_mm, filling))), declared):
+    for doubt in unanswered((*of_header, *screened(cells, depth_mm, filling)), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
         # A text file has cells when it is opened in a spreadsheet.
         cell = f", cell {letters(place.column)}{place.row}" if place.sheet is None and place.column is not None else ""
@@ -124,19 +122,13 @@ def doubts_beside(
         doubts += [*counted_stations(cells, length_mm), *own]
         if not open_facts:
             doubts += doubts_of_sheet(rest, None, None)
-    for doubt in unanswered(_own(grid, doubts), declared):
+    for doubt in unanswered(doubts, declared):
         yield grid.place(doubt.row, doubt.column), doubt
 
 
 def _of_header(grid: SheetGrid, header: Header, cells: ReadCells, declared: Declared) -> tuple[Doubt, ...]:
     missing = () if declared.columns is None else declared.columns.missing
     return (*_marked(grid, header), *column_doubts(grid, header, cells, missing), *_too_fine(header, cells))
-
-
-def _own(grid: SheetGrid, doubts: Iterable[Doubt]) -> Iterator[Doubt]:
-    """Yield the doubts with answers that count the file's own rows and columns."""
-    for doubt in doubts:
-        yield replace(doubt, answers=tuple(map(grid.own_answer, doubt.answers)))
 
 
 def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:

@@ -17,7 +17,13 @@ TWO = [[-1.5, -1.6], [-2.0, -2.1]]
 MM_DOWN = {"unit": "mm", "quantity": "depth"}
 BY_LETTER = {"s": "A", "levels": ["B"]}
 LETTERED = "Stelle;A;b\n0;1;2\n5;3;4\n"
-ROWED = "Probe 2;;;\nPosition mm;0;5;9\nTiefe 1;1,5;{};2,5\nTiefe 2;1,6;2,1;2,6\n"
+TURNED = {
+    "names": "Probe 2;;;\nPosition mm;0;5;9\nTiefe 1;1,5;2,0;2,5\nTiefe 2;1,6;2,1;2,6\n",
+    "names of samples": "s [mm];1;11\nTiefe P01 [mm];1;1,5\nTiefe P02 [mm];2,1;2,5",
+    "labels": "Height over face;;;;\nSample;Run;Distance / mm;;\n\n;;0;5;9\nA1;1;-1;-2;-3\n;2;-1.1;-2.1;-3.1\n",
+    "an export": "Obs,Date,Operator,Pos 0mm,Pos 5mm,Pos 9mm\nNominal,,,0.0,0.0,0.0\n1,5/18,TK,-0.05,-0.1,-0.12\n",
+}
+"""A column for each place, which once was read."""
 PASSED = "s_mm;depth_1_mm;depth_2_mm\n# abends gemessen\n0;1;n. m.\n5;2;2\nMittelwert;1,5;2\nStabw.;0,5;0\nMüller;;\n"
 SPANNED = "Abstand [mm];Tiefe unter Oberkante [mm];;\n;1. Messung;2. Messung;Mittelwert\n0;1;2;1,5\n5;3;4;3,5\n"
 BESIDE = "s_mm,depth_mm,,s_mm,depth_mm\n0,1,,0,5\n5,2,,5,6\n"
@@ -105,7 +111,7 @@ READ = {
     "rows of no readings": (PASSED, None, {}, [[-1, None], [-2, -2]]),
     "units of other quantities": ("s;Tiefe;Temp.\nmm;mm;[°C]\n0;1;20\n5;2;21\n", None, {}, ONE),
     "numbers of repeats beside a unit": ("Ort;Tiefe [mm];\n[mm];1;2\n0;1,5;1,6\n5;2;2,1\n", None, {}, TWO),
-    "another quantity beside a blank column": ("s_mm;depth_mm;;min;Ofen\n0;1;;0;20\n5;2;;10;21\n", None, {}, ONE),
+    "another quantity beside a blank column": ("s_mm;depth_mm;;min;Temp.\n0;1;;0;20\n5;2;;10;21\n", None, {}, ONE),
     "units behind all numbers": ("Position;depth\n0 mm;1,5 cm\n5 mm;2 cm\n", None, {}, [[-15], [-20]]),
     "units above the numbers of repeats": (THREE_ROWS.format("[mm];[mm]"), None, {}, TWO),
     "units in between, one for each column": (
@@ -132,7 +138,6 @@ READ = {
         {"quantity": "level"},
         TWO,
     ),
-    "stations in a row": (ROWED.format("2,0"), None, {"unit": "mm"}, [*TWO, [-2.5, -2.6]]),
     **{f"a line with a date: {at!r}": (f"{at}s;Tiefe\nmm;mm\n0;1\n5;2\n", None, {}, ONE) for at in DATES},
 }
 
@@ -149,7 +154,6 @@ def test_a_table_is_read_as_it_is_meant(read, text, columns, declared, repeats_m
     [
         (SPANNED, None, {}, "A s|B depth downward, 1|C depth downward, 2|D not read"),
         (PASSED, None, {}, "2 row, not read|5 row, not read|6 row, not read|7 row, not read"),
-        (ROWED.format("2,0"), None, {"unit": "mm"}, "row 2 s|row 3 depth downward, 1|row 4 depth downward, 2"),
         ("s_mm;depth_mm\n0;1\n5;2\n", {"skip": ["Soll", 9]}, {}, "Soll skip: no such row|9 skip: no such row"),
         (
             "s_mm;depth_mm\n" + "".join(f"{s};{s % 3}\n" for s in range(20, 60, 2)),
@@ -168,6 +172,8 @@ def test_each_column_and_row_is_named_with_its_role(read, text, columns, declare
 
 
 REFUSED = {
+    **{f"a column for each place: {by}": (text, None, "transpose the table in a copy") for by, text in TURNED.items()},
+    "rows by numbers": (TURNED["labels"], {"s": "4", "levels": ["5:6"]}, "'4' is not a column"),
     "a direction left open": ("x;Tiefe von oben Mai;x\n0;1;2\n5;3;4\n", {"s": "A", "levels": ["B"]}, "upward or down"),
     "a row, or a first cell": ("s_mm;depth_mm\n4;1\n5;2\n9;3\n", {"skip": [4]}, '"row 4" or "cell 4"'),
     "a first cell, or no row": ("s_mm;depth_mm\n4;1\n5;2\n9;3\n", {"skip": [9]}, '"row 9" or "cell 9"'),
@@ -227,6 +233,7 @@ REFUSED = {
     ),
     "the way back": ("s_mm;depth_mm\n0;1\n5;2\nzurück\n2;3\n4;4\n", None, "a second table begins in row 5"),
     "an unknown name": ("s_mm;depth_mm;z\n0;1;7\n5;2;8\n", None, "'z' has an unknown name and contains numbers"),
+    "an unknown name, beside a blank": ("s_mm;depth_mm;;min;Ofen\n0;1;;0;20\n5;2;;10;21\n", None, "'Ofen' has an unkn"),
     "no name": ("s_mm;depth_mm;\n0;1;7\n5;2;8\n", None, "column C contains numbers and has no name"),
     "another unit": (
         "s;Tiefe 1;Tiefe 2\nmm;mm;mil\n0;1;9\n5;2;9\n",
@@ -312,11 +319,6 @@ def test_all_questions_of_a_sheet_come_at_once(refused, text, columns, questions
     assert len(texts) == len(questions)
 
 
-def test_a_fault_of_a_sheet_with_stations_in_a_row_keeps_its_place(refused):
-    (fault,) = refused(ROWED.format("tief"), unit="mm").faults
-    assert (fault.place.row, fault.place.column, fault.value) == (3, 2, "tief")
-
-
 ROWS = ((0, 15.0, 12.1, 0.2), (5, 12.1, 9.2, 0.1), (9, 4.4, 4.1, 0.3), (15, 4.5, 4.2, 0.2), (20, -0.9, -0.8, 0.1))
 MEASURED = "Abst;x1;x2;x3;{}\n" + "".join(f"{s};{a};{a + 0.1:.2f};{b};{c}\n" for s, a, b, c in ROWS)
 LOGGED_ROWS = "Zeit;Ort;Wert\n" + "".join(f"10:{at:02d};{at % 5};{1 + at % 5}.{at}\n" for at in range(15))
@@ -372,7 +374,6 @@ CELLS = st.sampled_from(
 
 
 @given(st.lists(st.lists(CELLS, min_size=1, max_size=5), min_size=1, max_size=9), st.sampled_from([None, *"ABC"]))
-# A letter beyond the rows of a turned sheet once ended in an IndexError.
 @example([["s_mm"], ["depth_mm", "depth_mm"]], "A")
 @settings(max_examples=40, deadline=None)
 def test_any_table_is_read_or_asked_about(tmp_path_factory, rows, letter):

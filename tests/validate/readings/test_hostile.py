@@ -10,7 +10,7 @@ import pytest
 from sealtwin.core.errors import InputError
 from tests.sheet_writers import Hand, write_sheet
 from validate.readings.read_readings import read_readings
-from validate.readings.samples import parts_of
+from validate.readings.samples import sheets_of
 from validate.settings import Declared
 
 
@@ -62,7 +62,7 @@ def test_damaged_files_are_read_or_refused(tmp_path, workbook):
     outcomes = {True: 0, False: 0}
     for _ in range(DAMAGES):
         path.write_bytes(damaged(sound, dice))
-        parts_of(path)
+        sheets_of(path)
         try:
             read_readings(path, Declared())
             outcomes[True] += 1
