@@ -11,7 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.records import Outline, Run, Solid, Trajectory
+from sealtwin.core.records import Floats, Outline, Run, Sample, Solid
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
 from simulate.device import describe_device
@@ -24,9 +24,17 @@ from simulate.remarks import remarks_on
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import ParticleCounts, Schedule, course_of, plan_releases
 from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity
-from simulate.setup.signed_distance import CM, SolidSurface
+from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
-from simulate.setup_checks import check_damping, check_fit, check_outlet, domain_of, effective_d_cm, solved_as
+from simulate.setup_checks import (
+    check_damping,
+    check_fit,
+    check_outlet,
+    domain_of,
+    effective_d_cm,
+    resolved,
+    solved_as,
+)
 from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
@@ -61,6 +69,8 @@ class Injection:
     finer: int = 1
     """Substeps over those of the settings, one of ``FINER``. It is above 1 if the run failed with fewer."""
     done: int = 0  # Number of finished frames
+    earlier_mm: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    """Positions of all particles after frame ``looks_back``, (n, 3); empty until then."""
     moving: int = 0  # Moving particles of all runs, counted in each frame on a CPU, in sampled frames on a GPU
     failed: dict[int, NumericalError] = field(default_factory=dict)
     """Errors of the runs that were given up. Keys are the numbers of the runs; the other runs continue."""
@@ -80,6 +90,15 @@ class Injection:
         """True if nothing moves and all particles have been released."""
         return self.done >= len(self.schedule.released) and self.moving == 0
 
+    @property
+    def looks_back(self) -> int:
+        """Frame from which the change of the level is measured: in the last tenth, but not while sealant is released.
+
+        It is in the middle of a shorter time of settling, and before the last release without any.
+        """
+        released, tenth = len(self.schedule.released), int(0.9 * self.frames)
+        return tenth if self.frames < released + 2 else max(tenth, (released + self.frames) // 2)
+
     def advance(self) -> None:
         """Compute one frame. A run with a fault is given up; raises NumericalError if that was the last run.
 
@@ -98,6 +117,8 @@ class Injection:
         self.done += 1
         if self.volume_control:
             self.volume_control.after_frame(self.done)
+        if self.done == self.looks_back:
+            self.earlier_mm = self.engine.state.position_mm()
         self.statistics.frames_s += time.perf_counter() - began
 
     def wait(self) -> None:
@@ -111,7 +132,8 @@ class Injection:
         self.wait()
         # Copied, because on the CPU numpy() is a view of an array that the next frame changes.
         device = {name: there.numpy().copy() for name, there in self.engine.lasting().items()}
-        return {"done": np.array(self.done), **device, **self.statistics.snapshot()}
+        done = {"done": np.array(self.done), "earlier_mm": self.earlier_mm}
+        return {**done, **device, **self.statistics.snapshot()}
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
         """Return to the state of ``snapshot``. On the same CPU the run then continues with the same bits.
@@ -129,7 +151,7 @@ class Injection:
             raise ValueError(f"{snapshot['done']} of {self.frames} frames are done")
         for name, there in lasting.items():
             there.assign(snapshot[name])
-        self.done = int(snapshot["done"])
+        self.done, self.earlier_mm = int(snapshot["done"]), snapshot["earlier_mm"]
         self.statistics.restore(snapshot)
         self.engine.resume(self.done)
         self.moving = self.engine.count_movers()
@@ -145,9 +167,11 @@ class Injection:
         """Return a Run for each fluid, or the error for which the run was given up."""
         self.wait()
         engine, schedule = self.engine, self.schedule
-        status_of = _final_status(engine)
         # Copied from a GPU once for all runs.
         position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
+        status_of = engine.state.status_of()
+        # Escapes are judged by the mesh, not by the distance grid that stops particles.
+        status_of[(status_of <= int(status.FROZEN)) & (engine.barrier.exact_mm(position_mm) < 0)] = int(status.ESCAPED)
         count, swelling = schedule.particles, engine.state.swelling.numpy()
         facts = self._facts()
         made: list[Run | NumericalError] = []
@@ -172,7 +196,6 @@ class Injection:
                         **facts,
                         **self._effects(number),
                         volume_factor=self.engine.scheme.volume_factor * float(swelling[number]),
-                        end_speed_mm_s=_rms_speed_mm_s(velocity_mm_s[own][status_of[own] < int(status.SPILLED)]),
                     ),
                     remarks=self.remarks_on(number),
                 )
@@ -214,30 +237,23 @@ class Injection:
         return {
             "viscosity_m2_s": viscosity_m2_s,
             "viscosity_pa_s": viscosity_pa_s,
-            "viscosity_added_m2_s": self._added_m2_s,
+            "viscosity_added_m2_s": added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2,
             "U": paste.viscous_weight,
             "D_cm": self._d_cm(number),
             "yield_stress_pa": fluid.fresh.yield_stress_pa,
             **{name: value for name, value in regime._asdict().items() if value is not None},
         }
 
-    @property
-    def _added_m2_s(self) -> float:
-        return added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2
-
     def remarks_on(self, number: int) -> tuple[str, ...]:
         """Return the remarks on a fluid. They can be made before the first frame."""
         how = (self.outline, self.solid, self.solver, self.schedule)
         remarks = remarks_on(self.fluids[number], *how, finer=self.finer)
-        return *remarks, *([] if self.finer == 1 else [self._computed_anew])
-
-    @property
-    def _computed_anew(self) -> str:
         now = self.engine.substeps
-        return (
+        anew = (
             f"solver.substeps: the run failed with {now // 2} substeps a frame, so it was computed anew with {now}. "
             f"Its frames take about {self.finer} times as long."
         )
+        return *remarks, *([] if self.finer == 1 else [anew])
 
     def _d_cm(self, number: int) -> float:
         return effective_d_cm(
@@ -252,7 +268,6 @@ class Injection:
             "particles_a_release": self.schedule.release,
             "wall_particles": len(self.engine.walls.position_and_share),
             "particles_across": self.outline.mean_width_mm / (2 * self.solver.size_mm),
-            "kernels_a_frame": self.engine.kernels_a_frame,
             **({} if self.finer == 1 else {"finer": self.finer}),
             "setup_s": self.setup_s,
             "frames_s": self.statistics.frames_s,
@@ -286,18 +301,9 @@ class SetupCase:
     domain: Domain
     substeps: int
 
-    def check_outlet(
-        self, surface: SolidSurface, outline: Outline, trajectory: Trajectory, nozzle: Nozzle, seed: int
-    ) -> None:
-        """Raise InputError if a particle would be released inside the solid or nearer to it than its clearance."""
-        sizes = {"radius_mm": self.solver.size_mm, "diameter_mm": nozzle.diameter_mm}
-        check_outlet(self.schedule, trajectory, outline, surface, **sizes, seed=seed)
-
 
 def case_of(
-    solid: Solid,
-    outline: Outline,
-    trajectory: Trajectory,
+    sample: Sample,
     fluids: Sequence[Fluid],
     solver: Solver,
     nozzle: Nozzle,
@@ -311,8 +317,9 @@ def case_of(
     File names of their tables are relative to the current folder. Raises InputError if the settings do not fit the
     crack, and ValueError if the numbers of substeps differ.
     """
-    solver = solver.for_crack(outline.mean_width_mm, nozzle)
-    fluids = [fluid.loaded(Path()) for fluid in fluids]
+    solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
+    pairs = [resolved(sample, fluid.loaded(Path()), solver, nozzle) for fluid in fluids]
+    fluids, (solver, *_) = zip(*pairs, strict=True)
     for fluid in fluids:
         check_fit(outline, solid, fluid, solver, nozzle, slope)
     schedule = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed)
@@ -330,9 +337,7 @@ def case_of(
 
 
 def prepare(
-    solid: Solid,
-    outline: Outline,
-    trajectory: Trajectory,
+    sample: Sample,
     fluids: Sequence[Fluid],
     solver: Solver,
     nozzle: Nozzle,
@@ -356,10 +361,11 @@ def prepare(
             'solver.model = "slot": this function computes only particles. Leave solver.model out, or call fill.'
         )
     began = time.perf_counter()
-    case = case_of(solid, outline, trajectory, fluids, solver, nozzle, seed=seed, slope=slope, finer=finer)
+    solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
+    case = case_of(sample, fluids, solver, nozzle, seed=seed, slope=slope, finer=finer)
     solver, schedule, pastes, courses = case.solver, case.schedule, case.pastes, case.courses
     enclosure = enclosure or enclose(solid, outline, solver.size_mm, device)
-    case.check_outlet(enclosure.barrier, outline, trajectory, nozzle, seed)
+    check_outlet(schedule, trajectory, outline, enclosure.barrier, diameter_mm=nozzle.diameter_mm)
     engine = FluidSolver(
         State(schedule, device, len(pastes)),
         enclosure.walls,
@@ -410,15 +416,3 @@ def prepare(
         slope=slope,
         finer=finer,
     )
-
-
-def _rms_speed_mm_s(velocity_mm_s: NDArray[np.floating]) -> float | None:
-    return float(np.sqrt((velocity_mm_s.astype(float) ** 2).sum(axis=1).mean())) if len(velocity_mm_s) else None
-
-
-def _final_status(engine: FluidSolver) -> NDArray[np.integer]:
-    """Return each particle's status. Escapes are judged by the mesh, not by the distance grid that stops particles."""
-    status_of = engine.state.status_of()
-    inside = engine.barrier.exact_mm(engine.state.position_mm()) < 0
-    status_of[(status_of <= int(status.FROZEN)) & inside] = int(status.ESCAPED)
-    return status_of

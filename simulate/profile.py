@@ -23,6 +23,7 @@ from simulate.vessel import Mask, in_triangle, vessel_of
 
 PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
 GRAVITY_MM_S2 = 9810.0
+CELL_MM = 0.4  # Cell of the volumes
 
 
 def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
@@ -58,7 +59,7 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
     return Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
 
 
-def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
+def volume_ratio(run: Run, solid: Solid, cell_mm: float = CELL_MM) -> float:
     """Return the volume between the walls and a height map of the settled particles, over the dispensed volume.
 
     Heaps above the face and films on it count. Spilled particles and particles in flight do not count, and lower the

@@ -11,7 +11,7 @@ from simulate.settings import THICKNESSES, Fluid, Solver
 from simulate.setup.release_schedule import Schedule, course_of
 from simulate.setup.rheology import CM2_IN_M2, added_viscosity
 from simulate.setup.signed_distance import CM
-from simulate.setup_checks import solved_as
+from simulate.setup_checks import carried, solved_as
 
 THIN = 0.1
 """Share of a viscosity that particles may add to it without a remark. It is the tolerance of the channel tests."""
@@ -39,7 +39,12 @@ def remarks_on(
     ``finer`` multiplies the number of substeps. The solver's radius must be a number. Raises InputError for a fluid
     that cannot be solved for.
     """
-    radius_mm, frame_s = solver.size_mm, schedule.frame_s
+    radius_mm, frame_s, width_mm = solver.size_mm, schedule.frame_s, outline.mean_width_mm
+    if not carried(solid, outline, width_mm / 8):
+        yield (
+            f"solver.radius_mm = {radius_mm:g}: no run can have four particles across a crack {width_mm:.3g} mm wide "
+            f"and {outline.length_mm:.0f} mm long; {width_mm / radius_mm / 2:.2g} are across it."
+        )
     frames = course_of(schedule, fluid, solver.settle_s).frames
     paste, substeps = solved_as(fluid, solver, frame_s, frames)
     added_mm2_s = 1e6 * added_viscosity(radius_mm * CM, frame_s / (finer * substeps)) / CM2_IN_M2
@@ -56,12 +61,8 @@ def remarks_on(
         )
     elif fluid.U and not fluid.yields:
         until = " until it freezes" if fluid.freezes else ""
-        yield (
-            f"fluid.{given[0]}: at any U, sealant levels like a thin liquid{until}; viscous flow needs "
-            "fluid.viscosity_pa_s."
-        )
+        yield (f"fluid.U: at any U, sealant levels like a thin liquid{until}; viscous flow needs fluid.viscosity_pa_s.")
     stress_pa = fluid.fresh.yield_stress_pa
-    width_mm = outline.mean_width_mm
     if _share(fluid) * stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
         yield (
             f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: a yield stress of {stress_pa:g} Pa supports the "
@@ -69,7 +70,9 @@ def remarks_on(
             "there. Paste that the jet does not push down bridges the crack and leaves a hollow below."
         )
         return
-    stands_s = _stands_s(fluid, stands_pa, lasts_s)
+    age_s = np.linspace(0.0, lasts_s, AGES)
+    stands = _at(fluid, age_s)[1] > stands_pa
+    stands_s = float(age_s[stands.argmax()]) if stands.any() else math.inf
     sinks_mm_s = _sinks_mm_s(fluid, viscosity_pa_s, width_mm, lasts_s)
     sinks_mm = lasts_s * float(sinks_mm_s.mean())
     if stands_s < lasts_s:
@@ -90,13 +93,6 @@ def remarks_on(
             f"{lasts_s:.3g} s of this run, but the crack is {solid.depth_mm:.3g} mm deep. Sealant that the jet does "
             "not push down heaps up over hollows; give a longer solver.settle_s to let it sink farther."
         )
-
-
-def _stands_s(fluid: Fluid, stands_pa: float, lasts_s: float) -> float:
-    """Return the age from which walls support paste that is soft at first; infinite if it is above ``lasts_s``."""
-    age_s = np.linspace(0.0, lasts_s, AGES)
-    stands = _at(fluid, age_s)[1] > stands_pa
-    return float(age_s[stands.argmax()]) if stands.any() else math.inf
 
 
 def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Floats, Floats]:

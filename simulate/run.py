@@ -5,19 +5,29 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
 
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.progress import Progress, in_words
-from sealtwin.core.records import Outline, Profile, Run, Sample, Solid
+from sealtwin.core.records import Profile, Run, Sample
 from simulate.device import start_warp
 from simulate.injection import FINER, Injection, case_of, prepare
-from simulate.profile import measure_profile, volume_ratio
+from simulate.profile import CELL_MM, measure_profile, over_cavity, volume_ratio
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
-from simulate.setup.release_schedule import PARTICLE_S
+from simulate.setup.release_schedule import PARTICLE_S, frames_to_freeze
 from simulate.setup.signed_distance import surface_of
 from simulate.setup.wall_particles import Enclosure, enclose
+from simulate.setup_checks import check_outlet, resolved
 from simulate.slot.run import pour
+from simulate.vessel import vessel_of
 from simulate.watchers import Watcher
 
+SMOOTHED = 10.0
+"""Radii over which the change of a level is averaged, since single particles move in a bed at rest, and around sealant
+that the nozzle has just left, where it is not judged."""
+PLACES = 0.95  # Share of the places whose distance from rest is within the reported one
 WORTH_SAYING_S = 20.0  # Time above which a run says at its start how long it takes
 Filled = tuple[Run, Profile]  # A run, with its volume ratio, and its level
 
@@ -47,13 +57,14 @@ def fill(
     progress = progress or Progress()
     how: dict[str, Any] = {"seed": seed, "device": device, "slope": slope, "threads": threads}
     start_warp()
-    begin = partial(prepare, sample.solid, sample.outline, sample.trajectory, [fluid], solver, nozzle, **how)
-    (run,) = _followed(begin, progress, watchers).results()
+    begin = partial(prepare, sample, [fluid], solver, nozzle, **how)
+    injection = _followed(begin, progress, watchers)
+    (run,) = injection.results()
     if run.escaped_particles:
         progress.warn(
             f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
         )
-    return _measured(run, sample.outline, sample.solid)
+    return _measured(injection, run)
 
 
 def fill_each(
@@ -95,8 +106,10 @@ def fill_each(
                 if solver.substeps is not None:
                     raise outcome
                 alone = partial(ready, sample, [fluids[number]], solver, nozzle, **how)
-                (outcome,) = _followed(alone, Progress(), watchers if number == 0 else (), finer=2).results()
-            filled.append(_measured(outcome, sample.outline, sample.solid))
+                again = _followed(alone, Progress(), watchers if number == 0 else (), finer=2)
+                filled.append(_measured(again, again.results()[0]))
+            else:
+                filled.append(_measured(injection, outcome, number))
         except NumericalError as fault:
             filled.append(fault)
     return filled
@@ -119,9 +132,10 @@ def ready(
     InputError if one of the fluids cannot be run.
     """
     start_warp()
-    enclosure = _enclosure(sample, solver.for_crack(sample.outline.mean_width_mm, nozzle).size_mm, device)
+    _, sized = resolved(sample, fluids[0], solver, nozzle)
+    enclosure = _enclosure(sample, sized.size_mm, device)
     how: dict[str, Any] = {"seed": seed, "device": device, "slope": slope, "enclosure": enclosure, "finer": finer}
-    return prepare(sample.solid, sample.outline, sample.trajectory, fluids, solver, nozzle, **how)
+    return prepare(sample, fluids, solver, nozzle, **how)
 
 
 def check(
@@ -135,9 +149,9 @@ def check(
         pour(sample, fluid, solver, nozzle, seed=seed, slope=slope)
         return
     start_warp()
-    crack, path = (sample.solid, sample.outline), sample.trajectory
-    case = case_of(*crack, path, [fluid], solver, nozzle, seed=seed, slope=slope)
-    case.check_outlet(surface_of(sample.solid, case.solver.size_mm, "cpu"), sample.outline, path, nozzle, seed)
+    case = case_of(sample, [fluid], solver, nozzle, seed=seed, slope=slope)
+    surface = surface_of(sample.solid, case.solver.size_mm, "cpu")
+    check_outlet(case.schedule, sample.trajectory, sample.outline, surface, diameter_mm=nozzle.diameter_mm)
 
 
 def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher] = ()) -> None:
@@ -189,6 +203,37 @@ def _enclosure(sample: Sample, radius_mm: float, device: str) -> Enclosure:
     return enclose(sample.solid, sample.outline, radius_mm, device)
 
 
-def _measured(run: Run, outline: Outline, solid: Solid) -> Filled:
-    health = run.health.model_copy(update={"volume_ratio": volume_ratio(run, solid)})
-    return replace(run, health=health), measure_profile(run, outline, solid)
+def _measured(injection: Injection, run: Run, number: int = 0) -> Filled:
+    level = measure_profile(run, injection.outline, injection.solid)
+    figures = {"volume_ratio": volume_ratio(run, injection.solid), **_rest(injection, run, level, number)}
+    return replace(run, health=run.health.model_copy(update=figures)), level
+
+
+def _rest(injection: Injection, run: Run, level: Profile, number: int) -> dict[str, float | None]:
+    """Return how far a level is from that at rest, ``to_rest_mm``, at 95 % of the places.
+
+    A fluid without yield stress that does not freeze has a flat level at rest, ``flat_mm``, if it is below the face of
+    a level sample. The level of others approaches rest as 1 / t^n, t being the time since the last sealant was released
+    (Matson and Hogg 2007, doi:10.1016/j.jnnfm.2006.05.003), so its change since frame ``looks_back`` shows what is
+    left. Without settling, what is left behind the nozzle is as much at least.
+    """
+    solid, fluid, schedule, s_mm = injection.solid, injection.fluids[number], injection.schedule, level.s_mm
+    flat_mm, off_mm = None, np.zeros_like(s_mm)
+    if not (fluid.yields or fluid.freezes) and injection.slope.level:
+        inside = (over_cavity(run.position_mm, solid) & ~run.spilled).sum()
+        flat_mm = vessel_of(solid, CELL_MM).flat_mm(inside * run.particle_volume_mm3)
+    if flat_mm is not None:
+        off_mm = level.level_mm - np.maximum(flat_mm, -solid.depth_at_mm(s_mm))
+    elif len(injection.earlier_mm) and not injection.at_rest:
+        earlier = replace(run, position_mm=injection.earlier_mm[number * run.particles :][: run.particles])
+        off_mm = level.level_mm - measure_profile(earlier, injection.outline, solid).level_mm
+        since, ends = (frame - len(schedule.released) for frame in (injection.looks_back, injection.done))
+        if since > 0:
+            n, frozen = fluid.flow_index or 1.0, max(ends, frames_to_freeze(fluid, schedule.frame_s))
+            off_mm *= (1 - (ends / frozen) ** n) / ((ends / since) ** n - 1)
+        else:
+            late_mm = schedule.position_mm[schedule.frame_of >= injection.looks_back, :2]
+            fed_mm = arc_length_at(late_mm, injection.outline.centreline_mm)
+            off_mm[np.abs(s_mm - fed_mm.mean()) < np.ptp(fed_mm) / 2 + SMOOTHED * run.radius_mm] = 0.0
+    smooth_mm = uniform_filter1d(off_mm, round(SMOOTHED * run.radius_mm / s_mm[1]))
+    return {"flat_mm": flat_mm, "to_rest_mm": float(np.quantile(np.abs(smooth_mm), PLACES))}

@@ -294,6 +294,14 @@ class Coarseness(NamedTuple):
     """Radius "auto" below which two particles leave the nozzle together, over the radius of two that just fit. Lone
     particles take twice the frames."""
 
+    def radius_mm(self, width_mm: float, nozzle: "Nozzle") -> float:
+        """Return radius "auto" for a crack of this mean width. It is at most the nozzle's."""
+        pair_mm = nozzle.diameter_mm / 4
+        radius_mm = min(width_mm / self.abreast / 2, nozzle.diameter_mm / 2)
+        if pair_mm < radius_mm < self.pairs_below * pair_mm:
+            return math.floor(1e3 * pair_mm) / 1e3
+        return float(f"{radius_mm:.3g}")
+
 
 FINE = Coarseness()
 COARSENESS = {
@@ -322,13 +330,16 @@ class Solver(Settings):
     takes a tenth of a second, for screening within its domain, which the report describes. It does not model jet or
     overspill."""
     preset: Literal["accurate", "draft", "paper"] = "accurate"
-    """accurate: keeps the dispensed volume. draft: the same physics with larger particles and longer substeps, for
+    """accurate: keeps the dispensed volume. draft: the same fluid with larger particles and longer substeps, for
     searches. paper: uses the constants of the paper's solver, which lose a fifth to a quarter of the volume. The
     paper's bed is fitted by accurate in flared walls, and by paper in leaning walls."""
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
-    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper. "auto", the default of
-    a draft, gives four across this crack, or 2.6 in a draft (up to a tenth less if two particles then leave the nozzle
-    together). Half the radius takes about ten times as long."""
+    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper. "auto" gives four in
+    this crack, or as many as a run can have. A draft replaces a smaller radius by that of 2.6 particles across (up to a
+    tenth less if two then leave the nozzle together). Half the radius takes about ten times as long."""
+    accurate_radius_mm: float | None = Field(default=None, gt=0, le=10)
+    """Radius that a draft has replaced, as its run records. Default: a draft replaces radius_mm, and converts U and
+    D_cm to its particles. If it is given, radius_mm, U and D_cm are those of the draft."""
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
     """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
     over; a run that collapses is computed anew with twice as many. Compression decreases with the square of their
@@ -360,12 +371,6 @@ class Solver(Settings):
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release of sealant and the measurement of the profile. The paper has 0."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _of_a_draft(cls, table: Any) -> Any:
-        """Add a draft's radius, so that both forms of a trial are equal."""
-        return {"radius_mm": "auto", **table} if isinstance(table, dict) and table.get("preset") == "draft" else table
-
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.pressure == "two-level":
@@ -388,20 +393,10 @@ class Solver(Settings):
 
     @property
     def size_mm(self) -> float:
-        """The radius as a number. Raises ValueError for "auto", which ``for_crack`` replaces by a number."""
+        """The radius as a number. Raises ValueError for "auto", which a run replaces by a number."""
         if self.radius_mm == "auto":
-            raise ValueError('radius_mm = "auto" needs the crack\'s width; call for_crack first')
+            raise ValueError('radius_mm = "auto" needs the crack\'s width: give a number')
         return self.radius_mm
-
-    def for_crack(self, width_mm: float, nozzle: "Nozzle") -> Self:
-        """Return a copy in which radius "auto" is a number, for a crack of this mean width and at most the nozzle's."""
-        if self.radius_mm != "auto":
-            return self
-        coarse, pair_mm = COARSENESS[self.preset], nozzle.diameter_mm / 4
-        radius_mm = min(width_mm / coarse.abreast / 2, nozzle.diameter_mm / 2)
-        if pair_mm < radius_mm < coarse.pairs_below * pair_mm:
-            return self.model_copy(update={"radius_mm": math.floor(1e3 * pair_mm) / 1e3})
-        return self.model_copy(update={"radius_mm": float(f"{radius_mm:.3g}")})
 
     @property
     def scheme(self) -> Scheme:

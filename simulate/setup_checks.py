@@ -1,18 +1,34 @@
 """Checks that the settings of particles fit a crack. They also convert the fluid to the solver's units."""
 
+import itertools
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Solid, Trajectory
+from sealtwin.core.records import Outline, Sample, Solid, Trajectory
 from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.fluid.solver import SLOWEST_SHEAR, Domain, substeps_for
 from simulate.fluid.viscosity import STABLE, explicit_parts
 from simulate.material_file import Material
-from simulate.settings import LEVEL, MOST_SUBSTEPS, THICKNESSES, Fluid, Nozzle, SampleSlope, Solver, particle_volume
-from simulate.setup.release_schedule import PARTICLES_AT_MOST, Schedule, frames_to_freeze, plan_releases
+from simulate.settings import (
+    COARSENESS,
+    FINE,
+    LEVEL,
+    MOST_SUBSTEPS,
+    THICKNESSES,
+    Fluid,
+    Nozzle,
+    SampleSlope,
+    Solver,
+    particle_volume,
+)
+from simulate.setup.release_schedule import (
+    PARTICLES_AT_MOST,
+    Schedule,
+    frames_to_freeze,
+    same_fluid,
+)
 from simulate.setup.rheology import (
     CM2_IN_M2,
     Rheology,
@@ -53,9 +69,7 @@ def check_fit(
     outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle, slope: SampleSlope = LEVEL
 ) -> None:
     """Raise InputError if valid settings of particles are impossible in this crack."""
-    if not solver.has_particles:
-        return
-    radius_mm = solver.for_crack(outline.mean_width_mm, nozzle).size_mm
+    radius_mm = sized(outline, solid, solver, nozzle).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
     side_mm = min(x_max - x_min, y_max - y_min)
     if nozzle.diameter_mm > side_mm:
@@ -70,7 +84,7 @@ def check_fit(
             f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "
             f"flowing. {_radii_allowed(outline, solid, widest_mm)}"
         )
-    if not _carried(solid, outline, radius_mm):
+    if not carried(solid, outline, radius_mm):
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: a crack {outline.length_mm:.0f} mm long needs more particles, or a "
             f"finer distance grid, than a run can have. {_radii_allowed(outline, solid, widest_mm, radius_mm)}"
@@ -111,25 +125,56 @@ def check_fit(
 def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm: float | None = None) -> str:
     """Return a sentence on the radii that this crack allows. Its distance grid may set a lower limit."""
     abreast_mm = outline.mean_width_mm / 8
-    if _carried(solid, outline, abreast_mm):
-        four_abreast = f'"auto" is {abreast_mm:.3f}, four particles abreast as in the paper'
-        least = "at most"
-        if too_fine_mm is not None:
-            ends = math.ceil(abreast_mm / TICK_OF_RADIUS_MM), math.floor(too_fine_mm / TICK_OF_RADIUS_MM)
-            ticks = _bisect(*ends, lambda ticks: _carried(solid, outline, ticks * TICK_OF_RADIUS_MM))
-            least = f"{ticks * TICK_OF_RADIUS_MM:.3f} to"
-        return f"Give {least} {widest_mm:.3f}; {four_abreast}."
-    too_fine = f'"auto" ({abreast_mm:.3f}) is too fine for a run'
-    if _carried(solid, outline, 0.99 * widest_mm):
-        return f"Give {0.99 * widest_mm:.3f}; {too_fine}."
-    return (
-        f"No radius is possible: at most {widest_mm:.3f} fits the crack, but even that radius is too fine for a run. "
-        'Use the fast model (solver.model = "slot" with fluid.viscosity_pa_s), simulate a shorter piece of the '
-        "crack, or make only a path for a robot (photo.path_only = true)."
-    )
+    auto_mm = _finest_mm(solid, outline, abreast_mm)
+    if not carried(solid, outline, auto_mm):
+        return (
+            f"No radius is possible: at most {widest_mm:.3f} fits the crack, but even that radius is too fine for a "
+            'run. Use the fast model (solver.model = "slot" with fluid.viscosity_pa_s), simulate a shorter piece of '
+            "the crack, or make only a path for a robot (photo.path_only = true)."
+        )
+    least_mm = _finest_mm(solid, outline, too_fine_mm or abreast_mm)
+    return f'Give {least_mm:.3f} to {widest_mm:.3f}; "auto" is {auto_mm:.3f}.'
 
 
-def _carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
+def _finest_mm(solid: Solid, outline: Outline, radius_mm: float) -> float:
+    """Return ``radius_mm``, or the finest larger radius that a run can have; the widest if it can have none."""
+    widest = math.floor(0.99 * outline.mean_width_mm / ACROSS_AT_LEAST / 2 / TICK_OF_RADIUS_MM)
+    finest = math.floor(radius_mm / TICK_OF_RADIUS_MM)
+    if finest >= widest or carried(solid, outline, radius_mm):
+        return radius_mm
+    while widest - finest > 1:
+        middle = (widest + finest) // 2
+        fits = carried(solid, outline, middle * TICK_OF_RADIUS_MM)
+        widest, finest = (middle, finest) if fits else (widest, middle)
+    return widest * TICK_OF_RADIUS_MM
+
+
+def sized(outline: Outline, solid: Solid, solver: Solver, nozzle: Nozzle) -> Solver:
+    """Return a solver in which radius "auto" is that of an accurate run, or the finest that a run can have."""
+    if solver.radius_mm != "auto":
+        return solver
+    radius_mm = _finest_mm(solid, outline, FINE.radius_mm(outline.mean_width_mm, nozzle))
+    return solver.model_copy(update={"radius_mm": radius_mm})
+
+
+def resolved(sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> tuple[Fluid, Solver]:
+    """Return fluid and solver of a run, with its radius as a number.
+
+    A draft's particles are at least as large as those of an accurate run, and it has the same fluid. If a material was
+    calibrated, a draft has the radius of its calibration. A draft that is resolved remains as it is.
+    """
+    outline, path = sample.outline, sample.trajectory
+    solver = sized(outline, sample.solid, solver, nozzle)
+    if not solver.has_particles or solver.preset != "draft" or solver.accurate_radius_mm is not None:
+        return fluid, solver
+    own_mm, radius_mm = solver.size_mm, COARSENESS["draft"].radius_mm(outline.mean_width_mm, nozzle)
+    calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
+    radius_mm = calibrated_mm or max(own_mm, radius_mm)
+    solver = solver.model_copy(update={"radius_mm": radius_mm, "accurate_radius_mm": own_mm})
+    return same_fluid(fluid, nozzle, (own_mm, path), (radius_mm, path)), solver
+
+
+def carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
     """Return True if a run can have the particles and the distance grid that a radius needs."""
     particles = (solid.figures.sealant_mm3 or 0.0) / particle_volume(radius_mm)
     return grid_fits(solid, outline, radius_mm) and particles <= PARTICLES_AT_MOST
@@ -203,24 +248,13 @@ def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float,
     support, shears_per_s = 4 * solver.size_mm * CM, (SLOWEST_SHEAR, SHEARED)
     parts = explicit_parts(paste, support, frame_s, substeps, shears_per_s=shears_per_s, lasts_s=lasts_s)
     thick = next((key for key in THICKNESSES if getattr(fluid, key) is not None), "curve")
-    stress_pa = paste.reached_cm2_s2(lasts_s) * fluid.density_kg_m3 / CM2_IN_M2
-    stiff, verb = (
-        ("yield_stress_pa", "is") if stress_pa <= fluid.yield_stress_pa else ("yield_stress_most_pa", "reaches")
-    )
-    of = [(thick, "is", getattr(fluid, thick)), (stiff, verb, stress_pa), ("D_cm", "is", fluid.D_cm)]
     if (passes := sum(parts) / STABLE) <= MOST_PASSES:
         return
-    part, (key, verb, value) = max(zip(parts, of, strict=True), key=lambda one: one[0])
-    spare = STABLE * MOST_PASSES - (sum(parts) - part)
-    cause, allowed = f"fluid.{key} {verb} {value:.6g}" if fluid.curve is None else "fluid.curve is too stiff", "Give"
-    if spare > 0 and fluid.curve is None:
-        softer = rheology_of(fluid.model_copy(update={key: value * spare / part}), support, frame_s, frames)
-        # Softer sealant may have longer substeps, in which all parts are larger.
-        spare = STABLE * MOST_PASSES * min(1.0, substeps_for(solver, softer, frame_s) / substeps) - (sum(parts) - part)
-        allowed = f"Give at most {_rounded_down(value * spare / part)}, or" if spare > 0 else "Give"
+    stiff = "yield_stress_most_pa" if fluid.structuration_pa_per_s else "yield_stress_pa"
+    key = "curve" if fluid.curve is not None else (thick, stiff, "D_cm")[int(np.argmax(parts))]
     raise InputError(
-        f"{cause}: the explicit viscosity solve takes {passes:.3g} passes a substep for paste that comes to rest "
-        f"{_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. {allowed} "
+        f"fluid.{key}: the explicit viscosity solve takes {passes:.3g} passes a substep for paste that comes to rest "
+        f"{_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. Give "
         'solver.viscosity_solve = "implicit".'
     )
 
@@ -265,15 +299,11 @@ def _check_stiffening(
     if gain <= STIFFENS or most * per_stress <= LIMP:
         return
     pascals = fluid.density_kg_m3 / CM2_IN_M2
-    key, limp = "structuration_pa_per_s is", ""
-    if fluid.curve is not None:
-        key = "curve gains a yield stress, in Pa/s, of up to"
-    elif fluid.yield_stress_pa <= (limp_pa := LIMP / per_stress * pascals):
-        limp = f", or fluid.yield_stress_most_pa of at most {_rounded_down(limp_pa)}"
     raise InputError(
-        f"fluid.{key} {rate * pascals:.6g}: paste that stiffens so fast makes fresh paste collapse "
+        f"fluid.{'structuration_pa_per_s' if fluid.curve is None else 'curve'} gains {rate * pascals:.6g} Pa/s: paste "
+        "that stiffens so fast makes fresh paste collapse "
         f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
-        f"{_rounded_down(rate * pascals * STIFFENS / gain)}{limp}{_or_more(substeps * gain / STIFFENS)}."
+        f"{_rounded_down(rate * pascals * STIFFENS / gain)}{_or_more(substeps * gain / STIFFENS)}."
     )
 
 
@@ -321,82 +351,34 @@ def check_outlet(
     outline: Outline,
     surface: SolidSurface,
     *,
-    radius_mm: float,
     diameter_mm: float,
-    seed: int,
 ) -> None:
     """Raise InputError if a particle would be released inside the solid or nearer to it than its clearance.
 
-    The message proposes settings, each of which would be enough. A proposed diameter or height has been tried.
+    The message proposes settings, each of which would be enough.
     """
-    blocked = _blocked(schedule.position_mm, surface)
+    least_mm, low_mm = surface.clearance / CM - ROUNDING_MM, trajectory.position_mm[:, 2].min()
+
+    def is_blocked(height_mm: float) -> np.ndarray:
+        raised_mm = np.add(schedule.position_mm, (0.0, 0.0, height_mm - low_mm))
+        return surface.exact_mm(raised_mm) < least_mm
+
+    blocked = is_blocked(low_mm)
     if not blocked.any():
         return
     at_s = trajectory.t_s[0] + schedule.frame_of * schedule.frame_s
     s_mm = np.interp(at_s, trajectory.t_s, trajectory.s_mm)[blocked]
     x, y, z = schedule.position_mm[blocked][0]
     begins_mm, ends_mm = trajectory.s_mm[trajectory.giving][[0, -1]]
-    remedies = [
-        _larger_trim(s_mm, outline.length_mm),
-        _smaller_nozzle(trajectory, surface, radius_mm, diameter_mm, seed),
-        _higher_nozzle(schedule.position_mm, trajectory, surface),
-    ]
-    allowed = ", or ".join(remedy for remedy in remedies if remedy) or "a path that is farther from the solid"
+    higher_mm = (TICK_MM * tick for tick in itertools.count(math.floor(low_mm / TICK_MM) + 1))
+    height_mm = next(each_mm for each_mm in higher_mm if not is_blocked(each_mm).any())
+    # A trim in whole millimetres; it is not tried, because discs are turned differently along another path.
+    trim_mm = math.floor(np.minimum(s_mm, outline.length_mm - s_mm).max()) + 1
+    trim = f"path.trim_mm of at least {trim_mm}, or " if 2 * trim_mm < outline.length_mm - 1 else ""
     raise InputError(
         f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm lets sealant flow from s = {begins_mm:g} to "
-        f"{ends_mm:g} mm and path.nozzle_height_mm is {trajectory.position_mm[:, 2].min():g}: together they release "
+        f"{ends_mm:g} mm and path.nozzle_height_mm is {low_mm:g}: together they release "
         f"sealant in the solid, such as a dam at an open end, or nearer to it than {surface.clearance / CM:.2f} mm; "
-        f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Give {allowed}."
+        f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Give {trim}path.nozzle_height_mm of at "
+        f"least {height_mm:g}, or a smaller nozzle.diameter_mm."
     )
-
-
-def _blocked(points_mm: Floats, surface: SolidSurface) -> np.ndarray:
-    """Return the mask of points nearer to the solid than the clearance, (n,)."""
-    return surface.exact_mm(points_mm) < surface.clearance / CM - ROUNDING_MM
-
-
-def _larger_trim(blocked_s_mm: Floats, length_mm: float) -> str:
-    """Return a proposal of a larger trim, in whole millimetres.
-
-    It is not tried, because discs are turned differently along another path.
-    """
-    from_end_mm = np.minimum(blocked_s_mm, length_mm - blocked_s_mm)
-    trim_mm = math.floor(from_end_mm.max()) + 1
-    return f"path.trim_mm of at least {trim_mm}" if 2 * trim_mm < length_mm - 1 else ""
-
-
-def _smaller_nozzle(
-    trajectory: Trajectory, surface: SolidSurface, radius_mm: float, diameter_mm: float, seed: int
-) -> str:
-    def fits(ticks: int) -> bool:
-        try:
-            schedule = plan_releases(trajectory, radius_mm, ticks * TICK_MM, seed)
-        except InputError:
-            return False
-        return not _blocked(schedule.position_mm, surface).any()
-
-    smallest, blocked = math.ceil(2 * radius_mm / TICK_MM), math.ceil(diameter_mm / TICK_MM)
-    if smallest >= blocked or not fits(smallest):
-        return ""
-    return f"nozzle.diameter_mm of at most {_bisect(smallest, blocked, fits) * TICK_MM:g}"
-
-
-def _higher_nozzle(points_mm: Floats, trajectory: Trajectory, surface: SolidSurface) -> str:
-    low_mm = trajectory.position_mm[:, 2].min()
-    top_mm = surface.mesh.points.numpy()[:, 2].max() / CM + surface.clearance / CM
-
-    def fits(ticks: int) -> bool:
-        return not _blocked(points_mm + np.array([0, 0, ticks * TICK_MM - low_mm]), surface).any()
-
-    blocked, highest = math.floor(low_mm / TICK_MM), math.ceil(top_mm / TICK_MM)
-    if highest <= blocked or not fits(highest):
-        return ""
-    return f"path.nozzle_height_mm of at least {_bisect(highest, blocked, fits) * TICK_MM:g}"
-
-
-def _bisect(good: int, bad: int, fits: Callable[[int], bool]) -> int:
-    """Return the last value that fits, between ``good``, which fits, and ``bad``, which does not."""
-    while abs(good - bad) > 1:
-        middle = (good + bad) // 2
-        good, bad = (middle, bad) if fits(middle) else (good, middle)
-    return good

@@ -14,6 +14,7 @@ from simulate.kernels.vessel import Lines, Liquid, raise_surface
 Mask = NDArray[np.bool_]
 TURN = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
 """Cosine and sine of the angle by which the solid is turned about the z axis."""
+LEVELS = 200  # Levels between which the volume of a liquid is linear
 ROUNDED = 1e-6  # Tolerance of a cell's middle, in cells
 
 
@@ -34,6 +35,7 @@ class Vessel:
         self._ceiling_mm = np.full(len(order), np.inf)
         same_cell = cell[1:] == cell[:-1]
         self._ceiling_mm[:-1][same_cell] = self._z_mm[1:][same_cell]
+        self._upward = inside
         self._lines = lines = Lines()
         lines.cell_mm, lines.low, lines.shape = cell_mm, wp.vec2i(*map(int, low)), wp.vec2i(*map(int, shape))
         lines.z_mm = wp.array(self._z_mm, dtype=wp.float64, device="cpu")
@@ -57,6 +59,14 @@ class Vessel:
         reached_mm = liquid.top_mm.numpy()
         wet = np.isfinite(reached_mm)
         return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self.cell_mm2
+
+    def flat_mm(self, volume_mm3: float) -> float | None:
+        """Return the level below the face at which a liquid of this volume lies flat; None if it is more than fits."""
+        foot_mm, ceiling_mm = self._z_mm[self._upward], self._ceiling_mm[self._upward]
+        level_mm = np.linspace(foot_mm.min(), 0.0, LEVELS)
+        held_mm = [(np.clip(level, foot_mm, ceiling_mm) - foot_mm).sum() for level in level_mm]
+        height_mm = volume_mm3 / self.cell_mm2
+        return float(np.interp(height_mm, held_mm, level_mm)) if height_mm < held_mm[-1] else None
 
     def lines_on(self, device: str) -> tuple[Any, wp.array]:
         """Return the lines on a device, and the end of the free stretch above each of their crossings."""

@@ -22,6 +22,7 @@ from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
+from simulate.setup_checks import resolved
 from tests.shapes import straight_slot
 
 FRAME_S = 7.23e-3
@@ -78,9 +79,11 @@ def injected(
 ) -> Injection:
     """A run before its first frame. ``replays``: what a GPU does, done on the CPU."""
     settings = Solver.model_validate(solver)
-    enclosure = enclosed(*crack, settings.for_crack(crack[1].mean_width_mm, Nozzle()).size_mm, device)
+    sample = sample_of(crack, trajectory)
+    _, sized = resolved(sample, fluids[0], settings, Nozzle())
+    enclosure = enclosed(*crack, sized.size_mm, device)
     how: dict[str, Any] = {"seed": seed, "device": device, "threads": threads, "enclosure": enclosure}
-    injection = prepare(*crack, trajectory, fluids, settings, Nozzle(), **how)
+    injection = prepare(sample, fluids, settings, Nozzle(), **how)
     if replays:
         injection.engine.replays = True
     return injection

@@ -88,7 +88,9 @@ class Twin:
     @property
     def radius_mm(self) -> float:
         """Radius of the particles of its accurate runs."""
-        return self.trial.solver.for_crack(self.outline.mean_width_mm, self.trial.nozzle).size_mm
+        from simulate.setup_checks import sized
+
+        return sized(self.outline, self.solid, self.trial.solver, self.trial.nozzle).size_mm
 
     def measured(self, name: str) -> tuple[float, float] | None:
         """Return a setting's value and standard uncertainty; None unless the trial has both."""

@@ -38,7 +38,6 @@ class RunHealth(BaseModel):
     particles_a_release: int | None = None
     wall_particles: int | None = None
     particles_across: Known = None
-    kernels_a_frame: int | None = None
     setup_s: Known = None  # Computing time before the first frame
     frames_s: Known = None  # Computing time of all frames
     viscosity_m2_s: Known = None  # None for U without a yield stress, since U is not a viscosity
@@ -52,7 +51,8 @@ class RunHealth(BaseModel):
     bingham: Known = None
     volume_factor: Known = None  # Volume of a particle in the density sum over that of Eq. 6, at the end
     volume_ratio: Known = None  # Volume of the settled particles over the dispensed volume
-    end_speed_mm_s: Known = None  # RMS speed of the particles at the end, without those that spilled
+    flat_mm: Known = None  # Level at rest of a fluid without yield stress that does not freeze; None for others
+    to_rest_mm: Known = None  # Distance of the level from that at rest, at 95 % of the places
 
     def recorded(self) -> dict[str, Any]:
         """Return the recorded numbers by name."""

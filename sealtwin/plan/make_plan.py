@@ -144,9 +144,10 @@ class PlanInputs:
 
 def case_of(sample: Sample, trial: Trial, trajectory: Trajectory) -> Case:
     """Return a trial as a case for the fast model. Raises InputError if the fast model does not support its paste."""
+    from simulate.setup_checks import sized
     from simulate.slot.run import paste_of
 
-    solver = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle)
+    solver = sized(sample.outline, sample.solid, trial.solver, trial.nozzle)
     paste = paste_of(trial.given_fluid, solver, trial.nozzle, trajectory, trial.seed)
     return Case(sample.solid, sample.outline, paste, trial.nozzle.diameter_mm, solver.settle_s, trial.sample)
 

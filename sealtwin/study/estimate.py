@@ -11,6 +11,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import in_words
 from sealtwin.core.records import Sample
 from sealtwin.study.study_folder import StudyRun
+from sealtwin.trial.draft import as_run
 from sealtwin.trial.trial_file import Trial
 
 if TYPE_CHECKING:
@@ -80,9 +81,10 @@ def size_of(trial: Trial, sample: Sample) -> RunSize:
     from simulate.setup.release_schedule import PARTICLE_S, course_of
     from simulate.setup_checks import solved_as
 
-    solver, schedule = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle), _releases(trial, sample)
-    course = course_of(schedule, trial.given_fluid, solver.settle_s)
-    _, substeps = solved_as(trial.given_fluid, solver, schedule.frame_s, course.frames)
+    fluid, solver, _ = as_run(trial, sample).physics
+    schedule = _schedule(sample, solver.size_mm, trial.nozzle.diameter_mm, trial.seed)
+    course = course_of(schedule, fluid, solver.settle_s)
+    _, substeps = solved_as(fluid, solver, schedule.frame_s, course.frames)
     work_s = PARTICLE_S * substeps * course.work.sum()
     return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s), substeps)
 
@@ -95,18 +97,13 @@ def checked_size(trial: Trial, sample: Sample) -> tuple[RunSize, list[str]]:
     from simulate.remarks import remarks_on
     from simulate.setup_checks import check_fit
 
-    crack = sample.outline, sample.solid
-    check_fit(*crack, *trial.physics, trial.sample)
-    size = size_of(trial, sample)
     if not trial.solver.has_particles:
-        return size, []
-    solver = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle)
-    return size, [*remarks_on(trial.given_fluid, *crack, solver, _releases(trial, sample))]
-
-
-def _releases(trial: Trial, sample: Sample) -> "Schedule":
-    radius_mm = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle).size_mm
-    return _schedule(sample, radius_mm, trial.nozzle.diameter_mm, trial.seed)
+        return size_of(trial, sample), []
+    crack, trial = (sample.outline, sample.solid), as_run(trial, sample)
+    fluid, solver, nozzle = trial.physics
+    check_fit(*crack, fluid, solver, nozzle, trial.sample)
+    schedule = _schedule(sample, solver.size_mm, nozzle.diameter_mm, trial.seed)
+    return size_of(trial, sample), [*remarks_on(fluid, *crack, solver, schedule)]
 
 
 @lru_cache(maxsize=8)

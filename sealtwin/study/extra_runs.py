@@ -24,7 +24,6 @@ from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_
 from sealtwin.study.runner import Computing
 from sealtwin.study.seed_runs import announce_seeds, compute_other_seeds
 from sealtwin.study.variants import Variant, compute_variants, inputs_of, with_seed
-from sealtwin.trial.draft import Resolution, at_resolution
 from sealtwin.trial.job import Above, Job
 from sealtwin.trial.pipeline import REPORT_S
 from sealtwin.trial.trial_file import Trial
@@ -176,18 +175,19 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
 
     Raises InputError if its settings cannot be used.
     """
-    from simulate.setup.release_schedule import plan_releases
+    from simulate.setup.release_schedule import same_fluid
 
     trial, run = base.trial, base.run
-    frame_s = plan_releases(sample.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
     changes = {"fluid.D_cm": trial.given_fluid.D_cm, **moved_paste(base, steps)}
     if (weight := trial.given_fluid.U) is not None:
         # A viscosity in physical units moves particles differently from the trial's U (decision 0155).
         thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
         changes |= {"fluid.U": weight * thicker, "fluid.viscosity_pa_s": None}
-    own = Resolution(run.radius_mm, run.health.recorded()["frame_s"])
-    changed = at_resolution(base.changed(changes), own, Resolution(radius_mm, frame_s))
-    return changed.model_copy(update={"readings": None, "gate": None, "seeds": None})
+    changed, own = base.changed(changes), (run.radius_mm, base.sample.trajectory)
+    fluid = same_fluid(changed.given_fluid, trial.nozzle, own, (radius_mm, sample.trajectory))
+    solver = changed.solver.model_copy(update={"radius_mm": radius_mm})
+    none = dict.fromkeys(("readings", "gate", "seeds"))
+    return changed.model_copy(update={"fluid": fluid, "solver": solver, **none})
 
 
 def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -> Spread:

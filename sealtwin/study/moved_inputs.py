@@ -13,6 +13,7 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Profile, Run, Sample, Solid
 from sealtwin.core.settings import checked
+from sealtwin.trial.draft import as_run
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import Trial, with_settings
 from sealtwin.trial.validate_stage import read_seeds
@@ -40,7 +41,8 @@ class Base:
         """Read a finished run."""
         run, profile, seeds = record_files.read_run(job.path), record_files.read_profile(job.path), read_seeds(job)
         others_mm = None if seeds is None else record_files.read_levels(job.path, seeds.seeds[1:])
-        return cls(job.path, job.trial, record_files.read_sample(job.path), run, profile, others_mm)
+        sample = record_files.read_sample(job.path)
+        return cls(job.path, as_run(job.trial, sample), sample, run, profile, others_mm)
 
     @property
     def levels_mm(self) -> Floats:

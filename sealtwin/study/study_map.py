@@ -29,6 +29,7 @@ from sealtwin.study.study_folder import (
     run_path,
 )
 from sealtwin.study.sweep import screening
+from sealtwin.trial.draft import as_run
 from sealtwin.trial.job import check_sheet, shown
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
@@ -272,7 +273,7 @@ def _readings(
 
 def _scene(folder: Path, run: StudyRun) -> FillScene:
     sample, trial = record_files.read_sample(folder / "samples" / run.sample), run.checked_trial
-    size_mm = trial.solver.for_crack(sample.outline.mean_width_mm, trial.nozzle).size_mm
+    size_mm = as_run(trial, sample).solver.size_mm
     return FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, trial.nozzle.diameter_mm)
 
 

@@ -14,7 +14,7 @@ from sealtwin.core.records import Sample
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import Trial, name_of, seen_from, trial_text, with_settings
+from sealtwin.trial.trial_file import Trial, name_of, names_in, seen_from, trial_text, with_settings
 
 STARTER = tomllib.loads(TRIAL)
 NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
@@ -56,7 +56,7 @@ def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: P
         defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
     content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), given)
     # A given setting also replaces those that it excludes.
-    assumed = {name: value for name, value in defaults.items() if name not in given and _is_in(content, name)}
+    assumed = {name: value for name, value in defaults.items() if name not in given and name in names_in(content)}
     sentences = [f"{name} = {toml_value(value)}" for name, value in assumed.items()]
     content = {"note": f"Assumed, not measured or given: {', '.join(sentences)}.", **content}
     checked(Trial, photo, content)
@@ -72,11 +72,6 @@ def _text(folder: Path, content: Mapping[str, Any], given: Mapping[str, Any], as
         lines += ["", f"[{table}]", *_rows(table, given), *(f"{row}  # assumed" for row in _rows(table, assumed))]
     text = "\n".join(lines) + "\n"
     return f"{MARK}{_check(text)}\n{text}"
-
-
-def _is_in(content: Mapping[str, Any], name: str) -> bool:
-    table, _, key = name.partition(".")
-    return key in content[table]
 
 
 def _rows(table: str, settings: Mapping[str, Any]) -> list[str]:

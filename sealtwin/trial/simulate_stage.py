@@ -70,7 +70,12 @@ def bring_up_to_date(job: Job) -> bool:
             pictures = _draw(job, run, sample)
             facts["output"] = trial.output.model_dump(mode="json")
         else:
-            pictures = _remove_watched(job)
+            pictures = []
+            # The files of an earlier run by particles.
+            frames = (read_collection(job.path / name) for name in (FRAMES, SNAPSHOTS) if (job.path / name).is_file())
+            stale = (CHECKPOINT, PROGRESS, HEALTH, FRAMES, SNAPSHOTS)
+            for path in [*(path for listed in frames for _, path in listed), *(job.path / name for name in stale)]:
+                path.unlink(missing_ok=True)
         outputs, wall_time_s = (*SIMULATED, *pictures), time.monotonic() - began
         job.folder.record("simulate", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
         checkpoint.remove()
@@ -114,17 +119,6 @@ def _draw(job: Job, run: Run, sample: Sample) -> list[str]:
     if late := [f"{t_s:g}" for t_s in sorted(set(job.trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
         job.progress.note(f"note: no snapshot at {', '.join(late)} s: the run ended after {end_s:.2f} s.")
     return pictures
-
-
-def _remove_watched(job: Job) -> list[str]:
-    """Delete the files of an earlier run by particles; return an empty list of pictures."""
-    for name in (CHECKPOINT, PROGRESS, HEALTH):
-        (job.path / name).unlink(missing_ok=True)
-    for collection in (job.path / FRAMES, job.path / SNAPSHOTS):
-        for _, frame in read_collection(collection) if collection.is_file() else []:
-            frame.unlink(missing_ok=True)
-        collection.unlink(missing_ok=True)
-    return []
 
 
 def _require_fluid(job: Job) -> None:

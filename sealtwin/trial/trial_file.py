@@ -292,11 +292,11 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
 def replaced(trial: Trial, settings: Mapping[str, Any], names: Iterable[str]) -> list[str]:
     """Return those of ``settings`` that would be removed from a trial if all of ``names`` were given."""
     content = trial.model_dump(mode="json", exclude_none=True)
-    removed = _names_in(content) - _names_in(with_settings(content, dict.fromkeys(names, 0)))
+    removed = names_in(content) - names_in(with_settings(content, dict.fromkeys(names, 0)))
     return [name for name in settings if ".".join(name.split(".")[:2]) in removed]
 
 
-def _names_in(content: Mapping[str, Any]) -> set[str]:
+def names_in(content: Mapping[str, Any]) -> set[str]:
     return {f"{table}.{key}" for table, inner in content.items() if isinstance(inner, dict) for key in inner}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Trajectory
-from simulate.settings import Fluid, particle_volume
+from simulate.settings import Fluid, Nozzle, particle_volume
 from simulate.setup.rheology import NEVER
 
 PARTICLES_AT_MOST = 1_000_000  # Largest number of particles; if none freezes their neighbour lists take 3 GB
@@ -126,6 +126,19 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
         release=outlet.release,
         dispensed_mm3=float(asked_mm3[-1]),
     )
+
+
+def same_fluid(fluid: Fluid, nozzle: Nozzle, *releases: tuple[float, Trajectory]) -> Fluid:
+    """Return a fluid with the U and D of the same viscosity and drag per time, for the second of two ``releases``.
+
+    U and D depend on the radius of the particles and on the path, which a release is.
+    """
+    if fluid.D_cm is None:
+        return fluid
+    frames_s = [plan_releases(path, radius_mm, nozzle.diameter_mm, 0).frame_s for radius_mm, path in releases]
+    longer, finer = frames_s[1] / frames_s[0], releases[0][0] / releases[1][0]
+    u = None if fluid.U is None else fluid.U * finer**4 * longer
+    return fluid.model_copy(update={"U": u, "D_cm": fluid.D_cm * longer})
 
 
 def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -> Floats:

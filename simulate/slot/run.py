@@ -14,6 +14,7 @@ from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particl
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import dynamic_viscosity
 from simulate.setup.signed_distance import CM
+from simulate.setup_checks import sized
 from simulate.slot.fill import Filled, fill
 from simulate.slot.fitness import FULLEST, Fitness, fitness_of
 from simulate.slot.flux import HerschelBulkley
@@ -44,7 +45,7 @@ def pour(
     Raises InputError for sealant outside this model: sealant that freezes, stiffens or follows a curve.
     """
     solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
-    solver = solver.for_crack(outline.mean_width_mm, nozzle)
+    solver = sized(outline, solid, solver, nozzle)
     if trajectory.dispensed_mm3 <= 0:
         raise InputError("trajectory: its flow gives no sealant. Check flow_mm3_s and t_s.")
     paste = paste_of(fluid, solver, nozzle, trajectory, seed)

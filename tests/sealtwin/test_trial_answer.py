@@ -23,7 +23,7 @@ from validate.result import (
     TrialResult,
 )
 from validate.settings import Gate, Uncertainty
-from validate.wording.headline import DRAFT, FAST
+from validate.wording.headline import FAST
 
 GATE = Gate(mean_error_mm=1.6)
 FITTED = ("fluid.U", "fluid.D_cm", "crack.tilt", "crack.wall_angle_deg")
@@ -127,7 +127,7 @@ def test_verbose_prints_what_the_short_answer_leaves_out(shipped):
 
 WARNINGS = (
     REMARK,
-    DRAFT,
+    "This run is a draft.",
     "Do not use this run: 3 particles went through a wall, which must never happen.",
     "1 of 3 runs: The bed is compressed.",
 )

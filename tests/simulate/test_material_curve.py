@@ -159,10 +159,10 @@ def test_a_curve_too_thick_to_compute_or_that_softens_in_sleep_is_refused():
         # 100 rho g h at 1690 kg/m3 and h = 1.6 mm
         ("yield_stress_pa is 10000", 2650, {"yield_stress_pa": 1e4}, {"yield_stress_pa": 2650.0}),
         # In substeps of 1.81 ms 50 rho h^2 / dt in a second, or 30 in all
-        ("structuration_pa_per_s is 300", 119, {"structuration_pa_per_s": 300.0}, {"structuration_pa_per_s": 119.0}),
-        ("structuration_pa_per_s is 300", 119, {"structuration_pa_per_s": 300.0}, {"yield_stress_most_pa": 71.0}),
+        ("structuration_pa_per_s gains 300", 119, {"structuration_pa_per_s": 300.0}, {"structuration_pa_per_s": 119.0}),
+        ("structuration_pa_per_s gains 300", 119, {"structuration_pa_per_s": 300.0}, {"yield_stress_most_pa": 71.0}),
         (
-            "curve gains a yield stress, in Pa/s, of up to 300",
+            "curve gains 300",
             119,
             {"curve": {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0, 3000]}},
             {"curve": {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0, 1190]}},
@@ -178,35 +178,27 @@ def test_a_yield_stress_that_is_not_solved_for_is_refused_with_one_that_is(key, 
 
 
 @pytest.mark.parametrize(
-    ("asked", "key", "allowed"),
+    ("asked", "key"),
     [
-        # 5,000 passes take 0.9 each of (33 + 16) nu dt / h^2, with tau / 0.002 per s for the viscosity
-        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 9000.0}, "yield_stress_pa is 9000", {"yield_stress_pa": 0.45}),
-        (
-            {"viscosity_pa_s": 1.0, "structuration_pa_per_s": 10.0},
-            "yield_stress_most_pa reaches 72.3",
-            {"yield_stress_most_pa": 0.45},
-        ),
-        ({"viscosity_pa_s": 9000.0}, "viscosity_pa_s is 9000", {"viscosity_pa_s": 220.0}),
-        ({"consistency_pa_s_n": 50.0, "flow_index": 0.2}, "consistency_pa_s_n is 50", {"consistency_pa_s_n": 1.6}),
-        ({"U": 1e6, "D_cm": 0.3}, "U is 1e+06", {"U": 1.5e5}),
+        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 9000.0}, "yield_stress_pa"),
+        ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 10.0}, "yield_stress_most_pa"),
+        ({"viscosity_pa_s": 9000.0}, "viscosity_pa_s"),
+        ({"consistency_pa_s_n": 50.0, "flow_index": 0.2}, "consistency_pa_s_n"),
+        ({"U": 1e6, "D_cm": 0.3}, "U"),
     ],
 )
-def test_what_needs_more_explicit_passes_than_a_run_has_time_for_is_refused(asked, key, allowed):
+def test_what_needs_more_explicit_passes_than_a_run_has_time_for_is_refused(asked, key):
     """Pastes were accepted up to 10,000 Pa, which would take 10,000 times as many passes as one of 1 Pa."""
     solver = Solver(substeps=4, viscosity_solve="explicit")
-    with pytest.raises(InputError, match=rf"fluid\.{re.escape(key)}: .*implicit") as refused:
+    with pytest.raises(InputError, match=rf"fluid\.{key}: .*implicit"):
         solved_as(fluid(**asked), solver, FRAME_S, 1000)
-    named = re.search(r"at most ([\d.e+]+),", str(refused.value))
-    assert named is not None
-    (name, low), most = next(iter(allowed.items())), float(named[1])
-    assert low < most < 1.6 * low
-    solved_as(fluid(**asked | {name: most}), solver, FRAME_S, 1000)
+    # 5,000 passes take 0.9 each of (33 + 16) nu dt / h^2, with tau / 0.002 per s for the viscosity.
+    solved_as(fluid(viscosity_pa_s=1.0, yield_stress_pa=0.45), solver, FRAME_S, 1000)
 
 
 def test_a_curve_that_needs_too_many_explicit_passes_is_refused_without_a_value():
     stiffens = fluid(curve={"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0, 3000]})
-    with pytest.raises(InputError, match=r'fluid\.curve .* Give solver\.viscosity_solve = "implicit"'):
+    with pytest.raises(InputError, match=r'fluid\.curve: .* Give solver\.viscosity_solve = "implicit"'):
         solved_as(stiffens, Solver(viscosity_solve="explicit"), FRAME_S, 1000)
 
 

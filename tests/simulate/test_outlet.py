@@ -53,8 +53,8 @@ def refusal(crack: tuple[Solid, Outline], **settings: Any) -> str:
             {"trim_mm": 0.0, "reverse": True, "lead_in_mm": 5.0},
             r"path.trim_mm lets sealant flow from s = 24 to 0 mm .* first at s = 2[34].\d mm.* Give path.trim_mm",
         ),
-        ({"diameter_mm": 12.0}, r"nozzle.diameter_mm is 12, .* or nozzle.diameter_mm of at most"),
-        ({"nozzle_height_mm": 0.3, "diameter_mm": 7.0}, r"path.nozzle_height_mm is 0.3: .* of at least 0.7\."),
+        ({"diameter_mm": 12.0}, r"nozzle.diameter_mm is 12, .* a smaller nozzle.diameter_mm"),
+        ({"nozzle_height_mm": 0.3, "diameter_mm": 7.0}, r"path.nozzle_height_mm is 0.3: .* of at least 0.7,"),
     ],
 )
 def test_nothing_is_released_inside_a_dam_or_the_face(settings, fault):
@@ -64,8 +64,8 @@ def test_nothing_is_released_inside_a_dam_or_the_face(settings, fault):
 
 def test_each_way_out_that_a_refusal_names_is_one():
     message = refusal(bridged())
-    ways = re.findall(r"(?:nozzle|path)\.(\w+) of at (?:least|most) ([\d.]+\d)", message)
-    assert {"diameter_mm", "trim_mm", "nozzle_height_mm"} >= {name for name, _ in ways} >= {"nozzle_height_mm"}
+    ways = re.findall(r"path\.(\w+) of at least ([\d.]+\d)", message)
+    assert {"trim_mm", "nozzle_height_mm"} >= {name for name, _ in ways} >= {"nozzle_height_mm"}
     for name, value in ways:
         assert poured(bridged(), **{name: float(value)}).escaped_particles == 0
 

@@ -21,7 +21,7 @@ from simulate.settings import Fluid, Nozzle, Solver, particle_volume
 from simulate.setup import signed_distance
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import enclose
-from simulate.setup_checks import check_fit, domain_of
+from simulate.setup_checks import check_fit, domain_of, sized
 from tests.fluids import LIKE_THE_PAPER, injected, path, pour, sample_of, sealant, slot
 from tests.shapes import oblique_slot, straight_slot
 
@@ -183,7 +183,10 @@ def test_settings_that_cannot_go_together_are_refused_with_the_physics(solver, n
 
 @pytest.mark.parametrize(
     ("share", "says"),
-    [(0.2, r"Give 0\.767; \"auto\""), (0.02, r"No radius is possible: .* shorter piece.*path_only = true")],
+    [
+        (0.2, r"Give (0\.\d+) to 0\.775; \"auto\" is \1\."),
+        (0.02, r"No radius is possible: .* shorter piece.*path_only = true"),
+    ],
 )
 def test_a_radius_is_proposed_only_where_its_distance_grid_fits(monkeypatch, share, says):
     """In a long, thin crack "auto" was once the remedy, and the next refusal."""
@@ -195,16 +198,20 @@ def test_a_radius_is_proposed_only_where_its_distance_grid_fits(monkeypatch, sha
         check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=0.9), Nozzle())
 
 
-LEAST_MM = math.ceil(1000 * (2000.0 / 20_000 / particle_volume(1.0)) ** (1 / 3)) / 1000
-"""Of 20,000 particles that make 2 ml."""
+def least_mm(most: int) -> float:
+    """Radius of ``most`` particles that make 2 ml, rounded up."""
+    return math.ceil(1000 * (2000.0 / most / particle_volume(1.0)) ** (1 / 3)) / 1000
+
+
+LEAST_MM = least_mm(20_000)
 
 
 @pytest.mark.parametrize(
     ("radius_mm", "most", "says"),
     [
-        # A larger radius was once the advice for "auto", and for the larger one that it does not fit.
+        # "auto" was once refused, with a larger radius as the advice.
         ("auto", 800, "needs more particles.*No radius is possible: at most 0.775"),
-        ("auto", 2_000, "needs more particles.*Give 0.767"),
+        ("auto", 2_000, None),
         (0.01, 20_000, rf"radius_mm is 0.01: .* {LEAST_MM:.3f} to 0.775"),
         (LEAST_MM - 0.001, 20_000, rf"radius_mm is {LEAST_MM - 0.001:g}: .* {LEAST_MM:.3f} to 0.775"),
         (LEAST_MM, 20_000, None),
@@ -214,8 +221,10 @@ def test_a_radius_of_too_many_particles_is_answered_with_one_that_does(monkeypat
     solid, outline = slot()
     solid = replace(solid, figures=replace(solid.figures, sealant_mm3=2000.0))
     monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
+    solver = Solver(radius_mm=radius_mm)
     with pytest.raises(InputError, match=says) if says else nullcontext():
-        check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=radius_mm), Nozzle())
+        check_fit(outline, solid, LIKE_THE_PAPER, solver, Nozzle())
+    assert says or sized(outline, solid, solver, Nozzle()).size_mm == pytest.approx(least_mm(most))
 
 
 def shallow(depth_mm: float, floor_mm: float) -> tuple[Solid, Outline]:

@@ -2,8 +2,8 @@ import pytest
 from pydantic import ValidationError
 
 from simulate.settings import Fluid, Nozzle, Solver
-from simulate.setup_checks import rheology_of
-from tests.fluids import injected, path, sealant, slot
+from simulate.setup_checks import resolved, rheology_of
+from tests.fluids import injected, path, sample_of, sealant, slot
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,9 @@ def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_the
     ],
 )
 def test_a_radius_that_is_not_given_follows_from_crack_and_nozzle(solver, nozzle_mm, radius_mm):
-    chosen = Solver.model_validate(solver).for_crack(3.0, Nozzle(diameter_mm=nozzle_mm))
+    crack, nozzle = slot(12.0, 3.0), Nozzle(diameter_mm=nozzle_mm)
+    poured = sample_of(crack, path(crack[1], 0.1))
+    _, chosen = resolved(poured, sealant(viscosity_pa_s=0.3), Solver.model_validate(solver), nozzle)
     assert chosen.size_mm == pytest.approx(radius_mm, rel=2e-3)
 
 

@@ -28,7 +28,7 @@ from simulate.setup.rheology import Rheology
 from simulate.slot import run as fast_model
 from simulate.spread_law import flat_stress_pa, stretched_stress_pa
 from tests.evidence import make_evidence, make_run, slope
-from tests.fluids import engine_with, lattice, path, slot
+from tests.fluids import engine_with, lattice, path, sample_of, slot
 from tests.pictures import evenly_scaled, mortar, with_crack, write_png
 from tests.shapes import outline_between, wandering_crack
 from validate.calibration.emulator import Emulator
@@ -163,7 +163,7 @@ def _fluids(nudge: Nudge) -> dict[str, Any]:
     arrays: dict[str, Any] = {}
     for name, table in FLUIDS.items():
         fluid = Fluid.model_validate({**table, "freeze_after_s": "never"})
-        run = prepare(*crack, _trajectory(nudge), [fluid], solver, nozzle, seed=1, device="cpu")
+        run = prepare(sample_of(crack, _trajectory(nudge)), [fluid], solver, nozzle, seed=1, device="cpu")
         for _ in range(FRAMES):
             run.advance()
         state = run.engine.state

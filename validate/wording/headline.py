@@ -4,7 +4,6 @@ from typing import Any
 
 from sealtwin.core.record_files import Simulation
 from sealtwin.core.records import Run
-from sealtwin.core.regime import standing_stress_pa
 from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_volume, leak
 from validate.report_input import Evidence
 from validate.result import Outcome, SeedRuns
@@ -19,18 +18,13 @@ runs with four gained none."""
 LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
 MOST_COMPRESSED = 0.10
 """Largest sound compression of the particles, at their 95th percentile; benchmarks/paper_run.py has the same limit."""
-AT_REST_MM_S = 2.0
-"""Largest RMS speed of sealant at rest, at the end of a run. Liquids ten times as thick as water end at 0.1 to 1.2."""
+AT_REST = 0.5  # Largest distance from rest of a level at rest, in radii of the particles
 MUCH_SPILLED = 0.05
 """Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
 ML = 1000.0  # mm³
 NOT_A_VALIDATION = "Not a validation:"
 DRAFTED_MM = 1.1
 """A draft's level is this near to the mean of accurate runs at nine of ten places (benchmarks/drafts.py)."""
-DRAFT = (
-    "This run is a draft, with larger particles and longer substeps than a run of preset accurate: its level is within "
-    f'{DRAFTED_MM:g} mm of theirs at nine of ten places. For a final result set solver.preset = "accurate".'
-)
 FAST = (
     "This fill was computed by the fast model, not by particles: it is the flow along the crack, averaged over each "
     "section. It is for screening; do not rely on its level alone."
@@ -40,7 +34,13 @@ FAST = (
 def method_sentences(run: Run | Simulation) -> tuple[str, ...]:
     """Return sentences on a draft, or on a run of the fast model and on whether it fits the case. Others have none."""
     if run.fast_fill is None:
-        return (DRAFT,) if is_draft(run) else ()
+        accurate_mm = _table(run, "solver").get("accurate_radius_mm") or run.radius_mm
+        draft = (
+            f"This run is a draft, with particles of {run.radius_mm:g} mm radius (accurate: {accurate_mm:g} mm): "
+            f"its level is within {DRAFTED_MM:g} mm of accurate ones at nine of ten places. For a final result set "
+            'solver.preset = "accurate".'
+        )
+        return (draft,) if is_draft(run) else ()
     if run.unfit:
         return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.unfit)
     above_mm = round(run.fast_fill.above_mm, 1)
@@ -87,11 +87,11 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
             f"The bed is compressed (5 % of its particles by more than {100 * compressed:.0f} %), so levels there are "
             f"too low. {cure}"
         )
-    if (speed_mm_s := run.health.end_speed_mm_s or 0.0) > AT_REST_MM_S:
-        texts.append(
-            f"The sealant still moves at {speed_mm_s:.2g} mm/s (RMS) at the end of the run, so this is not its level "
-            "at rest. Set a longer solver.settle_s; particles of a fluid as thin as water never come to rest."
-        )
+    if (off_mm := run.health.to_rest_mm or 0.0) > AT_REST * run.radius_mm:
+        rest = f"the change at the end of the run shows that it will move by about {off_mm:.1f} mm more"
+        if (flat_mm := run.health.flat_mm) is not None:
+            rest = f"without a yield stress it will be flat at {flat_mm:.2f} mm, and is up to {off_mm:.1f} mm off"
+        texts.append(f"The level is not that at rest: {rest}. Set a longer solver.settle_s.")
     if not kept_volume(volume_ratio) and (low <= ratio <= high or spilled > MUCH_SPILLED):
         texts.append(
             f"{counted(run.spilled_particles, 'particle')} ({100 * spilled:.1f} % of the sealant) ran over the edge "
@@ -111,17 +111,8 @@ def _why(run: Run | Simulation, *, lost: bool) -> str:
         return ' Preset "paper" has the constants of its source, which lose volume; set solver.preset = "accurate".'
     if lost:
         return " Set more solver.substeps, which reduces the compression (see the numerical health)."
-    if across is None:
-        return ""
-    fluid = _table(run, "fluid")
-    stress_pa, width_mm = fluid.get("yield_stress_pa", 0.0), 2 * run.radius_mm * across
-    stands_pa = standing_stress_pa(fluid.get("density_kg_m3", 0.0), width_mm)
-    if (fluid.get("wall_share") or 1.0) * stress_pa > stands_pa > 0:
-        return (
-            f" Between walls {width_mm:.3g} mm apart, the weight of the paste overcomes only {stands_pa:.2g} Pa of its "
-            f"yield stress of {stress_pa:g} Pa, so it bridges empty spaces; finer particles would not fill them."
-        )
-    if across >= FEW_ACROSS:
+    # Finer particles do not fill the hollows under paste that bridges a crack.
+    if across is None or across >= FEW_ACROSS or any("bridges" in remark for remark in run.remarks):
         return ""
     return (
         f" Only {across:.1f} particles fit side by side between the walls; the paper's runs have four. "

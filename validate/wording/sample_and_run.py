@@ -21,7 +21,7 @@ HEALTH_LABELS: dict[str, tuple[str, float, str]] = LABELS["health"]
 SHOWN_HEALTH = (
     *("density_error_p95", "density_error_max", "moving_most", "viscosity_iterations_mean", "finer"),
     *("particles_across", "viscosity_m2_s", "viscosity_pa_s", "viscosity_added_m2_s", "reynolds", "bond", "bingham"),
-    *("end_speed_mm_s", "setup_s", "frames_s"),
+    *("flat_mm", "to_rest_mm", "setup_s", "frames_s"),
 )
 """Figures of a run's health on the page. report.json has all of them."""
 

@@ -104,7 +104,7 @@ def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_afte
     enclosure = enclose(solid, outline, 0.6, "cpu")
     before = _arrays()
     physics = [fluid] * runs, trial.solver, trial.nozzle
-    injection = prepare(solid, outline, trajectory, *physics, seed=0, device="cpu", enclosure=enclosure)
+    injection = prepare(Sample(outline, solid, trajectory), *physics, seed=0, device="cpu", enclosure=enclosure)
     taken = sum(array.capacity for number, array in _arrays().items() if number not in before)
     size = size_of(trial, Sample(outline, solid, trajectory))
     assert size.particles * runs == injection.engine.state.count

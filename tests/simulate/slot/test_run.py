@@ -122,7 +122,7 @@ def test_particles_are_not_run_in_its_place():
     crack = slot(40.0)
     fluid = Fluid(viscosity_pa_s=0.3, freeze_after_s="never")
     with pytest.raises(InputError, match="only particles"):
-        prepare(*crack, path(crack[1], 1.0), [fluid], FAST, Nozzle(), seed=0, device="cpu")
+        prepare(sample_of(crack, path(crack[1], 1.0)), [fluid], FAST, Nozzle(), seed=0, device="cpu")
 
 
 def stiff(yield_stress_pa: float) -> Fluid:
