@@ -11,7 +11,7 @@ from sealtwin.core.records import Outline, Profile, Run, Sample, Solid
 from simulate.device import start_warp
 from simulate.injection import FINER, Injection, case_of, prepare
 from simulate.profile import measure_profile, volume_ratio
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, doubts_of_run
 from simulate.setup.release_schedule import PARTICLE_S
 from simulate.setup.signed_distance import surface_of
 from simulate.setup.wall_particles import Enclosure, enclose
@@ -42,9 +42,12 @@ def fill(
 
     Raises InputError if the settings do not fit the crack, and NumericalError if the run has a numerical fault.
     """
+    progress = progress or Progress()
+    doubts = doubts_of_run(sample.outline, sample.solid, fluid, nozzle, slope)
+    for doubt in doubts:
+        progress.warn(f"note: {doubt}")
     if not solver.has_particles:
         return pour(sample, fluid, solver, nozzle, seed=seed, slope=slope, advise=True)
-    progress = progress or Progress()
     how: dict[str, Any] = {"seed": seed, "device": device, "slope": slope, "threads": threads}
     start_warp()
     begin = partial(prepare, sample.solid, sample.outline, sample.trajectory, [fluid], solver, nozzle, **how)
@@ -53,7 +56,7 @@ def fill(
         progress.warn(
             f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
         )
-    return _measured(run, sample.outline, sample.solid)
+    return _measured(replace(run, doubts=doubts), sample.outline, sample.solid)
 
 
 def fill_each(

@@ -8,8 +8,9 @@ import numpy as np
 from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.records import Outline, Solid
 from sealtwin.core.run_figures import FAST, Method
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import Likely, Settings, doubts_of
 from simulate.material_curve import (
     ByForm,
     CoolingCurve,
@@ -31,6 +32,16 @@ THICKNESSES = ("U", "viscosity_pa_s", "consistency_pa_s_n")
 
 MOST_YIELD_PA = 1e4  # Yield stress of paste that has set: it carries a column of a metre
 PAPERS_D_CM = 0.3  # The paper's D, fitted together with its U: it cannot be measured
+# Water has 0.001 Pa s, epoxy 0.1 to 10, honey 2 to 20, hot bitumen and hot sealants 0.1 to 6 (ASTM D6690), cement paste
+# 0.1 to 5 (Mohammed et al. 2014).
+VISCOSITY = Likely(0.0, 50.0, "Pa s", "", "mPa s")
+CONSISTENCY = Likely(0.0, 1000.0, "Pa s^n", "", "mPa s^n")  # Of cold sealants up to some hundreds
+DENSITY = Likely(700.0, 3500.0, "kg/m3", "g/cm3", "N/m3")  # From alcohol to heavy mortar
+YIELD = Likely(0.0, 2000.0, "Pa", "", "mPa")  # Ketchup has 20, toothpaste 200, putty 1000
+SLOPE = Likely(-12.0, 12.0, "degrees", "in percent", "in percent")  # Roads stay below 12 degrees
+NOZZLE = Likely(0.0, 2.0, "mm", "", "the outer diameter, or in tenths of a mm", of_width=True)
+
+LEAST_MOUTH_MM = 1.5  # Nozzles are rarely finer than 3 mm, whatever the crack
 LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
 
 REPLACED_BY_CURVE = (
@@ -70,21 +81,21 @@ class Fluid(Settings):
     """Stress that walls and floor take up, divided by the paste's own stress at the same shear rate. Default: 1, rough
     walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress. It
     cannot be combined with D_cm, which is a drag of its own."""
-    viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
+    viscosity_pa_s: Annotated[float | None, VISCOSITY] = Field(default=None, ge=0, le=1e4)
     """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
     to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
     has acted. With U and without a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
-    consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
+    consistency_pa_s_n: Annotated[float | None, CONSISTENCY] = Field(default=None, ge=0, le=1e4)
     """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n. It is the viscosity at a
     shear rate of 1/s, and replaces viscosity_pa_s if flow_index is not 1."""
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
     """Power n of the shear rate in the stress. Default: 1, a viscosity independent of the shear rate. Below 1 the paste
     thins as it is sheared, above 1 it thickens. Both need consistency_pa_s_n."""
-    density_kg_m3: float = Field(default=1690.0, ge=1, le=2e4)
+    density_kg_m3: Annotated[float, DENSITY] = Field(default=1690.0, ge=1, le=2e4)
     """Density of the sealant. Default: cement paste of water-cement ratio 0.67, from cement of 3150 and water of 1000.
     It converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed of fall. A density
     below 1 would be that of a gas."""
-    yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
+    yield_stress_pa: Annotated[float, YIELD] = Field(default=0.0, ge=0, le=1e4)
     """Yield stress of fresh paste (Bingham). Under a lower stress it does not flow. Cement grouts have 5 to 37 Pa
     (Mohammed et al. 2014, as for viscosity_pa_s)."""
     structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
@@ -242,6 +253,14 @@ class Fluid(Settings):
             return
         if fault := fault_of(self.curve, self.cooling):
             raise ValueError(fault)
+
+
+def doubts_of_run(
+    outline: Outline, solid: Solid, fluid: Fluid | None, nozzle: "Nozzle", slope: "SampleSlope"
+) -> tuple[str, ...]:
+    """Return a question for each setting of a run outside its likely range."""
+    mouth_mm = solid.figures.mouth_width_mm or outline.mean_width_mm
+    return doubts_of(fluid, nozzle, slope, width_mm=max(mouth_mm, LEAST_MOUTH_MM))
 
 
 class Scheme(NamedTuple):
@@ -425,10 +444,10 @@ class Solver(Settings):
 class SampleSlope(Settings):
     """Slopes of the sample's face. Coordinates stay square to the face; gravity is turned."""
 
-    crossfall_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
+    crossfall_deg: Annotated[float, SLOPE] = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
     """Slope of the face along y. If it is above 0 the face rises towards +y, and sealant runs towards -y. The surface
     of a liquid at rest makes this angle with the face in the plane of y and z."""
-    gradient_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
+    gradient_deg: Annotated[float, SLOPE] = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
     """Slope of the face along x. If it is above 0 the face rises towards +x, and sealant runs towards -x."""
 
     @property
@@ -455,6 +474,6 @@ LEVEL = SampleSlope()
 class Nozzle(Settings):
     """The outlet of the nozzle. Path, height and flow are in the trajectory."""
 
-    diameter_mm: float = Field(default=2.4, gt=0, le=100)
+    diameter_mm: Annotated[float, NOZZLE] = Field(default=2.4, gt=0, le=100)
     """Inner diameter. The paper has 2.4. A release has as many particles as fit the disc of this diameter: seven of
     radius 0.4."""

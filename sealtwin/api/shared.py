@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Run, Solid
+from sealtwin.core.records import Origins, Outline, Run, Solid, Trajectory
 from sealtwin.core.settings import Settings, checked
 
 __all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
@@ -49,6 +49,41 @@ def warn(texts: Iterable[str]) -> None:
     """Issue each text as a RuntimeWarning at the line that called the public function."""
     for text in texts:
         warnings.warn(text, RuntimeWarning, stacklevel=3)
+
+
+def origins_of(record: object) -> dict[str, str]:
+    """Return main figures and a digest of each record that ``record`` is or was made of, by kind."""
+    origins = dict[str, str](getattr(record, "made_of", ()))
+    match record:
+        case Outline():
+            kind, content = "crack", (record.centreline_mm, record.left_wall_mm, record.right_wall_mm)
+        case Solid():
+            kind, content = "solid", (record.depth_mm, record.wall_angles_deg, *vars(record.sections).values())
+        case Trajectory():
+            kind, content = "path", (record.t_s, record.position_mm, record.flow_mm3_s)
+        case _:
+            return origins
+    # A run folder has five decimals.
+    numbers = np.concatenate([np.ravel(np.round(part, 5)) for part in content if part is not None]) + 0.0
+    figures = ", ".join(f"{name} {value}" for name, value in [*record.main_figures.items()][:2])
+    return origins | {kind: f"{figures}, digest {sha256_of(numbers)[:8]}"}
+
+
+def of_one_crack(function: str, *records: object) -> Origins:
+    """Return what the records were made of. Raises InputError if two are of different cracks, solids or paths.
+
+    None, and a record that was not made by this interface, differ from no other.
+    """
+    known = dict[str, tuple[str, object]]()
+    for record in records:
+        for kind, origin in origins_of(record).items():
+            first, other = known.setdefault(kind, (origin, record))
+            if first != origin:
+                raise InputError(
+                    f"{function}: {record} is of the {kind} with {origin}, but {other} is of that with {first}. Make "
+                    f"them of the same {kind}: in a notebook, run the cells from it on again."
+                )
+    return tuple((kind, origin) for kind, (origin, _) in known.items())
 
 
 def path_or_none(given: FilePath | None) -> Path | None:

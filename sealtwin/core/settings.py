@@ -2,12 +2,13 @@
 
 import difflib
 import json
+import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, get_origin
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -66,7 +67,7 @@ class Settings(BaseModel, metaclass=KeywordTables):
         cls.__signature__ = Signature(names)
 
 
-__all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "read_settings", "read_toml"]
+__all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "doubts_of", "read_settings", "read_toml"]
 Table = TypeVar("Table", bound=Settings)
 
 LARGEST_BYTES = 200_000
@@ -260,3 +261,41 @@ def _settings_in(annotation: Any) -> type[Settings] | None:
     if isinstance(annotation, type) and issubclass(annotation, Settings):
         return annotation
     return next(filter(None, map(_settings_in, getattr(annotation, "__args__", ()))), None)
+
+
+class Likely(NamedTuple):
+    """Range of a setting outside which a value is allowed, but doubted: it may be in another unit."""
+
+    low: float
+    high: float
+    unit: str
+    below: str  # Likelier reading of a value below the range
+    above: str
+    of_width: bool = False  # True if the range is in mean widths of the crack
+
+
+def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[str, ...]:
+    """Return a question for each setting outside its likely range. Of a table along the crack, all rows must be.
+
+    Without the crack's mean width, no setting is doubted whose range depends on it.
+    """
+    return tuple(
+        question
+        for table in tables
+        for name, field in ({} if table is None else type(table).model_fields).items()
+        for likely in field.metadata
+        if isinstance(likely, Likely) and (value := getattr(table, name)) is not None
+        and (times := width_mm if likely.of_width else 1.0) is not None
+        for question in _questions(name, value, likely, times)
+    )
+
+
+def _questions(name: str, value: Any, likely: Likely, times: float) -> Iterator[str]:
+    values = [row[-1] for row in value] if isinstance(value, tuple) else [value]
+    low, high = times * likely.low, times * likely.high
+    usual = f"at least {low:.3g}" if math.isinf(high) else f"{low:.3g} to {high:.4g}"
+    over = " for a crack of this width" if likely.of_width else ""
+    least, most = min(values), max(values)
+    for nearest, is_outside, slip in ((most, most < low, likely.below), (least, least > high, likely.above)):
+        if is_outside:
+            yield f"{name} is {nearest:g} {likely.unit}, but usually {usual}{over}: is it {slip}?"

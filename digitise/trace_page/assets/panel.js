@@ -30,8 +30,9 @@ export function showWalls(walls, rough) {
   part("area").textContent = walls ? inUnit(walls.area, digits[2], `${unit}²`) : "–";
 }
 
-export function showVolume(volumeMl) {
-  part("volume").textContent = volumeMl === null ? "–" : inUnit(volumeMl, 2, "ml");
+export function showVolume(volumeMl, shallow) {
+  const doubt = shallow ? "; the depth is below the width: is it in cm?" : "";
+  part("volume").textContent = volumeMl === null ? "–" : inUnit(volumeMl, 2, "ml") + doubt;
 }
 
 const SOURCES = {
