@@ -49,7 +49,12 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
         sealant_mm3=sealant_mm3,
         cavity_to_sealant=solid.cavity_volume_mm3 / sealant_mm3,
         path=figures,
-        warnings=(*solid.figures.warnings, *doubts, *doubts_of(path), *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)),
+        warnings=(
+            *solid.figures.warnings,
+            *doubts,
+            *doubts_of(path),
+            *volume_warnings(sealant_mm3, solid.cavity_volume_mm3),
+        ),
     )
     return replace(solid, figures=with_figures)
 

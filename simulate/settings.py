@@ -34,25 +34,20 @@ MOST_YIELD_PA = 1e4  # Yield stress of paste that has set: it carries a column o
 PAPERS_D_CM = 0.3  # The paper's D, fitted together with its U: it cannot be measured
 # Water has 0.001 Pa s, epoxy 0.1 to 10, honey 2 to 20, hot bitumen and hot sealants 0.1 to 6 (ASTM D6690), cement paste
 # 0.1 to 5 (Mohammed et al. 2014).
-VISCOSITY = Likely(0.0, 50.0, "Pa s", "", "mPa s")
-CONSISTENCY = Likely(0.0, 1000.0, "Pa s^n", "", "mPa s^n")  # Of cold sealants up to some hundreds
-DENSITY = Likely(700.0, 3500.0, "kg/m3", "g/cm3", "N/m3")  # From alcohol to heavy mortar
-YIELD = Likely(0.0, 2000.0, "Pa", "", "mPa")  # Ketchup has 20, toothpaste 200, putty 1000
-SLOPE = Likely(-12.0, 12.0, "degrees", "in percent", "in percent")  # Roads stay below 12 degrees
-NOZZLE = Likely(0.0, 2.0, "mm", "", "the outer diameter, or in tenths of a mm", of_width=True)
-
+VISCOSITY = Likely(0.0, 50.0, "Pa s", "in mPa s")
+DENSITY = Likely(700.0, 3500.0, "kg/m3", "in g/cm3 or N/m3")  # From alcohol to heavy mortar
+SLOPE = Likely(-12.0, 12.0, "degrees", "in percent")  # Roads stay below 12 degrees
+NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, or in tenths of a mm", of_width=True)
 LEAST_MOUTH_MM = 1.5  # Nozzles are rarely finer than 3 mm, whatever the crack
 LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
 
-REPLACED_BY_CURVE = (
-    *("U", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
+LAW = (
+    *("U", "consistency_pa_s_n", "flow_index"),
     *("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa"),
 )
+REPLACED_BY_CURVE = ("viscosity_pa_s", *LAW)
 """Settings of a fluid that a curve replaces."""
-BESIDE_NO_MATERIAL = (
-    *("U", "consistency_pa_s_n", "flow_index", "density_kg_m3", "yield_stress_pa", "structuration_pa_per_s"),
-    *("yield_stress_most_pa", "curve", "cooling"),
-)
+BESIDE_NO_MATERIAL = (*LAW, "density_kg_m3", "curve", "cooling")
 """Settings that must be absent if a material is given: the material gives them, or they belong to another law of flow.
 """
 OF_MATERIAL = ("yield_stress_pa", "density_kg_m3", "consistency_pa_s_n", "flow_index")
@@ -85,7 +80,7 @@ class Fluid(Settings):
     """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
     to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
     has acted. With U and without a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
-    consistency_pa_s_n: Annotated[float | None, CONSISTENCY] = Field(default=None, ge=0, le=1e4)
+    consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
     """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n. It is the viscosity at a
     shear rate of 1/s, and replaces viscosity_pa_s if flow_index is not 1."""
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
@@ -95,7 +90,7 @@ class Fluid(Settings):
     """Density of the sealant. Default: cement paste of water-cement ratio 0.67, from cement of 3150 and water of 1000.
     It converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed of fall. A density
     below 1 would be that of a gas."""
-    yield_stress_pa: Annotated[float, YIELD] = Field(default=0.0, ge=0, le=1e4)
+    yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
     """Yield stress of fresh paste (Bingham). Under a lower stress it does not flow. Cement grouts have 5 to 37 Pa
     (Mohammed et al. 2014, as for viscosity_pa_s)."""
     structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
@@ -204,29 +199,15 @@ class Fluid(Settings):
             if other:
                 raise ValueError(f"{other[0]} differs from that of material: give either material or {other[0]}")
         if isinstance(self.material, Path):
-            beside = [key for key in BESIDE_NO_MATERIAL if getattr(self, key) != Fluid.model_fields[key].default]
-            if beside:
+            if beside := self._beside(BESIDE_NO_MATERIAL):
                 raise ValueError(
                     "material gives yield stress, density and viscosity, and cannot be combined with another law of "
                     f"flow: leave out {', '.join(beside)}"
                 )
         elif self.curve is not None or self.cooling is not None:
             self._check_curve()
-        elif self.flow_index not in (None, 1):
-            for key in ("U", "viscosity_pa_s"):
-                if (given := getattr(self, key)) is not None:
-                    raise ValueError(
-                        f"flow_index is {self.flow_index:g} and {key} is {given:g}: give consistency_pa_s_n, not {key}"
-                    )
-            if self.consistency_pa_s_n is None:
-                raise ValueError(f"flow_index is {self.flow_index:g}: give consistency_pa_s_n too")
-        elif self.consistency_pa_s_n is not None:
-            raise ValueError(
-                f"consistency_pa_s_n is {self.consistency_pa_s_n:g} and flow_index is 1: give viscosity_pa_s, or "
-                "another flow_index"
-            )
-        elif (self.U is None) == (self.viscosity_pa_s is None):
-            raise ValueError("give either U (with D_cm) or viscosity_pa_s, and not both")
+        else:
+            self._check_thickness()
         if self.wall_share is not None and self.D_cm is not None:
             raise ValueError(
                 f"wall_share is {self.wall_share:g} and D_cm is {self.D_cm:g}, which already is the drag of the walls: "
@@ -241,13 +222,25 @@ class Fluid(Settings):
             )
         return self
 
+    def _beside(self, names: tuple[str, ...]) -> list[str]:
+        """Return those of the settings ``names`` that are given."""
+        return [name for name in names if getattr(self, name) != Fluid.model_fields[name].default]
+
+    def _check_thickness(self) -> None:
+        given, thins = self._beside(THICKNESSES), self.flow_index not in (None, 1)
+        allowed = ["consistency_pa_s_n"] if thins else ["U", "viscosity_pa_s"]
+        if len(given) != 1 or given[0] not in allowed:
+            raise ValueError(
+                f"flow_index is {self.flow_index or 1:g}, with {' and '.join(given) or 'no viscosity'}: give "
+                f"{' or '.join(allowed)}, and no other of {', '.join(THICKNESSES)}"
+            )
+
     def _check_curve(self) -> None:
         if self.curve is None:
             raise ValueError(
                 "cooling is given without curve: give curve, a table of viscosity_pa_s over temperature_c, too"
             )
-        beside = [name for name in REPLACED_BY_CURVE if getattr(self, name) != Fluid.model_fields[name].default]
-        if beside:
+        if beside := self._beside(REPLACED_BY_CURVE):
             raise ValueError(f"curve already gives {beside[0]} at every age: give either curve or {beside[0]}")
         if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
             return

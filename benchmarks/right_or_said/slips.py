@@ -20,7 +20,7 @@ def doubts(depth_mm: float = 16.0, speed_mm_s: float = 4.0, nozzle_mm: float = 2
 
 
 slips = [
-    ({"viscosity_pa_s": 300.0}, "mPa s"),
+    ({"viscosity_pa_s": 300.0}, "in mPa s"),
     ({"density_kg_m3": 1.69}, "g/cm3"),
     ({"nozzle_mm": 6.0}, "diameter_mm is 6"),
     ({"nozzle_mm": 24.0}, "diameter_mm is 24"),

@@ -10,6 +10,7 @@ from manifold3d import CrossSection, OpType
 from digitise.drawing.drawn_layers import DrawnLayers
 from digitise.drawing.read_dxf import MM, Drawing
 from digitise.geometry.region import box_region, prism, traced_region
+from digitise.mesh_import.cavity_sections import strip_width_mm
 from digitise.mesh_import.import_mesh import MOST_MM
 from digitise.settings import CrackShape
 from sealtwin.core.errors import InputError
@@ -88,9 +89,7 @@ def drawn_crack(
     drawing.notes.append(
         f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {drawing.size(extent_mm)}"
     )
-    # A slender region is as wide as twice its area over its perimeter; roughness makes this less.
-    around_mm = sum(np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1).sum() for ring in crack.to_polygons())
-    drawing.notes += doubts_of(CrackShape(depth_mm=depth_mm), width_mm=2 * crack.area() / around_mm)
+    drawing.notes += doubts_of(CrackShape(depth_mm=depth_mm), width_mm=strip_width_mm(crack))
     if layers.has(FACE):
         sides = _region(drawing, layers.one_ring(FACE))
         if not (sides ^ crack).area() > 0:

@@ -156,9 +156,7 @@ def inject(
 
     solver = solver or Solver(radius_mm="auto", settle_s=2.0)
     nozzle = nozzle or Nozzle()
-    _require_kinds("inject", (fluid, Fluid), (solver, Solver), (nozzle, Nozzle))
-    if not 0 <= seed < SEEDS:
-        raise InputError(f"inject: seed = {seed}: must be 0 to {SEEDS - 1}.")
+    _require_kinds("inject", (fluid, Fluid), (solver, Solver), (nozzle, Nozzle), seed=seed)
     fluid = fluid.loaded(Path())
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
@@ -274,9 +272,7 @@ def release_block(
     from simulate.block_release import release
     from simulate.device import choose_device
 
-    _require_kinds("release_block", (fluid, Fluid), (solver, Solver))
-    if not 0 <= seed < SEEDS:
-        raise InputError(f"release_block: seed = {seed}: must be 0 to {SEEDS - 1}.")
+    _require_kinds("release_block", (fluid, Fluid), (solver, Solver), seed=seed)
     with progress_for_stderr(quiet=not wanted(progress)) as shown:
         how = {"slope": slope, "seed": seed, "device": choose_device(device), "progress": shown}
         return release(block, fluid.loaded(Path()), solver, **how)
@@ -307,8 +303,7 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
 
 
 def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:
-    # Without the path: a plot may have levels of two paths.
-    profile = replace(profile, doubts=run.doubts, made_of=made_of[:2])
+    profile = replace(profile, doubts=run.doubts, made_of=made_of)
     return SimulatedLevel(
         **content_of(profile),
         escaped_particles=run.escaped_particles,
@@ -317,8 +312,10 @@ def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:
     )
 
 
-def _require_kinds(function: str, *given: tuple[object, type]) -> None:
-    """Raise InputError if a value is not of its class."""
+def _require_kinds(function: str, *given: tuple[object, type], seed: int = 0) -> None:
+    """Raise InputError if a value is not of its class, or the seed is out of range."""
+    if not 0 <= seed < SEEDS:
+        raise InputError(f"{function}: seed = {seed}: must be 0 to {SEEDS - 1}.")
     for value, kind in given:
         if not isinstance(value, kind):
             name = kind.__name__

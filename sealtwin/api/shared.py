@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Origins, Outline, Run, Solid, Trajectory
+from sealtwin.core.records import Origins, Outline, Run, Solid
 from sealtwin.core.settings import Settings, checked
 
 __all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
@@ -52,25 +52,22 @@ def warn(texts: Iterable[str]) -> None:
 
 
 def origins_of(record: object) -> dict[str, str]:
-    """Return main figures and a digest of each record that ``record`` is or was made of, by kind."""
+    """Return figures and a digest of the crack and the solid that ``record`` is or was made of."""
     origins = dict[str, str](getattr(record, "made_of", ()))
-    match record:
-        case Outline():
-            kind, content = "crack", (record.centreline_mm, record.left_wall_mm, record.right_wall_mm)
-        case Solid():
-            kind, content = "solid", (record.depth_mm, record.wall_angles_deg, *vars(record.sections).values())
-        case Trajectory():
-            kind, content = "path", (record.t_s, record.position_mm, record.flow_mm3_s)
-        case _:
-            return origins
+    if isinstance(record, Outline):
+        kind, content = "crack", [record.centreline_mm, record.left_wall_mm, record.right_wall_mm]
+    elif isinstance(record, Solid):
+        kind, content = "solid", [record.depth_mm, *vars(record.sections).values()]
+    else:
+        return origins
     # A run folder has five decimals.
     numbers = np.concatenate([np.ravel(np.round(part, 5)) for part in content if part is not None]) + 0.0
-    figures = ", ".join(f"{name} {value}" for name, value in [*record.main_figures.items()][:2])
-    return origins | {kind: f"{figures}, digest {sha256_of(numbers)[:8]}"}
+    (first, value), *_ = record.main_figures.items()
+    return origins | {kind: f"{first} {value}, digest {sha256_of(numbers)[:8]}"}
 
 
 def of_one_crack(function: str, *records: object) -> Origins:
-    """Return what the records were made of. Raises InputError if two are of different cracks, solids or paths.
+    """Return what the records were made of. Raises InputError if two are of different cracks or solids.
 
     None, and a record that was not made by this interface, differ from no other.
     """
@@ -81,7 +78,7 @@ def of_one_crack(function: str, *records: object) -> Origins:
             if first != origin:
                 raise InputError(
                     f"{function}: {record} is of the {kind} with {origin}, but {other} is of that with {first}. Make "
-                    f"them of the same {kind}: in a notebook, run the cells from it on again."
+                    "both of the same: in a notebook, run the cells between again."
                 )
     return tuple((kind, origin) for kind, (origin, _) in known.items())
 

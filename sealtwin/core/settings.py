@@ -2,7 +2,6 @@
 
 import difflib
 import json
-import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -269,33 +268,30 @@ class Likely(NamedTuple):
     low: float
     high: float
     unit: str
-    below: str  # Likelier reading of a value below the range
-    above: str
+    slip: str  # Likelier reading of a value outside the range
     of_width: bool = False  # True if the range is in mean widths of the crack
+
+    def doubts(self, name: str, value: Any, width_mm: float | None) -> list[str]:
+        """Return a question if the value, or the largest of a table along the crack, is outside the range."""
+        times = width_mm if self.of_width else 1.0
+        if value is None or times is None:
+            return []
+        value = max(row[-1] for row in value) if isinstance(value, tuple) else value
+        low, high = times * self.low, times * self.high
+        question = f"{name} is {value:g}, but usually {low:.3g} to {high:.4g} {self.unit}: is it {self.slip}?"
+        return [] if low <= value <= high else [question]
 
 
 def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[str, ...]:
-    """Return a question for each setting outside its likely range. Of a table along the crack, all rows must be.
+    """Return a question for each setting outside its likely range.
 
     Without the crack's mean width, no setting is doubted whose range depends on it.
     """
+    fields = ((table, *field) for table in tables if table for field in type(table).model_fields.items())
     return tuple(
         question
-        for table in tables
-        for name, field in ({} if table is None else type(table).model_fields).items()
+        for table, name, field in fields
         for likely in field.metadata
-        if isinstance(likely, Likely) and (value := getattr(table, name)) is not None
-        and (times := width_mm if likely.of_width else 1.0) is not None
-        for question in _questions(name, value, likely, times)
+        if isinstance(likely, Likely)
+        for question in likely.doubts(name, getattr(table, name), width_mm)
     )
-
-
-def _questions(name: str, value: Any, likely: Likely, times: float) -> Iterator[str]:
-    values = [row[-1] for row in value] if isinstance(value, tuple) else [value]
-    low, high = times * likely.low, times * likely.high
-    usual = f"at least {low:.3g}" if math.isinf(high) else f"{low:.3g} to {high:.4g}"
-    over = " for a crack of this width" if likely.of_width else ""
-    least, most = min(values), max(values)
-    for nearest, is_outside, slip in ((most, most < low, likely.below), (least, least > high, likely.above)):
-        if is_outside:
-            yield f"{name} is {nearest:g} {likely.unit}, but usually {usual}{over}: is it {slip}?"

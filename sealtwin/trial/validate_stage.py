@@ -11,7 +11,6 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import LEVEL
 from sealtwin.core.records import Outline, Profile, Solid
-from sealtwin.core.settings import doubts_of
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.core.vtk_files import read_frame
 from sealtwin.trial.job import (
@@ -187,7 +186,6 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     if job.trial.readings is None or job.sheet is None:
         return None
     from digitise.trajectory import volume_warnings
-    from simulate.settings import doubts_of_run
     from validate.readings.read_readings import read_readings
     from validate.readings.whole_sheet import Filling
     from validate.uncertainty.contradictions import refuse_contradicted
@@ -195,14 +193,12 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     outline, solid = _crack(job)
     # Readings are checked against a declared volume only.
     declared = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
-    # A level from settings that are in doubt says nothing about the readings.
-    trial, poured_mm3 = job.trial, record_files.read_trajectory(job.path).dispensed_mm3
-    in_doubt = (
-        *doubts_of_run(outline, solid, trial.fluid, trial.nozzle, trial.sample),
-        *doubts_of(trial.crack, trial.path, width_mm=outline.mean_width_mm),
-        *volume_warnings(poured_mm3, solid.cavity_volume_mm3),
-    )
-    filling = Filling(outline, solid, poured_mm3 if declared else 0.0, None if in_doubt else simulated)
+    sealant_mm3 = record_files.read_trajectory(job.path).dispensed_mm3
+    if simulated is not None and (
+        record_files.read_simulation(job.path).doubts or volume_warnings(sealant_mm3, solid.cavity_volume_mm3)
+    ):
+        simulated = None  # A level from settings that are in doubt says nothing about the readings
+    filling = Filling(outline, solid, sealant_mm3 if declared else 0.0, simulated)
     readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
     refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
     return readings
