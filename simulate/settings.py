@@ -227,13 +227,12 @@ class Fluid(Settings):
         return [name for name in names if getattr(self, name) != Fluid.model_fields[name].default]
 
     def _check_thickness(self) -> None:
-        given, thins = self._beside(THICKNESSES), self.flow_index not in (None, 1)
-        allowed = ["consistency_pa_s_n"] if thins else ["U", "viscosity_pa_s"]
-        if len(given) != 1 or given[0] not in allowed:
-            raise ValueError(
-                f"flow_index is {self.flow_index or 1:g}, with {' and '.join(given) or 'no viscosity'}: give "
-                f"{' or '.join(allowed)}, and no other of {', '.join(THICKNESSES)}"
-            )
+        index, thick = self.flow_index or 1, self._beside(THICKNESSES)
+        wanted = THICKNESSES[:2] if index == 1 else THICKNESSES[2:]
+        if len(thick) != 1 or thick[0] not in wanted:
+            beside = [f"flow_index is {index:g}", *(f"{key} is {getattr(self, key):g}" for key in thick)]
+            either = "either U (with D_cm) or viscosity_pa_s, and not both" if index == 1 else wanted[0]
+            raise ValueError(f"{' and '.join(beside)}: give {either}")
 
     def _check_curve(self) -> None:
         if self.curve is None:

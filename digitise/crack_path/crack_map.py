@@ -22,7 +22,7 @@ from sealtwin.core.records import Floats, Integers
 # Limits of a crack on the search map. Lengths are cells; support is in standard deviations of plain ground.
 #
 # Chosen on drawn photos and on four photos with masks, so that six photos of plain mortar show no line. A lower
-# ``sure``, ``likely`` or ``least_evidence`` finds fainter cracks and more rows of grains.
+# ``SURE``, ``LIKELY`` or ``LEAST_EVIDENCE`` finds fainter cracks and more rows of grains.
 SURE = 3.5  # Support that starts a crack
 LIKELY = 2.7  # Support that continues a crack
 LEAST_BONE = 25  # Least length of a line that starts a crack: the support reaches as far to one side

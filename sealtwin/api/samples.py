@@ -360,8 +360,8 @@ def import_dxf(
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
     warnings = (*sample.outline.warnings, *drawn.notes, *drawn.not_read())
     traced = replace(sample.outline, warnings=warnings)
-    found = CrackOutline(**content_of(traced), photo=sample.photo, data=data, sha256=sha256_of(file))
-    return found, replace(sample.solid, made_of=of_one_crack("import_dxf", found))
+    outlined = CrackOutline(**content_of(traced), photo=sample.photo, data=data, sha256=sha256_of(file))
+    return outlined, replace(sample.solid, made_of=of_one_crack("import_dxf", outlined))
 
 
 def _drawn(outline: Outline, photo: Photo, data: DataKind, given: NDArray[Any]) -> CrackOutline:

@@ -71,16 +71,16 @@ def of_one_crack(function: str, *records: object) -> Origins:
 
     None, and a record that was not made by this interface, differ from no other.
     """
-    known = dict[str, tuple[str, object]]()
+    firsts = dict[str, tuple[str, object]]()
     for record in records:
         for kind, origin in origins_of(record).items():
-            first, other = known.setdefault(kind, (origin, record))
+            first, other = firsts.setdefault(kind, (origin, record))
             if first != origin:
                 raise InputError(
                     f"{function}: {record} is of the {kind} with {origin}, but {other} is of that with {first}. Make "
                     "both of the same: in a notebook, run the cells between again."
                 )
-    return tuple((kind, origin) for kind, (origin, _) in known.items())
+    return tuple((kind, origin) for kind, (origin, _) in firsts.items())
 
 
 def path_or_none(given: FilePath | None) -> Path | None:

@@ -31,8 +31,7 @@ export function showWalls(walls, rough) {
 }
 
 export function showVolume(volumeMl, shallow) {
-  const doubt = shallow ? "; the depth is below the width: is it in cm?" : "";
-  part("volume").textContent = volumeMl === null ? "–" : inUnit(volumeMl, 2, "ml") + doubt;
+  part("volume").textContent = volumeMl === null ? "–" : inUnit(volumeMl, 2, shallow ? "ml; depth in cm?" : "ml");
 }
 
 const SOURCES = {
