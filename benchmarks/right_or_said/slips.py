@@ -13,7 +13,7 @@ for name, value in [*slips, ("viscosity_pa_s", 0.001), ("viscosity_pa_s", 20.0),
     at = default | {"viscosity_pa_s": 0.3, "density_kg_m3": 1690.0} | {name: value}
     solid = st.build_solid(crack, at["depth_mm"], tilt="vertical")
     path = st.plan_path(crack, solid, fill=0.8, speed_mm_s=at["speed_mm_s"])
-    fluid = st.Fluid(yield_stress_pa=3.0, **{key: at[key] for key in ("viscosity_pa_s", "density_kg_m3")})
+    fluid = st.Fluid(yield_stress_pa=3.0, viscosity_pa_s=at["viscosity_pa_s"], density_kg_m3=at["density_kg_m3"])
     nozzle = st.Nozzle(diameter_mm=at["diameter_mm"])
     level = st.fill_fast(crack, solid, path, fluid, nozzle=nozzle, gradient_deg=at["gradient_deg"])
     texts += [" ".join(text for record in (solid, path, level) for text in getattr(record, "doubts", ()))]

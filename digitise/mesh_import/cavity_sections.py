@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
 from digitise.geometry.polyline import at_arc_length, signed_area
+from digitise.image.raster import Map
 from digitise.scale.view import View
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.coverage import coverage
@@ -83,7 +84,7 @@ def strip_width_mm(region: CrossSection) -> float:
     return 2 * region.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
 
 
-def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Floats) -> tuple[View, float, Floats]:
+def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Floats) -> tuple[View, float, Map]:
     """Return the view of a picture between two corners, its mm/px, and the share of each pixel that a mouth covers."""
     mm_per_px = max(width_mm / ACROSS_PX, float(np.sqrt(np.prod(high - low) / LARGEST_PX)))
     view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
