@@ -18,14 +18,7 @@ from benchmarks.measured import with_curve
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import write_sheet
-from sealtwin.study.measured_blocks import (
-    DamBreak,
-    computed_mm,
-    content,
-    course_of,
-    dam_breaks,
-    fluid_of,
-)
+from sealtwin.study.measured_blocks import DamBreak, computed_mm, content, course_of, dam_breaks, fluid_of
 from sealtwin.trial.starter_files import shipped_measured
 from simulate.settings import Solver
 

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
 from sealtwin.core.records import DataKind, Floats
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import Likely, Settings
 
 InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a place in or beside a photo
 Pixel = tuple[InPhoto, InPhoto]
@@ -39,6 +39,8 @@ OneOrSeveral = Annotated[Annotated[One, Tag(ONE)] | Annotated[Several, Tag(SEVER
 """One number or several. A validation error refers to the form that was given."""
 DEEPEST_MM = 500.0  # Largest depth, more than any sample's
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a tenth of a millimetre deep is a scratch
+SHALLOW = Likely(1.0, 1000.0, "mm for a crack of this width", "in cm", of_width=True)  # Cracks are deeper than wide
+SPEED = Likely(0.5, 200.0, "mm/s", "in m/s or mm/min")  # Small arms reach 200 over a winding crack
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
 MOST_STATIONS = 1000  # Rows of a table along the crack
 DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, max_length=MOST_STATIONS)]
@@ -238,7 +240,7 @@ class PhotoInput(Settings):
 class CrackShape(Settings):
     """Depth and tilt of the walls, which a photo does not show."""
 
-    depth_mm: OneOrSeveral[Depth, DepthTable]
+    depth_mm: Annotated[OneOrSeveral[Depth, DepthTable], SHALLOW]
     """Depth of the crack: one number, or a table of [s, depth] along the crack from the nozzle's start, linear between
     rows and constant beyond."""
     tilt: Tilt = "lean"
@@ -376,7 +378,7 @@ class NozzlePath(Settings):
     for more than 500."""
     lead_out_mm: float = Field(default=0.0, ge=0, le=500)
     """Length of the straight departure after the path, without flow."""
-    speed_mm_s: float = Field(default=4.0, gt=0.01, le=1000)
+    speed_mm_s: Annotated[float, SPEED] = Field(default=4.0, gt=0.01, le=1000)
     """Speed of the nozzle; 4 in the paper. Below 0.01 sealant sets in the nozzle; above 1000 arms do not follow."""
     spacing_mm: float = Field(default=1.0, gt=0.01, le=20)
     """Distance between waypoints. Below 1 it changes the length by less than 0.1 %; 0.01 is below an arm's

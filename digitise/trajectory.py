@@ -11,6 +11,7 @@ from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
+from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import PathFigures
 
 SHARP_TURN_DEG = 20.0  # Turn at a waypoint at which an arm slows down and leaves a lump; winding cracks have up to 8
@@ -48,7 +49,12 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
         sealant_mm3=sealant_mm3,
         cavity_to_sealant=solid.cavity_volume_mm3 / sealant_mm3,
         path=figures,
-        warnings=(*solid.figures.warnings, *doubts, *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)),
+        warnings=(
+            *solid.figures.warnings,
+            *doubts,
+            *doubts_of(path),
+            *volume_warnings(sealant_mm3, solid.cavity_volume_mm3),
+        ),
     )
     return replace(solid, figures=with_figures)
 

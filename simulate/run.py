@@ -15,7 +15,7 @@ from sealtwin.core.records import Profile, Run, Sample
 from simulate.device import start_warp
 from simulate.injection import FINER, Injection, case_of, prepare
 from simulate.profile import CELL_MM, measure_profile, over_cavity, volume_ratio
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, doubts_of_run
 from simulate.setup.release_schedule import PARTICLE_S, frames_to_freeze
 from simulate.setup.signed_distance import surface_of
 from simulate.setup.wall_particles import Enclosure, enclose
@@ -52,9 +52,12 @@ def fill(
 
     Raises InputError if the settings do not fit the crack, and NumericalError if the run has a numerical fault.
     """
+    progress = progress or Progress()
+    doubts = doubts_of_run(sample.outline, sample.solid, fluid, nozzle, slope)
+    for doubt in doubts:
+        progress.warn(f"note: {doubt}")
     if not solver.has_particles:
         return pour(sample, fluid, solver, nozzle, seed=seed, slope=slope, advise=True)
-    progress = progress or Progress()
     how: dict[str, Any] = {"seed": seed, "device": device, "slope": slope, "threads": threads}
     start_warp()
     begin = partial(prepare, sample, [fluid], solver, nozzle, **how)
@@ -64,7 +67,7 @@ def fill(
         progress.warn(
             f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
         )
-    return _measured(injection, run)
+    return _measured(injection, replace(run, doubts=doubts))
 
 
 def fill_each(

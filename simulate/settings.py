@@ -8,8 +8,9 @@ import numpy as np
 from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.records import Outline, Solid
 from sealtwin.core.run_figures import FAST, Method
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import Likely, Settings, doubts_of
 from simulate.material_curve import (
     ByForm,
     CoolingCurve,
@@ -31,17 +32,22 @@ THICKNESSES = ("U", "viscosity_pa_s", "consistency_pa_s_n")
 
 MOST_YIELD_PA = 1e4  # Yield stress of paste that has set: it carries a column of a metre
 PAPERS_D_CM = 0.3  # The paper's D, fitted together with its U: it cannot be measured
+# Water has 0.001 Pa s, epoxy 0.1 to 10, honey 2 to 20, hot bitumen and hot sealants 0.1 to 6 (ASTM D6690), cement paste
+# 0.1 to 5 (Mohammed et al. 2014).
+VISCOSITY = Likely(0.0, 50.0, "Pa s", "in mPa s")
+DENSITY = Likely(700.0, 3500.0, "kg/m3", "in g/cm3 or N/m3")  # From alcohol to heavy mortar
+SLOPE = Likely(-12.0, 12.0, "degrees", "in percent")  # Roads stay below 12 degrees
+NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, or in tenths of a mm", of_width=True)
+LEAST_MOUTH_MM = 1.5  # Nozzles are rarely finer than 3 mm, whatever the crack
 LEAST_WALL_SHARE = 0.05  # A wall that takes up less would be no wall to the paste
 
-REPLACED_BY_CURVE = (
-    *("U", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
+LAW = (
+    *("U", "consistency_pa_s_n", "flow_index"),
     *("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa"),
 )
+REPLACED_BY_CURVE = ("viscosity_pa_s", *LAW)
 """Settings of a fluid that a curve replaces."""
-BESIDE_NO_MATERIAL = (
-    *("U", "consistency_pa_s_n", "flow_index", "density_kg_m3", "yield_stress_pa", "structuration_pa_per_s"),
-    *("yield_stress_most_pa", "curve", "cooling"),
-)
+BESIDE_NO_MATERIAL = (*LAW, "density_kg_m3", "curve", "cooling")
 """Settings that must be absent if a material is given: the material gives them, or they belong to another law of flow.
 """
 OF_MATERIAL = ("yield_stress_pa", "density_kg_m3", "consistency_pa_s_n", "flow_index")
@@ -70,7 +76,7 @@ class Fluid(Settings):
     """Stress that walls and floor take up, divided by the paste's own stress at the same shear rate. Default: 1, rough
     walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress. It
     cannot be combined with D_cm, which is a drag of its own."""
-    viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
+    viscosity_pa_s: Annotated[float | None, VISCOSITY] = Field(default=None, ge=0, le=1e4)
     """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
     to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
     has acted. With U and without a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
@@ -80,7 +86,7 @@ class Fluid(Settings):
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
     """Power n of the shear rate in the stress. Default: 1, a viscosity independent of the shear rate. Below 1 the paste
     thins as it is sheared, above 1 it thickens. Both need consistency_pa_s_n."""
-    density_kg_m3: float = Field(default=1690.0, ge=1, le=2e4)
+    density_kg_m3: Annotated[float, DENSITY] = Field(default=1690.0, ge=1, le=2e4)
     """Density of the sealant. Default: cement paste of water-cement ratio 0.67, from cement of 3150 and water of 1000.
     It converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed of fall. A density
     below 1 would be that of a gas."""
@@ -193,29 +199,15 @@ class Fluid(Settings):
             if other:
                 raise ValueError(f"{other[0]} differs from that of material: give either material or {other[0]}")
         if isinstance(self.material, Path):
-            beside = [key for key in BESIDE_NO_MATERIAL if getattr(self, key) != Fluid.model_fields[key].default]
-            if beside:
+            if beside := self._beside(BESIDE_NO_MATERIAL):
                 raise ValueError(
                     "material gives yield stress, density and viscosity, and cannot be combined with another law of "
                     f"flow: leave out {', '.join(beside)}"
                 )
         elif self.curve is not None or self.cooling is not None:
             self._check_curve()
-        elif self.flow_index not in (None, 1):
-            for key in ("U", "viscosity_pa_s"):
-                if (given := getattr(self, key)) is not None:
-                    raise ValueError(
-                        f"flow_index is {self.flow_index:g} and {key} is {given:g}: give consistency_pa_s_n, not {key}"
-                    )
-            if self.consistency_pa_s_n is None:
-                raise ValueError(f"flow_index is {self.flow_index:g}: give consistency_pa_s_n too")
-        elif self.consistency_pa_s_n is not None:
-            raise ValueError(
-                f"consistency_pa_s_n is {self.consistency_pa_s_n:g} and flow_index is 1: give viscosity_pa_s, or "
-                "another flow_index"
-            )
-        elif (self.U is None) == (self.viscosity_pa_s is None):
-            raise ValueError("give either U (with D_cm) or viscosity_pa_s, and not both")
+        else:
+            self._check_thickness()
         if self.wall_share is not None and self.D_cm is not None:
             raise ValueError(
                 f"wall_share is {self.wall_share:g} and D_cm is {self.D_cm:g}, which already is the drag of the walls: "
@@ -230,18 +222,37 @@ class Fluid(Settings):
             )
         return self
 
+    def _beside(self, names: tuple[str, ...]) -> list[str]:
+        """Return those of the settings ``names`` that are given."""
+        return [name for name in names if getattr(self, name) != Fluid.model_fields[name].default]
+
+    def _check_thickness(self) -> None:
+        index, thick = self.flow_index or 1, self._beside(THICKNESSES)
+        wanted = THICKNESSES[:2] if index == 1 else THICKNESSES[2:]
+        if len(thick) != 1 or thick[0] not in wanted:
+            beside = [f"flow_index is {index:g}", *(f"{key} is {getattr(self, key):g}" for key in thick)]
+            either = "either U (with D_cm) or viscosity_pa_s, and not both" if index == 1 else wanted[0]
+            raise ValueError(f"{' and '.join(beside)}: give {either}")
+
     def _check_curve(self) -> None:
         if self.curve is None:
             raise ValueError(
                 "cooling is given without curve: give curve, a table of viscosity_pa_s over temperature_c, too"
             )
-        beside = [name for name in REPLACED_BY_CURVE if getattr(self, name) != Fluid.model_fields[name].default]
-        if beside:
+        if beside := self._beside(REPLACED_BY_CURVE):
             raise ValueError(f"curve already gives {beside[0]} at every age: give either curve or {beside[0]}")
         if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
             return
         if fault := fault_of(self.curve, self.cooling):
             raise ValueError(fault)
+
+
+def doubts_of_run(
+    outline: Outline, solid: Solid, fluid: Fluid | None, nozzle: "Nozzle", slope: "SampleSlope"
+) -> tuple[str, ...]:
+    """Return a question for each setting of a run outside its likely range."""
+    mouth_mm = solid.figures.mouth_width_mm or outline.mean_width_mm
+    return doubts_of(fluid, nozzle, slope, width_mm=max(mouth_mm, LEAST_MOUTH_MM))
 
 
 class Scheme(NamedTuple):
@@ -420,10 +431,10 @@ class Solver(Settings):
 class SampleSlope(Settings):
     """Slopes of the sample's face. Coordinates stay square to the face; gravity is turned."""
 
-    crossfall_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
+    crossfall_deg: Annotated[float, SLOPE] = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
     """Slope of the face along y. If it is above 0 the face rises towards +y, and sealant runs towards -y. The surface
     of a liquid at rest makes this angle with the face in the plane of y and z."""
-    gradient_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
+    gradient_deg: Annotated[float, SLOPE] = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
     """Slope of the face along x. If it is above 0 the face rises towards +x, and sealant runs towards -x."""
 
     @property
@@ -450,6 +461,6 @@ LEVEL = SampleSlope()
 class Nozzle(Settings):
     """The outlet of the nozzle. Path, height and flow are in the trajectory."""
 
-    diameter_mm: float = Field(default=2.4, gt=0, le=100)
+    diameter_mm: Annotated[float, NOZZLE] = Field(default=2.4, gt=0, le=100)
     """Inner diameter. The paper has 2.4. A release has as many particles as fit the disc of this diameter: seven of
     radius 0.4."""

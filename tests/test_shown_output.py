@@ -45,13 +45,7 @@ def test_output_of_all_commands(page, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("cavity", "Cavity"),
-        ("12,894", "13,152"),
-        (" mm wide", " cm wide"),
-        ("79.5", "-79.5"),
-    ],
+    ("old", "new"), [("cavity", "Cavity"), ("12,894", "13,152"), (" mm wide", " cm wide"), ("79.5", "-79.5")]
 )
 def test_another_word_or_number_is_found(old, new):
     shown = [line.replace(old, new) for line in PRINTED]

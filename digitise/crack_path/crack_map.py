@@ -19,38 +19,30 @@ from digitise.image.raster import Map, blurred, widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Integers
 
-
-@dataclass(frozen=True)
-class CrackMapLimits:
-    """Limits of a crack on the search map. Lengths are cells; support is in standard deviations of plain ground.
-
-    Chosen on drawn photos and on four photos with masks, so that six photos of plain mortar show no line. A lower
-    ``sure``, ``likely`` or ``least_evidence`` finds fainter cracks and more rows of grains.
-    """
-
-    sure: float = 3.5  # Support that starts a crack
-    likely: float = 2.7  # Support that continues a crack
-    least_bone: int = 25  # Least length of a line that starts a crack: the support reaches as far to one side
-    least_evidence: float = 150.0  # Least sum of support along a crack's lines; rows of grains have less
-    least_share: float = 0.07  # Least share of the strongest crack's evidence
-    rim: float = 8.0  # Width of the shadow at the edge of the searched area
-    longest_in_rim: float = 5.0  # Longest part of a crack in that shadow, in widths of the shadow
-    least_worth: float = 1e-3  # Least worth of a cell of a line, so that bridges count for little but not for nothing
-    fading: float = 0.5  # Share of a line's median worth; ends below it have left the crack
-    least_slenderness: float = 5.0  # Least distance of the ends over the width; holes and rims of stains have less
-    least_joint: float = 0.4  # Least length of a joint over the map's diagonal; a shorter crack may be straight
-    short_joint: float = 0.25  # The same of a line that may be a crack as well
-    joint_covered: float = 0.8  # Least share of a joint with skeleton within one cell
-    largest_gap: float = 0.05  # Longest interruption of a joint, as by a chip, over the diagonal
-    beside_joint: float = 16.0  # Distance from a joint that belongs to it: its two rims are up to 14 cells apart
-    grown_at: float = 0.7  # Share of the darkness in the middle that is still crack; at 0.5 dark grain would be
-    along: float = 3.0  # Sigma of the mean darkness along a line, so that no single grain decides the line's width
-    widest: int = 40  # Largest distance between walls; wider regions are not cracks on a map of this size
-    swelling: float = 3.0  # Largest reach sideways in typical half widths; a stain or a pore begins beyond it
-    least_half: float = 1.5  # Distance from a line that always belongs to it: its middle is not located better
-
-
-LIMITS = CrackMapLimits()
+# Limits of a crack on the search map. Lengths are cells; support is in standard deviations of plain ground.
+#
+# Chosen on drawn photos and on four photos with masks, so that six photos of plain mortar show no line. A lower
+# ``SURE``, ``LIKELY`` or ``LEAST_EVIDENCE`` finds fainter cracks and more rows of grains.
+SURE = 3.5  # Support that starts a crack
+LIKELY = 2.7  # Support that continues a crack
+LEAST_BONE = 25  # Least length of a line that starts a crack: the support reaches as far to one side
+LEAST_EVIDENCE = 150.0  # Least sum of support along a crack's lines; rows of grains have less
+LEAST_SHARE = 0.07  # Least share of the strongest crack's evidence
+RIM = 8.0  # Width of the shadow at the edge of the searched area
+LONGEST_IN_RIM = 5.0  # Longest part of a crack in that shadow, in widths of the shadow
+LEAST_WORTH = 1e-3  # Least worth of a cell of a line, so that bridges count for little but not for nothing
+FADING = 0.5  # Share of a line's median worth; ends below it have left the crack
+LEAST_SLENDERNESS = 5.0  # Least distance of the ends over the width; holes and rims of stains have less
+LEAST_JOINT = 0.4  # Least length of a joint over the map's diagonal; a shorter crack may be straight
+SHORT_JOINT = 0.25  # The same of a line that may be a crack as well
+JOINT_COVERED = 0.8  # Least share of a joint with skeleton within one cell
+LARGEST_GAP = 0.05  # Longest interruption of a joint, as by a chip, over the diagonal
+BESIDE_JOINT = 16.0  # Distance from a joint that belongs to it: its two rims are up to 14 cells apart
+GROWN_AT = 0.7  # Share of the darkness in the middle that is still crack; at 0.5 dark grain would be
+ALONG = 3.0  # Sigma of the mean darkness along a line, so that no single grain decides the line's width
+WIDEST = 40  # Largest distance between walls; wider regions are not cracks on a map of this size
+SWELLING = 3.0  # Largest reach sideways in typical half widths; a stain or a pore begins beyond it
+LEAST_HALF = 1.5  # Distance from a line that always belongs to it: its middle is not located better
 
 
 @dataclass(frozen=True)
@@ -85,7 +77,7 @@ def cracks_on(field: DarkMap, joints_px: Sequence[Floats] | None = None) -> Crac
     short = list[Floats]()
     if joints_px is None:
         bones = skeletonize(likely)
-        straight, short = straight_lines(bones), straight_lines(bones, LIMITS.short_joint)
+        straight, short = straight_lines(bones), straight_lines(bones, SHORT_JOINT)
     else:
         straight = [field.to_work(line) for line in joints_px]
     if straight:
@@ -97,12 +89,12 @@ def cracks_on(field: DarkMap, joints_px: Sequence[Floats] | None = None) -> Crac
     bones = skeletonize(likely)
     cost = cost_of_thin(field, np.argwhere(bones))
     cost[field.allowed & ~allowed] = 1 / NOTHING
-    lines = voted_lines(medial_axis.larger_pieces(bones, LIMITS.least_bone), likely, cost)
+    lines = voted_lines(medial_axis.larger_pieces(bones, LEAST_BONE), likely, cost)
     # The edge of the searched area casts a shadow; no crack runs along it.
-    at_edge = lines & (medial_axis.radius(field.allowed) <= LIMITS.rim)
-    lines = _with_evidence(lines & ~medial_axis.larger_pieces(at_edge, LIMITS.longest_in_rim * LIMITS.rim), clear)
+    at_edge = lines & (medial_axis.radius(field.allowed) <= RIM)
+    lines = _with_evidence(lines & ~medial_axis.larger_pieces(at_edge, LONGEST_IN_RIM * RIM), clear)
     mask = grown(lines, field.dark, field.allowed)
-    worth = (np.clip(field.ridge, 0, CLEAR) / CLEAR * field.dark).astype(float) + LIMITS.least_worth
+    worth = (np.clip(field.ridge, 0, CLEAR) / CLEAR * field.dark).astype(float) + LEAST_WORTH
     # A wide crack has lines along both its walls, and one middle.
     half_width, bones, (label, area) = medial_axis.radius(mask), skeletonize(mask), medial_axis.pieces(mask)
     cracks = list[FoundCrack]()
@@ -110,7 +102,7 @@ def cracks_on(field: DarkMap, joints_px: Sequence[Floats] | None = None) -> Crac
         line = _main_line(np.argwhere(bones & (label == piece)), worth, half_width)
         crack = _crack(line, worth, half_width, label == piece, field)
         breadth = area[piece] / max(arc_length(line.astype(float))[-1], 1.0)
-        if np.linalg.norm(line[-1] - line[0]) < LIMITS.least_slenderness * max(breadth, crack.width_px * field.scale):
+        if np.linalg.norm(line[-1] - line[0]) < LEAST_SLENDERNESS * max(breadth, crack.width_px * field.scale):
             mask &= label != piece
         else:
             cracks.append(crack)
@@ -130,14 +122,14 @@ def _clear(field: DarkMap, allowed: NDArray[np.bool_]) -> tuple[Map, NDArray[np.
 
 def likely_cells(clear: Map) -> NDArray[np.bool_]:
     """Return the cells likely to be on a line, from the support of each, which is 0 in cells that are not allowed."""
-    return apply_hysteresis_threshold(clear, LIMITS.likely, LIMITS.sure)
+    return apply_hysteresis_threshold(clear, LIKELY, SURE)
 
 
 def _with_evidence(lines: NDArray[np.bool_], clear: Map) -> NDArray[np.bool_]:
     """Return the lines without pieces that have too little support."""
     label, area = medial_axis.pieces(lines)
     evidence = np.bincount(label.ravel(), np.where(lines, np.clip(clear, 0, None), 0).ravel(), len(area))
-    enough = evidence >= max(LIMITS.least_evidence, LIMITS.least_share * evidence.max())
+    enough = evidence >= max(LEAST_EVIDENCE, LEAST_SHARE * evidence.max())
     return lines & enough[label]
 
 
@@ -145,7 +137,7 @@ def _main_line(cells: Integers, worth: Floats, half_width: Floats) -> Integers:
     """Return the line through a piece's skeleton that has the largest sum of ``worth``."""
     own = worth[tuple(cells.T)]
     walk, _ = medial_axis.longest_walk(medial_axis.strongest_tree(medial_axis.linked(cells, own), own), 0)
-    strong = np.flatnonzero(own[walk] >= LIMITS.fading * np.median(own[walk]))
+    strong = np.flatnonzero(own[walk] >= FADING * np.median(own[walk]))
     return medial_axis.without_hooks(cells[walk[strong[0] : strong[-1] + 1]], half_width)
 
 
@@ -160,7 +152,7 @@ def _crack(line: Integers, worth: Floats, half_width: Floats, cells: NDArray[np.
     )
 
 
-def straight_lines(bones: NDArray[np.bool_], least: float = LIMITS.least_joint) -> list[Floats]:
+def straight_lines(bones: NDArray[np.bool_], least: float = LEAST_JOINT) -> list[Floats]:
     """Return each straight line in a skeleton as its two ends, (2, 2). An end is (column, row).
 
     ``least`` is its least length over the map's diagonal.
@@ -172,18 +164,18 @@ def straight_lines(bones: NDArray[np.bool_], least: float = LIMITS.least_joint) 
         near.astype(np.uint8),
         rho=1,
         theta=np.pi / 720,
-        threshold=int(LIMITS.joint_covered * least * diagonal),
+        threshold=int(JOINT_COVERED * least * diagonal),
         minLineLength=least * diagonal,
-        maxLineGap=LIMITS.largest_gap * diagonal,
+        maxLineGap=LARGEST_GAP * diagonal,
     )
     if segments is None:
         return []
     lines = [line.reshape(2, 2).astype(float) for line in segments]
-    return [line for line in lines if _share_near(near, line) >= LIMITS.joint_covered]
+    return [line for line in lines if _share_near(near, line) >= JOINT_COVERED]
 
 
 def beside_straight(
-    shape: tuple[int, ...], lines: Sequence[Floats], width: float = 2 * LIMITS.beside_joint
+    shape: tuple[int, ...], lines: Sequence[Floats], width: float = 2 * BESIDE_JOINT
 ) -> NDArray[np.bool_]:
     """Return the cells on straight lines of a width, each extended across the whole map as a joint is."""
     mask, reach = np.zeros(shape, dtype=np.uint8), sum(shape)
@@ -207,12 +199,12 @@ def grown(lines: NDArray[np.bool_], dark: Map, allowed: NDArray[np.bool_]) -> ND
         (~lines).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
     nearest = nearest.astype(np.int64)
-    near_line = away <= LIMITS.least_half
-    dark_enough = dark > LIMITS.grown_at * _of_nearest(_middle(lines, dark), lines, nearest)
-    crack = (dark_enough & (away <= LIMITS.widest / 2) | near_line) & allowed
+    near_line = away <= LEAST_HALF
+    dark_enough = dark > GROWN_AT * _of_nearest(_middle(lines, dark), lines, nearest)
+    crack = (dark_enough & (away <= WIDEST / 2) | near_line) & allowed
     number, area = medial_axis.pieces(lines)
     half_px = median(medial_axis.radius(crack), number, np.arange(len(area))) - 0.5
-    reach_px = LIMITS.swelling * np.maximum(half_px[number], LIMITS.least_half)
+    reach_px = SWELLING * np.maximum(half_px[number], LEAST_HALF)
     crack &= away <= _of_nearest(reach_px, lines, nearest)
     piece, area = medial_axis.pieces(crack)
     on_line = np.zeros(len(area), dtype=bool)
@@ -223,8 +215,8 @@ def grown(lines: NDArray[np.bool_], dark: Map, allowed: NDArray[np.bool_]) -> ND
 def _middle(lines: NDArray[np.bool_], dark: Map) -> Map:
     """Return the mean darkness along the lines. A line may be one cell off the darkest place."""
     darkest = np.asarray(cv2.dilate(dark, np.ones((3, 3), np.uint8)), dtype=np.float32)
-    weight = blurred(lines.astype(np.float32), LIMITS.along)
-    total = blurred(np.where(lines, darkest, 0).astype(np.float32), LIMITS.along)
+    weight = blurred(lines.astype(np.float32), ALONG)
+    total = blurred(np.where(lines, darkest, 0).astype(np.float32), ALONG)
     return (total / np.maximum(weight, 1e-6)).astype(np.float32)
 
 

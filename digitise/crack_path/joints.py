@@ -10,8 +10,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from skimage.morphology import skeletonize
 
-from digitise.crack_path.crack_map import LIMITS as MAP_LIMITS
-from digitise.crack_path.crack_map import beside_straight, likely_cells, straight_lines
+from digitise.crack_path.crack_map import SHORT_JOINT, beside_straight, likely_cells, straight_lines
 from digitise.crack_path.darkness import DarkMap, inner
 from digitise.crack_path.hints import listed
 from digitise.image.raster import Map
@@ -73,7 +72,7 @@ def along_joint(field: DarkMap, points_px: Floats, support: Callable[[], Map]) -
     if s[last] - s[first] < least or not _turns(cells, s, first, last):
         return None
     clear = np.where(inner(field.allowed), support(), np.float32(0))
-    joints, places = straight_lines(skeletonize(likely_cells(clear)), MAP_LIMITS.short_joint), []
+    joints, places = straight_lines(skeletonize(likely_cells(clear)), SHORT_JOINT), []
     for start, end in joints:
         ahead = (end - start) / np.linalg.norm(end - start)
         aside = np.abs((cells - start) @ np.array([-ahead[1], ahead[0]])) <= ON_JOINT_CELLS

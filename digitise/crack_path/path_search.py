@@ -29,30 +29,24 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 
-
-@dataclass(frozen=True)
-class PathLimits:
-    """Limits of what is a path along a crack. Clearness is in noise units, support in deviations of plain ground.
-
-    Chosen on 180 paths over plain ground and 111 along cracks. Lower limits of clearness and support accept fainter
-    cracks and more plain ground; a higher limit of gaps accepts broken cracks.
-    """
-
-    sure_ridge: float = 3.5  # Median clearness of a sure crack: 1 of the 180 paths has it, 95 of the 111 cracks
-    least_support: float = 1.6  # Least median support: all 111 cracks have it, 3 of the 180 paths
-    clear_ridge: float = 3.0  # Clearness of a cell on a crack, even if grain next to it is as dark
-    obvious_darkness: float = 0.5  # Median darkness that needs no line: no stain and few shadows are so dark
-    most_gaps: float = 0.2  # Largest share of the path that may be as bright as mortar
-    around: float = 0.5  # Room around the box of two points, as a share of their distance
-    least_around_px: float = 100.0  # Least such room, in px of the photo
-    same: float = 1.5  # Distance in cells within which two paths are the same
-    beside_around: float = 6.0  # Cells from the surroundings within which a path runs along them
-    around_widths: float = 3.0  # Widths over which a path may run along them, as at the edge of the sample
-    least_beside: float = 40.0  # The same in cells
-    coarser: int = 4  # Size of the cells on which the widest cracks are searched for, in cells of the fine map
+# Limits of what is a path along a crack. Clearness is in noise units, support in deviations of plain ground.
+#
+# Chosen on 180 paths over plain ground and 111 along cracks. Lower limits of clearness and support accept fainter
+# cracks and more plain ground; a higher limit of gaps accepts broken cracks.
+SURE_RIDGE = 3.5  # Median clearness of a sure crack: 1 of the 180 paths has it, 95 of the 111 cracks
+LEAST_SUPPORT = 1.6  # Least median support: all 111 cracks have it, 3 of the 180 paths
+CLEAR_RIDGE = 3.0  # Clearness of a cell on a crack, even if grain next to it is as dark
+OBVIOUS_DARKNESS = 0.5  # Median darkness that needs no line: no stain and few shadows are so dark
+MOST_GAPS = 0.2  # Largest share of the path that may be as bright as mortar
+AROUND = 0.5  # Room around the box of two points, as a share of their distance
+LEAST_AROUND_PX = 100.0  # Least such room, in px of the photo
+SAME = 1.5  # Distance in cells within which two paths are the same
+BESIDE_AROUND = 6.0  # Cells from the surroundings within which a path runs along them
+AROUND_WIDTHS = 3.0  # Widths over which a path may run along them, as at the edge of the sample
+LEAST_BESIDE = 40.0  # The same in cells
+COARSER = 4  # Size of the cells on which the widest cracks are searched for, in cells of the fine map
 
 
-LIMITS = PathLimits()
 TAKEN = (
     "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask, or give photo.roi_px: "
     "a region whose border crosses the dark area and does not run along it"
@@ -77,7 +71,7 @@ class PathSearch:
             return False
         darkness, _ = step_costs.measure(self.field, rough)
         width = step_costs.middle_width(self.field, rough, darkness)
-        return darkness >= LIMITS.obvious_darkness and width >= step_costs.WIDE_PX
+        return darkness >= OBVIOUS_DARKNESS and width >= step_costs.WIDE_PX
 
     def result(self) -> CrackPath:
         """Return the path from the first point in the crack to the last. Raises InputError if there is none."""
@@ -90,13 +84,13 @@ class PathSearch:
         if thin:
             legs = self._legs(cost, stops)
             darkness, width = step_costs.measure(field, np.concatenate(legs))
-        if thin or darkness < LIMITS.obvious_darkness:
+        if thin or darkness < OBVIOUS_DARKNESS:
             self._check_clear(np.concatenate(legs))
         # A path through a thin crack may be one cell off it.
         dark = np.asarray(cv2.dilate(field.dark, np.ones((3, 3), np.uint8)), dtype=np.float32)
         crack = dark > darkness / 2
         if thin:
-            crack |= field.ridge > LIMITS.clear_ridge
+            crack |= field.ridge > CLEAR_RIDGE
         limit_px = max(snap_px(self.photo), width / field.scale)
         if not thin or len(stops) > 2:
             stops[1:-1] = self._snapped(stops[1:-1], cost, crack, limit_px)
@@ -172,13 +166,13 @@ class PathSearch:
         if not self.field.around.any():
             return np.zeros(len(points_px), dtype=bool)
         cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
-        return distance_outside(self.field.around)[tuple(cells.T)] <= LIMITS.beside_around
+        return distance_outside(self.field.around)[tuple(cells.T)] <= BESIDE_AROUND
 
     def _along_surroundings(self, points_px: Floats, width_px: float) -> list[str]:
         """Return a warning if the path runs along the surroundings, which may be a wide crack taken for them."""
         near = self._near_surroundings(points_px)
         beside_px = float(np.linalg.norm(np.diff(points_px, axis=0), axis=1)[near[1:] & near[:-1]].sum())
-        if beside_px <= max(LIMITS.around_widths * width_px, LIMITS.least_beside / self.field.scale):
+        if beside_px <= max(AROUND_WIDTHS * width_px, LEAST_BESIDE / self.field.scale):
             return []
         where = listed(points_px[near][[0, -1]])
         return [
@@ -188,13 +182,13 @@ class PathSearch:
 
     def _check_clear(self, cells: Integers) -> None:
         along = tuple(cells.T)
-        if np.median(self.field.ridge[along]) >= LIMITS.sure_ridge:
+        if np.median(self.field.ridge[along]) >= SURE_RIDGE:
             return
         clearness = float(np.median(self.support()[along]))
-        if clearness < LIMITS.least_support:
+        if clearness < LEAST_SUPPORT:
             fault = (
                 f"differs from plain ground by {clearness:.1f} standard deviations (a crack differs by at least "
-                f"{LIMITS.least_support:g})"
+                f"{LEAST_SUPPORT:g})"
                 if clearness > 0
                 else "is not darker than lines on plain ground"
             )
@@ -254,17 +248,17 @@ class PathSearch:
         # A gap of a few cells is a grain in the crack.
         gap = larger_pieces(~on_crack[None, first : last + 1], limit_px * self.field.scale)
         gaps = float(np.mean(gap))
-        if gaps > LIMITS.most_gaps:
+        if gaps > MOST_GAPS:
             raise InputError(
                 f"{self.photo.file}: no crack on {gaps:.0%} of the path between the ends (at most "
-                f"{LIMITS.most_gaps:.0%}); give ends of one unbroken crack.{self._border_hint(points_px)}"
+                f"{MOST_GAPS:.0%}); give ends of one unbroken crack.{self._border_hint(points_px)}"
             )
         return slice(first, last + 1)
 
 
 def leg_margin(apart: float, scale: float) -> int:
     """Return how far, in cells, a path may leave the box around two points that are ``apart`` cells from each other."""
-    return int(np.ceil(max(LIMITS.least_around_px * scale, LIMITS.around * apart)))
+    return int(np.ceil(max(LEAST_AROUND_PX * scale, AROUND * apart)))
 
 
 def _common(there: Integers, back: Integers) -> tuple[int, int]:
@@ -272,7 +266,7 @@ def _common(there: Integers, back: Integers) -> tuple[int, int]:
 
     ``back`` begins at the end of ``there``.
     """
-    apart, nearest = KDTree(there).query(back, distance_upper_bound=LIMITS.same)
+    apart, nearest = KDTree(there).query(back, distance_upper_bound=SAME)
     leaves = int(np.flatnonzero(np.isfinite(apart))[-1])
     return int(np.asarray(nearest)[leaves]), leaves
 
@@ -342,7 +336,7 @@ class LiveWire:
     @cached_property
     def coarse(self) -> DarkMap:
         """The map on which the widest cracks are searched for."""
-        return coarser(self.field, LIMITS.coarser)
+        return coarser(self.field, COARSER)
 
     def _way(self, field: DarkMap, points_px: Floats) -> PathSearch:
         """Return a search of the cells that a path between the points may use."""

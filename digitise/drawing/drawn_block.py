@@ -10,9 +10,12 @@ from manifold3d import CrossSection, OpType
 from digitise.drawing.drawn_layers import DrawnLayers
 from digitise.drawing.read_dxf import MM, Drawing
 from digitise.geometry.region import box_region, prism, traced_region
+from digitise.mesh_import.cavity_sections import strip_width_mm
 from digitise.mesh_import.import_mesh import MOST_MM
+from digitise.settings import CrackShape
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
+from sealtwin.core.settings import doubts_of
 
 FLOOR_MM, MARGIN_MM = 4.0, 12.0
 """Thickness of the sample below the crack, and width around it if no face is drawn. A photo's crack has the same
@@ -86,6 +89,7 @@ def drawn_crack(
     drawing.notes.append(
         f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {drawing.size(extent_mm)}"
     )
+    drawing.notes += doubts_of(CrackShape(depth_mm=depth_mm), width_mm=strip_width_mm(crack))
     if layers.has(FACE):
         sides = _region(drawing, layers.one_ring(FACE))
         if not (sides ^ crack).area() > 0:

@@ -1,6 +1,5 @@
 """The outline of a crack that is given in mm: a line with a width, or two walls. Nothing is traced."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +8,10 @@ from manifold3d import CrossSection, FillRule
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import Box, depth_inside, extended, resampled, signed_area, without_repeats
 from digitise.geometry.region import box_region
-from digitise.mesh_import.cavity_sections import covered
+from digitise.mesh_import.cavity_sections import ACROSS_PX, seen_from_above
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from digitise.outline import outline_along
 from digitise.photo import Photo
-from digitise.scale.view import View
 from digitise.walls.centreline_and_walls import Traced
 from digitise.walls.straightened import Crossing, Crossings, edge_crossing, rays_across
 from sealtwin.core.arc_length import arc_length
@@ -21,25 +19,17 @@ from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
-
-@dataclass(frozen=True)
-class GivenLimits:
-    """Limits of given lines, and sizes of the picture in which a report shows them.
-
-    The first three decide which lines bound a crack. The others change the look of the picture alone.
-    """
-
-    slenderness: float = 3.0  # Least length over mean width, as of a crack in a mesh
-    on_edge_mm: float = 0.01  # Distance from the edge of the face within which an end is on it
-    most_trimmed: float = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
-    across_px: int = 40  # Pixels over the mean width
-    largest_px: int = 12_000_000  # Largest picture
-    around_mm: float = 15.0  # Width of face shown around the crack
-    face_grey: float = 205.0
-    crack_grey: float = 40.0
+# Limits of given lines, and sizes of the picture in which a report shows them.
+#
+# The first three decide which lines bound a crack. The others change the look of the picture alone.
+SLENDERNESS = 3.0  # Least length over mean width, as of a crack in a mesh
+ON_EDGE_MM = 0.01  # Distance from the edge of the face within which an end is on it
+MOST_TRIMMED = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
+AROUND_MM = 15.0  # Width of face shown around the crack
+FACE_GREY = 205.0
+CRACK_GREY = 40.0
 
 
-LIMITS = GivenLimits()
 _NONE: Crossings = None, None
 Given = tuple[Outline, Photo]  # An outline, and the picture in which it is shown
 
@@ -50,20 +40,20 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
     An end on the edge of the face or beyond it is open; any other end is cut. Raises InputError that begins with
     ``name`` if the line is too short for its width, turns back on itself, or is outside the face.
     """
-    points_mm = without_repeats(points_mm, LIMITS.on_edge_mm)
+    points_mm = without_repeats(points_mm, ON_EDGE_MM)
     s_mm = arc_length(points_mm)
     mean_mm = float(np.trapezoid(np.interp(s_mm, *width_mm.T), s_mm) / max(s_mm[-1], np.finfo(float).tiny))
-    if len(points_mm) < 2 or s_mm[-1] < LIMITS.slenderness * mean_mm:
+    if len(points_mm) < 2 or s_mm[-1] < SLENDERNESS * mean_mm:
         raise InputError(
             f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average; give a "
-            f"line, in mm, at least {LIMITS.slenderness:g} times as long as the crack is wide."
+            f"line, in mm, at least {SLENDERNESS:g} times as long as the crack is wide."
         )
-    line_mm, crossings = resampled(points_mm, mean_mm / LIMITS.across_px), _NONE
+    line_mm, crossings = resampled(points_mm, mean_mm / ACROSS_PX), _NONE
     first_mm, last_mm, begins_mm = 0.0, float(s_mm[-1]), 0.0
     if face_mm is not None:
-        at_edge = [bool(depth_inside(points_mm[[end]], face_mm)[0] < LIMITS.on_edge_mm) for end in (0, -1)]
+        at_edge = [bool(depth_inside(points_mm[[end]], face_mm)[0] < ON_EDGE_MM) for end in (0, -1)]
         begins_mm, beyond_mm = (2 * mean_mm * at for at in at_edge)
-        line_mm = extended(line_mm, begins_mm, beyond_mm, mean_mm, mean_mm / LIMITS.across_px)
+        line_mm = extended(line_mm, begins_mm, beyond_mm, mean_mm, mean_mm / ACROSS_PX)
         crossings = edge_crossing(line_mm, face_mm, at_start=True), edge_crossing(line_mm, face_mm, at_start=False)
         if at_edge != [crossing is not None for crossing in crossings]:
             raise InputError(f"{name}: the line is outside the face, {_size(face_mm)}, or crosses its edge twice.")
@@ -122,7 +112,7 @@ def _region(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -
     region, area_mm2 = CrossSection([ring_mm], FillRule.Positive), signed_area(ring_mm)
     if area_mm2 <= 0:
         raise InputError(f"{name}: the left wall is on the right of the right wall; exchange them.")
-    if region.area() < (1 - LIMITS.most_trimmed) * area_mm2:
+    if region.area() < (1 - MOST_TRIMMED) * area_mm2:
         raise InputError(f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for its width.")
     return region if face_mm is None else region ^ box_region(face_mm)
 
@@ -130,11 +120,8 @@ def _region(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -
 def _picture(mouth: CrossSection, width_mm: float, face_mm: Box | None, name: str) -> Photo:
     """Draw the crack dark on a bright face."""
     low, high = np.reshape(_around(mouth), (2, 2))
-    mm_per_px = max(width_mm / LIMITS.across_px, float(np.sqrt(np.prod(high - low) / LIMITS.largest_px)))
-    view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
-    width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
-    crack = covered(mouth, view.to_px, (width_px, height_px)).astype(np.float32)
-    grey = LIMITS.face_grey + crack * (LIMITS.crack_grey - LIMITS.face_grey)
+    view, mm_per_px, crack = seen_from_above(mouth, width_mm, low, high)
+    grey = FACE_GREY + crack * (CRACK_GREY - FACE_GREY)
     return Photo(
         file=Path(name),
         image=np.repeat(grey.round().astype(np.uint8)[:, :, None], 3, axis=2),
@@ -152,7 +139,7 @@ def _kind(crossing: Crossing | None) -> EndKind:
 
 def _around(mouth: CrossSection) -> Box:
     x_min, y_min, x_max, y_max = mouth.bounds()
-    away_mm = LIMITS.around_mm
+    away_mm = AROUND_MM
     return x_min - away_mm, y_min - away_mm, x_max + away_mm, y_max + away_mm
 
 

@@ -15,48 +15,40 @@ from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import at_arc_length, resampled, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import Block, parted
-from digitise.mesh_import.cavity_sections import covered
+from digitise.mesh_import.cavity_sections import seen_from_above, strip_width_mm
 from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from digitise.solid.float_mesh import corners_mm
-from sealtwin.core.arc_length import arc_length, arc_length_at
+from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.records import Floats, Outline
 
-
-@dataclass(frozen=True)
-class CavityLimits:
-    """Limits of the choice of an opening, sizes of the picture, and limits of a given path.
-
-    Each line states what its value rests on. Areas and shares accept or refuse a mesh or a path. Sizes of the picture
-    change its look, and how precisely a given path enters the mouth.
-    """
-
-    rival: float = 0.5  # Share of the largest opening's area from which a second one makes the choice ambiguous
-    pit_mm2: float = 1.0  # Area of another opening that gives a warning; smaller ones are pores
-    slice_mm: float = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
-    under_mm: float = 1.0  # Depth below the underside that is searched for a crack through it
-    across_px: int = 40  # Pixels over the crack's width: a given path enters the mouth within a fortieth of it
-    largest_px: int = 12_000_000  # Largest picture, that of a phone
-    least_across_px: int = 10  # Least pixels over the crack's width: fewer would part a thin mouth
-    round_mm: float = 15.0  # Width of face shown around the crack, with space for the overlay's legend
-    border_mm: float = 8.0  # Width shown outside the face, with space for the overlay's text at open ends
-    facet_mm: float = 1.0  # Size of the pieces in which long facets are drawn, each in one shade
-    facets: int = 50_000  # Most pieces
-    speck_mm2: float = 1e-6  # Area below which a facet is rounding at a cut, and would be drawn as a line
-    face_grey: float = 205.0  # Grey of the face
-    deepest_grey: float = 40.0  # Grey of the deepest place
-    beside_grey: int = 245  # Grey outside the sample
-    largest_bytes: int = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
-    most_beside: float = 0.05  # Largest share of a given line, between entry and exit, that may be beside the crack
-    whole: float = 0.9  # Least share of the mouth that a line along the whole crack covers: oblique ends take some
-    spacing_mm: float = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
+# Limits of the choice of an opening, sizes of the picture, and limits of a given path.
+#
+# Each line states what its value rests on. Areas and shares accept or refuse a mesh or a path. Sizes of the picture
+# change its look, and how precisely a given path enters the mouth.
+RIVAL = 0.5  # Share of the largest opening's area from which a second one makes the choice ambiguous
+PIT_MM2 = 1.0  # Area of another opening that gives a warning; smaller ones are pores
+SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
+UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
+LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
+ROUND_MM = 15.0  # Width of face shown around the crack, with space for the overlay's legend
+BORDER_MM = 8.0  # Width shown outside the face, with space for the overlay's text at open ends
+FACET_MM = 1.0  # Size of the pieces in which long facets are drawn, each in one shade
+FACETS = 50_000  # Most pieces
+SPECK_MM2 = 1e-6  # Area below which a facet is rounding at a cut, and would be drawn as a line
+FACE_GREY = 205.0  # Grey of the face
+DEEPEST_GREY = 40.0  # Grey of the deepest place
+BESIDE_GREY = 245  # Grey outside the sample
+LARGEST_BYTES = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
+MOST_BESIDE = 0.05  # Largest share of a given line, between entry and exit, that may be beside the crack
+WHOLE = 0.9  # Least share of the mouth that a line along the whole crack covers: oblique ends take some
+SPACING_MM = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
 
 
-LIMITS = CavityLimits()
 LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper left
 SEPARATORS = re.compile(r"[;,\s]+")
 DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
@@ -91,10 +83,10 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     openings = (face - block.body.slice(-below_mm)).decompose()
     mouth, warnings = _chosen(openings, on_path_mm)
     bottom_mm = block.body.bounding_box()[2]
-    shaft = face.extrude(-below_mm - bottom_mm + LIMITS.under_mm).translate((0.0, 0.0, bottom_mm - LIMITS.under_mm))
+    shaft = face.extrude(-below_mm - bottom_mm + UNDER_MM).translate((0.0, 0.0, bottom_mm - UNDER_MM))
     _, rooms = parted(shaft, block.body)
     by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
-    below = next((room for room in by_volume if (room.slice(-below_mm - LIMITS.slice_mm) ^ mouth).area() > 0), None)
+    below = next((room for room in by_volume if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0), None)
     if below is None:
         raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh around the mouth.", "mouth")
     if below.bounding_box()[2] < bottom_mm:
@@ -111,7 +103,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
 
 def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, tuple[str, ...]]:
     openings = sorted(openings, key=lambda opening: -opening.area())
-    if not openings or openings[0].area() < LIMITS.pit_mm2:
+    if not openings or openings[0].area() < PIT_MM2:
         raise ShapeError(
             "No crack opens in the face.", "Check mesh.up, the axis that points out of the cracked face.", "mouth"
         )
@@ -125,7 +117,7 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
                 "path",
             )
         chosen = int(np.argmax(passed))
-    elif len(openings) > 1 and areas_mm2[1] > LIMITS.rival * areas_mm2[0]:
+    elif len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
         (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
         raise ShapeError(
             f"Two openings may be the crack: {areas_mm2[0]:.0f} mm² around ({x0:.0f}, {y0:.0f}) and "
@@ -133,7 +125,7 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
             "Choose one with mesh.path.",
             "rivals",
         )
-    pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= LIMITS.pit_mm2]
+    pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= PIT_MM2]
     if not pits:
         return openings[chosen], ()
     return openings[chosen], (
@@ -155,26 +147,21 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
     """
     low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
     low, high = (
-        np.maximum(low - LIMITS.round_mm, -LIMITS.border_mm),
-        np.minimum(high + LIMITS.round_mm, np.add(block.size_mm, LIMITS.border_mm)),
+        np.maximum(low - ROUND_MM, -BORDER_MM),
+        np.minimum(high + ROUND_MM, np.add(block.size_mm, BORDER_MM)),
     )
-    rings = [np.asarray(ring, dtype=float) for ring in cavity.mouth.to_polygons()]
-    # The width of a long strip is twice its area over its rim.
-    width_mm = 2 * cavity.mouth.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
-    mm_per_px = max(width_mm / LIMITS.across_px, float(np.sqrt(np.prod(high - low) / LIMITS.largest_px)))
-    if width_mm < LIMITS.least_across_px * mm_per_px:
+    width_mm = strip_width_mm(cavity.mouth)
+    view, mm_per_px, in_mouth = seen_from_above(cavity.mouth, width_mm, low, high)
+    if width_mm < LEAST_ACROSS_PX * mm_per_px:
         raise ShapeError(
             f"The crack is {width_mm:.3f} mm wide and extends over {high[0] - low[0]:.0f} x {high[1] - low[1]:.0f} "
             "mm: it is too narrow to be followed.",
             "Crop the mesh to a shorter piece.",
             "narrow",
         )
-    view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
-    width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
-    in_mouth = covered(cavity.mouth, view.to_px, (width_px, height_px)).astype(np.float32)
     return Photo(
         file=file,
-        image=_shaded(block.body, view, (height_px, width_px), cavity.depth_mm),
+        image=_shaded(block.body, view, in_mouth.shape, cavity.depth_mm),
         brightness=1.0 - in_mouth,
         view=view,
         face_mm=block.face_mm,
@@ -188,17 +175,17 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
 
 def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float) -> NDArray[np.uint8]:
     """Draw the upward facets, (height, width, 3), from the lowest to the highest. Deeper facets are darker."""
-    size_mm = max(LIMITS.facet_mm, float(np.sqrt(body.surface_area() / LIMITS.facets)))
+    size_mm = max(FACET_MM, float(np.sqrt(body.surface_area() / FACETS)))
     facets = corners_mm(body.refine_to_length(size_mm))
-    facets = facets[normals(facets)[:, 2] > LIMITS.speck_mm2]
+    facets = facets[normals(facets)[:, 2] > SPECK_MM2]
     across, height_mm = normals(facets), facets[:, :, 2].mean(axis=1)
     order = np.argsort(height_mm)
     depth = np.clip(-height_mm / depth_mm, 0, 1)
     lit = np.clip(across @ LIGHT / np.linalg.norm(across, axis=1) / LIGHT[2], 0.3, 1.1)
-    shade = (LIMITS.face_grey + depth * (LIMITS.deepest_grey - LIMITS.face_grey)) * lit
+    shade = (FACE_GREY + depth * (DEEPEST_GREY - FACE_GREY)) * lit
     grey = np.clip(shade, 0, 255).round().astype(int).tolist()
     fixed = np.rint(view.to_px(facets[:, :, :2].reshape(-1, 2)) * 16).astype(np.int32).reshape(-1, 3, 2)
-    picture = np.full(shape, LIMITS.beside_grey, dtype=np.uint8)
+    picture = np.full(shape, BESIDE_GREY, dtype=np.uint8)
     for number in order.tolist():
         cv2.fillConvexPoly(picture, fixed[number], (grey[number],), cv2.LINE_8, 4)
     return np.repeat(picture[:, :, None], 3, axis=2)
@@ -227,12 +214,10 @@ def read_path(path: Path) -> Floats:
         raise InputError(
             f"{path}: no such path file; mesh.path is relative to its trial file. Correct it, or remove it."
         )
-    if path.stat().st_size > LIMITS.largest_bytes:
-        raise InputError(
-            f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path needs only a few hundred lines."
-        )
+    if path.stat().st_size > LARGEST_BYTES:
+        raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; a path needs only a few hundred lines.")
     try:
-        lines = read_text(path, LIMITS.largest_bytes).splitlines()
+        lines = read_text(path, LARGEST_BYTES).splitlines()
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file; write x and y in mm, one line for each point.") from None
     if comma := next((line for line in lines if DECIMAL_COMMAS.match(line)), None):
@@ -265,9 +250,9 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
     """Return the outline with the given line as its centreline, and a note of its distance from the middle."""
     line_mm = in_mouth(photo, line_mm)
     beside = 1 - float(_covered(photo, line_mm).mean())
-    if beside > LIMITS.most_beside:
+    if beside > MOST_BESIDE:
         raise ShapeError(
-            f"The given path is outside the crack on {beside:.0%} of its length (at most {LIMITS.most_beside:.0%}).",
+            f"The given path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%}).",
             "It is read as x and y in mm, in the mesh's own axes turned upright.",
             "path",
         )
@@ -281,7 +266,7 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
         path_source="line",
     )
     followed = given.mean_width_mm * given.length_mm / (np.asarray(photo.drawn).sum() * photo.mm_per_px**2)
-    if followed < LIMITS.whole:
+    if followed < WHOLE:
         doubt = (
             f"the given path, {given.length_mm:.1f} mm long, follows {100 * followed:.0f} % of the crack's mouth: "
             'volume_ml = "cavity" would put the sealant for the whole crack on this part. Set volume_ml to a number, '
@@ -296,7 +281,7 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
 
 def in_mouth(photo: Photo, line_mm: Floats) -> Floats:
     """Return the line between its first and last place in the crack's mouth, evenly spaced."""
-    even_mm = resampled(line_mm, LIMITS.spacing_mm)
+    even_mm = resampled(line_mm, SPACING_MM)
     inside = np.flatnonzero(_covered(photo, even_mm))
     if len(inside) < 2:
         raise ShapeError(

@@ -14,6 +14,9 @@ from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
 from digitise.geometry.polyline import at_arc_length, signed_area
+from digitise.image.raster import Map
+from digitise.scale.view import View
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats, Outline, Sections
 
@@ -22,6 +25,8 @@ MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
 FROM_END = 0.01  # Distance of the first and last cut of the floor from the crack's ends, in spacings of sections
 LEVELS = 48  # Layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is placed within 0.2 mm
 ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
+ACROSS_PX = 40  # Pixels over a crack's width: a given path enters the mouth within a fortieth of it
+LARGEST_PX = 12_000_000  # Largest picture, that of a phone
 MOST_LINES = 4000  # Most lines from wall to wall
 SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
 APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
@@ -71,6 +76,20 @@ def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: t
         # Islands run clockwise.
         share += np.sign(signed_area(ring)) * coverage(to_cells(ring), shape)
     return np.clip(share, 0.0, 1.0)
+
+
+def strip_width_mm(region: CrossSection) -> float:
+    """Return the width of a long strip: twice its area over its rim."""
+    rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
+    return 2 * region.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
+
+
+def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Floats) -> tuple[View, float, Map]:
+    """Return the view of a picture between two corners, its mm/px, and the share of each pixel that a mouth covers."""
+    mm_per_px = max(width_mm / ACROSS_PX, float(np.sqrt(np.prod(high - low) / LARGEST_PX)))
+    view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
+    width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
+    return view, mm_per_px, covered(mouth, view.to_px, (width_px, height_px)).astype(np.float32)
 
 
 def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:

@@ -27,35 +27,28 @@ from sealtwin.core.solid_figures import EndKind
 BOTH, LEFT, RIGHT = 0, 1, 2  # Steps of a pair: along both walls, or along one of them
 
 
-@dataclass(frozen=True)
-class LineLimits:
-    """Limits of the line along a mouth. Lengths without a unit are in widths of the crack.
-
-    Each line states what its value rests on. Steps and smoothing set how closely the line follows the walls. The other
-    fields decide what is a front, a side crack or a fork, and which mouths are refused.
-    """
-
-    min_slenderness: float = 3.0  # Length over width: shorter, there is no direction to follow
-    smooth: float = 0.0025  # Tolerance of the simplified rim: scans have corners without number
-    most_cells: int = 4_000_000  # Most cells of the raster for the rough path
-    most_steps: int = 4000  # Most steps along a wall
-    covered: float = 0.01  # Least share of a cell in the crack, above the rounding of a row of cells
-    stations: int = 16  # Stations of the outline in the length of one width
-    smoothing: float = 0.25  # Sigma of the centreline: bends over 1.5 widths stay
-    returns: int = 4  # Corrections of the smoothed centreline
-    front: float = 4.0  # Largest length of a front along each wall
-    parting: float = 1.0  # Gain of the walls' distance for each mm of both, above which they still part
-    fork: float = 0.75  # Length of a side crack over that of the arm beside it from which a warning names the fork
-    unswept: float = 0.1  # Largest share of the area between both walls that is passed twice or not at all
-    clear: float = 0.1  # Gap between a side crack and circles in the main one; the rough path is off by a third of it
-    most_listed: int = 4  # Most side arms whose lengths a warning lists
-    circles: int = 16  # Circles nearest to a place on the rim that may contain it
-    deep: float = 0.75  # Depth of a room, over the width of its mouth, that makes it a side crack
-    deepest: float = 2.0  # The same at a bend over ``bend_deg``: an outer corner is shallower up to 150 degrees
-    bend_deg: float = 60.0  # Bend whose outer corner is a room too
-
-
-LIMITS = LineLimits()
+# Limits of the line along a mouth. Lengths without a unit are in widths of the crack.
+#
+# Each line states what its value rests on. Steps and smoothing set how closely the line follows the walls. The other
+# fields decide what is a front, a side crack or a fork, and which mouths are refused.
+MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
+SMOOTH = 0.0025  # Tolerance of the simplified rim: scans have corners without number
+MOST_CELLS = 4_000_000  # Most cells of the raster for the rough path
+MOST_STEPS = 4000  # Most steps along a wall
+COVERED = 0.01  # Least share of a cell in the crack, above the rounding of a row of cells
+STATIONS = 16  # Stations of the outline in the length of one width
+SMOOTHING = 0.25  # Sigma of the centreline: bends over 1.5 widths stay
+RETURNS = 4  # Corrections of the smoothed centreline
+FRONT = 4.0  # Largest length of a front along each wall
+PARTING = 1.0  # Gain of the walls' distance for each mm of both, above which they still part
+FORK = 0.75  # Length of a side crack over that of the arm beside it from which a warning names the fork
+UNSWEPT = 0.1  # Largest share of the area between both walls that is passed twice or not at all
+CLEAR = 0.1  # Gap between a side crack and circles in the main one; the rough path is off by a third of it
+MOST_LISTED = 4  # Most side arms whose lengths a warning lists
+CIRCLES = 16  # Circles nearest to a place on the rim that may contain it
+DEEP = 0.75  # Depth of a room, over the width of its mouth, that makes it a side crack
+DEEPEST = 2.0  # The same at a bend over ``BEND_DEG``: an outer corner is shallower up to 150 degrees
+BEND_DEG = 60.0  # Bend whose outer corner is a room too
 
 
 @dataclass(frozen=True)
@@ -80,11 +73,11 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     """
     ring_mm = _outer_ring(mouth)
     path_mm, width_mm = _rough_path(ring_mm, between_mm)
-    ring_mm = _outer_ring(mouth.simplify(LIMITS.smooth * width_mm))
-    if arc_length(path_mm)[-1] < (LIMITS.min_slenderness - 1) * width_mm:
+    ring_mm = _outer_ring(mouth.simplify(SMOOTH * width_mm))
+    if arc_length(path_mm)[-1] < (MIN_SLENDERNESS - 1) * width_mm:
         raise ShapeError(
             f"The opening in the face is not a crack: it is about {arc_length(path_mm)[-1] + width_mm:.1f} mm long and "
-            f"{width_mm:.1f} mm wide; a crack is at least {LIMITS.min_slenderness:g} times as long as wide."
+            f"{width_mm:.1f} mm wide; a crack is at least {MIN_SLENDERNESS:g} times as long as wide."
         )
     rooms = _side_rooms(ring_mm, path_mm, width_mm)
     ends = [end_before(ring_mm, way_mm, width_mm, face_mm, between_mm is None) for way_mm in (path_mm, path_mm[::-1])]
@@ -115,9 +108,9 @@ def _off_path(side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
     if not side_lines_mm:
         return ()
     longest_mm = sorted((float(arc_length(line_mm)[-1]) for line_mm in side_lines_mm), reverse=True)
-    listed = ", ".join(f"{length_mm:.0f}" for length_mm in longest_mm[: LIMITS.most_listed])
+    listed = ", ".join(f"{length_mm:.0f}" for length_mm in longest_mm[:MOST_LISTED])
     which = f"side arms of {listed} mm are" if len(longest_mm) > 1 else f"a side arm of {listed} mm is"
-    more = f" ({len(longest_mm)} in all)" if len(longest_mm) > LIMITS.most_listed else ""
+    more = f" ({len(longest_mm)} in all)" if len(longest_mm) > MOST_LISTED else ""
     return (
         f"{which} not on the path{more}: the cavity includes such arms, and the sealant for them is given along the "
         "path; set path.volume_ml to give another volume",
@@ -130,7 +123,7 @@ def _doubts(centre_mm: Floats, side_lines_mm: Sequence[Floats]) -> tuple[str, ..
     for line_mm in side_lines_mm:
         from_mm = float(s_mm[np.argmin(np.linalg.norm(centre_mm - line_mm[0], axis=1))])
         side_mm, arm_mm = float(arc_length(line_mm)[-1]), min(from_mm, float(s_mm[-1]) - from_mm)
-        if side_mm > LIMITS.fork * arm_mm:
+        if side_mm > FORK * arm_mm:
             doubts.append(
                 f"the crack forks at s = {from_mm:.0f} mm: a side crack of {side_mm:.0f} mm is about as long as the "
                 f"arm on the path ({arm_mm:.0f} mm); give mesh.path to choose the other arm"
@@ -148,7 +141,7 @@ def _require_swept(centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> None
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
     across_mm = (across_mm[1:] + across_mm[:-1]) / 2
     swept_mm2 = float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
-    if abs(swept_mm2 - between_mm2) > LIMITS.unswept * between_mm2:
+    if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
         raise ShapeError(
             f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} "
             f"mm², but the area between the walls is {between_mm2:.0f} mm².",
@@ -163,7 +156,7 @@ def _lines(ring_mm: Floats, ends: Sequence[MouthEnd], rooms: Sequence[Floats], w
     first, last = ends
     right_mm = stretch(ring_mm, first.leaves, last.arrives)
     left_mm = stretch(ring_mm, last.leaves, first.arrives)[::-1]
-    step_mm = max(width_mm / ACROSS, max(arc_length(wall)[-1] for wall in (left_mm, right_mm)) / LIMITS.most_steps)
+    step_mm = max(width_mm / ACROSS, max(arc_length(wall)[-1] for wall in (left_mm, right_mm)) / MOST_STEPS)
     left_mm, right_mm = (_without(wall, rooms, step_mm) for wall in (left_mm, right_mm))
     fronts, ways = [], (slice(None), slice(None, None, -1))
     for end, way in zip(ends, ways, strict=True):
@@ -179,14 +172,14 @@ def _lines(ring_mm: Floats, ends: Sequence[MouthEnd], rooms: Sequence[Floats], w
         elif end.kind == "closed":
             lines_mm[way][0] = np.tile(lines_mm[way][0, :2], 3)
     lines_mm = _even(lines_mm, width_mm)
-    lines_mm[1:-1, :2] = smoothed(lines_mm[:, :2], LIMITS.smoothing * LIMITS.stations, LIMITS.returns)[1:-1]
+    lines_mm[1:-1, :2] = smoothed(lines_mm[:, :2], SMOOTHING * STATIONS, RETURNS)[1:-1]
     return _even(lines_mm, width_mm)
 
 
 def _even(lines_mm: Floats, width_mm: float) -> Floats:
     """Return the lines at even stations along the first of them, the centreline."""
     s_mm = arc_length(lines_mm[:, :2])
-    stations_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] * LIMITS.stations / width_mm)))
+    stations_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] * STATIONS / width_mm)))
     return at_arc_length(lines_mm, s_mm, stations_mm)
 
 
@@ -220,13 +213,13 @@ def _front(left_mm: Floats, right_mm: Floats, width_mm: float, end: MouthEnd) ->
     if not end.blunt:
         return np.empty((0, 4)), left_mm, right_mm
     arcs_mm = [arc_length(wall) for wall in (left_mm, right_mm)]
-    at_mm = np.arange(0.0, min(LIMITS.front * width_mm, arcs_mm[0][-1] / 2, arcs_mm[1][-1] / 2), width_mm / ACROSS / 4)
+    at_mm = np.arange(0.0, min(FRONT * width_mm, arcs_mm[0][-1] / 2, arcs_mm[1][-1] / 2), width_mm / ACROSS / 4)
     pairs_mm = np.hstack(
         [at_arc_length(wall, arc_mm, at_mm) for wall, arc_mm in zip((left_mm, right_mm), arcs_mm, strict=True)]
     )
     apart_mm = np.linalg.norm(pairs_mm[:, :2] - pairs_mm[:, 2:], axis=1)
     window = ACROSS
-    parting = apart_mm[window:] - apart_mm[:-window] > LIMITS.parting * (at_mm[window:] - at_mm[:-window])
+    parting = apart_mm[window:] - apart_mm[:-window] > PARTING * (at_mm[window:] - at_mm[:-window])
     last = int(np.argmin(parting)) if not parting.all() else len(parting) - 1
     last += int(np.argmax(apart_mm[last : last + window + 1] > 0.999 * apart_mm[last : last + window + 1].max()))
     left_mm, right_mm = (
@@ -245,11 +238,11 @@ def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, flo
     # The width of a long strip is twice its area over its rim.
     cell_mm = 2 * signed_area(ring_mm) / rim_mm / ACROSS
     size_mm = np.ptp(ring_mm, axis=0)
-    cell_mm = max(cell_mm, float(np.sqrt(np.prod(size_mm) / LIMITS.most_cells)))
+    cell_mm = max(cell_mm, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
     origin_mm = ring_mm.min(axis=0) - 2 * cell_mm
     width, height = (int(np.ceil(side / cell_mm)) + 5 for side in size_mm)
     # Every cell with some cover counts, so that no neck parts the crack.
-    region = coverage((ring_mm - origin_mm) / cell_mm, (width, height)) > LIMITS.covered
+    region = coverage((ring_mm - origin_mm) / cell_mm, (width, height)) > COVERED
     to_rim = medial_axis.radius(region)
     if between_mm is None:
         way = medial_axis.longest_line(region)
@@ -273,8 +266,8 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
     stretches, and each of them surrounds a room beside the main crack.
     """
     rim_mm = dense(ring_mm, width_mm / ACROSS)
-    radius_mm = KDTree(rim_mm).query(path_mm)[0] + LIMITS.clear * width_mm
-    away_mm, circle = KDTree(path_mm).query(rim_mm, k=min(LIMITS.circles, len(path_mm)))
+    radius_mm = KDTree(rim_mm).query(path_mm)[0] + CLEAR * width_mm
+    away_mm, circle = KDTree(path_mm).query(rim_mm, k=min(CIRCLES, len(path_mm)))
     circle = np.asarray(circle, dtype=int)
     beyond_mm = away_mm - radius_mm[circle]
     holds = beyond_mm.argmin(axis=1)[:, None]
@@ -298,7 +291,7 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
         stretch = np.array([first_mm - width_mm, first_mm, last_mm, last_mm + width_mm])
         before, _, after = np.diff(at_arc_length(path_mm, s_mm, stretch), axis=0)
         turn_deg = np.degrees(np.arccos(np.clip(unit(before) @ unit(after), -1, 1)))
-        if reach_mm > (LIMITS.deepest if turn_deg > LIMITS.bend_deg else LIMITS.deep) * mouth_mm:
+        if reach_mm > (DEEPEST if turn_deg > BEND_DEG else DEEP) * mouth_mm:
             rooms.append(room_mm)
     return rooms
 

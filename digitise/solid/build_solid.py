@@ -26,6 +26,7 @@ from digitise.solid.slicer import Slicer, largest_share, meeting_share
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Outline, Sections, Solid
+from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, Span, WeighedCavity
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
@@ -90,7 +91,12 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
             jitter_mm=jitter_mm,
             ends=tuple(EndOfCrack(end.kind, tuple(end.centre_mm), tuple(end.outward)) for end in footprint.ends),
             dams=tuple(dam_box(dam.box_mm, bottom_mm, shape.dam_height_mm, dam.end) for dam in plates),
-            warnings=(*footprint.warnings, *table_warnings, *_tilt_warnings(outline, footprint, shape, closing)),
+            warnings=(
+                *footprint.warnings,
+                *table_warnings,
+                *_tilt_warnings(outline, footprint, shape, closing),
+                *doubts_of(shape, width_mm=outline.mean_width_mm),
+            ),
         ),
     )
 

@@ -32,31 +32,26 @@ STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 LEAST_WIDTH_PX = 6.0  # Least width to begin with
 
 
-@dataclass(frozen=True)
-class FollowLimits:
-    """Constants of following a crack. "widths" are crack widths.
-
-    Chosen on drawn photos: the line is then within 0.01 mm of the middle after two passes. A longer ``reach`` finds the
-    walls from worse paths and sees more neighbouring cracks; less smoothing keeps sharper bends and more grain.
-    """
-
-    most_blur: float = 1 / 5  # Largest sigma of the blur over the width; above it blur decides the width
-    least_slenderness: float = 3.0  # Least length over width; a shorter crack has no direction to follow
-    passes: int = 2  # Least number of passes that centre the line
-    most_passes: int = 8  # Largest number of passes; a path along a wall needs more than two
-    centred: float = 0.05  # Widths off the middle, at 95 % of the stations, within which a line needs no further pass
-    reach: float = 1.5  # Widths to either side that are searched for a wall
-    clear: float = 0.25  # Widths from the face's edge, plus twice the search's rim, within which a path may follow it
-    path_smoothing: float = 0.75  # Sigma of the rough path in widths: its steps are cells of the search map
-    centre_smoothing: float = 0.25  # Sigma of the centreline in widths
-    returns: int = 4  # Corrections of that smoothing, so that bends of over 1.5 widths stay
-    path_ahead: float = 2.0  # Widths of the rough path before an end that give its direction
-    tip_ahead: float = 0.5  # The same before a tip
-    onward: int = 6  # Stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
-    border_px: float = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
+# Constants of following a crack. "widths" are crack widths.
+#
+# Chosen on drawn photos: the line is then within 0.01 mm of the middle after two passes. A longer ``REACH`` finds the
+# walls from worse paths and sees more neighbouring cracks; less smoothing keeps sharper bends and more grain.
+MOST_BLUR = 1 / 5  # Largest sigma of the blur over the width; above it blur decides the width
+LEAST_SLENDERNESS = 3.0  # Least length over width; a shorter crack has no direction to follow
+PASSES = 2  # Least number of passes that centre the line
+MOST_PASSES = 8  # Largest number of passes; a path along a wall needs more than two
+CENTRED = 0.05  # Widths off the middle, at 95 % of the stations, within which a line needs no further pass
+REACH = 1.5  # Widths to either side that are searched for a wall
+CLEAR = 0.25  # Widths from the face's edge, plus twice the search's rim, within which a path may follow it
+PATH_SMOOTHING = 0.75  # Sigma of the rough path in widths: its steps are cells of the search map
+CENTRE_SMOOTHING = 0.25  # Sigma of the centreline in widths
+RETURNS = 4  # Corrections of that smoothing, so that bends of over 1.5 widths stay
+PATH_AHEAD = 2.0  # Widths of the rough path before an end that give its direction
+TIP_AHEAD = 0.5  # The same before a tip
+ONWARD = 6  # Stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
+BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
 
 
-LIMITS = FollowLimits()
 BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}  # Widths added to the line
 
 Ends = tuple[PathEnd, PathEnd]
@@ -92,33 +87,33 @@ def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
     Raises WallsMissingError if it is unclear, and TooThinError if blur would decide its width.
     """
     length_px = float(arc_length(path.points_px)[-1])
-    if length_px < LIMITS.least_slenderness * path.width_px:
+    if length_px < LEAST_SLENDERNESS * path.width_px:
         raise InputError(
             f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; it must be "
-            f"at least {LIMITS.least_slenderness:g} times as long as wide: give ends_px farther apart."
+            f"at least {LEAST_SLENDERNESS:g} times as long as wide: give ends_px farther apart."
         )
     width_px = max(path.width_px, LEAST_WIDTH_PX)
-    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * LIMITS.reach) * width_px)
+    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * REACH) * width_px)
     spacing_mm, width_mm = STATION_PX * photo.mm_per_px, width_px * photo.mm_per_px
 
     def look(line_mm: Floats, ray: Floats, at_edge: bool = False) -> tuple[Strip, Walls]:
         step_mm = sample_step_mm(width_mm, photo.mm_per_px)
-        strip = straighten(photo, patch, line_mm, ray, step_mm, LIMITS.reach * width_mm)
+        strip = straighten(photo, patch, line_mm, ray, step_mm, REACH * width_mm)
         return strip, find_walls(strip, width_mm, wall_share, at_edge)
 
-    sigma = LIMITS.path_smoothing * width_mm / spacing_mm
+    sigma = PATH_SMOOTHING * width_mm / spacing_mm
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), sigma)
     _, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
     ends = _judged_ends(photo, patch, path, walls)
     line_mm = _carried_on(photo, line_mm, ends, width_mm, spacing_mm)
-    for number in range(LIMITS.most_passes):
+    for number in range(MOST_PASSES):
         strip, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
         _check_found(photo, strip, walls, (0.0, np.inf), most_missing=1.0)
         span_mm = _span_mm(photo, patch, line_mm, walls, ends)
         width_mm = max(_usual_width_mm(walls), LEAST_WIDTH_PX * photo.mm_per_px)
         line_mm = _recentred(strip, walls, ends, span_mm, width_mm, spacing_mm)
         aside_mm = np.abs(walls.left_mm - walls.right_mm)[walls.both_found] / 2
-        if number + 1 >= LIMITS.passes and np.percentile(aside_mm, 95) < LIMITS.centred * width_mm:
+        if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
             break
     strip, walls = look(line_mm, rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends)), at_edge=True)
     left_mm = _straight_on(strip.places_mm(walls.left_mm), walls.left_found, ends)
@@ -128,7 +123,7 @@ def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
     width_mm = _usual_width_mm(walls)
     missing = _check_found(photo, strip, walls, span_mm, MOST_MISSING)
-    least_px = max(MIN_WIDTH_PX, walls.blur_px / LIMITS.most_blur)
+    least_px = max(MIN_WIDTH_PX, walls.blur_px / MOST_BLUR)
     if width_mm < least_px * photo.mm_per_px:
         raise TooThinError(
             f"{photo.file}: the crack is {width_mm / photo.mm_per_px:.1f} px wide; {least_px:.2g} px are needed "
@@ -153,7 +148,7 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spac
     """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
-        rim_mm = LIMITS.clear * width_mm + 2 * EDGE_PX * photo.mm_per_px
+        rim_mm = CLEAR * width_mm + 2 * EDGE_PX * photo.mm_per_px
         clear = np.flatnonzero(depth_inside(line_mm, photo.face_mm) > rim_mm)
         if len(clear) >= 2:
             first = clear[0] if ends[0].kind == "open" else first
@@ -163,7 +158,7 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spac
     before_mm, after_mm = before_mm + s_mm[first], after_mm + s_mm[-1] - s_mm[last]
     tips_mm = [photo.to_mm(end.place_px[None]) if end.kind == "closed" else np.empty((0, 2)) for end in ends]
     line_mm = np.concatenate([tips_mm[0], line_mm[first : last + 1], tips_mm[1]])
-    return resampled(extended(line_mm, before_mm, after_mm, LIMITS.path_ahead * width_mm, spacing_mm), spacing_mm)
+    return resampled(extended(line_mm, before_mm, after_mm, PATH_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 
 def _recentred(
@@ -176,10 +171,10 @@ def _recentred(
     closed = [end.kind == "closed" and len(between) > 1 for end in ends]
     first = between[0] if closed[0] else 0
     last = between[-1] if closed[1] else len(s_mm) - 1
-    sigma = LIMITS.centre_smoothing * width_mm / spacing_mm
-    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, LIMITS.returns)
+    sigma = CENTRE_SMOOTHING * width_mm / spacing_mm
+    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, RETURNS)
     before_mm, after_mm = (BEYOND["closed"] * width_mm * is_closed for is_closed in closed)
-    return resampled(extended(line_mm, before_mm, after_mm, LIMITS.tip_ahead * width_mm, spacing_mm), spacing_mm)
+    return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 
 def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: Ends) -> tuple[float, float]:
@@ -198,12 +193,12 @@ def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: En
 def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: Ends) -> Floats:
     """Return the wall, continued straight past its last step at open ends. Rays would draw it along the edge there."""
     wall_mm = wall_mm.copy()
-    if np.count_nonzero(has_step) <= LIMITS.onward:
+    if np.count_nonzero(has_step) <= ONWARD:
         return wall_mm
     for end, onward in zip(ends, (wall_mm[::-1], wall_mm), strict=True):
         if end.kind == "open":
             last = int(np.flatnonzero(has_step if onward is wall_mm else has_step[::-1])[-1])
-            step_mm = (onward[last] - onward[last - LIMITS.onward]) / LIMITS.onward
+            step_mm = (onward[last] - onward[last - ONWARD]) / ONWARD
             onward[last + 1 :] = onward[last] + np.arange(1, len(onward) - last)[:, None] * step_mm
     return wall_mm
 
@@ -215,7 +210,7 @@ def _shown_span_mm(
     width, height = photo.size_px
     hidden = np.zeros(len(line_mm), dtype=bool)
     for wall_mm in walls_mm:
-        outside = depth_inside(photo.to_px(wall_mm), (0, 0, width - 1, height - 1)) < LIMITS.border_px
+        outside = depth_inside(photo.to_px(wall_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
         # A wall beyond the edge of the face ends there anyway.
         hidden |= outside & (True if photo.face_mm is None else depth_inside(wall_mm, photo.face_mm) > 0)
     s_mm = arc_length(line_mm)

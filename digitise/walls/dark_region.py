@@ -35,50 +35,42 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
-
-@dataclass(frozen=True)
-class RegionLimits:
-    """Constants of the dark region. "widths" are crack widths, distances without a unit are px of the photo.
-
-    Chosen on public photos of roads and masonry and on drawn roads. Higher ``low`` and ``high`` make the region smaller
-    before its rims are moved; the gate's limits decide between bare ground that passes and cracks that are refused.
-    """
-
-    enough_px: float = 40.0  # Width in px from which a crack is measured in a smaller copy of the photo
-    most_width_px: float = 180.0  # Reach of the first look for the crack's width, to both sides together
-    reach: float = 2.4  # Widths to either side of the strip, plus ``reach_px``, at most ``most_reach_px``
-    reach_px: float = 14.0
-    most_reach_px: float = 140.0
-    along: float = 0.5  # Widths of the median along the crack, within ``along_px``
-    along_px: tuple[float, float] = (3.0, 31.0)
-    core: float = 0.25  # Widths from the line that give the crack's darkness
-    core_percentile: float = 30.0
-    ground: float = 1.2  # Widths from the line, plus ``ground_px``, beyond which is ground
-    ground_px: float = 4.0
-    steady: float = 2.0  # Widths along which darkness and ground are medians
-    least_contrast: float = 4.0  # Of lightness
-    low: float = 0.5  # Share of the contrast from which a place may belong to the region, and surely does
-    high: float = 0.8
-    middle_px: int = 3  # Distance from the line that a part of the region must reach
-    off_region: float = 30.0  # Cost of the line outside the region, and on the path there; inside: 1/(0.5 + depth)^2
-    on_path: float = 15.0
-    line_step: float = 0.5  # Cost of the line's step aside by a px
-    line_smoothing: float = 0.4  # Sigma of the line in widths
-    middle_smoothing: float = 0.25  # Sigma of the final line in widths, and corrections of it, as of followed walls
-    returns: int = 4
-    wall_step: float = 0.25  # Cost of a wall's step aside by a px
-    wall_steepest: int = 3  # Largest step aside in px per px
-    inside_px: float = 2.5  # Distance inside the rim from which the aligned profile is the crack's, and outside it
-    outside_px: float = 3.0
-    most_moved: float = 0.35  # Largest distance in widths by which a wall is moved
-    darkest: float = 0.36  # Gate: most light inside over beside
-    least_step: float = 0.2  # Gate: least 20th percentile of the lesser step from inside to a side, over the ground
-    least_dark: float = 0.7  # Gate: least share of the line darker than half
-    insisted: float = 0.2  # Added to the interval, like ``sure``, for a region that does not pass the gate
-    sure: float = 0.10  # Half of the 95 % interval of the mean width over the width that no profile can show
-
-
-LIMITS = RegionLimits()
+# Constants of the dark region. "widths" are crack widths, distances without a unit are px of the photo.
+#
+# Chosen on public photos of roads and masonry and on drawn roads. Higher ``LOW`` and ``HIGH`` make the region smaller
+# before its rims are moved; the gate's limits decide between bare ground that passes and cracks that are refused.
+ENOUGH_PX = 40.0  # Width in px from which a crack is measured in a smaller copy of the photo
+MOST_WIDTH_PX = 180.0  # Reach of the first look for the crack's width, to both sides together
+REACH = 2.4  # Widths to either side of the strip, plus ``REACH_PX``, at most ``MOST_REACH_PX``
+REACH_PX = 14.0
+MOST_REACH_PX = 140.0
+ALONG = 0.5  # Widths of the median along the crack, within ``ALONG_PX``
+ALONG_PX = (3.0, 31.0)
+CORE = 0.25  # Widths from the line that give the crack's darkness
+CORE_PERCENTILE = 30.0
+GROUND = 1.2  # Widths from the line, plus ``GROUND_PX``, beyond which is ground
+GROUND_PX = 4.0
+STEADY = 2.0  # Widths along which darkness and ground are medians
+LEAST_CONTRAST = 4.0  # Of lightness
+LOW = 0.5  # Share of the contrast from which a place may belong to the region, and surely does
+HIGH = 0.8
+MIDDLE_PX = 3  # Distance from the line that a part of the region must reach
+OFF_REGION = 30.0  # Cost of the line outside the region, and on the path there; inside: 1/(0.5 + depth)^2
+ON_PATH = 15.0
+LINE_STEP = 0.5  # Cost of the line's step aside by a px
+LINE_SMOOTHING = 0.4  # Sigma of the line in widths
+MIDDLE_SMOOTHING = 0.25  # Sigma of the final line in widths, and corrections of it, as of followed walls
+RETURNS = 4
+WALL_STEP = 0.25  # Cost of a wall's step aside by a px
+WALL_STEEPEST = 3  # Largest step aside in px per px
+INSIDE_PX = 2.5  # Distance inside the rim from which the aligned profile is the crack's, and outside it
+OUTSIDE_PX = 3.0
+MOST_MOVED = 0.35  # Largest distance in widths by which a wall is moved
+DARKEST = 0.36  # Gate: most light inside over beside
+LEAST_STEP = 0.2  # Gate: least 20th percentile of the lesser step from inside to a side, over the ground
+LEAST_DARK = 0.7  # Gate: least share of the line darker than half
+INSISTED = 0.2  # Added to the interval, like ``SURE``, for a region that does not pass the gate
+SURE = 0.10  # Half of the 95 % interval of the mean width over the width that no profile can show
 
 
 @dataclass(frozen=True)
@@ -116,16 +108,16 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, insisted
     Raises InputError if it is too narrow, or does not stand out from the ground as a crack does, unless a user has
     ``insisted`` by strokes.
     """
-    factor = max(1, int(path.width_px / LIMITS.enough_px))
+    factor = max(1, int(path.width_px / ENOUGH_PX))
     if factor > 1:
         # Pixels finer than that add nothing to the mean rim.
         narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
         traced = trace_dark_region(smaller(photo, factor), narrow, wall_share, insisted)
         return replace(traced, width_px=traced.width_px * factor)
-    patch = patch_around(photo, path.points_px, LIMITS.most_reach_px + LIMITS.most_width_px)
+    patch = patch_around(photo, path.points_px, MOST_REACH_PX + MOST_WIDTH_PX)
     region = dark_region(photo, patch, path.points_px, wall_share)
     if region.fault is not None and insisted:
-        region = replace(region, spread=float(np.hypot(LIMITS.insisted, region.spread)))
+        region = replace(region, spread=float(np.hypot(INSISTED, region.spread)))
     elif region.fault is not None:
         raise InputError(f"{photo.file}: {region.fault}")
     return _placed(photo, patch, replace(path, width_px=region.width_px), region)
@@ -146,17 +138,17 @@ def dark_region(photo: Photo, patch: Patch, points_px: Floats, wall_share: float
     right_px = np.maximum(right_px, 1.0 - left_px)
     mean_px = float((left_px + right_px).mean())
     return DarkRegion(
-        smoothed(strip.places_px((left_px - right_px) / 2), LIMITS.middle_smoothing * mean_px, LIMITS.returns),
+        smoothed(strip.places_px((left_px - right_px) / 2), MIDDLE_SMOOTHING * mean_px, RETURNS),
         strip.places_px(left_px),
         strip.places_px(-right_px),
         mean_px,
-        float(np.hypot(LIMITS.sure, spread_px / max(mean_px, 1.0))),
+        float(np.hypot(SURE, spread_px / max(mean_px, 1.0))),
         _fault(strip, left_px, right_px),
     )
 
 
 def _reach_px(width_px: float) -> int:
-    return round(min(LIMITS.reach * width_px + LIMITS.reach_px, LIMITS.most_reach_px))
+    return round(min(REACH * width_px + REACH_PX, MOST_REACH_PX))
 
 
 def _strip(photo: Photo, patch: Patch, line_px: Floats, reach_px: int) -> _Strip:
@@ -171,7 +163,7 @@ def _strip(photo: Photo, patch: Patch, line_px: Floats, reach_px: int) -> _Strip
 
 def _first_width_px(photo: Photo, patch: Patch, line_px: Floats) -> float:
     """Return the width of the dark band in the profile that is averaged along the whole path."""
-    strip = _strip(photo, patch, line_px, round(min(LIMITS.most_width_px / 2, min(photo.size_px) / 3)))
+    strip = _strip(photo, patch, line_px, round(min(MOST_WIDTH_PX / 2, min(photo.size_px) / 3)))
     shown = np.where(strip.valid, lightness(strip.light), np.nan)
     some = np.isfinite(shown).any(axis=0)
     profile = np.full(len(strip.offset_px), np.inf)
@@ -187,14 +179,14 @@ def _first_width_px(photo: Photo, patch: Patch, line_px: Floats) -> float:
 
 def _region(strip: _Strip, width_px: float) -> NDArray[np.bool_]:
     """Return the dark region of a strip: the parts that reach the line, with their holes filled."""
-    along = int(np.clip(LIMITS.along * width_px, *LIMITS.along_px)) | 1
+    along = int(np.clip(ALONG * width_px, *ALONG_PX)) | 1
     light = median_filter(lightness(strip.light), (along, 1), mode="nearest")
     away_px = np.abs(strip.offset_px)
-    core = away_px <= max(1.5, LIMITS.core * width_px)
-    beside = away_px >= LIMITS.ground * width_px + LIMITS.ground_px
-    dark = np.percentile(light[:, core], LIMITS.core_percentile, axis=1)
+    core = away_px <= max(1.5, CORE * width_px)
+    beside = away_px >= GROUND * width_px + GROUND_PX
+    dark = np.percentile(light[:, core], CORE_PERCENTILE, axis=1)
     station = np.arange(len(light))
-    over = int(max(9, LIMITS.steady * width_px)) | 1
+    over = int(max(9, STEADY * width_px)) | 1
 
     def steady(level: Floats) -> Floats:
         return gaussian_filter1d(median_filter(level, over, mode="nearest"), over / 4)
@@ -206,11 +198,11 @@ def _region(strip: _Strip, width_px: float) -> NDArray[np.bool_]:
         shown = np.isfinite(ground).any(axis=1)
         if shown.any():
             bright = steady(np.interp(station, station[shown], np.nanmedian(ground[shown], axis=1)))
-            contrast = np.maximum(bright - dark, LIMITS.least_contrast)[:, None]
+            contrast = np.maximum(bright - dark, LEAST_CONTRAST)[:, None]
             share[:, side] = ((bright[:, None] - light) / contrast)[:, side]
-    region = apply_hysteresis_threshold(np.where(strip.valid, share, 0), LIMITS.low, LIMITS.high)
+    region = apply_hysteresis_threshold(np.where(strip.valid, share, 0), LOW, HIGH)
     parts = np.asarray(label(region, connectivity=2))
-    own = np.unique(parts[:, strip.middle - LIMITS.middle_px : strip.middle + LIMITS.middle_px + 1])
+    own = np.unique(parts[:, strip.middle - MIDDLE_PX : strip.middle + MIDDLE_PX + 1])
     return np.asarray(binary_fill_holes(np.isin(parts, own[own > 0])))
 
 
@@ -218,13 +210,13 @@ def _middle_of(strip: _Strip, region: NDArray[np.bool_]) -> tuple[Floats, float]
     """Return the line down the middle of a region, and the region's usual width."""
     # Beyond the photo the region goes on.
     depth_px = np.asarray(distance_transform_edt(np.pad(region, 1, mode="edge")))[1:-1, 1:-1]
-    cost = np.where(region, 1 / (0.5 + depth_px) ** 2, LIMITS.off_region)
-    cost[:, strip.middle] = np.minimum(cost[:, strip.middle], LIMITS.on_path)
-    price = LIMITS.line_step * np.arange(-2.0, 3.0) ** 2
+    cost = np.where(region, 1 / (0.5 + depth_px) ** 2, OFF_REGION)
+    cost[:, strip.middle] = np.minimum(cost[:, strip.middle], ON_PATH)
+    price = LINE_STEP * np.arange(-2.0, 3.0) ** 2
     column = cheapest_way(cost[None], price)[0]
     width_px = max(4.0, 2 * float(np.median(depth_px[np.arange(len(column)), column])) - 1)
     line_px = strip.places_px(strip.offset_px[column])
-    return smoothed(resampled(line_px, 1.0), LIMITS.line_smoothing * width_px), width_px
+    return smoothed(resampled(line_px, 1.0), LINE_SMOOTHING * width_px), width_px
 
 
 def _rims_px(strip: _Strip, region: NDArray[np.bool_]) -> Floats:
@@ -232,7 +224,7 @@ def _rims_px(strip: _Strip, region: NDArray[np.bool_]) -> Floats:
     inside = gaussian_filter(region.astype(float), 1.0)
     excess = np.where(strip.valid, 0.5 - inside, 0)
     outward = np.stack([excess[:, strip.middle :], excess[:, strip.middle :: -1]])
-    price = LIMITS.wall_step * np.arange(-LIMITS.wall_steepest, LIMITS.wall_steepest + 1.0) ** 2
+    price = WALL_STEP * np.arange(-WALL_STEEPEST, WALL_STEEPEST + 1.0) ** 2
     return np.asarray(cheapest_way(np.cumsum(outward, axis=2), price) + 0.5, dtype=float)
 
 
@@ -243,7 +235,7 @@ def _moves_px(strip: _Strip, rims_px: Floats, width_px: float, wall_share: float
     interval is from its softness: how far the width changes if the level does by 0.1.
     """
     relative_px = np.arange(-max(6.0, 0.5 * width_px), max(8.0, 0.6 * width_px) + 0.1, 0.5)
-    inner, outer = relative_px <= -LIMITS.inside_px, relative_px >= LIMITS.outside_px
+    inner, outer = relative_px <= -INSIDE_PX, relative_px >= OUTSIDE_PX
     moves_px, soft_px = np.zeros(2), 0.0
     levels = wall_share - 0.1, wall_share, wall_share + 0.1
     for side, sign in enumerate((1, -1)):
@@ -260,7 +252,7 @@ def _moves_px(strip: _Strip, rims_px: Floats, width_px: float, wall_share: float
         dark, bright = np.percentile(profile[inner[usual]], 25), np.median(profile[outer[usual]])
         places = [_crossing_px(profile, at_px, dark + level * (bright - dark)) for level in levels]
         if places[1] is not None:
-            moves_px[side] = np.clip(places[1], -LIMITS.most_moved * width_px, LIMITS.most_moved * width_px)
+            moves_px[side] = np.clip(places[1], -MOST_MOVED * width_px, MOST_MOVED * width_px)
         if places[0] is not None and places[2] is not None:
             soft_px += abs(places[2] - places[0]) / 2
     return moves_px, soft_px
@@ -297,11 +289,11 @@ def _fault(strip: _Strip, left_px: Floats, right_px: Floats) -> str | None:
     level = (ground + float(np.nanpercentile(dark, 20))) / 2
     along = uniform_filter1d(strip.light[:, strip.middle], max(3, int(width_px / 2)))
     ratio, worst, share = float(np.nanmedian(dark)) / ground, float(np.nanpercentile(step, 20)) / ground, along < level
-    if ratio > LIMITS.darkest or worst < LIMITS.least_step or share.mean() < LIMITS.least_dark:
+    if ratio > DARKEST or worst < LEAST_STEP or share.mean() < LEAST_DARK:
         return (
             f"the dark region along the path does not stand out as a crack: inside it has {ratio:.0%} of the light "
-            f"beside it (at most {LIMITS.darkest:.0%}), and {share.mean():.0%} of its middle is dark (at least "
-            f"{LIMITS.least_dark:.0%})."
+            f"beside it (at most {DARKEST:.0%}), and {share.mean():.0%} of its middle is dark (at least "
+            f"{LEAST_DARK:.0%})."
         )
     return None
 

@@ -19,7 +19,7 @@ from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.settings import PhotoInput
 from digitise.walls.straightened import Strip, patch_around, straighten
-from digitise.walls.wall_profile import follow, outward, refined_to_subpixel
+from digitise.walls.wall_profile import follow, outward, refined_to_subpixel, steadied
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
@@ -29,39 +29,32 @@ Kind = Literal["crack", "ground"]
 Stations = tuple[Floats, Floats, Floats]  # Centreline, left and right wall at the same stations, (n, 2) each
 
 
-@dataclass(frozen=True)
-class StrokeLimits:
-    """Constants of strokes. "widths" are crack widths.
-
-    Chosen on 44 drawn roads with strokes by a clumsy hand. A longer ``reach`` needs fewer strokes, and moves more walls
-    that were right. A larger ``same`` leaves those alone, and mends less.
-    """
-
-    most_points: int = 5000  # Points in which a stroke is read: a pixel apart, or farther in a longer one
-    brush_px: float = 1.0  # Half the width of a stroke
-    least_beyond_px: float = 3.0  # From a ground stroke to a wall; if less is left, that wall is on its side
-    most_away: float = 3.0  # Widths from the line, or twice ``snap_px``, within which a crack stroke must be
-    beyond: float = 0.5  # Widths, or ``beyond_px``, past the crack's ends within which a stroke may be
-    beyond_px: float = 6.0
-    clear: float = 0.25  # Widths between the line and the nearest ground stroke
-    reach: float = 3.0  # Widths along the crack over which a stroke acts fully; over as many again, less and less
-    reach_px: float = 30.0  # The least such reach
-    outer: float = 60.0  # Percentile of the lightness under a crack stroke that is crack; for ground, 100 less it
-    along: float = 0.25  # Widths of the median along the crack
-    ground: float = 1.0  # Widths beside a wall, plus ``ground_px``, that give the ground's lightness
-    ground_px: float = 4.0
-    least_contrast: float = 6.0  # Of lightness, that must be left beside a wall for a new level there
-    least_share: float = 0.2  # The same as a share of the contrast without strokes
-    same: float = 0.1  # Widths, or ``same_px``, by which a wall that agrees may be off; it moves from twice as much on
-    same_px: float = 2.0
-    sharp_px: float = 1.2  # Sigma of an edge's blur
-    wall_smoothing_px: float = 2.0  # Sigma of moved walls, as of followed ones
-    centre_smoothing: float = 0.25  # Sigma of the moved centreline in widths, and its corrections
-    returns: int = 4
-    surely: float = 1e4  # Excess that no grain outweighs
-
-
-LIMITS = StrokeLimits()
+# Constants of strokes. "widths" are crack widths.
+#
+# Chosen on 44 drawn roads with strokes by a clumsy hand. A longer ``REACH`` needs fewer strokes, and moves more walls
+# that were right. A larger ``SAME`` leaves those alone, and mends less.
+MOST_POINTS = 5000  # Points in which a stroke is read: a pixel apart, or farther in a longer one
+BRUSH_PX = 1.0  # Half the width of a stroke
+LEAST_BEYOND_PX = 3.0  # From a ground stroke to a wall; if less is left, that wall is on its side
+MOST_AWAY = 3.0  # Widths from the line, or twice ``snap_px``, within which a crack stroke must be
+BEYOND = 0.5  # Widths, or ``BEYOND_PX``, past the crack's ends within which a stroke may be
+BEYOND_PX = 6.0
+CLEAR = 0.25  # Widths between the line and the nearest ground stroke
+REACH = 3.0  # Widths along the crack over which a stroke acts fully; over as many again, less and less
+REACH_PX = 30.0  # The least such reach
+OUTER = 60.0  # Percentile of the lightness under a crack stroke that is crack; for ground, 100 less it
+ALONG = 0.25  # Widths of the median along the crack
+GROUND = 1.0  # Widths beside a wall, plus ``GROUND_PX``, that give the ground's lightness
+GROUND_PX = 4.0
+LEAST_CONTRAST = 6.0  # Of lightness, that must be left beside a wall for a new level there
+LEAST_SHARE = 0.2  # The same as a share of the contrast without strokes
+SAME = 0.1  # Widths, or ``SAME_PX``, by which a wall that agrees may be off; it moves from twice as much on
+SAME_PX = 2.0
+SHARP_PX = 1.2  # Sigma of an edge's blur
+WALL_SMOOTHING_PX = 2.0  # Sigma of moved walls, as of followed ones
+CENTRE_SMOOTHING = 0.25  # Sigma of the moved centreline in widths, and its corrections
+RETURNS = 4
+SURELY = 1e4  # Excess that no grain outweighs
 
 
 @dataclass(frozen=True)
@@ -125,7 +118,7 @@ def by_strokes(
     placed, warnings = _placed(photo, line_mm, ray, strokes, width_px)
     if not placed:
         return stations, warnings
-    reach = max(LIMITS.reach * width_px, LIMITS.reach_px) / station_px
+    reach = max(REACH * width_px, REACH_PX) / station_px
     placed = [stroke._replace(side=_side(photo, stroke, placed, line_mm, ray, walls_px, reach)) for stroke in placed]
     least_px, most_px = _bounds_px(photo, placed, walls_px)
     shift_px = _shift_px(photo, placed, (least_px, most_px), width_px, station_px)
@@ -134,13 +127,13 @@ def by_strokes(
     walls_px, least_px, most_px = walls_px - both_px, least_px - both_px, np.maximum(most_px - both_px, 0)
 
     farthest_px = max(float(np.abs(stroke.offset_px).max()) for stroke in placed)
-    reach_px = max(farthest_px, float(np.percentile(walls_px, 98))) + LIMITS.ground * width_px + LIMITS.ground_px + 2
+    reach_px = max(farthest_px, float(np.percentile(walls_px, 98))) + GROUND * width_px + GROUND_PX + 2
     patch = patch_around(photo, photo.to_px(line_mm), reach_px)
     shifted_mm = line_mm + (shift_px * mm_per_px)[:, None] * ray
     strip = straighten(photo, patch, shifted_mm, ray, mm_per_px, reach_px * mm_per_px)
     acts = np.stack([_acts(stroke, len(line_mm), reach) for stroke in placed])
     change_px = _followed_px(strip, placed, acts, walls_px, (least_px, most_px), width_px) - walls_px
-    same_px = max(LIMITS.same_px, LIMITS.same * width_px)
+    same_px = max(SAME_PX, SAME * width_px)
     change_px *= _eased(np.abs(change_px) / same_px - 1)
     change_px = np.clip(walls_px + change_px, np.maximum(least_px, 0), most_px) - walls_px
 
@@ -148,7 +141,7 @@ def by_strokes(
     tips = [tip for kind, tip in zip(kinds, (0, -1), strict=True) if kind == "closed"]
     share[tips] = 0
     left_by, right_by = share * change_px * mm_per_px
-    aside_mm = smoothed((left_by - right_by) / 2, LIMITS.centre_smoothing * width_px / station_px, LIMITS.returns)
+    aside_mm = smoothed((left_by - right_by) / 2, CENTRE_SMOOTHING * width_px / station_px, RETURNS)
     moved = (
         line_mm + ((share > 0) * aside_mm)[:, None] * ray,
         left_mm + left_by[:, None] * ray,
@@ -160,7 +153,7 @@ def by_strokes(
 
 def _points_px(line_px: Floats) -> Floats:
     length_px = float(arc_length(line_px)[-1]) if len(line_px) > 1 else 0.0
-    return resampled(line_px, max(1.0, length_px / LIMITS.most_points)) if length_px > 0 else line_px[:1]
+    return resampled(line_px, max(1.0, length_px / MOST_POINTS)) if length_px > 0 else line_px[:1]
 
 
 def _placed(
@@ -168,7 +161,7 @@ def _placed(
 ) -> tuple[list[_Placed], list[str]]:
     """Return the strokes beside the line, and warnings about others."""
     tree, along = KDTree(line_mm), np.column_stack([ray[:, 1], -ray[:, 0]])
-    most_px = max(LIMITS.most_away * width_px, 2 * snap_px(photo))
+    most_px = max(MOST_AWAY * width_px, 2 * snap_px(photo))
     width, height = photo.size_px
     placed, warnings = list[_Placed](), list[str]()
     both: tuple[tuple[Kind, tuple[Floats, ...]], ...] = (("crack", strokes.crack_px), ("ground", strokes.ground_px))
@@ -184,7 +177,7 @@ def _placed(
             offset_px = (away_px * ray[station]).sum(axis=1)
             at_end = (station == 0) | (station == len(line_mm) - 1)
             beyond_px = at_end * np.abs((away_px * along[station]).sum(axis=1))
-            beside = beyond_px <= max(LIMITS.beyond * width_px, LIMITS.beyond_px)
+            beside = beyond_px <= max(BEYOND * width_px, BEYOND_PX)
             beside &= np.abs(offset_px) <= most_px
             if kind == "crack" and not beside.all():
                 farthest = int(np.argmax(np.where(beside, -1, np.hypot(offset_px, beyond_px))))
@@ -211,7 +204,7 @@ def _side(
         return int(ground.offset_px.mean() < crack_px.mean())
     left_px, right_px = walls_px[:, ground.station]
     beyond_px = np.stack([left_px - ground.offset_px, right_px + ground.offset_px])
-    if (thin := beyond_px.mean(axis=1) < LIMITS.least_beyond_px).any():
+    if (thin := beyond_px.mean(axis=1) < LEAST_BEYOND_PX).any():
         return int(thin[1])
     halves_px = (ground.offset_px + left_px) / 2, (ground.offset_px - right_px) / 2
     at_mm, across = line_mm[ground.station], photo.mm_per_px * ray[ground.station]
@@ -227,7 +220,7 @@ def _bounds_px(photo: Photo, placed: list[_Placed], walls_px: Floats) -> tuple[F
     for stroke in placed:
         if stroke.kind == "crack":
             for side, offset_px in enumerate((stroke.offset_px, -stroke.offset_px)):
-                np.maximum.at(least_px[side], stroke.station, offset_px + LIMITS.brush_px)
+                np.maximum.at(least_px[side], stroke.station, offset_px + BRUSH_PX)
             continue
         beyond_px = np.stack([stroke.offset_px, -stroke.offset_px]) - walls_px[:, stroke.station]
         if (beyond_px.max(axis=1) > 0).all():
@@ -237,7 +230,7 @@ def _bounds_px(photo: Photo, placed: list[_Placed], walls_px: Floats) -> tuple[F
                 "crack takes another way, give via_px there."
             )
         outward_px = (stroke.offset_px, -stroke.offset_px)[stroke.side]
-        np.minimum.at(most_px[stroke.side], stroke.station, outward_px - LIMITS.brush_px)
+        np.minimum.at(most_px[stroke.side], stroke.station, outward_px - BRUSH_PX)
     return least_px, most_px
 
 
@@ -255,7 +248,7 @@ def _shift_px(
             f"{photo.file}: {' and '.join(stroke.name for stroke in there)} contradict each other at "
             f"{listed(place_px)} px: no crack is inside the ground strokes and contains the crack strokes. Remove one."
         )
-    margin_px = np.minimum(LIMITS.clear * width_px, between_px / 2)
+    margin_px = np.minimum(CLEAR * width_px, between_px / 2)
     low_px, high_px = margin_px - most_px[1], most_px[0] - margin_px
     shift_px = np.clip(np.zeros(len(margin_px)), low_px, high_px)
     return np.clip(smoothed(shift_px, width_px / station_px / 2, 0), low_px, high_px)
@@ -284,22 +277,20 @@ def _followed_px(
 ) -> Floats:
     """Return the distance of both walls from the line, (2, stations), by the strokes' levels and within the bounds."""
     light, valid = outward(strip, strip.light), outward(strip, strip.valid)
-    over = int(max(3, LIMITS.along * width_px / strip.station_px)) | 1
+    over = int(max(3, ALONG * width_px / strip.station_px)) | 1
     even = median_filter(lightness(light), (1, over, 1), mode="nearest")
     away_px = np.arange(light.shape[2]) * strip.sample_px
     # Within the old walls, what is beyond a ground stroke is no crack.
     middle, contrast = _levels(even, valid, strip, placed, acts, np.minimum(walls_px, bounds_px[1]), width_px)
     excess = np.where(valid, np.clip((even - middle[..., None]) / contrast[..., None], -0.5, 0.5), 0)
     least_px, most_px = bounds_px
-    excess[away_px <= least_px[..., None]] -= LIMITS.surely
-    excess[away_px >= most_px[..., None]] += LIMITS.surely
+    excess[away_px <= least_px[..., None]] -= SURELY
+    excess[away_px >= most_px[..., None]] += SURELY
     place_px = follow(excess, strip.sample_px, strip.station_px)
     steady = int(max(3, width_px / strip.station_px)) | 1
     none = np.zeros(place_px.shape)
-    place_px, _ = refined_to_subpixel(light, valid, place_px, LIMITS.sharp_px, strip.sample_px, steady, none, none)
-    return np.clip(
-        smoothed(place_px.T, LIMITS.wall_smoothing_px / strip.station_px).T, np.maximum(least_px, 0), most_px
-    )
+    place_px, _ = refined_to_subpixel(light, valid, place_px, SHARP_PX, strip.sample_px, steady, none, none)
+    return np.clip(smoothed(place_px.T, WALL_SMOOTHING_PX / strip.station_px).T, np.maximum(least_px, 0), most_px)
 
 
 def _levels(
@@ -315,30 +306,21 @@ def _levels(
     away_px = np.arange(even.shape[2]) * strip.sample_px
     over_px = away_px - walls_px[..., None]
     inside, outside = over_px < -0.15 * walls_px[..., None] - 0.5, over_px > 2
-    outside &= over_px < LIMITS.ground * width_px + LIMITS.ground_px
+    outside &= over_px < GROUND * width_px + GROUND_PX
     steady = int(max(3, 2 * width_px / strip.station_px)) | 1
-    dark = _level(np.concatenate(list(np.where(inside & valid, even, np.nan)), axis=1), steady)
-    bright = np.stack([_level(side, steady) for side in np.where(outside & valid, even, np.nan)])
+    dark = steadied(np.concatenate(list(np.where(inside & valid, even, np.nan)), axis=1)[None], steady)[0]
+    bright = steadied(np.where(outside & valid, even, np.nan), steady)
     bright = np.maximum(bright, dark + 1)
     crack, ground = np.stack([dark, dark]), bright.copy()
     for stroke, act in zip(placed, acts, strict=True):
         column = np.minimum(np.rint(np.abs(stroke.offset_px) / strip.sample_px).astype(int), even.shape[2] - 1)
         own = even[(stroke.offset_px < 0).astype(int), stroke.station, column]
         if stroke.kind == "crack":
-            level = float(np.percentile(own, LIMITS.outer))
+            level = float(np.percentile(own, OUTER))
             crack = np.maximum(crack, dark + act * (level - dark))
         else:
-            level, side = float(np.percentile(own, 100 - LIMITS.outer)), stroke.side
+            level, side = float(np.percentile(own, 100 - OUTER)), stroke.side
             ground[side] = np.minimum(ground[side], bright[side] + act * (level - bright[side]))
-    clear = ground - crack >= np.maximum(LIMITS.least_contrast, LIMITS.least_share * (bright - dark))
+    clear = ground - crack >= np.maximum(LEAST_CONTRAST, LEAST_SHARE * (bright - dark))
     crack, ground = np.where(clear, crack, dark), np.where(clear, ground, bright)
-    return (crack + ground) / 2, np.maximum(ground - crack, LIMITS.least_contrast)
-
-
-def _level(values: Floats, over: int) -> Floats:
-    """Return the median of each station, even along the crack; stations without values are interpolated."""
-    station, some = np.arange(len(values)), np.isfinite(values).any(axis=1)
-    if not some.any():
-        return np.zeros(len(values))
-    level = np.interp(station, station[some], np.nanmedian(values[some], axis=1))
-    return np.asarray(median_filter(level, over, mode="nearest"))
+    return (crack + ground) / 2, np.maximum(ground - crack, LEAST_CONTRAST)

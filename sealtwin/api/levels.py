@@ -16,7 +16,7 @@ from pydantic import InstanceOf
 from sealtwin.api.readings_words import Given, for_python
 from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, sha256_of, warn
+from sealtwin.api.shared import FilePath, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Outline, Profile, Sections, Shown, Solid
 from sealtwin.core.settings import checked
@@ -114,6 +114,8 @@ def read_readings(
     file = Path("readings") if not isinstance(readings, str | PathLike) else file_of(readings, "readings")
     named = columns is not None and not isinstance(columns, Mapping)
     settings = settings_from(Readings, "read_readings", given, file=file, columns=None if named else columns)
+    # The readings stay if the solid is made again: they are of the sample.
+    made_of = of_one_crack("read_readings", crack, solid)[:1]
     length_mm = None if crack is None else crack.length_mm
     depth_mm = None if solid is None else solid.depth_mm
     if isinstance(readings, str | PathLike):
@@ -127,13 +129,14 @@ def read_readings(
         profile, digest = _read_rows(readings, list(columns or ()), settings, length_mm, depth_mm)
     else:
         given_as = "array"
-        if useless := [name for name in OF_A_FILE if given[name] is not None]:
+        if useless := [name for name in OF_A_FILE if given[name] is not None and (name, given[name]) != ("unit", "mm")]:
             raise InputError(
                 f"read_readings: {useless[0]} describes the format of a file, but an array has no format. Omit it."
             )
         numbers = _as_numbers(readings)
         profile, digest = take_readings(numbers, settings, length_mm, depth_mm), sha256_of(numbers)
-    profile = replace(profile, doubts=tuple(for_python(doubt, given_as) for doubt in profile.doubts))
+    doubts = tuple(for_python(doubt, given_as) for doubt in profile.doubts)
+    profile = replace(profile, doubts=doubts, made_of=made_of)
     warn(profile.doubts)
     return LevelReadings(**content_of(profile), settings=settings, sha256=digest)
 
@@ -255,6 +258,7 @@ def compare(
     from validate.metrics.baselines import flat_levels
     from validate.uncertainty.meniscus import Mouth
 
+    of_one_crack("compare", level, readings, crack, solid)
     if gate_mm is not None and not 0 < gate_mm < np.inf:
         raise InputError(f"compare: gate_mm = {gate_mm}: must be above 0, in mm.")
     if isinstance(readings, LevelReadings):
@@ -306,8 +310,8 @@ def plot_levels(
     solid
         Solid whose floor is drawn; default: the solid of ``result``.
     ax
-        Axes of matplotlib to draw on; default: those of a new pyplot figure. On axes of your own the level has the next
-        colour of their cycle, limits only grow, and the title stays.
+        Axes of matplotlib to draw on; default: those of a new figure outside pyplot. On axes of your own the level has
+        the next colour of their cycle, limits only grow, and the title stays.
     label
         Name of the simulated level in the legend.
 
@@ -323,16 +327,15 @@ def plot_levels(
     """
     if level is None and readings is None:
         raise InputError("plot_levels: there is nothing to draw; give level, readings or both.")
-    from matplotlib import pyplot
-
+    of_one_crack("plot_levels", level, readings, *([] if result is None else [result.level, result.readings]), solid)
     from validate.figures.levels import draw_levels
-    from validate.figures.theme import themed
+    from validate.figures.theme import themed, wide_figure
 
     with themed():
         sections = solid.sections if solid is not None else result.sections if result is not None else None
         compared = result if readings is not None else None
         if ax is None:
-            axes = pyplot.figure(figsize=(9.0, 3.9), layout="constrained").add_subplot()
+            axes = wide_figure(3.9).add_subplot()
             draw_levels(axes, level, sections, readings, compared, label=label)
         else:
             axes, limits = ax, (ax.get_xlim(), ax.get_ylim()) if ax.has_data() else None

@@ -11,7 +11,7 @@ import numpy as np
 from sealtwin.api.levels import LevelComparison, LevelReadings
 from sealtwin.api.runs import PlannedPath
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath
+from sealtwin.api.shared import FilePath, of_one_crack
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
@@ -68,6 +68,8 @@ def write_report(
     for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath)):
         if not isinstance(value, kind):
             raise InputError(f"write_report: {argument} is a {type(value).__name__}; give a {kind.__name__}.")
+    compared = [] if result is None else [result.level, result.readings]
+    of_one_crack("write_report", crack, solid, path, run, *compared)
     target = Path(folder)
     require_folder(target)
     if (target / MANIFEST).is_file():
@@ -150,6 +152,7 @@ def write_robot_program(
     from digitise.robots.cell import FORMATS
     from sealtwin.trial.robot_files import REPORT, pump_of, write_programs
 
+    of_one_crack("write_robot_program", crack, path)
     if crack.path_source == "automatic" and not allow_automatic:
         raise InputError(
             "write_robot_program: the crack was found automatically and is not confirmed. Give ends_px to trace_crack; "

@@ -1,16 +1,16 @@
 """The nozzle's path over a crack, the fluid run along it, and the level after the run."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from digitise.settings import NozzlePath
-from sealtwin.api.shared import content_of, settings_from, warn
+from sealtwin.api.shared import content_of, of_one_crack, settings_from, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import progress_for_stderr, wanted
-from sealtwin.core.records import Outline, Profile, Run, Sample, Solid, Trajectory
-from sealtwin.core.settings import checked
+from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory
+from sealtwin.core.settings import checked, doubts_of
 from sealtwin.core.settings_text import keywords_of
 from simulate.block import BlockRelease, FluidBlock
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
@@ -28,6 +28,11 @@ class PlannedPath(Trajectory):
 
     settings: NozzlePath
     """Settings of the plan."""
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Questions on settings outside their likely ranges."""
+        return doubts_of(self.settings)
 
 
 @keywords_of(NozzlePath)
@@ -68,8 +73,11 @@ def plan_path(
     settings = settings_from(NozzlePath, "plan_path", locals())
     from digitise.trajectory import plan_trajectory
 
+    made_of = of_one_crack("plan_path", crack, solid)[:1]
     trajectory = plan_trajectory(crack, settings, solid.cavity_volume_mm3, solid.sections)
-    return PlannedPath(**content_of(trajectory), settings=settings)
+    path = PlannedPath(**content_of(replace(trajectory, made_of=made_of)), settings=settings)
+    warn(path.doubts)
+    return path
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -141,15 +149,14 @@ def inject(
         The model cannot represent this sealant, or the result is unreliable: one warning for each reason.
     """
     slope = settings_from(SampleSlope, "inject", locals())
+    made_of = of_one_crack("inject", crack, solid, path)
     from simulate.device import choose_device
     from simulate.run import fill
     from validate.wording.headline import run_warnings
 
     solver = solver or Solver(radius_mm="auto", settle_s=2.0)
     nozzle = nozzle or Nozzle()
-    _require_kinds("inject", (fluid, Fluid), (solver, Solver), (nozzle, Nozzle))
-    if not 0 <= seed < SEEDS:
-        raise InputError(f"inject: seed = {seed}: must be 0 to {SEEDS - 1}.")
+    _require_kinds("inject", (fluid, Fluid), (solver, Solver), (nozzle, Nozzle), seed=seed)
     fluid = fluid.loaded(Path())
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
@@ -157,8 +164,8 @@ def inject(
     with progress_for_stderr(quiet=not wanted(progress)) as shown:
         how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
         run, _ = fill(Sample(crack, solid, path), fluid, solver, nozzle, progress=shown, **how)
-    warn(run_warnings(run, run.health.volume_ratio or 0.0))
-    return run
+    warn((*run.doubts, *run_warnings(run, run.health.volume_ratio or 0.0)))
+    return replace(run, made_of=made_of)
 
 
 @keywords_of(SampleSlope)
@@ -203,14 +210,15 @@ def fill_fast(
         The model is unfit for this crack, path or sealant: one warning for each reason.
     """
     slope = settings_from(SampleSlope, "fill_fast", locals())
+    made_of = of_one_crack("fill_fast", crack, solid, path)
     from simulate.slot.run import pour
 
     solver = checked(Solver, Path("fill_fast"), {"model": "slot", "radius_mm": "auto", "settle_s": settle_s})
     nozzle = nozzle or Nozzle()
     _require_kinds("fill_fast", (fluid, Fluid), (nozzle, Nozzle))
     run, level = pour(Sample(crack, solid, path), fluid.loaded(Path()), solver, nozzle, seed=0, slope=slope)
-    warn(run.fast_fill.unfit if run.fast_fill is not None else ())
-    return _simulated(level, run)
+    warn((*run.doubts, *run.unfit))
+    return _simulated(level, run, made_of)
 
 
 @keywords_of(FluidBlock, SampleSlope)
@@ -264,9 +272,7 @@ def release_block(
     from simulate.block_release import release
     from simulate.device import choose_device
 
-    _require_kinds("release_block", (fluid, Fluid), (solver, Solver))
-    if not 0 <= seed < SEEDS:
-        raise InputError(f"release_block: seed = {seed}: must be 0 to {SEEDS - 1}.")
+    _require_kinds("release_block", (fluid, Fluid), (solver, Solver), seed=seed)
     with progress_for_stderr(quiet=not wanted(progress)) as shown:
         how = {"slope": slope, "seed": seed, "device": choose_device(device), "progress": shown}
         return release(block, fluid.loaded(Path()), solver, **how)
@@ -292,11 +298,12 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
     """
     from simulate.profile import measure_profile
 
-    profile = measure_profile(run, crack, solid)
-    return _simulated(profile, run)
+    made_of = of_one_crack("measure_level", run, crack, solid)
+    return _simulated(measure_profile(run, crack, solid), run, made_of)
 
 
-def _simulated(profile: Profile, run: Run) -> SimulatedLevel:
+def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:
+    profile = replace(profile, doubts=run.doubts, made_of=made_of)
     return SimulatedLevel(
         **content_of(profile),
         escaped_particles=run.escaped_particles,
@@ -305,8 +312,10 @@ def _simulated(profile: Profile, run: Run) -> SimulatedLevel:
     )
 
 
-def _require_kinds(function: str, *given: tuple[object, type]) -> None:
-    """Raise InputError if a value is not of its class."""
+def _require_kinds(function: str, *given: tuple[object, type], seed: int = 0) -> None:
+    """Raise InputError if a value is not of its class, or the seed is out of range."""
+    if not 0 <= seed < SEEDS:
+        raise InputError(f"{function}: seed = {seed}: must be 0 to {SEEDS - 1}.")
     for value, kind in given:
         if not isinstance(value, kind):
             name = kind.__name__

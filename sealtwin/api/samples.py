@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from digitise.drawing.given import GivenDrawing, GivenLine, GivenWalls
 from digitise.photo import Photo
 from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
-from sealtwin.api.shared import FilePath, Points, content_of, file_of, settings_from, sha256_of
+from sealtwin.api.shared import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import DataKind, Outline, Shown, Solid
+from sealtwin.core.settings import doubts_of
 from sealtwin.core.settings_text import keywords_of
 
 
@@ -196,7 +197,8 @@ def build_solid(
     settings = settings_from(CrackShape, "build_solid", locals())
     from digitise.solid.build_solid import build_solid
 
-    return build_solid(crack, settings)
+    warn(doubts_of(settings, width_mm=crack.mean_width_mm))
+    return replace(build_solid(crack, settings), made_of=of_one_crack("build_solid", crack))
 
 
 @keywords_of(MeshInput)
@@ -236,7 +238,7 @@ def import_mesh(
     sample = import_sample(settings, Path())
     digest = sha256_of(settings.file)
     crack = CrackOutline(**content_of(sample.outline), photo=sample.photo, data=settings.data, sha256=digest)
-    return crack, sample.solid
+    return crack, replace(sample.solid, made_of=of_one_crack("import_mesh", crack))
 
 
 @keywords_of(GivenLine)
@@ -358,7 +360,8 @@ def import_dxf(
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
     warnings = (*sample.outline.warnings, *drawn.notes, *drawn.not_read())
     traced = replace(sample.outline, warnings=warnings)
-    return CrackOutline(**content_of(traced), photo=sample.photo, data=data, sha256=sha256_of(file)), sample.solid
+    outlined = CrackOutline(**content_of(traced), photo=sample.photo, data=data, sha256=sha256_of(file))
+    return outlined, replace(sample.solid, made_of=of_one_crack("import_dxf", outlined))
 
 
 def _drawn(outline: Outline, photo: Photo, data: DataKind, given: NDArray[Any]) -> CrackOutline:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Run, Solid
+from sealtwin.core.records import Origins, Outline, Run, Solid
 from sealtwin.core.settings import Settings, checked
 
 __all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
@@ -49,6 +49,38 @@ def warn(texts: Iterable[str]) -> None:
     """Issue each text as a RuntimeWarning at the line that called the public function."""
     for text in texts:
         warnings.warn(text, RuntimeWarning, stacklevel=3)
+
+
+def origins_of(record: object) -> dict[str, str]:
+    """Return figures and a digest of the crack and the solid that ``record`` is or was made of."""
+    origins = dict[str, str](getattr(record, "made_of", ()))
+    if isinstance(record, Outline):
+        kind, content = "crack", [record.centreline_mm, record.left_wall_mm, record.right_wall_mm]
+    elif isinstance(record, Solid):
+        kind, content = "solid", [record.depth_mm, *vars(record.sections).values()]
+    else:
+        return origins
+    # A run folder has five decimals.
+    numbers = np.concatenate([np.ravel(np.round(part, 5)) for part in content if part is not None]) + 0.0
+    (first, value), *_ = record.main_figures.items()
+    return origins | {kind: f"{first} {value}, digest {sha256_of(numbers)[:8]}"}
+
+
+def of_one_crack(function: str, *records: object) -> Origins:
+    """Return what the records were made of. Raises InputError if two are of different cracks or solids.
+
+    None, and a record that was not made by this interface, differ from no other.
+    """
+    firsts = dict[str, tuple[str, object]]()
+    for record in records:
+        for kind, origin in origins_of(record).items():
+            first, other = firsts.setdefault(kind, (origin, record))
+            if first != origin:
+                raise InputError(
+                    f"{function}: {record} is of the {kind} with {origin}, but {other} is of that with {first}. Make "
+                    "both of the same: in a notebook, run the cells between again."
+                )
+    return tuple((kind, origin) for kind, (origin, _) in firsts.items())
 
 
 def path_or_none(given: FilePath | None) -> Path | None:

@@ -5,15 +5,15 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from sealtwin.api.shared import FilePath, WarnedProgress, path_or_none, warn
+from sealtwin.api.shared import FilePath, WarnedProgress, of_one_crack, path_or_none, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
@@ -24,6 +24,8 @@ from validate.result import TrialResult
 
 if TYPE_CHECKING:
     from sealtwin.trial.trial_file import Trial
+
+Record = TypeVar("Record", Solid, Trajectory, Run, Profile)
 
 
 @dataclass(frozen=True)
@@ -69,23 +71,26 @@ class TrialRun:
     @cached_property
     def solid(self) -> Solid:
         """The sample."""
-        return record_files.read_solid(self.folder)
+        return self._of_crack(record_files.read_solid(self.folder))
 
     @cached_property
     def path(self) -> Trajectory:
         """The nozzle's path."""
-        return record_files.read_trajectory(self.folder)
+        return self._of_crack(record_files.read_trajectory(self.folder))
 
     @cached_property
     def run(self) -> Run:
         """The particles at the end of the run; of several seeds, in that of the first."""
-        return record_files.read_run(self.folder)
+        return self._of_crack(record_files.read_run(self.folder))
 
     @cached_property
     def level(self) -> Profile:
         """The simulated level along the crack: of the run, or the mean of the runs in ``result.seeds``."""
         read = record_files.read_profile if self.result.seeds is None else record_files.read_level
-        return read(self.folder)
+        return self._of_crack(read(self.folder))
+
+    def _of_crack(self, record: Record) -> Record:
+        return replace(record, made_of=of_one_crack("run_trial", self.crack))
 
 
 def run_trial(

@@ -84,6 +84,7 @@ class Simulation(Result, FilledBy):
     health: RunHealth
     fast_fill: FastFill | None = Field(default=None, validation_alias="bed")
     remarks: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @model_validator(mode="after")
     def _has_sealant(self) -> Self:
@@ -207,9 +208,9 @@ def write_run(folder: Path, run: Run) -> None:
     files.write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
     content: dict[str, Any] = {name: getattr(run, name) for name in Simulation.model_fields}
     content["health"] = run.health.recorded()
-    fast_fill, remarks = content.pop("fast_fill"), content.pop("remarks")
-    content |= {} if fast_fill is None else {"bed": fast_fill.model_dump()}
-    files.write_json(folder / "simulation.json", content | ({"remarks": remarks} if remarks else {}))
+    bed, remarks, doubts = (content.pop(name) for name in ("fast_fill", "remarks", "doubts"))
+    more = {"bed": bed and bed.model_dump(), "remarks": remarks, "doubts": doubts}
+    files.write_json(folder / "simulation.json", content | {name: value for name, value in more.items() if value})
 
 
 def read_simulation(folder: Path) -> Simulation:
@@ -228,7 +229,8 @@ def read_run(folder: Path) -> Run:
             f"{path}: {counts[0]} particles, {counts[1]} of them spilled; simulation.json has {simulation.particles} "
             f"and {simulation.spilled_particles}. Simulate again."
         )
-    keys = ("radius_mm", "particle_volume_mm3", "escaped_particles", "device", "health", "fast_fill", "remarks")
+    numbers = ("radius_mm", "particle_volume_mm3", "escaped_particles")
+    keys = (*numbers, "device", "health", "fast_fill", "remarks", "doubts")
     return Run(
         position_mm=rows[:, 0:3],
         velocity_mm_s=rows[:, 3:6],

@@ -105,6 +105,9 @@ fitted to the blurred profile of a crack too thin for walls; gauge: given, for e
 path without walls, for which both walls are on the centreline.
 """
 
+Origins = tuple[tuple[str, str], ...]
+"""Kind, and main figures with a digest, of each record that a record was made of; empty if unknown."""
+
 DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
 """Origin of data. Only ``measured`` may ever be called validated."""
 
@@ -300,6 +303,7 @@ class Solid(Shown):
     cavity_volume_mm3: float  # Volume between the walls, below the face, inside the block
     sections: Sections  # Cavity along the centreline, without side cracks and the parts beyond its ends
     figures: SolidFigures
+    made_of: Origins = ()
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -309,6 +313,11 @@ class Solid(Shown):
             "walls": self.tilt if self.tilt == "modelled" else f"{self.tilt}, {angles} deg",
             "cavity": f"{self.cavity_volume_mm3 / 1000:.2f} ml",
         }
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Sentences on what may be wrong with the solid."""
+        return self.figures.warnings
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
         """Return the depth of the cavity's floor at each arc length along the centreline, (n,)."""
@@ -327,6 +336,7 @@ class Trajectory(Shown):
     s_mm: Floats  # (n,): arc length on the crack's centreline
     speed_mm_s: Floats  # (n,)
     flow_mm3_s: Floats  # (n,)
+    made_of: Origins = ()
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -398,6 +408,8 @@ class Run(Shown, Bed, FilledBy):
     fast_fill: FastFill | None = None
     remarks: tuple[str, ...] = ()  # Sentences, known before the first frame, on what the run cannot show of its sealant
     level: "Profile | None" = None  # Level by the fast model; None for particles, whose level is measured from them
+    doubts: tuple[str, ...] = ()  # Sentences on settings outside their likely ranges
+    made_of: Origins = ()
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -451,6 +463,7 @@ class Profile(Shown):
     doubts: tuple[str, ...] = ()  # Doubts about the interpretation, a sentence each with the cell and how to answer
     columns: tuple[ReadColumn, ...] = ()  # Interpretation of all columns of the sheet, read or not
     is_depth: bool = False  # True if the sheet counts downward from its datum
+    made_of: Origins = ()
 
     @property
     def main_figures(self) -> dict[str, str]:

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, get_origin
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -66,7 +66,7 @@ class Settings(BaseModel, metaclass=KeywordTables):
         cls.__signature__ = Signature(names)
 
 
-__all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "read_settings", "read_toml"]
+__all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "doubts_of", "read_settings", "read_toml"]
 Table = TypeVar("Table", bound=Settings)
 
 LARGEST_BYTES = 200_000
@@ -260,3 +260,38 @@ def _settings_in(annotation: Any) -> type[Settings] | None:
     if isinstance(annotation, type) and issubclass(annotation, Settings):
         return annotation
     return next(filter(None, map(_settings_in, getattr(annotation, "__args__", ()))), None)
+
+
+class Likely(NamedTuple):
+    """Range of a setting outside which a value is allowed, but doubted: it may be in another unit."""
+
+    low: float
+    high: float
+    unit: str
+    slip: str  # Likelier reading of a value outside the range
+    of_width: bool = False  # True if the range is in mean widths of the crack
+
+    def doubts(self, name: str, value: Any, width_mm: float | None) -> list[str]:
+        """Return a question if the value, or the largest of a table along the crack, is outside the range."""
+        times = width_mm if self.of_width else 1.0
+        if value is None or times is None:
+            return []
+        value = max(row[-1] for row in value) if isinstance(value, tuple) else value
+        low, high = times * self.low, times * self.high
+        question = f"{name} is {value:g}, but usually {low:.3g} to {high:.4g} {self.unit}: is it {self.slip}?"
+        return [] if low <= value <= high else [question]
+
+
+def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[str, ...]:
+    """Return a question for each setting outside its likely range.
+
+    Without the crack's mean width, no setting is doubted whose range depends on it.
+    """
+    fields = ((table, *field) for table in tables if table for field in type(table).model_fields.items())
+    return tuple(
+        question
+        for table, name, field in fields
+        for likely in field.metadata
+        if isinstance(likely, Likely)
+        for question in likely.doubts(name, getattr(table, name), width_mm)
+    )

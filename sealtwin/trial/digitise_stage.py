@@ -11,6 +11,7 @@ from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Outline, Pixels, Solid
+from sealtwin.core.settings import doubts_of
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import (
     DIGITISED,
@@ -55,8 +56,8 @@ def bring_up_to_date(job: Job) -> bool:
     job.progress.advance(4, "planning the path")
     if solid is None:
         trajectory = plan_trajectory(outline, job.trial.path)
-        if not trajectory.dispensed_mm3:
-            outline = replace(outline, warnings=(*outline.warnings, NO_SEALANT))
+        doubts = (*doubts_of(job.trial.path), *([] if trajectory.dispensed_mm3 else [NO_SEALANT]))
+        outline = replace(outline, warnings=(*outline.warnings, *doubts))
     else:
         trajectory = plan_trajectory(outline, job.trial.path, solid.cavity_volume_mm3, solid.sections)
         solid = with_path(solid, trajectory, outline, job.trial.path)

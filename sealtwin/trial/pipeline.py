@@ -234,7 +234,7 @@ def _fluid(job: Job) -> FluidFigures:
         unfit=None if run.has_particles else run.unfit,
         volume_ratio=run.volume_ratio,
         device=run.device,
-        warnings=run_warnings(run, run.volume_ratio, read_seeds(job)),
+        warnings=(*run.doubts, *run_warnings(run, run.volume_ratio, read_seeds(job))),
     )
 
 

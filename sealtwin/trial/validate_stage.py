@@ -185,6 +185,7 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     """
     if job.trial.readings is None or job.sheet is None:
         return None
+    from digitise.trajectory import volume_warnings
     from validate.readings.read_readings import read_readings
     from validate.readings.whole_sheet import Filling
     from validate.uncertainty.contradictions import refuse_contradicted
@@ -192,8 +193,12 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     outline, solid = _crack(job)
     # Readings are checked against a declared volume only.
     declared = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
-    dispensed_mm3 = record_files.read_trajectory(job.path).dispensed_mm3 if declared else 0.0
-    filling = Filling(outline, solid, dispensed_mm3, simulated)
+    sealant_mm3 = record_files.read_trajectory(job.path).dispensed_mm3
+    if simulated is not None and (
+        record_files.read_simulation(job.path).doubts or volume_warnings(sealant_mm3, solid.cavity_volume_mm3)
+    ):
+        simulated = None  # A level from settings that are in doubt says nothing about the readings
+    filling = Filling(outline, solid, sealant_mm3 if declared else 0.0, simulated)
     readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
     refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
     return readings

@@ -10,7 +10,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Profile, Run, Sample, Trajectory
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import FastFill, RunHealth
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, doubts_of_run, particle_volume
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import dynamic_viscosity
 from simulate.setup.signed_distance import CM
@@ -84,6 +84,7 @@ def pour(
     settings = {"fluid": fluid.model_dump(exclude_none=True), "solver": solver.model_dump(include=used)}
     s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
     level_mm = np.interp(s_mm, filled.sections.s_mm, filled.level_mm)
+    doubts = doubts_of_run(outline, solid, fluid, nozzle, slope)
     level = Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
     none = np.zeros((0, 3))
     run = Run(
@@ -109,6 +110,7 @@ def pour(
             unfit=_unfit(fitness, fluid, outline, paste, changes),
         ),
         level=level,
+        doubts=doubts,
     )
     return run, level
 

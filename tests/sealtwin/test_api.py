@@ -7,7 +7,9 @@ import pickle
 import subprocess
 import sys
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -229,6 +231,41 @@ def test_a_report_is_of_one_run_and_leaves_a_run_folder_alone(way, result, tmp_p
     assert [file.name for file in tmp_path.iterdir()] == ["manifest.json"]
 
 
+OTHER = st.crack_from_polyline([(0, 20), (60, 20)], 2.0)
+ROWS = np.array([(s_mm, -4.0) for s_mm in (5, 20, 35, 55)])
+PASTE = st.Fluid(viscosity_pa_s=0.3, yield_stress_pa=3.0)
+MIXTURES: dict[str, Callable[..., object]] = {
+    "compare": lambda solid, path, run, level: st.compare(level, st.read_readings(ROWS, OTHER), OTHER, solid),
+    "fill_fast": lambda solid, path, run, level: st.fill_fast(OTHER, solid, path, PASTE),
+    "inject": lambda solid, path, run, level: st.inject(OTHER, solid, path, PASTE),
+    "measure_level": lambda solid, path, run, level: st.measure_level(run, OTHER, solid),
+    "plan_path": lambda solid, path, run, level: st.plan_path(OTHER, solid),
+    "plot_levels": lambda solid, path, run, level: st.plot_levels(level, st.read_readings(ROWS, OTHER)),
+    "read_readings": lambda solid, path, run, level: st.read_readings(ROWS, OTHER, solid),
+    "write_report": lambda solid, path, run, level: st.write_report("none", OTHER, solid, path, run),
+    "write_robot_program": lambda solid, path, run, level: st.write_robot_program("none", OTHER, path, "none"),
+}
+RECORDS = {"crack", "solid", "path", "run", "level", "readings", "result"}
+FUNCTIONS = filter(inspect.isfunction, map(st.__getattr__, st.__all__))
+TAKE_TWO = [one.__name__ for one in FUNCTIONS if len(RECORDS & {*inspect.signature(one).parameters}) > 1]
+
+
+@pytest.mark.parametrize("name", TAKE_TWO)
+def test_records_of_two_cracks_are_refused_by_their_names(way, result, name):
+    with pytest.raises(InputError, match=rf"^{name}: \w+\(.*length (60|14).* but \w+\(.*length (60|14)"):
+        MIXTURES[name](*way[2:], result.level)
+
+
+def test_records_of_the_same_numbers_are_of_one_crack(way, result):
+    """A cell that is run again makes an equal crack, and so does a run folder."""
+    again = st.trace_crack(way[0], ENDS_PX)
+    lines = ("centreline_mm", "left_wall_mm", "right_wall_mm")
+    stored = replace(again, **{name: np.round(getattr(again, name), 5) for name in lines})
+    st.compare(result.level, result.readings, stored, st.build_solid(again, 8, tilt="vertical"))
+    with pytest.raises(InputError, match=r"of the solid with depth 9 mm.* of that with depth 8 mm"):
+        st.measure_level(way[4], again, st.build_solid(again, 9, tilt="vertical"))
+
+
 def test_a_comparison_has_its_interval_and_judges_a_leak(way, result):
     _, crack, solid, _, run = way
     low_mm, high_mm = result.interval_95_mm
@@ -256,9 +293,22 @@ def test_levels_are_drawn_on_a_figure(result):
     labels = [str(line.get_label()) for line in axes.lines]
     assert "simulated" in labels
     assert "caliper, UNDECLARED" in labels
-    pyplot.close("all")
     with pytest.raises(InputError, match="readings"):
         st.plot_levels()
+
+
+def test_a_plot_leaves_the_plots_of_a_notebook_alone(result, monkeypatch):
+    """Emulates the inline backend: its first figure switches interactive mode on, a cell shows pyplot's figures."""
+    monkeypatch.setattr(pyplot, "figure", lambda *_, new=pyplot.figure, **how: (pyplot.ion(), new(**how))[1])
+    pictures = []
+    levels = partial(st.plot_levels, result.level)
+    for cell in (levels, partial(pyplot.plot, [1, 2, 3]), levels):
+        shown = cell()
+        drawn = len(pyplot.get_fignums() if pyplot.isinteractive() else [])
+        pictures.append(drawn + (getattr(shown, "_repr_html_", str)() or "").count("<img src="))
+        pyplot.close("all")
+    pyplot.ioff()
+    assert pictures == [1, 1, 1]
 
 
 def test_a_mesh_is_a_sample_too(way, tmp_path):

@@ -15,13 +15,7 @@ from tests.validate.test_assess import LIFTED, NO_PASSES, SHEET, spread
 from validate.compare import assess
 from validate.comparison import Baseline, StationError
 from validate.report_input import Evidence
-from validate.result import (
-    Comparison,
-    FluidFigures,
-    PredictedLevel,
-    SampleFigures,
-    TrialResult,
-)
+from validate.result import Comparison, FluidFigures, PredictedLevel, SampleFigures, TrialResult
 from validate.settings import Gate, Uncertainty
 from validate.wording.headline import FAST
 

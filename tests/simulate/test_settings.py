@@ -1,7 +1,11 @@
+import re
+
 import pytest
 from pydantic import ValidationError
 
-from simulate.settings import Fluid, Nozzle, Solver
+from digitise.settings import CrackShape, NozzlePath
+from sealtwin.core.settings import doubts_of
+from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup_checks import resolved, rheology_of
 from tests.fluids import injected, path, sample_of, sealant, slot
 
@@ -18,7 +22,7 @@ from tests.fluids import injected, path, sample_of, sealant, slot
         # A flow index goes with a consistency and nothing else.
         ({"viscosity_pa_s": 0.5, "flow_index": 0.5}, "index is 0.5 and viscosity_pa_s is 0.5: give consistency_pa_s_n"),
         ({"flow_index": 0.5}, "flow_index is 0.5: give consistency_pa_s_n"),
-        ({"consistency_pa_s_n": 2.0}, "consistency_pa_s_n is 2 and flow_index is 1: give viscosity_pa_s"),
+        ({"consistency_pa_s_n": 2.0}, "flow_index is 1 and consistency_pa_s_n is 2: .*viscosity_pa_s"),
         ({"consistency_pa_s_n": 2.0, "flow_index": 2.5}, "flow_index"),
     ],
 )
@@ -111,3 +115,20 @@ def test_a_draft_has_fewer_substeps_and_measures_shear_once_a_frame(monkeypatch)
     (substeps, accurate), (fewer, draft) = seen
     assert fewer < substeps
     assert (accurate, draft) == (3 * substeps, 3)
+
+
+@pytest.mark.parametrize(
+    ("table", "slip"),
+    [
+        (Fluid(viscosity_pa_s=300.0), "viscosity_pa_s is 300, .* 50 Pa s: is it in mPa s"),
+        (Fluid(viscosity_pa_s=0.3, density_kg_m3=1.69), "density_kg_m3 is 1.69, .*: is it in g/cm3"),
+        (Nozzle(diameter_mm=6.0), "diameter_mm is 6, but usually 0 to 5.8 mm"),
+        (NozzlePath(speed_mm_s=0.04), "speed_mm_s is 0.04, .*: is it in m/s"),
+        (SampleSlope(gradient_deg=-25.0), "gradient_deg is -25, .*: is it in percent"),
+        (CrackShape(depth_mm=((0.0, 1.2), (9.0, 1.6))), "depth_mm is 1.6, but usually 2.9 to .*: is it in cm"),
+        *((Fluid(viscosity_pa_s=real), "") for real in (0.001, 0.2, 5.0, 20.0)),  # Water, bitumen, cement paste, honey
+        *((table, "") for table in (Nozzle(), NozzlePath(), SampleSlope(gradient_deg=12.0), CrackShape(depth_mm=3.0))),
+    ],
+)
+def test_a_value_that_is_likely_in_another_unit_is_asked_about(table, slip):
+    assert re.fullmatch(f"{slip}.*" if slip else "", " ".join(doubts_of(table, width_mm=2.9)))

@@ -48,13 +48,7 @@ def crack(shape: str) -> tuple[Solid, Outline]:
     return sample.solid, sample.outline
 
 
-@pytest.mark.parametrize(
-    "shape",
-    [
-        *["lean hills", "flare stone"],
-        pytest.param("scanned", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize("shape", [*["lean hills", "flare stone"], pytest.param("scanned", marks=pytest.mark.slow)])
 def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
     """Bounds of the design study: holes of 1.1 particles at most, no two nearer than 0.75, none on the wrong side.
 

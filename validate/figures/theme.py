@@ -1,9 +1,11 @@
 """Style of all figures: one font, and a palette that colour-blind readers can distinguish. It sets no global state."""
 
 import re
+from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from io import BytesIO
 from typing import Any
 
 from markupsafe import Markup, escape
@@ -85,9 +87,19 @@ def plate(height_in: float) -> Figure:
     return wide_figure(height_in, PLATE_IN)
 
 
+class Picture(Figure):
+    """A figure outside pyplot, whose state in a user's notebook stays as it is. A notebook shows it once."""
+
+    def _repr_html_(self) -> str:
+        file = BytesIO()
+        with themed():
+            self.savefig(file, format="png")
+        return f'<img src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
+
+
 def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
     """Return an empty figure of a page's width."""
-    return Figure(figsize=(width_in, height_in), layout="constrained")
+    return Picture(figsize=(width_in, height_in), layout="constrained")
 
 
 def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figure:

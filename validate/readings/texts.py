@@ -46,11 +46,16 @@ def read_text(path: Path, content: bytes, separator: Separator | None) -> SheetG
 
 def _markdown_rows(text: str) -> tuple[SheetRow, ...]:
     """Return the rows of a text with a Markdown table; () for another text. Lines beside the table are one cell."""
-    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    lines = _lines(text)
     if not any("|" in line and RULE.fullmatch(line) for _, line in lines):
         return ()
     rows = [(number, line) for number, line in lines if not RULE.fullmatch(line)]
     return tuple(SheetRow(number, tuple(map(SheetCell, _fields(line)))) for number, line in rows)
+
+
+def _lines(text: str) -> list[tuple[int, str]]:
+    """Return the lines that are not blank, with their numbers."""
+    return [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
 
 
 def _fields(line: str) -> list[str]:
@@ -63,7 +68,7 @@ def _listed_rows(text: str) -> tuple[SheetRow, ...]:
     Place lines are alike, and differ from readings by a word, a unit or a colon. Returns () for another text. A line
     that does not fit is part of the readings of its place, so that it is a fault.
     """
-    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    lines = _lines(text)
     forms = {number: _form(line) for number, line in lines}
     usual = Counter(filter(None, forms.values())).most_common(1)
     places = [number for number, _ in lines if usual and forms[number] == usual[0][0]]

@@ -187,6 +187,7 @@ def assumptions(evidence: Evidence) -> list[str]:
     if outline.path_source == "automatic":
         sentences.append("The crack was found automatically: check the overlay before you trust the results.")
     warnings = (*outline.warnings, *evidence.solid.figures.warnings)
+    sentences += [f"In doubt: {doubt}" for doubt in evidence.run.doubts]
     return [*sentences, *(f"Note of the digitising stage: {text}" for text in warnings)]
 
 

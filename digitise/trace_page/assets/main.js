@@ -171,7 +171,8 @@ function showFace() {
 }
 
 function followVolume() {
-  showVolume(facts.tables.length ? null : volumeOf(draft, findings.walls));
+  const { walls } = findings;
+  showVolume(facts.tables.length ? null : volumeOf(draft, walls), draft.depth_mm < walls?.mean_width);
 }
 
 /** Move all marks to the photo's current place. */

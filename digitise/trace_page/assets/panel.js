@@ -30,8 +30,8 @@ export function showWalls(walls, rough) {
   part("area").textContent = walls ? inUnit(walls.area, digits[2], `${unit}²`) : "–";
 }
 
-export function showVolume(volumeMl) {
-  part("volume").textContent = volumeMl === null ? "–" : inUnit(volumeMl, 2, "ml");
+export function showVolume(volumeMl, shallow) {
+  part("volume").textContent = volumeMl === null ? "–" : inUnit(volumeMl, 2, shallow ? "ml; depth in cm?" : "ml");
 }
 
 const SOURCES = {

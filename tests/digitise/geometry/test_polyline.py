@@ -1,13 +1,7 @@
 import numpy as np
 import pytest
 
-from digitise.geometry.polyline import (
-    clipped_to_box,
-    crossings,
-    signed_area,
-    smoothed,
-    without_loops,
-)
+from digitise.geometry.polyline import clipped_to_box, crossings, signed_area, smoothed, without_loops
 
 
 def test_smoothing_leaves_a_straight_line_and_removes_nine_tenths_of_a_zigzag():

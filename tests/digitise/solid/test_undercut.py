@@ -29,13 +29,7 @@ def build(outline: Outline, angle_deg: Any, tilt: str = "undercut", depth_mm: An
     return solid
 
 
-@pytest.mark.parametrize(
-    ("outline", "angle_deg"),
-    [
-        (closed_crack(1, 20.0), (4.0, 9.0)),
-        (oblique_slot(), 7.0),
-    ],
-)
+@pytest.mark.parametrize(("outline", "angle_deg"), [(closed_crack(1, 20.0), (4.0, 9.0)), (oblique_slot(), 7.0)])
 def test_an_undercut_is_a_flare_upside_down(outline, angle_deg):
     """The same walls about another level, so that both solids hold the same: 1e-6 is rounding and the tidied mesh."""
     undercut, flare = (build(outline, angle_deg, tilt) for tilt in ("undercut", "flare"))

@@ -5,13 +5,7 @@ from skimage.draw import polygon2mask
 from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
-from tests.pictures import (
-    evenly_scaled,
-    how_traced,
-    mortar,
-    with_paint,
-    write_png,
-)
+from tests.pictures import evenly_scaled, how_traced, mortar, with_paint, write_png
 
 
 def painted(photo, rings_mm, holes_mm=()):

@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.core.errors import present
+from sealtwin.core.records import Profile
 from sealtwin.trial.validate_stage import readings_of
 from tests.pages import leave_out_pages
 from tests.studies import job_in, run_tiny
@@ -52,3 +54,12 @@ def test_readings_are_held_against_no_volume_that_nobody_said(run):
         for one, doubted in ((job, True), (replace(job, trial=unsaid), False)):
             readings = present(readings_of(one), "readings")
             assert any("were dispensed" in doubt for doubt in readings.doubts) is doubted
+
+
+def test_a_level_from_settings_that_are_in_doubt_does_not_accuse_the_readings(run):
+    high, simulation = Profile(np.array([0.0, 14.2]), np.array([2.0, 2.0])), run / "simulation.json"
+    with job_in(run) as job:
+        for signs in (1, 0):
+            readings = present(readings_of(job, high), "readings")
+            assert sum("opposite sign" in doubt for doubt in readings.doubts) == signs
+            simulation.write_text(simulation.read_text().replace("{", '{"doubts": ["is it in g/cm3?"],', 1))
