@@ -182,7 +182,7 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
     frame_s = plan_releases(sample.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
     changes = {"fluid.D_cm": trial.given_fluid.D_cm, **moved_paste(base, steps)}
     if (weight := trial.given_fluid.U) is not None:
-        # A viscosity in physical units moves particles differently from the trial's U (decision 0155).
+        # A viscosity in physical units moves particles differently from the trial's U.
         thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
         changes |= {"fluid.U": weight * thicker, "fluid.viscosity_pa_s": None}
     own = Resolution(run.radius_mm, run.health.recorded()["frame_s"])
