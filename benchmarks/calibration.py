@@ -10,7 +10,7 @@ each, less what the scatter of these seeds adds. Nothing of the method was chose
 
 --no-search reads the truths by 40 runs of a Sobol sequence alone, as they are, with a wave that no run makes, and
 with smooth errors that a setting makes too: the sizes of the errors that a calibration allows for were chosen on the
-first eight truths with these (decision 0181). The last readings are of a second reality at the truths' settings, a
+first eight truths with these. The last readings are of a second reality at the truths' settings, a
 continuum that knows nothing of particles (``benchmarks.reality``), with the same errors of the readings. That
 the scatter of runs is a log-linear function of the settings was chosen on runs 14 to 39 of the sequence, each left out
 of the others, and on no truth.

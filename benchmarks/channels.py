@@ -83,7 +83,7 @@ class Channel:
     def flow(self, seconds: float, seed: int = 0, **solver: Any) -> tuple[float, float]:
         """Mean speed at last, and that of the closed form at the same places; it starts as the closed form has it.
 
-        It is the speed at which places change, which velocities need not have: until decision 0155 particles moved
+        It is the speed at which places change, which velocities need not have: earlier, particles moved
         faster than their velocity, by g dt. ``seed`` chooses how particles lie at first.
         """
         radius_mm, step_s = self.radius_mm, substep_s(self.radius_mm)

@@ -190,7 +190,7 @@ def shear_wave() -> Iterator[Row]:
     """A standing wave in an endless fluid: nu by its decay exp(-nu k^2 t), of the solve alone and of whole substeps.
 
     In these particles slide past each other and the pressure keeps them apart, which adds what a run of a thin fluid
-    says before it begins (decision 0111: within a factor of two).
+    says before it begins (within a factor of two).
     """
     even, added = stirred_mm(BOX_MM, 1.0, RADIUS_MM, STEP_S), 100 * added_viscosity(RADIUS_MM * CM, STEP_S)
     for asked in (3.2, 32.2, 322.0):  # U = 3, 30 and 300 of the paper's radius and frame

@@ -3,7 +3,7 @@
     python -m benchmarks.slot_cases
 
 They are a Latin hypercube over seven settings by a fixed seed; stresses and viscosities, which span decades, evenly in
-their logarithms. They were drawn after the model was chosen, on two other draws (decision 0151).
+their logarithms. They were drawn after the model was chosen, on two other draws.
 Each slot is straight, 60 mm long and closed at both ends, and opens upward from the width of its floor. Particles fill
 each with two seeds and the settings that a trial has by default, at four abreast or more but in the narrowest.
 ``benchmarks/slot/`` keeps the levels, so that judging the model needs no particles: runs that lie there are not made

@@ -6,14 +6,14 @@
 Each trial draws a bed like the paper's (floor, ramp, step, plateau), a simulation of it that is off by a smooth error,
 and readings with the errors of its case. Held against the truth are the intervals of the bias, of the mean error and of
 the levels at the stations, and the band that holds for all stations at once. Widths are held against those of a
-prototype (decision 0121). An error that nobody declared and that all repeats share has no target: its rows are
+prototype. An error that nobody declared and that all repeats share has no target: its rows are
 reported.
 
-Readings with faults (decision 0178) are on another bed: such a row passes if the truth is in the intervals, or the page
+Readings with faults are on another bed: such a row passes if the truth is in the intervals, or the page
 names the error among those that no interval includes.
 
 The last rows are of the numerics: runs that scatter, at three particle sizes, of a level that is off by a power of the
-size. Held against the truth is the trial's own run (decision 0123).
+size. Held against the truth is the trial's own run.
 """
 
 from collections.abc import Callable, Mapping, Sequence

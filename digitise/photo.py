@@ -1,5 +1,6 @@
 """A photo with a scale. Only this module converts pixels to millimetres."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,12 +12,12 @@ from numpy.typing import NDArray
 from digitise.geometry.polyline import depth_inside, rectangle
 from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_photo
 from digitise.image.painted import read_mask
-from digitise.image.raster import Map, shrunk
+from digitise.image.raster import shrunk
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.scale.face_scale import scale_by_face
-from digitise.scale.marker_scale import scale_by_markers, unused_markers
+from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View
-from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
+from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, NO_SCALE, PhotoInput, Pixel
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
 
@@ -77,11 +78,32 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
 
 def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
     """Return a warning if the photo shows markers but its scale is typed or from a ruler."""
-    if settings.mm_per_px is not None:
-        return unused_markers(photo, photo.mm_per_px, f"photo.mm_per_px = {settings.mm_per_px:g}")
-    if settings.ruler_px is not None:
-        return unused_markers(photo, photo.mm_per_px, f"photo.ruler_px ({photo.mm_per_px:.4g} mm/px)")
-    return ()
+    dictionary, corners_px = seen_markers(photo) if settings.mm_per_px or settings.ruler_px else ("", {})
+    if not corners_px:
+        return ()
+    side_px = np.median(np.linalg.norm(np.diff([*corners_px.values()], axis=1), axis=2))
+    return (
+        f"the photo shows {len(corners_px)} markers of {dictionary}: by the given scale ({photo.mm_per_px:.4g} mm/px) "
+        f"they are {side_px * photo.mm_per_px:.1f} mm wide, and as printed by default {PRINTED_MM:g} mm. "
+        "Measure one, and correct photo.mm_per_px or ruler_mm; or give [photo.markers] instead, which also corrects "
+        "for the camera's tilt",
+    )
+
+
+def offering_markers(refusal: object, photo: Path) -> str:
+    """Return the text of a refusal. If it is for want of a scale, it names the markers that the photo shows."""
+    text = str(refusal)
+    if NO_SCALE in text:
+        # Whoever reads the photo reports that it is bad.
+        with suppress(InputError):
+            dictionary, corners_px = seen_markers(pixels_of(read_photo(photo), photo))
+            if corners_px:
+                text = text.replace(
+                    NO_SCALE,
+                    f"{NO_SCALE} (the photo shows {len(corners_px)} markers of {dictionary}: 'sealtwin markers "
+                    f"--face-mm WxH --dictionary {dictionary} --out frame.pdf --toml markers.toml' writes their table)",
+                )
+    return text
 
 
 def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
@@ -93,28 +115,23 @@ def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
 
 
 def pixels_of(decoded: Decoded, file: Path, drawn: NDArray[np.bool_] | None = None) -> Pixels:
-    """Add the brightness of each pixel, and ``drawn``, the mask of the crack, (height, width).
+    """Add the brightness of each pixel, its linear luminance, and ``drawn``, the mask of the crack, (height, width).
 
     Raises InputError if the picture is black.
     """
-    return Pixels(**vars(decoded), file=file, brightness=_light(decoded.image, file), drawn=drawn)
+    to_light = (np.arange(256) / 255.0) ** DISPLAY_GAMMA
+    light = np.zeros(decoded.image.shape[:2], dtype=np.float32)
+    for channel, weight in enumerate((0.2126, 0.7152, 0.0722)):
+        light += (weight * to_light).astype(np.float32)[decoded.image[..., channel]]
+    if np.percentile(light[::2, ::2], BRIGHT_PART) < (BLACK / 255) ** DISPLAY_GAMMA:
+        raise InputError(f"{file}: the photo is black; take it with more light or a longer exposure.")
+    return Pixels(**vars(decoded), file=file, brightness=light, drawn=drawn)
 
 
 def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
     """Return the pixels with the scale that ``settings`` give. Raises InputError if the photo does not show it."""
     scale = find_scale(pixels, settings)
     return Photo(**{**vars(pixels), **vars(scale), "warnings": (*pixels.warnings, *scale.warnings)})
-
-
-def _light(image: NDArray[np.uint8], file: Path) -> Map:
-    """Return the linear luminance of each pixel. Raises InputError for a black picture."""
-    to_light = (np.arange(256) / 255.0) ** DISPLAY_GAMMA
-    light = np.zeros(image.shape[:2], dtype=np.float32)
-    for channel, weight in enumerate((0.2126, 0.7152, 0.0722)):
-        light += (weight * to_light).astype(np.float32)[image[..., channel]]
-    if np.percentile(light[::2, ::2], BRIGHT_PART) < (BLACK / 255) ** DISPLAY_GAMMA:
-        raise InputError(f"{file}: the photo is black; take it with more light or a longer exposure.")
-    return light
 
 
 def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
@@ -169,7 +186,7 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
             f"{scale.mm_per_px:.2g} mm wide; {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm is allowed. Correct "
             "the lengths and pixels that give the scale."
         )
-    if scale.scale_uncertainty is None or scale.scale_uncertainty < UNSURE:
+    if (scale.scale_uncertainty or 0.0) < UNSURE:
         return scale
     warning = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
     return replace(scale, warnings=(*scale.warnings, warning))

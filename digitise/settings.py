@@ -47,6 +47,7 @@ DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, ma
 Width = Annotated[float, Field(gt=0.005, le=200)]  # Of a crack in mm: no gauge shows less, and no sample is wider
 WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, max_length=MOST_STATIONS)]
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
+Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each; for more, paint a mask
 MOST_STROKES = 20  # Largest number of strokes of a kind, each with as many points; for more, paint a mask
@@ -54,6 +55,12 @@ Strokes = Annotated[
     tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MOST_WALL_POINTS)], ...],
     Field(max_length=MOST_STROKES),
 ]
+NO_SCALE = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
+Walls = Annotated[
+    tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...],
+    Field(max_length=MOST_WALLS),
+]
+Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=200)]
 CHOICE = "photo.crack = 2"  # Words by which a refusal asks for a choice among cracks
 MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
@@ -97,12 +104,15 @@ class MarkerBoard(Settings):
     Markers above or below that plane change the scale by their distance from it divided by the camera's distance.
     """
 
-    dictionary: Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"] = "4x4_50"
+    dictionary: Dictionary = "4x4_50"
     """Dictionary of the printed markers."""
     size_mm: float = Field(gt=0.5, le=1000)
     """Side of the black square. A marker below 0.5 mm does not print, and one above a metre is larger than a sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
     """Numbers and places of the markers. At least four: with fewer, noise of one marker decides the homography."""
+    printed_ruler_mm: float | None = Field(default=None, gt=50, le=200)
+    """Measured length of the ruler on the printed frame, if it is not 100. All lengths of this table were printed
+    longer or shorter by the same share; the middle of the frame stays. Printers scale by less than a half."""
 
     @model_validator(mode="after")
     def _each_once(self) -> Self:
@@ -127,11 +137,9 @@ class PhotoInput(Settings):
     shows these numbers. Default: the first crack, if it is far likelier than the others."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MOST_VIA)
     """Points on the crack between its ends, in order. Needed if it forks or a darker crack is near."""
-    roi_px: tuple[Pixel, ...] | None = Field(default=None, min_length=2, max_length=200)
+    roi_px: Region | None = None
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
-    walls_px: tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...] | None = Field(
-        default=None, max_length=MOST_WALLS
-    )
+    walls_px: Walls | None = None
     """Stretches of wall drawn by hand, for photos that mislead. Each is a line from one place on a wall, along the true
     wall, to another place on the same wall. Draw them with 'sealtwin trace'."""
     crack_strokes_px: Strokes | None = None
@@ -218,7 +226,7 @@ class PhotoInput(Settings):
             others = " and ".join(given[1:]) or "markers or face_mm"
             raise ValueError(f"{given[0]} and {others} are both given: give one scale")
         if not given and self.markers is None and self.face_mm is None:
-            raise ValueError("no scale: give [photo.markers], face_mm, ruler_px or mm_per_px")
+            raise ValueError(NO_SCALE)
         if self.face_corners_px is not None and self.face_mm is None:
             raise ValueError("face_corners_px is given without face_mm: give the face's size too")
         if self.crack is not None and (self.ends_px is not None or self.mask is not None):

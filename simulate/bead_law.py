@@ -23,8 +23,8 @@ CLOSED_STRESS = (0.0315, 0.066, 0.105, 0.152)
 STRESS_RATIO = (1.0, 1.052, 1.008, 0.925)
 SECTION_RATIO = (0.908, 0.915, 0.923, 0.95)
 """Ratios of stress and of section, closed form over bars in particles, at values of the closed form's stress over rho g
-sqrt(A) (``CLOSED_STRESS``). They are geometric means of a bar as high as its filament and one 1.6 times as wide
-(decision 0139). The ends spread and drain the middle a little, which depends on the height from
+sqrt(A) (``CLOSED_STRESS``). They are geometric means of a bar as high as its filament and one 1.6 times as wide.
+The ends spread and drain the middle a little, which depends on the height from
 which they were laid. That height is not measured."""
 
 

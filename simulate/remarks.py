@@ -26,7 +26,7 @@ FED = 0.75
 there is no remark.
 
 Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their volume or more. Those
-with 0.92 widths or more kept it to 3 % (decision 0173)."""
+with 0.92 widths or more kept it to 3 %."""
 AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
 LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 

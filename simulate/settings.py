@@ -79,7 +79,7 @@ class Fluid(Settings):
     viscosity_pa_s: Annotated[float | None, VISCOSITY] = Field(default=None, ge=0, le=1e4)
     """Dynamic viscosity, in place of U; with a yield stress, the plastic viscosity (Bingham). Cement grouts have 0.15
     to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after viscosity
-    has acted. With U and without a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
+    has acted. With U and without a yield stress they move before viscosity acts, as in the paper."""
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
     """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n. It is the viscosity at a
     shear rate of 1/s, and replaces viscosity_pa_s if flow_index is not 1."""
@@ -280,7 +280,7 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 """Volume of a sphere of radius R divided by that of Eq. 6, 0.811. It is the mass of a particle in the paper's solver.
 """
 
-# A run starts at this volume factor and ends between 0.95 and 1.20 (decision 0113).
+# A run starts at this volume factor and ends between 0.95 and 1.20.
 ACCURATE = Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0)
 PRESETS = {
     "accurate": ACCURATE,
@@ -325,7 +325,7 @@ LEAST_TWO_LEVEL_ITERATIONS = 4
 """Smallest number of iterations of two-level pressure. With 3, a column at rest moves at 9 cm/s, because each
 particle's own part of the pressure lags behind the part that is solved for on the nodes."""
 TWO_LEVEL = ACCURATE._replace(iterations=5, volume_factor=1.05)
-"""Constants of two-level pressure (decision 0065). With 4 iterations, 1 % of the particles of a settled column are 2 %
+"""Constants of two-level pressure. With 4 iterations, 1 % of the particles of a settled column are 2 %
 too dense."""
 
 

@@ -48,8 +48,7 @@ STIFFEST = 1000.0
 mm. At this limit pours in slots 1.2 to 12 mm wide are solved. At 4000 particles are flung away."""
 HOLDS_SUPPORTS = 100.0
 """Largest yield stress of fresh paste that is solved for, divided by rho g h. It is 2,650 Pa at a radius of 0.4 mm. At
-this limit pours take up to a fifth of the allowed iterations with any substep. At 200 one pour of 18 fails (decision
-0173)."""
+this limit pours take up to a fifth of the allowed iterations with any substep. At 200 one pour of 18 fails."""
 STIFFENS = 150.0
 """Largest gain of yield stress in ``STIFFENING_S``, divided by rho h^2 / dt, in 1/s. It is 105 Pa/s at a radius of 0.4
 mm. From a gain of 180 on, stiffened paste compresses the fresh paste that it encloses until that collapses."""

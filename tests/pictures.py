@@ -83,3 +83,11 @@ def distance_to(points: Floats, line: Floats) -> Floats:
 
 def rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+def edge_of_patch() -> Floats:
+    """A line along the edge of a lighter patch: not surely a crack."""
+    edge = [(30, 160), (130, 176), (240, 154), (350, 172), (470, 158)]
+    below = np.zeros((300, 500), dtype=np.uint8)
+    cv2.fillPoly(below, [np.array([(0, 162), *edge, (500, 158), (500, 300), (0, 300)], dtype=np.int32)], [1])
+    return with_crack(mortar() * np.where(below, 1.9, 1.0), edge)

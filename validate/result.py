@@ -19,7 +19,7 @@ COMPARISON, PREDICTION, RESULT = "comparison.json", "prediction.json", "run.json
 IF_SEVERAL = Field(default=None, exclude_if=lambda value: value is None)
 """Default of a field that is not written for a trial of one run."""
 Outcome = Literal["passed", "failed", "undecided", "open"]
-"""The result of a comparison (decision 0079).
+"""The result of a comparison.
 
 passed: the gate is kept and is outside the interval of the mean error;
 failed: the gate is missed and is outside the interval, or a particle escaped;

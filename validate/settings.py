@@ -121,7 +121,7 @@ class Declared(Settings):
     if places outside the range are not of this sample, "dash"
     or "minus" for a dash between the place and the readings of a note."""
     datum: Datum = "sample_surface"
-    """Datum of the readings. The sample's surface, its face, is the datum of this format (decision 0071)."""
+    """Datum of the readings. The sample's surface, its face, is the datum of this format."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
     """Height of the datum above the sample's surface. Required if the datum is not the sample's surface: no sheet shows
     it."""

@@ -187,6 +187,8 @@ class CrackSearch:
         return (
             f"the faintest part of the first is {best.worst:.1f} times as dark as the ground's grain (at least "
             f"{LEAST_WORST:g} along a crack)"
+            if best.worst >= 0.05
+            else "a part of the first is not darker than the ground"
         )
 
     def _listed(self) -> str:

@@ -48,6 +48,7 @@ def too_far(away_px: float, most_px: float) -> str:
 def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> None:
     """Raise InputError if a point is outside the photo or the face, or the ends are too close together."""
     named = [("end", point) for point in ends_px] + [("via point", point) for point in via_px]
+    points_px = np.array([*ends_px, *via_px])
     width, height = photo.size_px
     for name, (x, y) in named:
         if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
@@ -65,12 +66,19 @@ def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel,
         )
     if photo.face_mm is None:
         return
-    outside_mm = -depth_inside(photo.to_mm(np.array([point for _, point in named])), photo.face_mm)
-    for (name, (x, y)), beside_mm in zip(named, outside_mm, strict=True):
-        if beside_mm > most_px * photo.mm_per_px:
+    most_mm, places_mm = most_px * photo.mm_per_px, photo.to_mm(points_px)
+    # By markers, mm do not depend on the size of the face.
+    turned_mm = (0, 0, photo.face_mm[3], photo.face_mm[2]) if photo.markers_px else photo.face_mm
+    exchanged = {
+        "width and height of face_mm": depth_inside(places_mm, turned_mm),
+        "x and y of the points": depth_inside(photo.to_mm(points_px[:, ::-1]), photo.face_mm),
+    }
+    cures = [f" With {what} exchanged all are on it." for what, mm in exchanged.items() if mm.min() >= -most_mm]
+    for (name, (x, y)), depth_mm in zip(named, depth_inside(places_mm, photo.face_mm), strict=True):
+        if depth_mm < -most_mm:
             raise InputError(
-                f"{photo.file}: the {name} ({x:g}, {y:g}) is {beside_mm:.1f} mm outside the face; "
-                "give the place where the crack meets the face's edge."
+                f"{photo.file}: the {name} ({x:g}, {y:g}) is {-depth_mm:.1f} mm outside the face; "
+                f"give the place where the crack meets the face's edge.{''.join(cures)}"
             )
 
 

@@ -177,7 +177,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
 
 def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
     """Return the user's corners of the face, (4, 2), or None; raise InputError if they cannot be a face's."""
-    if settings.face_corners_px is None:
+    if settings.face_corners_px is None or settings.face_mm is None:
         return None
     corners_px, size_px, file = np.array(settings.face_corners_px, dtype=float), pixels.size_px, pixels.file
     # Corners that the photo's border cuts off may be half a photo away.
@@ -196,8 +196,6 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
             f"{file}: face_corners_px {listed} are out of order; list lower left, lower right, upper right, upper left "
             "(px, y down)."
         )
-    if settings.face_mm is None:
-        return corners_px
     aspect, expected = _aspect(corners_px), settings.face_mm[0] / settings.face_mm[1]
     if max(aspect / expected, expected / aspect) > MOST_FORESHORTENED:
         raise InputError(

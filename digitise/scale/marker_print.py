@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from digitise.scale.marker_scale import black_modules
-from digitise.settings import Marker, MarkerBoard
+from digitise.scale.marker_scale import RULER_MM, black_modules
+from digitise.settings import Dictionary, Marker, MarkerBoard
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
@@ -19,7 +19,7 @@ PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4
 UNPRINTED_MM = 6.0  # Unprintable margin along the edge of the paper
 WHITE = 0.375  # White margin around a marker over its side: detection needs a sixth, the rest is for cutting by hand
 CUT_GREY, CUT_MM = 0.75, 0.1  # Line to cut along, too light to be found as the edge of the face
-RULER_MM, RULER_THICK_MM = 100.0, 0.3
+RULER_THICK_MM = 0.3
 LEAST_FACE_MM, MOST_FACE_MM = 5.0, 400.0  # Smallest and largest side of a frame's opening
 LINE_MM = 4.5  # Distance between lines of text
 CAPTION_MM = 12.0 + 5 * LINE_MM  # Height of the ruler and five lines of text below the frame
@@ -40,7 +40,7 @@ PAGE_STYLE: "dict[RcKeyType, Any]" = {
 
 INSTRUCTIONS = (
     'Print at 100 % ("actual size", not "fit to page"), on matt paper or card, and glue it flat.',
-    "Measure the ruler. If it is not 100.0 mm, multiply every mm of [photo.markers] by its length / 100.",
+    "Measure the ruler. If it is not 100.0 mm, add printed_ruler_mm = (its length) to [photo.markers].",
     "Cut out the opening, and lay the frame level with the cracked face, with this text upright in the photo.",
     "Each mm above or below the face changes every length by 1 mm / distance to the camera: 0.33 % at 300 mm.",
 )
@@ -138,17 +138,20 @@ def _figure(frame: MarkerFrame) -> "Figure":
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
-    figure = Figure(figsize=(frame.size_mm[0] / MM_PER_INCH, frame.size_mm[1] / MM_PER_INCH), dpi=PT_PER_INCH)
-    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, frame.size_mm[0]), ylim=(0, frame.size_mm[1]))
+    width_mm, height_mm = frame.size_mm
+    figure = Figure(figsize=np.divide(frame.size_mm, MM_PER_INCH).tolist(), dpi=PT_PER_INCH)
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, width_mm), ylim=(0, height_mm))
     axes.set_axis_off()
-    for x_mm, y_mm, width_mm, height_mm, grey in frame.bars:
-        axes.add_patch(Rectangle((x_mm, y_mm), width_mm, height_mm, facecolor=str(grey), linewidth=0))
+    for x_mm, y_mm, across_mm, up_mm, grey in frame.bars:
+        axes.add_patch(Rectangle((x_mm, y_mm), across_mm, up_mm, facecolor=str(grey), linewidth=0))
     for x_mm, y_mm, text in frame.lines:
         axes.text(x_mm, y_mm, text, fontsize=TEXT_MM / MM_PER_INCH * PT_PER_INCH, parse_math=False)
     return figure
 
 
-def board_around(face_mm: tuple[float, float], size_mm: float, dictionary: str, count: int) -> MarkerBoard:
+def board_around(
+    face_mm: tuple[float, float], size_mm: float, dictionary: Dictionary, count: int, ruler_mm: float | None = None
+) -> MarkerBoard:
     """Place markers at the face's corners and, if ``count`` is 8, sides; raise InputError if they would touch."""
     width, height = face_mm
     if not all(LEAST_FACE_MM <= side <= MOST_FACE_MM for side in face_mm):
@@ -169,21 +172,20 @@ def board_around(face_mm: tuple[float, float], size_mm: float, dictionary: str, 
         )
     places = [(x, y) for y in rows for x in columns if (x, y) != (width / 2, height / 2)]
     markers = tuple(Marker(id=number, x_mm=x, y_mm=y) for number, (x, y) in enumerate(places))
-    return MarkerBoard.model_validate({"dictionary": dictionary, "size_mm": size_mm, "markers": markers})
+    return MarkerBoard(dictionary=dictionary, size_mm=size_mm, markers=markers, printed_ruler_mm=ruler_mm)
 
 
 def board_toml(frame: MarkerFrame) -> str:
     """Return the table for a trial file, with the size of the face in a comment."""
-    width_mm, height_mm = frame.face_mm
     rows = [f"  {{ id = {it.id}, x_mm = {it.x_mm}, y_mm = {it.y_mm} }}," for it in frame.board.markers]
-    head = [f"# In [photo]: face_mm = [{width_mm}, {height_mm}]", "[photo.markers]"]
-    board = [f'dictionary = "{frame.board.dictionary}"', f"size_mm = {frame.board.size_mm}", "markers = [", *rows, "]"]
-    return "\n".join([*head, *board, ""])
+    face = f"# In [photo]: face_mm = {list(frame.face_mm)}"
+    size = f'dictionary = "{frame.board.dictionary}"\nsize_mm = {frame.board.size_mm}'
+    return "\n".join([face, "[photo.markers]", size, "markers = [", *rows, "]", ""])
 
 
 def _bar(ring_mm: Floats, grey: float) -> Bar:
-    (left, low), (right, high) = ring_mm.min(axis=0), ring_mm.max(axis=0)
-    return Bar(float(left), float(low), float(right - left), float(high - low), grey)
+    left, low, across, up = *ring_mm.min(axis=0).tolist(), *np.ptp(ring_mm, axis=0).tolist()
+    return Bar(left, low, across, up, grey)
 
 
 def _ruler(left_mm: float, low_mm: float) -> list[Bar]:

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from threading import Lock
-from typing import Annotated, Any, Generic, Literal, NamedTuple, Self, TypeVar
+from typing import Any, Generic, Literal, NamedTuple, Self, TypeVar
 
 import cv2
 import numpy as np
@@ -21,7 +21,19 @@ from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
 from digitise.outline import DoubtfulWalls, Unconfirmed, glance, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
-from digitise.settings import MOST_VIA, MOST_WALL_POINTS, MOST_WALLS, CrackShape, PhotoInput, Pixel, Strokes, Tilt
+from digitise.scale.marker_print import board_around
+from digitise.scale.marker_scale import PRINTED_MM, seen_markers
+from digitise.settings import (
+    MOST_VIA,
+    CrackShape,
+    Dictionary,
+    PhotoInput,
+    Pixel,
+    Region,
+    Strokes,
+    Tilt,
+    Walls,
+)
 from digitise.walls.followed_walls import LastWalls
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Pixels
@@ -42,6 +54,7 @@ CONTROLS = {  # Labels on the page for the settings and files that messages name
     "face_corners_px": "Face",
     "face_mm": "Width and Height",
     "mm_per_px": "mm/px",
+    "printed_ruler_mm": "Frame's ruler",
     "overlay.png": "the lines on the photo",
 }
 CHOOSE = "{count} lines may be the crack: click the number of yours, or press its key."
@@ -59,10 +72,8 @@ class Hints(Settings):
     ends_px: tuple[Pixel, Pixel] | None = None
     crack: int | None = None
     via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MOST_VIA)
-    roi_px: tuple[Pixel, ...] | None = Field(default=None, max_length=200)
-    walls_px: tuple[Annotated[tuple[Pixel, ...], Field(max_length=MOST_WALL_POINTS)], ...] | None = Field(
-        default=None, max_length=MOST_WALLS
-    )
+    roi_px: Region | None = None
+    walls_px: Walls | None = None
     crack_strokes_px: Strokes | None = None
     ground_strokes_px: Strokes | None = None
     branches: Literal["drop", "keep"] | None = None
@@ -72,6 +83,8 @@ class Hints(Settings):
     ruler_mm: float | None = None
     face_mm: tuple[float, float] | None = None
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
+    frame: tuple[float, Dictionary, int, float | None] | None = None
+    """Frame of markers printed around ``face_mm``: their size, dictionary and number, and its ruler's length, in mm."""
 
     @classmethod
     def of(cls, photo: PhotoInput) -> Self:
@@ -79,8 +92,15 @@ class Hints(Settings):
         return cls(**{key: getattr(photo, key) for key in cls.model_fields if key in photo.model_fields_set})
 
     def said(self, keys: frozenset[str] | None = None) -> dict[str, Any]:
-        """Return the hints that were given; with ``keys``, only those among them."""
-        return self.model_dump(mode="json", exclude_none=True, include=None if keys is None else set(keys))
+        """Return the hints that were given, a printed frame as markers; with ``keys``, only those among them.
+
+        Raises InputError if the frame does not fit around the face.
+        """
+        values = self.model_dump(mode="json", exclude_none=True, include=None if keys is None else set(keys))
+        frame = values.pop("frame", None)
+        if frame and self.face_mm:
+            values["markers"] = board_around(self.face_mm, *frame).model_dump(mode="json", exclude_none=True)
+        return values
 
 
 class Shape(Settings):
@@ -101,7 +121,7 @@ class Shape(Settings):
         return self.model_dump(mode="json", exclude_none=True)
 
 
-SCALE_KEYS = frozenset({"mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px"})
+SCALE_KEYS = frozenset({"mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px", "frame"})
 PATH_KEYS = frozenset(Hints.model_fields) - SCALE_KEYS
 
 
@@ -198,8 +218,7 @@ class TraceSession:
         self._newest, self._scaling = 0.0, Lock()
         # Clicks do not wait for a search, which may take seconds.
         self._clicking, self._searching = Lock(), Lock()
-        self._last_scale: tuple[Hints, _Scaled] | None = None
-        self._last_wire: tuple[Photo, tuple[Pixel, ...] | None, LiveWire] | None = None
+        self._last_scale, self._last_wire = _Last[_Scaled](), _Last[LiveWire]()
         # A stroke changes neither the path nor the walls that it moves.
         self._last_search, self._last_path, self._last_walls = _Last[CrackSearch](), _Last[CrackPath](), LastWalls()
         # The search map is made before the first click. A bad region is reported with the first answer.
@@ -207,12 +226,17 @@ class TraceSession:
             self._wire(self._scaled(hints).photo, hints.roi_px)
 
     def opening(self) -> Answer:
-        """Return the page's initial state."""
+        """Return the page's initial state. Without a scale it has the markers that the photo shows."""
+        dictionary, corners_px = ("", {}) if self._scaled(self.hints).in_mm else seen_markers(self._pixels)
         return {
             "name": self._plain.file.name,
             "size_px": self._plain.size_px,
             "levels": self.pyramid.levels,
-            "hints": self.hints.said(),
+            "hints": {
+                **self.hints.said(),
+                "frame": (PRINTED_MM, dictionary, 4 if max(corners_px, default=4) < 4 else 8, None),
+            },
+            "seen": len(corners_px),
             "markers": bool(self._rest.get("markers")),
             "painted": self._plain.drawn is not None,
         }
@@ -233,8 +257,7 @@ class TraceSession:
 
     def _steps(self, hints: Hints, revision: float) -> Iterator[tuple[str, Answer | list[Answer] | str | None]]:
         with_scale = self._scaled(hints)
-        by_edges = hints.face_mm is not None and hints.face_corners_px is None and not self._rest.get("markers")
-        yield "scale", _scale_answer(with_scale, by_edges)
+        yield "scale", _scale_answer(with_scale, hints.face_corners_px is None and not with_scale.photo.markers_px)
         with self._searching if hints.ends_px is None else self._clicking:
             self._check_newest(revision)
             try:
@@ -267,11 +290,9 @@ class TraceSession:
 
     def _scaled(self, hints: Hints) -> _Scaled:
         """Return the photo with the scale of the hints, or without one."""
-        wanted = Hints(**{key: getattr(hints, key) for key in SCALE_KEYS})
+        wanted = hints.model_copy(update=dict.fromkeys(PATH_KEYS))
         with self._scaling:
-            if self._last_scale is None or self._last_scale[0] != wanted:
-                self._last_scale = wanted, self._find_scale(wanted)
-            return self._last_scale[1]
+            return self._last_scale.of(self, (wanted,), lambda: self._find_scale(wanted))
 
     def _find_scale(self, hints: Hints) -> _Scaled:
         try:
@@ -291,9 +312,7 @@ class TraceSession:
         if photo.face_mm is None and not photo.markers_px:
             # Without face and markers, the scale does not change the search.
             photo = self._plain
-        if self._last_wire is None or self._last_wire[0] is not photo or self._last_wire[1] != roi_px:
-            self._last_wire = photo, roi_px, LiveWire(photo, roi_px)
-        return self._last_wire[2]
+        return self._last_wire.of(photo, (roi_px,), lambda: LiveWire(photo, roi_px))
 
 
 def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:

@@ -96,10 +96,15 @@ def read_photo(
     # Messages name an array by its argument.
     file = Path("photo") if isinstance(photo, np.ndarray) else file_of(photo, "photo")
     # A mask may be an array, so it is read here.
-    settings = settings_from(PhotoInput, "read_photo", locals(), mask=None)
+    keywords = locals()
     from digitise.image import decoding
     from digitise.image.painted import read_mask, take_mask
-    from digitise.photo import beside_markers, pixels_of, scaled
+    from digitise.photo import beside_markers, offering_markers, pixels_of, scaled
+
+    try:
+        settings = settings_from(PhotoInput, "read_photo", keywords, mask=None)
+    except InputError as fault:
+        raise InputError(offering_markers(fault, file)) from None
 
     if isinstance(photo, np.ndarray):
         decoded = decoding.take_photo(photo, "photo")

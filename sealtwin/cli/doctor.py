@@ -63,9 +63,9 @@ def _fluid() -> str:
     from simulate.device import SIDE, choose_device, touching_pairs, turns_of_a_recording
 
     device = choose_device("auto")
-    pairs = touching_pairs(device)
-    if pairs != 3 * 7 * 8 * 8:
-        raise RuntimeError(f"a lattice of 8 x 8 x 8 has {pairs} touching pairs on {device}, not {3 * 7 * 8 * 8}")
+    # 3 x 7 x 8 x 8
+    if (pairs := touching_pairs(device)) != 1344:
+        raise RuntimeError(f"a lattice of 8 x 8 x 8 has {pairs} touching pairs on {device}, not 1344")
     turns = turns_of_a_recording(device)
     if turns != SIDE:
         raise RuntimeError(f"a recorded loop of {SIDE} turns made {turns} turns on {device}")
@@ -78,10 +78,7 @@ def _report() -> str:
 
     from matplotlib.figure import Figure
 
-    page = io.BytesIO()
-    Figure().savefig(page, format="svg")
-    if b"<svg" not in page.getvalue():
-        raise RuntimeError("Matplotlib wrote no SVG")
+    Figure().savefig(io.BytesIO(), format="svg")
     return "figure drawn without a screen"
 
 

@@ -92,15 +92,13 @@ def trace(
             page.wait()
         except KeyboardInterrupt:
             command.interrupted("saved photos remain saved." if page.saved else "nothing was saved.")
-    saved = page.saved
+    summaries = [one["summary"] for one in page.saved] or ["Nothing was saved."]
+    listed = [{"file": one["file"], "changed": one["changed"]} for one in page.saved]
     if len(sheets) > 1:
-        listed = [{"file": one["file"], "changed": one["changed"]} for one in saved]
         open_ = [photo["name"] for photo in page.photos if not photo["done"]]
-        summaries = [one["summary"] for one in saved] or ["Nothing was saved."]
         rest = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
         command.reply(Answer({"version": 1, "saved": listed, "not_traced": open_}, [*summaries, rest]))
-    elif not saved:
-        command.reply(Answer({"version": 1, "saved": None, "changed": []}, ["Nothing was saved."]))
-    else:
-        content = {"version": 1, "saved": saved[0]["file"], "changed": saved[0]["changed"]}
-        command.reply(Answer(content, [saved[0]["summary"], f"Next: {saved[0]['next']}"]))
+        return
+    saved = listed[0] if listed else {"file": None, "changed": []}
+    content = {"version": 1, "saved": saved["file"], "changed": saved["changed"]}
+    command.reply(Answer(content, [*summaries, *(f"Next: {one['next']}" for one in page.saved)]))

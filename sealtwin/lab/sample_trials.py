@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any
 
-from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
+from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES, NO_SCALE
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
@@ -78,7 +78,7 @@ NEEDED = {
     ),
     SCALE: Needed(
         0.1,
-        ", nor any other scale: write [photo] mm_per_px, face_mm, ruler_px or markers",
+        f": {NO_SCALE}",
         others=frozenset[str]().union(*ALTERNATIVES[0]),
     ),
 }
@@ -273,6 +273,8 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     Other settings of solver and fluid are those of 'sealtwin init': they let the sealant settle before its level is
     measured, and choose the particle radius according to the crack.
     """
+    from digitise.photo import offering_markers
+
     settings = _settings_of(outcome)
     _weigh(folder, outcome, settings)
     settings = {"note": assumed_of(outcome)} | SOLVER | fluid_settings(settings.keys()) | settings
@@ -283,6 +285,9 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
         settings[key] = it.stand_in
         if not outcome.note.meant & {key, *it.others}:
             outcome.faults.append(f"{key} is missing{it.remedy} in {DEFAULTS}, or in the sample's note (NAME.toml).")
+    if SCALE in missing:
+        photo = folder / next((raw.original for raw in outcome.raw if raw.role == "photo"), "")
+        outcome.faults = [offering_markers(fault, photo) for fault in outcome.faults]
     return with_settings({}, settings)
 
 

@@ -20,7 +20,7 @@ from simulate.spread_law import GRAVITY_M_S2
 
 MASS_ERROR_G = 0.03  # Standard uncertainty: a scale with steps of 0.05 g, and paste that sticks to the nozzle
 SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a straight line
-LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over simulated beads (decision 0139)
+LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over simulated beads
 SECTION = 0.03  # Relative standard uncertainty of the section in the middle, from the same beads
 STIFFEST = 0.16
 """Largest stress divided by rho g sqrt(A), for a section A. A stiffer bead hardly flows, so it does not show its yield

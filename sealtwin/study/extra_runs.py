@@ -180,7 +180,7 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
     trial, run = base.trial, base.run
     changes = {"fluid.D_cm": trial.given_fluid.D_cm, **moved_paste(base, steps)}
     if (weight := trial.given_fluid.U) is not None:
-        # A viscosity in physical units moves particles differently from the trial's U (decision 0155).
+        # A viscosity in physical units moves particles differently from the trial's U.
         thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
         changes |= {"fluid.U": weight * thicker, "fluid.viscosity_pa_s": None}
     changed, own = base.changed(changes), (run.radius_mm, base.sample.trajectory)

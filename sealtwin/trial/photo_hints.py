@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,6 @@ from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial, seen_from, with_settings
-
-BYTE_ORDER_MARK = "\ufeff"  # Written before the text by Notepad on Windows
 
 NEEDED = ("fluid", "solver")
 """Tables without which a trial cannot run; a new trial has those of the starter."""
@@ -55,11 +54,13 @@ class TrialFile:
                 f"{self.path}: changed since the page was opened, and not overwritten. Run 'sealtwin trace "
                 f"{self.path}' again."
             )
-        text = self._content.decode("utf-8")
-        before = tomllib.loads(text.removeprefix(BYTE_ORDER_MARK))
+        # Notepad on Windows writes a mark before the text.
+        mark = BOM_UTF8 if self._content.startswith(BOM_UTF8) else b""
+        text = self._content.removeprefix(mark).decode("utf-8")
+        before = tomllib.loads(text)
         edited, changed = with_hints(text, hints, shape, self._settings)
         before = with_settings(before, self._settings)
-        after = tomllib.loads(edited.removeprefix(BYTE_ORDER_MARK))
+        after = tomllib.loads(edited)
         others = {key: value for key, value in before["photo"].items() if key not in Hints.model_fields}
         given = {"photo": {**others, **hints.said()}}
         if "crack" in before or shape.said():
@@ -72,8 +73,8 @@ class TrialFile:
             )
         checked(Trial, self.path, after)
         if changed:
-            write_bytes(self._target, edited.encode("utf-8"))
-            self._content = edited.encode("utf-8")
+            self._content = mark + edited.encode("utf-8")
+            write_bytes(self._target, self._content)
         return changed
 
 
@@ -120,8 +121,7 @@ def with_hints(text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any
     import tomlkit
 
     windows = "\r\n" in text
-    mark = BYTE_ORDER_MARK if text.startswith(BYTE_ORDER_MARK) else ""
-    document = tomlkit.parse(text.removeprefix(mark).replace("\r\n", "\n"))
+    document = tomlkit.parse(text.replace("\r\n", "\n"))
     replaced = _replaced(document, settings)
     photo: Any = document["photo"]
     given = hints.said()
@@ -132,7 +132,7 @@ def with_hints(text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any
         document["crack"] = tomlkit.table()
     changed = [*replaced, *_filled(photo, given), *removed, *_filled(document.get("crack", {}), shape.said())]
     edited = tomlkit.dumps(document)
-    return mark + (edited.replace("\n", "\r\n") if windows else edited), changed
+    return edited.replace("\n", "\r\n") if windows else edited, changed
 
 
 def _replaced(document: Any, settings: Mapping[str, Any]) -> list[str]:
@@ -170,11 +170,10 @@ def _put(table: Any, key: str, value: Any) -> None:
     """Insert a key after the last key of a table, but before a comment that belongs to the next table."""
     from tomlkit.items import Table
 
-    if key in table or not isinstance(table, Table):
+    own = [name for name in table if not isinstance(table[name], Table)]
+    if key in table or not isinstance(table, Table) or not table.value.body:
         table[key] = value
-    elif own := [name for name in table if not isinstance(table[name], Table)]:
+    elif own:
         table.value._insert_after(own[-1], key, value)
-    elif table.value.body:
-        table.value._insert_at(0, key, value)
     else:
-        table[key] = value
+        table.value._insert_at(0, key, value)

@@ -14,7 +14,7 @@ from sealtwin.core.records import Sample
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import Trial, name_of, names_in, seen_from, trial_text, with_settings
+from sealtwin.trial.trial_file import Trial, checked_trial, name_of, names_in, seen_from, trial_text, with_settings
 
 STARTER = tomllib.loads(TRIAL)
 NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
@@ -59,7 +59,7 @@ def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: P
     assumed = {name: value for name, value in defaults.items() if name not in given and name in names_in(content)}
     sentences = [f"{name} = {toml_value(value)}" for name, value in assumed.items()]
     content = {"note": f"Assumed, not measured or given: {', '.join(sentences)}.", **content}
-    checked(Trial, photo, content)
+    checked_trial(photo, content)
     return _text(folder, content, given, assumed), sentences
 
 

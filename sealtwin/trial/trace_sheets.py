@@ -60,7 +60,7 @@ def _traced(path: Path) -> bool:
 def _opened(path: Path, given: Mapping[str, Any]) -> Opened:
     """Return the session of a trial file or of a photo, the function that saves its hints, and facts for the page."""
     # The page may have saved a trial for this photo before.
-    if path.suffix.lower() != ".toml" and path.with_suffix(".toml").is_file() and _traced(path):
+    if path.suffix.lower() != ".toml" and _traced(path):
         path = path.with_suffix(".toml")
     if path.suffix.lower() == ".toml":
         loaded = load_trial(path, given)
@@ -97,11 +97,10 @@ def _of_photo(path: Path, given: Mapping[str, Any]) -> tuple[PhotoInput, Hints]:
     """Return settings and hints of a photo without a trial. Raises InputError if ``given`` has an unusable setting."""
     photo = {"photo": {"file": path.name, "data": "undeclared"}}
     content = with_settings(photo, seen_from(path.parent, given))["photo"]
-    if content.keys() & {"markers", "face_mm", "ruler_px", "mm_per_px"}:
-        settings = checked(PhotoInput, path, content)
-        return settings, Hints.of(settings)
-    settings = checked(PhotoInput, path, {**content, "mm_per_px": UNSCALED_MM_PER_PX})
-    return settings, Hints.of(settings).model_copy(update={"mm_per_px": None})
+    has_scale = content.keys() & {"markers", "face_mm", "ruler_px", "mm_per_px"}
+    unscaled = {} if has_scale else {"mm_per_px": UNSCALED_MM_PER_PX}
+    settings = checked(PhotoInput, path, content | unscaled)
+    return settings, Hints.of(settings).model_copy(update=dict.fromkeys(unscaled))
 
 
 def _shape(path: Path, given: Mapping[str, Any]) -> tuple[Shape, list[str]]:

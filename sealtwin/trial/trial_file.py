@@ -4,13 +4,13 @@ import difflib
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
+from digitise.settings import NO_SCALE, CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Outline, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_toml
@@ -219,7 +219,20 @@ def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
         above = place not in Trial.model_fields and any(name.startswith(f"{place}.") for name in given)
         return "settings of this call" if below or above else str(path)
 
-    return checked(Trial, path, with_settings(content, given), named)
+    return checked_trial(path, with_settings(content, given), named)
+
+
+def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str], str] | None = None) -> Trial:
+    """Return a trial; ``path`` is its file or its photo. A refusal for want of a scale names markers in the photo."""
+    try:
+        return checked(Trial, path, content, origin)
+    except InputError as fault:
+        if NO_SCALE not in str(fault):
+            raise
+        from digitise.photo import offering_markers
+
+        photo = path.parent / content["photo"]["file"] if path.suffix == ".toml" else path
+        raise InputError(offering_markers(fault, photo)) from None
 
 
 def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: Mapping[str, Any]) -> Trial:
@@ -230,7 +243,7 @@ def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: Mapping[s
     if f"{kind}.file" in settings:
         raise InputError(f"{kind}.file and {file} are both given: give one {kind}.")
     content = {"name": name_of(file, kind), kind: {"file": file.name, "data": "undeclared"}}
-    return checked(Trial, file, with_settings(content, settings))
+    return checked_trial(file, with_settings(content, settings))
 
 
 def name_of(file: Path, otherwise: str) -> str:

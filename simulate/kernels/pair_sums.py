@@ -123,7 +123,7 @@ def stick(squared: float, support: float):
     """Return the weight of a wall particle in the no-slip drag of a fluid of viscosity 1, a number times h^3.
 
     One layer of these weights, a radius deep, replaces the pairs that a wall cuts off. It is a fit for fluid whose
-    speed is in proportion to the distance from the wall, up to three radii, and is good to 2 % (decision 0111).
+    speed is in proportion to the distance from the wall, up to three radii, and is good to 2 %.
     """
     share = wp.max(squared / (support * support), NEAREST_WALL)
     rest = wp.max(1.0 - share, 0.0)

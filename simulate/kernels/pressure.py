@@ -177,7 +177,7 @@ def move_as_solved(
     """Move to x = x0 + v dt with the velocity after viscosity.
 
     Eq. 5 changes velocities after positions have moved by v + g dt. Without this move, a bank at rest slides in each
-    substep, and liquid of any viscosity falls at g dt (decision 0155). A thick fluid also reverses pressure's
+    substep, and liquid of any viscosity falls at g dt. A thick fluid also reverses pressure's
     displacement of a few particles. If that displacement corrected much compression, it is kept.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):

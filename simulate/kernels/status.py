@@ -22,7 +22,7 @@ class Particles:
 
     per_run: int
     position: wp.array[wp.vec4]
-    """Position, and the multiplier of the density constraint, which is RESTS for a particle at rest (decision 0089)."""
+    """Position, and the multiplier of the density constraint, which is RESTS for a particle at rest."""
     previous_position: wp.array[wp.vec3]  # Position before the substep
     velocity: wp.array[wp.vec3]
     earlier_velocity: wp.array[wp.vec3]  # Velocity after the last substep but one

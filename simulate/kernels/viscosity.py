@@ -2,7 +2,7 @@
 
 A particle's ``viscosity`` is the weight of its pairs in a substep: U of Eq. 5 over h sqrt(pi), or the weight that is
 equivalent to a viscosity and a yield stress. In the implicit form a pair pulls along its line, with the mean of both
-volumes, which conserves momentum and angular momentum (decision 0111). The explicit passes are Eq. 5 as printed.
+volumes, which conserves momentum and angular momentum. The explicit passes are Eq. 5 as printed.
 """
 
 from types import ModuleType

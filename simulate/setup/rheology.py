@@ -16,7 +16,7 @@ LAW = 0.1185
 confirmed it to 5 %."""
 RUBS = 0.010
 """Viscosity that particles add as they push past each other, divided by R^2 / dt, at the substep of preset accurate. It
-was measured to a factor of two in shear waves of 30 to 300 mm/s and in channels (decision 0111)."""
+was measured to a factor of two in shear waves of 30 to 300 mm/s and in channels."""
 DAMPS = 33.0
 """Damping of particles packed as a liquid, divided by nu dt / h^2. It is a third of the sum of their weights."""
 SWINGS = 10.0

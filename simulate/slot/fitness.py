@@ -18,7 +18,7 @@ the sections and of the crack, as shares. At a depth of 10 mm levels are then wr
 MOST_HELD_MM, MOST_DRAGGED = 0.5, 0.25
 """Largest step of the level that narrow places may support in addition to the sections, and largest length that they
 may add to the way of a liquid, divided by that of the crack. At both limits a fill with narrow places is off by at most
-0.6 mm (decision 0175)."""
+0.6 mm."""
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ DEVICE = "CPU, without particles"
 STATION_MM = 0.2
 FILL_STEP = 0.1  # Step of the fills that are tried to find one inside the domain
 PARTICLES_RUB = 0.0065
-"""Friction of the particles, as a share of the pressure: shear waves in a box without walls give 0.5 to 0.8 % (decision
-0064). The fast model replaces particles, so it has the same friction."""
+"""Friction of the particles, as a share of the pressure: shear waves in a box without walls give 0.5 to 0.8 %. The fast
+model replaces particles, so it has the same friction."""
 
 
 def pour(

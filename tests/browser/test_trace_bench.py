@@ -111,6 +111,7 @@ def test_ground_across_the_crack_is_refused_by_the_tool_s_name(bench, shot):
     draw(bench, [beside(bench, 0.5, 15.0), beside(bench, 0.5, -60.0)])
     bench.await_state("refused")
     assert "Ground, stroke 1, crosses the crack" in bench.text("#refusal")
+    assert bench.page.locator("#left-wall, #right-wall").count() == 2, "walls stay as they were before the stroke"
     bench.page.keyboard.press("Control+z")
     bench.await_state("walls")
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from digitise.scale.marker_print import board_around
 from sealtwin.trial.trial_file import load_trial
 from tests.places import FIXTURE
 
@@ -96,13 +97,17 @@ def test_a_save_waits_for_the_scale_that_was_just_given(open_page, shot, tmp_pat
     bench = open_page(photo)
     bench.give_ends(shot)
     bench.page.evaluate(SLOWLY)
-    bench.give_scale_and_depth()
+    assert bench.text("#seen") == "Markers (8 seen)"
+    bench.page.check("input[value=frame]")
+    for field, value in (("depth", "16"), ("frame-ruler", "97"), ("face-width", "160"), ("face-height", "40")):
+        bench.page.fill(f"#{field}-mm", value)
     bench.page.keyboard.press("Control+s")
     bench.page.wait_for_selector("#farewell[open], #save-refused:not(:empty)")
     assert bench.text("#save-refused") == ""
+    assert "8 4x4_50 markers of 15.52 mm" in bench.text("#scale-found")
     new = load_trial(photo.with_suffix(".toml"))
     assert new.photo is not None
-    assert new.photo.mm_per_px == 0.1
+    assert new.photo.markers == board_around((160.0, 40.0), 16.0, "4x4_50", 8, 97.0)
 
 
 def test_quitting_asks_once_where_something_would_be_lost(bench, shot):

@@ -27,9 +27,7 @@ def test_a_frame_and_its_table_are_written(tmp_path):
 
 
 def test_the_ending_of_the_name_chooses_svg_and_quiet_leaves_the_table_alone(tmp_path):
-    answer = _markers(
-        "--face-mm", "70x40", "--out", tmp_path / "frame.SVG", "--count", "4", "--paper", "letter", "--quiet"
-    )
+    answer = _markers(*f"--face-mm 70x40 --out {tmp_path}/frame.SVG --count 4 --paper letter --quiet".split())
     assert answer.exit_code == 0, answer.output
     assert not answer.stderr
     assert answer.stdout.startswith("# In [photo]: face_mm = [70.0, 40.0]\n[photo.markers]")

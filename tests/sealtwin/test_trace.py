@@ -81,15 +81,16 @@ def test_what_is_clicked_is_saved_into_the_trial(trial, browser):
 
 def test_a_photo_gets_a_trial_beside_it(trial, browser):
     photo = trial.parent / "photo.jpg"
-    hints = {"ends_px": ENDS, "mm_per_px": 0.1}
+    hints = {"ends_px": ENDS, "face_mm": [160, 40], "frame": [16, "4x4_50", 8, None]}
     browser.posts = (("save", {"hints": hints}), ("save", {"hints": hints, "shape": {"depth_mm": 16}}))
     answer = sealtwin("trace", photo, "--json", "--quiet")
     assert "crack.depth_mm is missing" in browser.answers[0][0]["refused"]
     written = photo.with_suffix(".toml")
     saved = json.loads(answer.stdout)
     assert (saved["version"], saved["saved"]) == (1, str(written))
-    assert saved["changed"][:4] == ["ends_px", "mm_per_px", "depth_mm", 'data = "undeclared"']
+    assert saved["changed"][:5] == ["ends_px", "face_mm", "markers", "depth_mm", 'data = "undeclared"']
     new = load_trial(written)
+    assert present(new.photo, "photo").markers == present(load_trial(trial).photo, "photo").markers
     assert present(new.photo, "photo").file.name == "photo.jpg"
     assert new.fluid is not None, "the starter's, so that the next command can run"
     assert "not measured" in written.read_text()
@@ -107,11 +108,8 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
     answer = sealtwin("trace", folder, "--json", "--quiet")
     assert answer.exit_code == 0, answer.output
     saved, turned, _ = browser.answers
-    assert [(photo["name"], photo["done"]) for photo in saved[0]["photos"]] == [
-        ("another.jpg", True),
-        ("broken.png", False),
-        ("trial.toml", True),
-    ]
+    done = {photo["name"]: photo["done"] for photo in saved[0]["photos"]}
+    assert done == {"another.jpg": True, "broken.png": False, "trial.toml": True}
     assert "not a readable photo" in turned[0]["refused"]
     result = json.loads(answer.stdout)
     assert [one["file"] for one in result["saved"]] == [str(folder / "another.toml")]
@@ -122,6 +120,7 @@ def test_leaving_saves_nothing(trial, browser):
     before = trial.read_bytes()
     browser.posts = (("quit", {}),)
     answer = sealtwin("trace", trial)
+    assert browser.answers == ([{"left": True}],)
     assert (answer.exit_code, answer.stdout) == (0, "Nothing was saved.\n")
     assert not browser.door.parent.exists()
     assert trial.read_bytes() == before

@@ -1,4 +1,4 @@
-"""Pressure that begins with what the last substep's came to, in fluids that are viscous enough (decision 0156)."""
+"""Pressure that begins with what the last substep's came to, in fluids that are viscous enough."""
 
 from functools import cache
 from typing import Any

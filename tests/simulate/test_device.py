@@ -69,7 +69,7 @@ def test_all_kernels_but_what_few_launch_are_in_the_module_of_a_run():
 
 
 def test_the_kernels_of_a_run_have_their_arrays_in_structs():
-    """Warp compiles a kernel twice that has an array of one dimension among its arguments (decision 0165)."""
+    """Warp compiles a kernel twice that has an array of one dimension among its arguments."""
     kernels = run_module.MODULE.kernels.values()
     assert len(kernels) > 20
     for kernel in kernels:

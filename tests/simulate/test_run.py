@@ -335,7 +335,7 @@ def bins_mm(profile: Profile) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "preset"), PROTOTYPE_MM)
 def test_the_papers_trial_settles_as_in_the_prototype(tilt, preset):
-    """By Eq. 5 as printed, as the prototype solves it: the implicit pairs of decision 0111 leave a bed 1.4 mm lower."""
+    """By Eq. 5 as printed, as the prototype solves it: implicit pairs leave a bed 1.4 mm lower."""
     _, profile, _ = trial(tilt, preset, viscosity_solve="explicit")
     assert bins_mm(profile) == pytest.approx(PROTOTYPE_MM[tilt, preset], abs=1.0)
 

@@ -93,6 +93,7 @@ def _beside_markers(place: Path) -> None:
     write_png(place / "photo.png", brightness)
 
 
+OFFERED = ("[photo.markers]", "4 markers of 4x4_50", "sealtwin markers --face-mm", "--toml")
 ON_PAPER = (
     "digitise {given}/photo.png --depth-mm 16 --ends 100,130 320,132 --set crack.tilt=vertical --out {out} --mm-per-px"
 )
@@ -139,6 +140,11 @@ CASES: list[WrongInput] = [
     answers(INGEST.replace(" --quiet", ""))("a picture in a folder that a dry run forgets", _blurred, "N3.png",
         code=SOME_FAILED, lacks=("refused.png", "inputs/photo")),
     typed("a typed scale that markers in the photo contradict", _beside_markers, "4 markers of 4x4_50",
-        "0.4 mm/px, 20.0% below photo.mm_per_px = 0.5", "20.0 mm wide", "photo.markers", more=" 0.5", code=0),
+        "0.5 mm/px", "20.0 mm wide", "16 mm", "photo.mm_per_px", "photo.markers", more=" 0.5", code=0),
+    *(answers(f"{command} {{given}}/photo.png --depth-mm 16 --out {{out}}")("no scale, but markers in the photo",
+        _beside_markers, *OFFERED) for command in ("quick", "digitise")),
+    ingested("no scale, but markers in the photo", lambda at: (_folder(at, LAB.replace("mm_per_px = 0.1", ""), ()),
+        _beside_markers(at), (at / "photo.png").rename(at / "folder" / "N3.png")), "photo.mm_per_px is missing",
+        *OFFERED, code=NONE_SOUND),
 ]
 # fmt: on

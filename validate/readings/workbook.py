@@ -1,7 +1,7 @@
 """Read the named worksheet of a workbook (XLSX or ODS), or the only worksheet with content.
 
 Only openpyxl's parser of a single worksheet is used, in one pass: loading a whole workbook would include pictures and
-fill merged ranges with cells, and a read-only workbook reports neither merged cells nor hidden rows (decision 0088).
+fill merged ranges with cells, and a read-only workbook reports neither merged cells nor hidden rows.
 """
 
 import io

@@ -2,7 +2,7 @@
 
 Where the nozzle stops a mound of up to 4 tau / rho g stays, and where it starts paste creeps back. Two computations of
 the same physics differ there by as much as the mound, and by a quarter of it elsewhere, since the volume is the same.
-Sizes are from particles against a continuum model on pours that no band was judged on (decision 0183).
+Sizes are from particles against a continuum model on pours that no band was judged on.
 """
 
 from dataclasses import dataclass

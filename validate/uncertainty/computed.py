@@ -18,7 +18,7 @@ from validate.units import LABELS, MODELS
 RUNS = 1_000  # They give a standard deviation to 2 %
 Z_95 = 1.96
 """Half-width of a 95 % band in standard deviations. The variance of the band is averaged over the places along the
-crack, of which a run has some 50 independent ones, so two runs determine it (decision 0182)."""
+crack, of which a run has some 50 independent ones, so two runs determine it."""
 
 
 def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:

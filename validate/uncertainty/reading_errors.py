@@ -41,7 +41,7 @@ For a bed with a corner it is 0 if the corner is at a station, 2 if it is in the
 
 STATIONS_FOR_STEPS = 12
 """Smallest number of stations that resolves steps of the bed. With the arches alone, the mean error's interval contains
-the truth in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5 (decision 0178)."""
+the truth in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5."""
 STEP = 1 / 8
 """Mean distance of the bed from the line between two stations, as a share of a step between them: 1/4 if the step is
 sharp, in the middle and all of their difference in height, and half of it on average."""

@@ -124,7 +124,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
 
 
 Rows = list[tuple[str, str]]
-FAST_INPUTS = "In cases that were also run with particles, u_input agreed within a factor of 1.25 (decision 0140)."
+FAST_INPUTS = "In cases that were also run with particles, u_input agreed within a factor of 1.25."
 
 
 def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:

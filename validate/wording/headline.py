@@ -42,10 +42,10 @@ def method_sentences(run: Run | Simulation) -> tuple[str, ...]:
         )
         return (draft,) if is_draft(run) else ()
     if run.unfit:
-        return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.unfit)
+        return (f"{FAST} It is UNFIT for this case:", *run.unfit)
     above_mm = round(run.fast_fill.above_mm, 1)
     over = f"; its level is up to {above_mm} mm above the face, with overspill only as a slump next to the mouth"
-    return (f"{FAST} The case is within its domain (decision 0151){over if above_mm > 0 else ''}.",)
+    return (f"{FAST} The case is within its domain{over if above_mm > 0 else ''}.",)
 
 
 def is_draft(run: Run | Simulation) -> bool:
@@ -80,7 +80,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
         )
     if (compressed := run.health.density_error_p95 or 0.0) > MOST_COMPRESSED:
         # The two-level pressure is for deep beds, and many substeps help shallow ones as well.
-        cure = 'Set solver.pressure = "two-level" for a deep bed (decision 0065), or more solver.substeps for any bed.'
+        cure = 'Set solver.pressure = "two-level" for a deep bed, or more solver.substeps for any bed.'
         if _table(run, "solver").get("pressure") == "two-level":
             cure = "Set more solver.substeps."
         texts.append(

@@ -23,7 +23,8 @@ export function hintsOf(draft) {
   const ends = hasEnds(draft);
   const ruler = draft.scale === "ruler" && draft.ruler_px.length === 2 && draft.ruler_mm;
   const number = draft.scale === "mm_per_px" && draft.mm_per_px;
-  const face = ["face", "markers"].includes(draft.scale) && draft.face_mm.every(Boolean);
+  const frame = draft.scale === "frame" && draft.frame[0];
+  const face = (frame || ["face", "markers"].includes(draft.scale)) && draft.face_mm.every(Boolean);
   return withKeys(draft, {
     ends_px: ends,
     via_px: ends && draft.via_px.length,
@@ -38,6 +39,7 @@ export function hintsOf(draft) {
     mm_per_px: number,
     scale_is: number && draft.scale_is,
     face_mm: face,
+    frame: face && frame,
     face_corners_px: face && draft.face_corners_px.length === 4,
   });
 }

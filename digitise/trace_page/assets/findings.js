@@ -24,9 +24,10 @@ export class Findings {
       this.lines.setAll("marker", scale.markers_px, true);
     }
     if (path) {
+      // A refused stroke leaves the walls of the same path.
+      if (`${path.points_px}` !== `${this.path?.points_px}`) this.walls = null;
       this.path = path;
       this.stale = false;
-      this.walls = null;
       return "path";
     }
     if (glance || walls) {
@@ -37,10 +38,9 @@ export class Findings {
     return null;
   }
 
-  /** Drop the walls, and the path if it is of an earlier request. */
+  /** Drop path and walls if they are of an earlier request. */
   refused() {
-    if (this.stale) this.path = null;
-    this.walls = null;
+    if (this.stale) this.path = this.walls = null;
   }
 
   dismiss() {

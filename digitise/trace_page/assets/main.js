@@ -118,6 +118,7 @@ function takeAnswer(answer, { sketch = false, still = false }) {
     findings.refused();
     part("refusal").textContent = answer.refused;
     say("");
+    place();
   }
   const whole = kind !== "path" || !still;
   if ((kind && whole) || (answer.refused && !sketch) || (answer.done && still)) findings.draw(draft.via_px.length);
@@ -179,7 +180,8 @@ function followVolume() {
 function place() {
   lines.follow(viewport);
   points.show(pointsOf(draft), viewport);
-  offers.show(viewport, !draft.ends_px.some(Boolean));
+  // A single line is the proposal, unless that was refused.
+  offers.show(viewport, draft.ends_px.some(Boolean) ? Infinity : stage.dataset.state === "refused" ? 1 : 2);
   const [x, y] = viewport.toScreen(crosshair);
   part("crosshair").style.transform = `translate(${x}px, ${y}px)`;
 }
@@ -357,6 +359,8 @@ const measureFooter = () => document.documentElement.style.setProperty("--footer
 new ResizeObserver(measureFooter).observe(part("footer"));
 document.title = `${facts.name} · trace`;
 part("name").textContent = facts.name;
+part("seen").textContent = `Markers (${facts.seen} seen)`;
+part("seen").parentElement.hidden = !facts.seen;
 part("about").textContent = `${facts.size_px.join(" × ")} px`;
 stage.setAttribute("aria-label", `Photo ${facts.name}`);
 part("tables").hidden = !facts.tables.length;

@@ -116,14 +116,15 @@ export class Offers {
     this.cracks = [];
   }
 
-  /** Offer the lines of a search, best first; a single line is no choice. */
+  /** Offer the lines of a search, best first. */
   replace(cracks) {
-    this.cracks = cracks.length > 1 ? cracks : [];
+    this.cracks = cracks;
     this.group.replaceChildren(...this.cracks.map((crack, index) => this.button(crack, index + 1)));
   }
 
-  show(viewport, wanted) {
-    this.group.hidden = !wanted || !this.cracks.length;
+  /** Show them if there are at least `least`. */
+  show(viewport, least) {
+    this.group.hidden = this.cracks.length < least;
     this.lines.setAll("offer", this.group.hidden ? [] : this.cracks.map((crack) => crack.outline_px), true);
     this.cracks.forEach((crack, index) => {
       const [x, y] = viewport.toScreen(crack.middle_px);

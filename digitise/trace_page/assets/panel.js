@@ -119,6 +119,8 @@ const FIELDS = {
   "ruler-mm": { key: "ruler_mm" },
   "face-width-mm": { key: "face_mm", place: 0 },
   "face-height-mm": { key: "face_mm", place: 1 },
+  "marker-mm": { key: "frame", place: 0 },
+  "frame-ruler-mm": { key: "frame", place: 3 },
   "mm-per-px": { key: "mm_per_px" },
   "depth-mm": { key: "depth_mm", keeps: true },
   "wall-angle": { key: "wall_angle_deg", read: (text) => (numberOf(text) === 0 ? 0 : typed(text)), keeps: true },
@@ -136,8 +138,8 @@ export function showFields(draft, tables) {
   part("depth-mm").disabled = tables.includes("depth_mm");
   part("wall-angle").disabled = draft.tilt === "vertical" || tables.includes("wall_angle_deg");
   part("scale-kinds").hidden = draft.scale === "markers";
-  for (const kind of ["ruler", "face", "mm_per_px"]) {
-    part(`scale-${kind}`).hidden = draft.scale !== kind;
+  for (const kind of ["ruler", "face", "mm_per_px", "frame"]) {
+    part(`scale-${kind}`).hidden = draft.scale !== kind && !(kind === "face" && draft.scale === "frame");
     document.querySelector(`input[name="scale"][value="${kind}"]`).checked = draft.scale === kind;
   }
 }
@@ -146,6 +148,7 @@ export function showFields(draft, tables) {
 export function watchFields(change) {
   const watch = (field, edit) => field.addEventListener("change", () => change((draft) => ({ ...draft, ...edit(draft) })));
   for (const [id, { key, place, read = typed, keeps }] of Object.entries(FIELDS)) {
+    Object.assign(part(id), { inputMode: "decimal", autocomplete: "off" });
     part(id).addEventListener("change", ({ target }) => {
       const value = read(target.value);
       const wrong = target.value.trim() !== "" && value === null;

@@ -88,3 +88,5 @@ def test_a_line_whose_part_is_as_faint_as_the_grain_is_asked_about(tmp_path):
     assert search.path().source == "automatic"
     with pytest.raises(RivalCracksError, match="times as dark as the ground's grain"):
         replace(search, likenesses=(parted,)).path()
+    with pytest.raises(RivalCracksError, match="not darker than the ground"):
+        replace(search, likenesses=(replace(parted, worst=-3.2),)).path()

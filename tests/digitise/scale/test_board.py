@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from digitise.photo import load_photo
+from digitise.photo import load_photo, read_pixels
 from digitise.scale.marker_print import CUT_GREY, as_pdf, as_svg, board_around, board_toml, draw_frame
 from digitise.scale.marker_scale import corners_mm, find_markers
-from digitise.settings import MarkerBoard, PhotoInput
+from digitise.settings import Dictionary, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
 from tests.pictures import write_png
 from tests.sheets import Page, read_pdf, read_svg
@@ -17,7 +17,7 @@ FACE_MM = (160.0, 40.0)
 PX_PER_MM = 6.0
 
 
-def frame_of(face_mm=FACE_MM, size_mm=16.0, dictionary="4x4_50", count=8, paper="a4"):
+def frame_of(face_mm=FACE_MM, size_mm=16.0, dictionary: Dictionary = "4x4_50", count=8, paper="a4"):
     return draw_frame(face_mm, board_around(face_mm, size_mm, dictionary, count), paper)
 
 
@@ -47,16 +47,16 @@ def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it
     assert photo.scale_residual_mm < 0.01
 
 
-def test_the_opening_lies_between_the_markers_as_the_table_says(page):
+def test_the_opening_lies_between_the_markers_as_the_table_says(page, tmp_path):
     """Its lower left corner is the origin of the table, and its line lies within it, to be cut away."""
     board = board_around(FACE_MM, 16.0, "4x4_50", 8)
     cut = np.array([bar for bar in page.bars if bar[4] == CUT_GREY])
     low_mm = cut[:, :2].min(axis=0)
     high_mm = (cut[:, :2] + cut[:, 2:4]).max(axis=0)
     assert high_mm - low_mm == pytest.approx(FACE_MM, abs=1e-3)
-    light = page.light(PX_PER_MM).astype(np.float32)
-    image = np.repeat(np.rint(255 * light ** (1 / 2.2)).astype(np.uint8)[..., None], 3, axis=2)
-    corners_px = find_markers(image, light, board, Path("scan"))
+    file = write_png(tmp_path / "scan.png", page.light(PX_PER_MM))
+    scan = read_pixels(PhotoInput(file=file, data="synthetic", mm_per_px=1), tmp_path)
+    corners_px = find_markers(scan, "4x4_50", set(range(8)))
     for marker in board.markers:
         place_mm = (corners_px[marker.id] + 0.5) / PX_PER_MM
         place_mm[:, 1] = page.size_mm[1] - place_mm[:, 1]
@@ -79,10 +79,7 @@ def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
         ({"face_mm": (300.0, 200.0)}, r"frame is 356 x 256 mm, .* a4 .* 198 x 285 mm, .* --paper"),
         ({"face_mm": (400.0, 300.0), "paper": "a3"}, r"frame is 456 x 356 mm, .* a3 .* 285 x 408 mm"),
         ({"face_mm": (40.0, 15.0), "size_mm": 20.0}, r"8 markers of 20 mm .* would be 25\.0 mm apart; .* 27\.5 mm"),
-        (
-            {"face_mm": (20.0, 10.0), "size_mm": 20.0},
-            r"would be 22\.5 mm apart; .* 27\.5 mm",
-        ),
+        ({"face_mm": (20.0, 10.0), "size_mm": 20.0}, r"would be 22\.5 mm apart; .* 27\.5 mm"),
     ],
 )
 def test_a_frame_that_cannot_be_printed_is_refused_with_the_sizes(changes, refused):

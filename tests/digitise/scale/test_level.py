@@ -72,9 +72,7 @@ def test_an_offset_that_is_no_bent_frame_is_refused():
     [(picture(board=MORTAR), FACE_MM, "no edges stand out"), (picture(), None, "since face_mm is not given")],
     ids=["hidden", "unmeasured"],
 )
-@pytest.mark.parametrize(
-    ("distance_mm", "cost"), [(262.0, "0.38% of every length at 262 mm"), (None, "0.4 % of every")]
-)
+@pytest.mark.parametrize(("distance_mm", "cost"), [(262.0, "0.38% of every length at 262"), (None, "0.40% of every")])
 def test_where_it_cannot_be_seen_the_rule_is_told_with_its_number(light, face_mm, why, distance_mm, cost):
     excess, warnings = check_level(light, looked_at_mm(0.0), face_mm, None, distance_mm, FILE)
     assert excess == 0

@@ -1,9 +1,11 @@
+import re
+
 import numpy as np
 import pytest
 
 from digitise.geometry.polyline import rectangle
 from digitise.photo import Photo, load_photo
-from digitise.scale.marker_scale import LIMITS
+from digitise.scale.marker_scale import BOARD_MM
 from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
@@ -63,23 +65,35 @@ def test_tilt_and_uncertainty_of_a_photo_are_told(bent_photo):
     assert photo.camera_tilt_deg == pytest.approx(4.47, abs=0.2)
     span_mm = np.hypot(70 + 28 + 16, 40 + 28 + 16)
     assert photo.scale_uncertainty is not None
-    assert LIMITS.board_mm / span_mm <= photo.scale_uncertainty < 2 * LIMITS.board_mm / span_mm
+    assert BOARD_MM / span_mm <= photo.scale_uncertainty < 2 * BOARD_MM / span_mm
 
 
-def test_markers_that_lie_below_the_face_make_the_scale_unsure(bent, tmp_path):
-    """As they would look 5 mm lower at 262 mm: 1.9 % larger. The edges of the face give them away."""
+def test_markers_below_the_face_or_printed_smaller_make_the_scale_unsure(bent, bent_photo, tmp_path):
+    """As they would look 5 mm lower at 262 mm: 1.9 % larger. The edges of the face give them away.
+
+    By a table longer than a frame that a printer made smaller it is the same; the ruler on the frame mends it.
+    """
     bent.write(tmp_path)
+
+    def by_table(grown, **changes):
+        board = bent.board.model_dump() | changes
+        board["size_mm"] *= grown
+        for marker in board["markers"]:
+            marker["x_mm"] = 35 + grown * (marker["x_mm"] - 35)
+            marker["y_mm"] = 20 + grown * (marker["y_mm"] - 20)
+        settings = {"markers": MarkerBoard(**board), "camera_distance_mm": 262.0}
+        return load_photo(bent.photo_input().model_copy(update=settings), tmp_path)
+
     grown = 1 + 5 / 262
-    board = bent.board.model_dump()
-    board["size_mm"] *= grown
-    for marker in board["markers"]:
-        marker["x_mm"] = 35 + grown * (marker["x_mm"] - 35)
-        marker["y_mm"] = 20 + grown * (marker["y_mm"] - 20)
-    settings = bent.photo_input().model_copy(update={"markers": MarkerBoard(**board), "camera_distance_mm": 262.0})
-    photo = load_photo(settings, tmp_path)
+    photo = by_table(grown)
     assert photo.scale_uncertainty == pytest.approx(grown - 1, rel=0.2)
     assert any("mm below the face, 262 mm from the camera" in warning for warning in photo.warnings)
     assert any("the scale's standard uncertainty is 2.0%" in warning for warning in photo.warnings)
+    assert re.search(r"a print at 9[78]\.\d% \(.*photo\.markers\.printed_ruler_mm", photo.warnings[0])
+    mended = by_table(grown, printed_ruler_mm=100 / grown)
+    assert mended.mm_per_px == pytest.approx(bent_photo.mm_per_px, rel=1e-4)
+    assert mended.warnings == ()
+    assert mended.scale_uncertainty == pytest.approx(BOARD_MM * grown / 100, rel=0.2)
 
 
 def test_corners_beside_markers_are_checked_like_corners_alone(bent, tmp_path):

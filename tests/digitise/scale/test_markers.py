@@ -1,4 +1,4 @@
-from pathlib import Path
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -8,9 +8,8 @@ from digitise.scale import marker_scale
 from digitise.scale.marker_scale import find_markers
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
+from sealtwin.core.errors import InputError
 from tests.pictures import SMALL_FACE, photo_of
-
-FILE = Path("photo.jpg")
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +25,7 @@ def photo(specimen, tmp_path_factory):
 
 def test_corners_lie_where_they_were_drawn(specimen, photo):
     """To a tenth of a pixel, upper left first, then clockwise; OpenCV's own are 0.2 px inside, its plain ones 0.5."""
-    corners_px = find_markers(photo.image, photo.brightness, specimen.board, FILE)
+    corners_px = find_markers(photo, "4x4_50", set(range(8)))
     for marker in specimen.board.markers:
         true_px = specimen.to_px(marker_scale.corners_mm(specimen.board, marker))
         assert np.abs(corners_px[marker.id] - true_px).max() < 0.1
@@ -36,7 +35,14 @@ def test_markers_on_white_cards_are_found_on_a_dark_bench(tmp_path):
     """By OpenCV's own parameters, a card passes for its marker: six of these eight are lost."""
     dark = make_specimen(1, Recipe(**SMALL_FACE, board=0.05, gap_mm=0.0, mm_per_px=0.2))
     photo = photo_of(dark, tmp_path)
-    assert set(find_markers(photo.image, photo.brightness, dark.board, FILE)) == set(range(8))
+    assert set(find_markers(photo, "4x4_50", set(range(8)))) == set(range(8))
+
+
+def test_a_mirrored_photo_is_named_as_mirrored(photo):
+    """No marker's mirror image is a marker: "found 0 of 8" blamed the sharpness."""
+    flipped = replace(photo, image=np.ascontiguousarray(photo.image[:, ::-1]))
+    with pytest.raises(InputError, match=r"photo\.jpg: the photo is mirrored"):
+        find_markers(flipped, "4x4_50", set(range(8)))
 
 
 def test_a_small_copy_of_a_marker_is_none_of_the_board(specimen, photo):
@@ -45,5 +51,5 @@ def test_a_small_copy_of_a_marker_is_none_of_the_board(specimen, photo):
     x, y = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
     copy = image[y - 100 : y + 100, x - 100 : x + 100]
     image[y - 300 : y - 220, x + 150 : x + 230] = cv2.resize(copy, (80, 80), interpolation=cv2.INTER_AREA)
-    corners_px = find_markers(image, photo.brightness, specimen.board, FILE)
+    corners_px = find_markers(replace(photo, image=image), "4x4_50", set(range(8)))
     assert corners_px[0].mean(axis=0) == pytest.approx([x, y], abs=2)

@@ -128,10 +128,7 @@ def second_at(x_px: float):
         (second_at(9e5), r"face_corners_px has .* px outside the photo of"),
         (second_at(-5000.0), r"face_corners_px has .* px outside the photo of"),
         # On four neighbouring pixels.
-        (
-            lambda _: np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]]),
-            r"is \d+ mm wide; 0\.001 to 2",
-        ),
+        (lambda _: np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]]), r"is \d+ mm wide; 0\.001 to 2"),
     ],
     ids=["mirrored", "from another corner", "from the last", "far right", "far left", "centimetres a pixel"],
 )

@@ -141,13 +141,6 @@ def test_a_save_that_fails_says_why_and_costs_no_click(page, saved):
     assert len(saved) == 1
 
 
-def test_leaving_saves_nothing(page, saved):
-    assert _posted(page, "quit", {}) == [{"left": True}]
-    page.wait()
-    assert not page.saved
-    assert not saved
-
-
 def _opening(page):
     return json.loads(page.get("session")[0])
 
@@ -167,12 +160,8 @@ def test_a_folder_is_gone_through_and_what_is_done_is_marked():
     with TracePage([_sheet(name, done, bad=("b.jpg",)) for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg")]) as page:
         opening = _opening(page)
         assert opening["here"] == "c.jpg"
-        assert [(one["name"], one["done"], one["here"]) for one in opening["photos"]] == [
-            ("a.jpg", True, False),
-            ("b.jpg", False, False),
-            ("c.jpg", False, True),
-            ("d.jpg", False, False),
-        ]
+        assert [one["name"] for one in opening["photos"] if one["here"]] == ["c.jpg"]
+        assert [one["name"] for one in opening["photos"] if not one["done"]] == ["b.jpg", "c.jpg", "d.jpg"]
         (answer,) = _posted(page, "save", {"hints": {}})
         assert [one["done"] for one in answer["photos"]] == [True, False, True, False]
         assert not page._ended.is_set()

@@ -6,7 +6,6 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
@@ -17,7 +16,7 @@ from digitise.trace_page import session as page_session
 from digitise.trace_page.session import Hints, OutdatedError, TraceSession
 from digitise.walls import followed_walls
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, wandering, with_crack, write_png
+from tests.pictures import edge_of_patch, evenly_scaled, mortar, wandering, with_crack, write_png
 
 ENDS = ((50.0, 201.0), (450.0, 101.0))
 
@@ -124,12 +123,7 @@ def test_without_ends_the_crack_is_proposed(tmp_path):
 
 
 def test_one_line_that_is_not_sure_is_offered_and_asked_about(tmp_path):
-    """The edge of a lighter patch."""
-    edge = [(30, 160), (130, 176), (240, 154), (350, 172), (470, 158)]
-    below = np.zeros((300, 500), dtype=np.uint8)
-    cv2.fillPoly(below, [np.array([(0, 162), *edge, (500, 158), (500, 300), (0, 300)], dtype=np.int32)], [1])
-    patched = with_crack(mortar() * np.where(below, 1.9, 1.0), edge)
-    offered = _asked(_session(write_png(tmp_path / "edge.png", patched)), Hints(), revision=1.0)
+    offered = _asked(_session(write_png(tmp_path / "edge.png", edge_of_patch())), Hints(), revision=1.0)
     assert list(offered) == ["scale", "cracks", "refused"]
     assert len(offered["cracks"]) == 1
     assert "not sure" in offered["refused"]
@@ -140,8 +134,8 @@ def test_it_starts_with_the_trials_hints(file):
     opening = _session(file, hints).opening()
     assert opening["name"] == "crack.png"
     assert tuple(opening["size_px"]) == (500, 300)
-    assert opening["hints"] == {"ends_px": [list(end) for end in ENDS], "mm_per_px": 0.1}
-    assert (opening["markers"], opening["painted"]) == (False, False)
+    assert opening["hints"] == {"ends_px": [list(end) for end in ENDS], "mm_per_px": 0.1, "frame": (16, "", 8, None)}
+    assert (opening["markers"], opening["painted"], opening["seen"]) == (False, False, 0)
 
 
 def test_an_older_question_is_dropped(session):

@@ -18,16 +18,12 @@ def _clouds(width, height):
     return np.repeat(grey[..., None], 3, axis=2)
 
 
-def _decoded(jpeg):
-    return np.array(Image.open(io.BytesIO(jpeg)))
-
-
 def _assembled(pyramid, level):
     rows = []
     for row in range(100):
         tiles = []
         while (tile := pyramid.tile(level, len(tiles), row)) is not None:
-            tiles.append(_decoded(tile))
+            tiles.append(np.array(Image.open(io.BytesIO(tile))))
         if not tiles:
             break
         rows.append(np.hstack(tiles))
