@@ -197,12 +197,8 @@ class Verifier:
 
     def model_s(self, launches: Sequence[bool]) -> float:
         """Return the time by the model of launches, whose values are the ``drafts`` of ``levels``."""
-        by = {drafts: self._own_work_s(drafts=drafts) for drafts in set(launches)}
-        return sum(by[drafts] for drafts in launches)
-
-    def _own_work_s(self, *, drafts: bool) -> float:
-        trial = drafted(self.trial, self.sample) if drafts else self.trial
-        return size_of(trial, self.sample).work_s
+        trials = {drafts: drafted(self.trial, self.sample) if drafts else self.trial for drafts in set(launches)}
+        return sum(launches.count(drafts) * size_of(trial, self.sample).work_s for drafts, trial in trials.items())
 
     @property
     def fluid_warnings(self) -> list[str]:

@@ -14,7 +14,7 @@ from sealtwin.core.records import Sample
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import Trial, name_of, seen_from, trial_text, with_settings
+from sealtwin.trial.trial_file import Trial, name_of, names_in, seen_from, trial_text, with_settings
 
 STARTER = tomllib.loads(TRIAL)
 NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
@@ -56,7 +56,7 @@ def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: P
         defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
     content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), given)
     # A given setting also replaces those that it excludes.
-    assumed = {name: value for name, value in defaults.items() if name not in given and _is_in(content, name)}
+    assumed = {name: value for name, value in defaults.items() if name not in given and name in names_in(content)}
     sentences = [f"{name} = {toml_value(value)}" for name, value in assumed.items()]
     content = {"note": f"Assumed, not measured or given: {', '.join(sentences)}.", **content}
     checked(Trial, photo, content)
@@ -72,11 +72,6 @@ def _text(folder: Path, content: Mapping[str, Any], given: Mapping[str, Any], as
         lines += ["", f"[{table}]", *_rows(table, given), *(f"{row}  # assumed" for row in _rows(table, assumed))]
     text = "\n".join(lines) + "\n"
     return f"{MARK}{_check(text)}\n{text}"
-
-
-def _is_in(content: Mapping[str, Any], name: str) -> bool:
-    table, _, key = name.partition(".")
-    return key in content[table]
 
 
 def _rows(table: str, settings: Mapping[str, Any]) -> list[str]:
@@ -101,30 +96,29 @@ def _check(content: str) -> str:
     return hashlib.sha256(content.encode()).hexdigest()[:12]
 
 
-def fast_answer(trial: Trial, sample: Sample) -> list[str]:
-    """Return sentences on level, underfill and overfill by the fast model, and on its domain.
+def fast_answer(trial: Trial, sample: Sample) -> str:
+    """Return a line with level, underfill and overfill by the fast model, and with the reason if it is unfit.
 
-    For a trial that the fast model cannot compute, the sentence has the reason.
+    For a trial that the fast model cannot compute, the line has only the reason.
     """
     from sealtwin.core.run_figures import FAST
     from simulate.slot.run import pour
     from validate.metrics.volumes import fill_volumes
-    from validate.wording.headline import method_sentences
 
     fluid, solver, nozzle = trial.physics
     solver = solver.model_copy(update={"model": FAST})
     try:
         run, profile = pour(sample, fluid, solver, nozzle, seed=trial.seed, slope=trial.sample)
     except InputError as fault:
-        return [f"The fast model cannot answer: {fault}"]
+        return f"The fast model cannot answer: {fault}"
     volumes = fill_volumes(profile, sample.outline, sample.solid, 0.0, sample.outline.length_mm)
     level_mm = profile.level_mm
-    return [
+    unfit = f" It is UNFIT for this case, so wait for the particles: {run.unfit[0]}" if run.unfit else ""
+    return (
         f"By the fast model, for screening: level {level_mm.mean():.2f} mm on average, {level_mm.min():.2f} to "
         f"{level_mm.max():.2f} mm; {volumes['underfill_mm3']:.0f} mm3 are missing below the face and "
-        f"{volumes['overfill_mm3']:.0f} mm3 are above it.",
-        *method_sentences(run),
-    ]
+        f"{volumes['overfill_mm3']:.0f} mm3 are above it.{unfit}"
+    )
 
 
 def write_drawn_trial(
