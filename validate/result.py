@@ -74,6 +74,8 @@ class FluidFigures(JsonRecord):
     """Number of particles that passed through a wall; any number but 0 is a fault. None for the fast model."""
     spilled_particles: int | None
     """Number of particles that ran over the sample's edge; None for the fast model."""
+    above_face_mm3: float
+    """Volume of the settled sealant above the face's plane."""
     unfit: tuple[str, ...] | None
     """Reasons why the case is outside the fast model's domain; None for particles."""
     volume_ratio: float

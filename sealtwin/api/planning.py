@@ -69,7 +69,7 @@ def plan_flow(
         A robot's cell file, whose limits bound the plan; and a CSV of draws of the sealant's settings.
     flow_max_mm3_s, margin_mm, reserve_mm
         Largest flow in mm3/s if no cell sets it; level to aim at, in mm below the face, and a further distance for a
-        pump that gives more and a paste that is softer.
+        pump that gives more and a paste that is softer; with 0, corrections by particles may also add sealant.
     knots, verify, seeds
         Number of places along the path where flow and speed are free; rounds of search and particle run; particle runs
         of the best plan.

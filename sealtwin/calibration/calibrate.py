@@ -19,7 +19,7 @@ from sealtwin.calibration.search import (
     search,
     settings_at,
 )
-from sealtwin.calibration.twin import Twin
+from sealtwin.calibration.twin import Twin, fit_to_calibrate
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
@@ -159,10 +159,10 @@ def _checked(
     for wrong, group in roles.items():
         for file in group:
             trial = load_trial(file, settings)
+            readings = fit_to_calibrate(file, trial)
             if overridden := replaced(trial, settings or {}, ranges):
                 raise InputError(f"--set {overridden[0]}: a --free setting replaces it; give one of the two.")
-            readings = trial.readings
-            if readings is not None and readings.role == wrong:
+            if readings.role == wrong:
                 right = "calibrated-on" if wrong == "held-out" else "held-out"
                 raise InputError(
                     f'{file}: readings.role = "{wrong}", but this calibration would use the readings as {right}. Write '

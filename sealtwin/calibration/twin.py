@@ -52,8 +52,7 @@ class Twin:
 
         self.file, self._how, self._progress = file, how, progress
         trial = load_trial(file, settings)
-        refuse_seeds(trial, file)
-        sheet_settings = _fit_to_calibrate(file, trial)
+        sheet_settings = fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
         self.data: DataKind = sheet_settings.data
         self._content = self.trial.model_dump(mode="json", exclude_none=True, exclude={"readings", "gate"})
@@ -186,7 +185,9 @@ class Twin:
         return np.interp(self.evidence.s_mm, profile.s_mm, profile.level_mm)
 
 
-def _fit_to_calibrate(file: Path, trial: Trial) -> Readings:
+def fit_to_calibrate(file: Path, trial: Trial) -> Readings:
+    """Return the settings of a trial's readings. Raises InputError if a calibration cannot use the trial."""
+    refuse_seeds(trial, file)
     if trial.fluid is None:
         raise InputError(f"{file}: no [fluid] table; give viscosity_pa_s, or U and D_cm.")
     if trial.readings is None:

@@ -39,7 +39,10 @@ def plan(
     reserve_mm: Annotated[
         Number,
         number_option(
-            "Extra distance below the face, in case the pump gives more or the paste is softer; default: 0.25.", 0, 100
+            "Extra distance below the face, in case the pump gives more or the paste is softer; default: 0.25. With 0, "
+            "corrections by particles may also add sealant.",
+            0,
+            100,
         ),
     ] = None,
     knots: Annotated[int, count_option("Places along the path at which flow and speed are chosen.", 3, 40)] = 8,

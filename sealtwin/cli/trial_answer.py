@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 Rows = Iterator[tuple[str, str]]  # A label and a text; equal labels that follow each other are printed once
 LABEL_LETTERS = 9  # Width of the column of labels
+LEAST_MM3 = 200.0  # Volume above the face from which it is printed
 HEADLINE = 3  # Sentences of a headline with figures; a comparison without a valid mean error has fewer
 
 SAY_ORIGIN = ".data declares it (measured, reconstructed, synthetic)."
@@ -178,7 +179,11 @@ def _fluid(fluid: "FluidFigures") -> str:
     from validate.units import counted
 
     escaped = counted(fluid.escaped_particles, "particle") if fluid.escaped_particles else "no particle"
-    return f"{escaped} escaped" + (f", {fluid.spilled_particles:,} spilled" if fluid.spilled_particles else "")
+    spilled = fluid.spilled_particles
+    if not spilled and fluid.above_face_mm3 < LEAST_MM3:
+        return f"{escaped} escaped"
+    over = f"{counted(spilled, 'particle') if spilled else 'none'} ran over the sample's edge"
+    return f"{escaped} escaped; {fluid.above_face_mm3 / 1e3:.1f} ml are above the face, {over}"
 
 
 def _warnings(result: "TrialResult", last: "StageName") -> Iterator[str]:

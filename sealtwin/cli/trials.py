@@ -140,34 +140,24 @@ def quick(
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
-    from sealtwin.trial.quick_trial import quick_trial, write_quick_trial
+    from sealtwin.core.record_files import read_outline, read_sample
+    from sealtwin.trial import pipeline
+    from sealtwin.trial.quick_trial import fast_answer, quick_trial, write_quick_trial
+    from sealtwin.trial.trial_file import load_trial
 
     require_depth(settings)
     folder = out or Path("reports", f"{photo.stem}-quick")
-    trial = folder / "trial.toml"
+    file, run = folder / "trial.toml", folder / "run"
     text, assumed = quick_trial(photo, folder, settings, caliper)
-    write_quick_trial(trial, text)
-    run = folder / "run"
+    write_quick_trial(file, text)
     command.warn(f"Assumed, because you did not give them: {', '.join(assumed)}.")
-    command.say(f"Correct them in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
-    warned = _answer_fast(command, trial, run)
-    run_trial(command, trial, run, ALL_STAGES, warned=warned)
-
-
-def _answer_fast(command: Command, file: Path, run: Path) -> tuple[str, ...]:
-    """Digitise a trial, and print the fast model's answer. Returns the printed warnings."""
-    from sealtwin.core.record_files import read_outline, read_sample
-    from sealtwin.trial import pipeline
-    from sealtwin.trial.quick_trial import fast_answer
-    from sealtwin.trial.trial_file import load_trial
-
+    command.say(f"Correct them in {file}, then: sealtwin run {quote(str(file))} --out {quote(str(run))}")
     trial = load_trial(file)
     with command.progress() as progress:
-        pipeline.run_trial(trial, file.parent, run, ("digitise",), command.device, progress)
+        pipeline.run_trial(trial, folder, run, ("digitise",), command.device, progress)
     if read_outline(run).width_source != "none":
-        for sentence in fast_answer(trial.loaded(file.parent), read_sample(run)):
-            command.say(sentence)
-    return progress.warned
+        command.say(fast_answer(trial.loaded(folder), read_sample(run)))
+    run_trial(command, file, run, ALL_STAGES, warned=progress.warned)
 
 
 @answers(device=True, verbose=True)

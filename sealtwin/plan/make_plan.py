@@ -37,7 +37,8 @@ VERIFICATION, SAMPLE = "verification", "sample"
 SEARCHED, JUDGED = 4, 24  # Number of draws of a posterior for a search, and for counting chances
 RESERVE_MM = 0.25
 """Depth by which a plan aims lower than asked. A plan that fills the crack to its face has more over the face than
-constant flow if it gets ``MORE_FLOW`` and ``LESS_STRESS``, since the troughs of constant flow take some of it up."""
+constant flow if it gets ``MORE_FLOW`` and ``LESS_STRESS``, since the troughs of constant flow take some of it up.
+Unless it is 0, corrections by particles only lower the flow."""
 MORE_FLOW, LESS_STRESS = 1.10, 0.85
 SEARCH_S = 3.0  # Time of a search on one draw, on one core of the machine in docs/accuracy.md
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above the face whose chances are counted
@@ -204,13 +205,14 @@ def plan_on(
     ]
     goal = Goal(target_mm2, np.zeros_like(target_mm2))
     plan = knots.first_guess(target_mm2, sections.s_mm, limits)
-    rounds = list[Round]()
+    rounds, plans = list[Round](), list[Floats]()
 
     def searched(name: str, goal: Goal, start: Floats, *, drafts: bool, rest_s: tuple[float, float]) -> Floats:
         """Search a plan, add its round, and return it. ``rest_s``: time that follows the search, and the run."""
         progress.start(f"Searching, {name}", searching.MOST_STEPS)
         progress.later(verifier.corrected_s(rest_s[0]))
-        plan = searching.search(few, knots, limits, goal, start, progress.advance)
+        # Corrections keep the reserve: if the fast model is right, sealant that they add is over the face.
+        plan = searching.search(few, knots, limits, goal, start, progress.advance, *plans[: options.reserve_mm > 0])
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         bed = nominal.fill(plan_trajectory(sample.outline, path))
         predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
@@ -229,7 +231,6 @@ def plan_on(
         bed = nominal.fill(plan_trajectory(sample.outline, path))
         return Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
 
-    plans = list[Floats]()
     for number in range(1, options.rounds + 1):
         rest_s = later_s(number - 1, number), later_s(number, number)
         plan = searched(f"round {number}", goal, plan, drafts=options.drafts, rest_s=rest_s)
@@ -287,10 +288,7 @@ def plan_on(
         variance += further_run_mm2(levels_mm, runs)
     if draws:
         drawn_mm = np.array(
-            [
-                sections.bottom_mm + sections.height_mm(case.fill(trajectory).read_mm2 + apart_mm2)
-                for case in cases[:: max(1, len(cases) // JUDGED)][:JUDGED]
-            ]
+            [sections.bottom_mm + sections.height_mm(case.fill(trajectory).read_mm2 + apart_mm2) for case in cases]
         )
         chances = _chances([missed(sections.s_mm, level_mm) for level_mm in drawn_mm])
         variance = variance + np.interp(s_mm, sections.s_mm, drawn_mm.var(axis=0, ddof=1))
@@ -416,8 +414,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
         "with_more": {
             "flow_factor": MORE_FLOW,
             "yield_stress_factor": LESS_STRESS,
-            "over_mm3": planned.with_more.over_mm3,
-            "constant_flow_over_mm3": planned.with_more.constant_flow_over_mm3,
+            **vars(planned.with_more),
         },
         "low_stretches": planned.low_stretches,
         "baselines": {one.name: one.misfit.figures for one in planned.baselines},

@@ -1,6 +1,6 @@
 """Write the page of a plan, and its sentences. Importing this loads Matplotlib."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,10 +21,6 @@ from validate.units import counted
 
 AGREES_MM = 0.4  # Mean difference of prediction and particles above which the page mentions it
 BASELINES = {"constant flow": "--", "flow by local area": ":"}
-CHANCES = {
-    "over": "draws of the posterior with more than {} over the face",
-    "level": "draws with a level above {}",
-}
 
 
 def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Sequence[str]) -> None:
@@ -40,7 +36,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
         name="judged",
         numbers=Numbers(head, figures),
     )
-    it, band = planned.trajectory, []
+    it, band, chances = planned.trajectory, [], planned.chances or {}
     columns = ("s_mm", "speed_mm_s", "flow_mm3_s")
     flow = Numbers(columns, np.column_stack([getattr(it, column) for column in columns]).tolist())
     if (band_mm := planned.band_95_mm) is not None:
@@ -56,7 +52,11 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
             ("duration", f"{it.duration_s:.1f} s"),
             ("aims below the face by", f"{planned.margin_mm + planned.reserve_mm:.2f} mm"),
             *band,
-            *chance_rows(planned.chances or {}),
+            *(
+                (f"draws with {name.replace('_', ' ')}", f"{share * chances['draws']:.0f} of {chances['draws']:.0f}")
+                for name, share in chances.items()
+                if name != "draws"
+            ),
         ],
         parts=[
             SheetSection(
@@ -71,15 +71,6 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
         ],
     )
     write_sheet_of_figures(path.parent, path.name, sheet)
-
-
-def chance_rows(chances: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return a row for each limit of volume or level above the face: how many draws of the posterior exceed it."""
-    limits = [(name.partition("_above_"), share) for name, share in chances.items() if "_above_" in name]
-    return [
-        (CHANCES[what].format(limit.replace("_", " ")), f"{share * chances['draws']:.0f} of {chances['draws']:.0f}")
-        for (what, _, limit), share in limits
-    ]
 
 
 def plan_finding(planned: Planned) -> str:
@@ -126,7 +117,8 @@ def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
     if planned.best.off_mm > AGREES_MM:
         cautions.append(
             f"Fast model and particles still differ by {planned.best.off_mm:.2f} mm on average. The level is "
-            "that of the particles; another round (--verify) may find a better plan."
+            "that of the particles; another round (--verify), or corrections that add sealant (--reserve-mm 0), may be "
+            "better."
         )
     return cautions
 

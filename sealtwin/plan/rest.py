@@ -40,8 +40,9 @@ class Continued(Case):
         """Pour the first part, let it settle, and pour ``trajectory``."""
         first, pause_s = self.poured, max(self.settle_s, LEAST_PAUSE_S)
         later = replace(trajectory, t_s=trajectory.t_s - trajectory.t_s[0] + first.t_s[-1] + pause_s)
-        joined = (np.concatenate([getattr(first, name), getattr(later, name)]) for name in vars(first))
-        return super().fill(_scaled(Trajectory(*joined), self.flow_factor))
+        names = vars(first).keys() - {"made_of"}
+        joined = {name: np.concatenate([getattr(first, name), getattr(later, name)]) for name in names}
+        return super().fill(_scaled(replace(first, **joined), self.flow_factor))
 
 
 @dataclass(frozen=True)

@@ -206,9 +206,11 @@ def search(
     goal: Goal,
     start: Floats,
     report: Callable[[int], None] = lambda _: None,
+    most: Floats | None = None,
 ) -> Floats:
     """Return the plan within the limits that has the least mean squared area error over ``cases``.
 
+    If the plan ``most`` is given, the flow is nowhere above it, and speed and dwell are its own.
     The search begins at the plan ``start``. The error of a cell is relative to the mean target. The method is bounded
     Gauss-Newton steps; slopes are updated by Broyden's formula, and computed from differences if the gain is small.
     ``report`` is called with the number of each step.
@@ -216,6 +218,8 @@ def search(
     from scipy.optimize import lsq_linear
 
     low, high = knots.bounds(limits)
+    if most is not None:
+        low[knots.count :], high = most[knots.count :], most
     own_speed = np.log(np.clip(knots.path.speed_mm_s[knots.path.giving].max(), *limits.speed_mm_s))
     weight = 1 / np.sqrt(len(cases) * len(goal.target_mm2)) / goal.target_mm2.mean()
 

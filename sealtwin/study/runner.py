@@ -4,7 +4,7 @@ import pickle
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -61,6 +61,7 @@ class Computing:
     keep_fills: bool = False  # Keep how the crack fills, of launches of one run by particles
     later_s: float = 0.0  # Expected time of what follows these runs in the command, by the model of ``estimate``
     scheduler: str | None = None  # Address of a Dask scheduler whose workers compute instead
+    traced: dict[str, Any] = field(default_factory=dict)  # Of ``Job``, shared by the study's samples
 
 
 def compute(

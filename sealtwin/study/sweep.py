@@ -105,7 +105,7 @@ def brought_up_to_date(
     # Each run compares its level with the readings.
     numbers = numbers_up_to("simulate" if planned[0].trial.readings is None else "validate")
     started_s = time.time()
-    samples = _digitise(planned, source, folder, progress)
+    samples = _digitise(planned, source, folder, options, progress)
     runs, largest, remarks = _runs(planned, samples, folder, options, numbers)
     plan = study_folder.Plan(name, runs, started_s, numbers)
     runs = study_folder.resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
@@ -146,10 +146,13 @@ def adopt(folder: Path, study: str) -> None:
     study_folder.remove_temporary_files(folder)
 
 
-def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progress: Progress) -> dict[int, str]:
-    """Digitise each crack once, into samples/; return the name of its folder by the number of each run.
+def _digitise(
+    planned: Sequence[PlannedRun], source: Path, folder: Path, options: SweepOptions, progress: Progress
+) -> dict[int, str]:
+    """Digitise each crack once, and write it with each path into samples/.
 
-    Raises InputError if a crack cannot be digitised. Its message has each fault with the numbers of its runs.
+    Returns the name of the sample's folder by the number of each run. Raises InputError if a crack cannot be
+    digitised. Its message has each fault with the numbers of its runs.
     """
     runs: dict[str, list[PlannedRun]] = {}
     for run in planned:
@@ -159,7 +162,8 @@ def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progres
     for name, alike in runs.items():
         try:
             with open_folder(folder / "samples" / name, create=True) as sample:
-                run_stages(start_job(alike[0].trial, source, sample, "cpu", progress), ("digitise",))
+                job = start_job(alike[0].trial, source, sample, "cpu", progress)
+                run_stages(replace(job, traced=options.traced), ("digitise",))
         except InputError as fault:
             faults.setdefault(str(fault), []).extend(run.number for run in alike)
     raise_faults(faults)

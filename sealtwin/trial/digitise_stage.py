@@ -46,14 +46,18 @@ def bring_up_to_date(job: Job) -> bool:
     # A file that is missing or too large has no hash, and is refused when read.
     if len(inputs) == len(sample_files(job.trial)) and job.folder.is_current("digitise", key):
         return False
-    job.progress.start("Digitising", 5)
+    crack = stage_key(inputs, {**settings, "path": None}, numbers)
     began = time.monotonic()
 
     from digitise.trajectory import plan_trajectory, with_path
     from digitise.walls.overlay import draw_overlay, straight_view
 
-    outline, solid, photo = _digitise(job)
-    job.progress.advance(4, "planning the path")
+    if crack not in job.traced:
+        job.progress.start("Digitising", 4)
+        job.traced.clear()
+        job.traced[crack] = _digitise(job)
+        job.progress.advance(4)
+    outline, solid, photo = job.traced[crack]
     if solid is None:
         trajectory = plan_trajectory(outline, job.trial.path)
         doubts = (*doubts_of(job.trial.path), *([] if trajectory.dispensed_mm3 else [NO_SEALANT]))
@@ -71,7 +75,6 @@ def bring_up_to_date(job: Job) -> bool:
         files.write_png(job.path / STRAIGHT, straight_view(photo, outline))
         outputs += [STRAIGHT, "crack.stl", "crack.glb", *(name for name in DIGITISED if name not in OF_A_PATH)]
         warnings = (*warnings, *solid.figures.warnings)
-    job.progress.advance(5)
     for warning in warnings:
         job.progress.warn(f"note: {warning}")
     wall_time_s = time.monotonic() - began

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from sealtwin.core import files, plain_files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import RunFolder
+from sealtwin.core.run_folder import MANIFEST, RunFolder
 from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
@@ -55,6 +55,8 @@ class Job:
     progress: Progress
     threads: int = 1  # Number of CPU threads of a fluid run; it does not change the result
     above: Above = NOTHING_ABOVE
+    traced: dict[str, Any] = field(default_factory=dict)
+    """The latest crack that this command digitised, by its key without the path: jobs that share it trace it once."""
 
     @property
     def path(self) -> Path:
@@ -157,7 +159,10 @@ def require_sample(trial: Trial, source: Path) -> None:
     table = "photo" if trial.mesh is None else "mesh"
     for role, file in sample_files(trial).items():
         if not (source / file).exists():
-            raise InputError(f"{source / file}: not found; {table}.{role} names it. Put it there, or correct the name.")
+            cure = "Put it there, or correct the name."
+            if (source / MANIFEST).is_file():
+                cure = f"A run folder has no copy: 'sealtwin simulate {shown(source)}' uses the crack there."
+            raise InputError(f"{source / file}: not found; {table}.{role} names it. {cure}")
 
 
 def begin_writing(job: Job, stage: StageName) -> None:

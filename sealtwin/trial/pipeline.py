@@ -226,11 +226,12 @@ def _sample(folder: Path, trial: Trial) -> SampleFigures:
 def _fluid(job: Job) -> FluidFigures:
     from validate.wording.headline import run_warnings
 
-    run = record_files.read_simulation(job.path)
+    run, bed = record_files.read_simulation(job.path), record_files.read_run(job.path)
     counts = ("particles", "escaped_particles", "spilled_particles")
     return FluidFigures(
         # The fast model has no particles.
         **{name: getattr(run, name) if run.has_particles else None for name in counts},
+        above_face_mm3=(1 - bed.share_below_face) * run.volume_ratio * run.dispensed_volume_mm3,
         unfit=None if run.has_particles else run.unfit,
         volume_ratio=run.volume_ratio,
         device=run.device,

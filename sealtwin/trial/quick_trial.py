@@ -96,30 +96,29 @@ def _check(content: str) -> str:
     return hashlib.sha256(content.encode()).hexdigest()[:12]
 
 
-def fast_answer(trial: Trial, sample: Sample) -> list[str]:
-    """Return sentences on level, underfill and overfill by the fast model, and on its domain.
+def fast_answer(trial: Trial, sample: Sample) -> str:
+    """Return a line with level, underfill and overfill by the fast model, and with the reason if it is unfit.
 
-    For a trial that the fast model cannot compute, the sentence has the reason.
+    For a trial that the fast model cannot compute, the line has only the reason.
     """
     from sealtwin.core.run_figures import FAST
     from simulate.slot.run import pour
     from validate.metrics.volumes import fill_volumes
-    from validate.wording.headline import method_sentences
 
     fluid, solver, nozzle = trial.physics
     solver = solver.model_copy(update={"model": FAST})
     try:
         run, profile = pour(sample, fluid, solver, nozzle, seed=trial.seed, slope=trial.sample)
     except InputError as fault:
-        return [f"The fast model cannot answer: {fault}"]
+        return f"The fast model cannot answer: {fault}"
     volumes = fill_volumes(profile, sample.outline, sample.solid, 0.0, sample.outline.length_mm)
     level_mm = profile.level_mm
-    return [
+    unfit = f" It is UNFIT for this case, so wait for the particles: {run.unfit[0]}" if run.unfit else ""
+    return (
         f"By the fast model, for screening: level {level_mm.mean():.2f} mm on average, {level_mm.min():.2f} to "
         f"{level_mm.max():.2f} mm; {volumes['underfill_mm3']:.0f} mm3 are missing below the face and "
-        f"{volumes['overfill_mm3']:.0f} mm3 are above it.",
-        *method_sentences(run),
-    ]
+        f"{volumes['overfill_mm3']:.0f} mm3 are above it.{unfit}"
+    )
 
 
 def write_drawn_trial(

@@ -279,7 +279,7 @@ IN_PLACE_OF = {
     "fluid.U": (("fluid.viscosity_pa_s",), _SHEARED, _CURVES),
     "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _SHEARED, _CURVES),
     "fluid.consistency_pa_s_n": (("fluid.U", "fluid.D_cm"), ("fluid.viscosity_pa_s",), _CURVES),
-    "path.volume_ml": (("path.weighed",),),
+    "path.volume_ml": (("path.weighed",), ("path.fill",)),
     "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
 }
 """Groups of settings that a given setting removes from the trial. A group is removed if the trial has its first one."""
@@ -310,6 +310,7 @@ def replaced(trial: Trial, settings: Mapping[str, Any], names: Iterable[str]) ->
 
 
 def names_in(content: Mapping[str, Any]) -> set[str]:
+    """Return the dotted names of the settings in a trial's tables."""
     return {f"{table}.{key}" for table, inner in content.items() if isinstance(inner, dict) for key in inner}
 
 

@@ -33,6 +33,7 @@ def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
     assert trimesh.load_mesh(tmp_path / "run" / "crack.stl").is_watertight
     again = sealtwin("import-mesh", scan, "--units", "inch", "--out", tmp_path / "run")
     assert "nothing to redo" in again.stderr
+    assert f"sealtwin simulate {tmp_path / 'run'}'" in refusal("run", tmp_path / "run" / "trial.toml")
 
 
 def test_a_wrong_unit_is_refused_with_the_right_one(tmp_path):

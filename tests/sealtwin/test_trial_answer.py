@@ -47,6 +47,7 @@ FLUID: dict[str, Any] = {
     "particles": 14527,
     "escaped_particles": 0,
     "spilled_particles": 0,
+    "above_face_mm3": 110.0,
     "unfit": None,
     "volume_ratio": 0.999,
     "device": "CPU",
@@ -203,7 +204,8 @@ LINES = {
         },
         ["Fluid    2 particles escaped", "Result   Do not use this run: 2 particles", "Gate     1.6 mm: failed"],
     ),
-    "spilled": (lambda e: {"comparison": None, "fluid": {"spilled_particles": 12}}, ["particle escaped, 12 spilled"]),
+    "spilled": (lambda e: {"comparison": None, "fluid": {"spilled_particles": 12}}, ["face, 12 particles ran over "]),
+    "on the face": (lambda e: {"comparison": None, "fluid": {"above_face_mm3": 1110.0}}, ["; 1.1 ml are above the "]),
     "no readings": (
         lambda e: {"comparison": None},
         ["Result   No readings: the simulated fill is not compared", "adds a 95 % band, about 3 min)"],

@@ -26,6 +26,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study.estimate import Forecast
 from sealtwin.study.study_folder import read_plan
+from sealtwin.trial import digitise_stage
 from sealtwin.trial.trial_file import Trial
 from simulate.material_file import read_material
 from simulate.settings import Fluid, Nozzle, Solver
@@ -69,6 +70,21 @@ def test_readings_are_used_as_their_role_says(lab):
     _refused(lab, [held_out], YIELD, "held.toml", 'readings.role = "held-out"')
     trial = lab / "trial.toml"
     _refused(lab, [trial], YIELD, "trial.toml", 'readings.role = "calibrated-on"', held_out=[trial])
+    slot = _edited(lab, "slot.toml", **{"[solver]": '[solver]\nmodel = "slot"'})
+    _refused(lab, [trial, slot], YIELD, "slot.toml", 'solver.model is "slot"')
+    assert not (lab / "out").exists(), "no crack is digitised before"
+
+
+def test_a_crack_is_traced_once_for_all_volumes(lab, monkeypatch):
+    traced, real = list[object](), digitise_stage._digitise
+    monkeypatch.setattr(digitise_stage, "_digitise", lambda job: traced.append(job) or real(job))
+    twin = Twin(lab / "trial.toml", lab / "library", replace(HERE, traced={}), Progress())
+    twin._plan([twin._planned(1, {"path.volume_ml": 0.07}, 0)], dry_run=True)
+    assert len(traced) == 1
+    alone = Twin(_edited(lab, "alone.toml", **{"0.08": "0.07"}), lab / "alone", replace(HERE, traced={}), Progress())
+    (home,) = (alone.folder / "samples").iterdir()
+    for file in ("crack.ply", "outline.json", "trajectory.csv", "solid.json"):
+        assert (home / file).read_bytes() == (twin.folder / "samples" / home.name / file).read_bytes(), file
 
 
 def test_the_same_readings_cannot_calibrate_and_judge(lab):

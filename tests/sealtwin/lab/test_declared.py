@@ -34,9 +34,9 @@ def _with_fluid(small, fluid):
 @pytest.mark.parametrize(
     ("fluid", "stress_pa", "freeze", "remark"),
     [
-        (None, 12.0, "never", "fluid.yield_stress_pa = 12.0"),
-        ("D_cm = 0.2", 12.0, "never", "fluid.viscosity_pa_s = 0.3"),
-        ("consistency_pa_s_n = 2.0\nflow_index = 0.5", 12.0, "never", "fluid.yield_stress_pa = 12.0"),
+        (None, 5.0, "never", "fluid.yield_stress_pa = 5.0"),
+        ("D_cm = 0.2", 5.0, "never", "fluid.viscosity_pa_s = 0.3"),
+        ("consistency_pa_s_n = 2.0\nflow_index = 0.5", 5.0, "never", "fluid.yield_stress_pa = 5.0"),
         ("U = 10.0\nyield_stress_pa = 20.0", 20.0, "never", 'fluid.freeze_after_s = "never"'),
         ("U = 10.0\nD_cm = 0.3\nfreeze_after_s = 2.5", 0.0, 2.5, None),
         ('U = 10.0\nD_cm = 0.3\nfreeze_after_s = "never"', 0.0, "never", "without fluid.yield_stress_pa and fluid."),
@@ -60,7 +60,7 @@ def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(
     assert (given.viscosity_pa_s == 0.3) is (fluid is None or "D_cm = 0.2" in fluid), "the starter's"
     remarks = [text for text in ingested.outcomes[0].remarks if "fluid" in text]
     assert remarks == [] if remark is None else remark in remarks[0]
-    assert stress_pa != 12.0 or "fluid.yield_stress_pa = 12.0" in trial.note, "which every report shows"
+    assert stress_pa != 5.0 or "fluid.yield_stress_pa = 5.0" in trial.note, "which every report shows"
 
 
 def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):

@@ -157,9 +157,11 @@ def test_a_plan_expects_the_level_of_the_middle(particles):
 class DraftsStandLower(FastModelItself):
     """Stands for particles that do what the fast model says, and whose drafts stand 0.8 mm lower."""
 
+    draft_mm = -0.8
+
     def levels(self, title, paths, *, drafts=False, later_s=0.0):
         levels = super().levels(title, paths)
-        return [replace(level, level_mm=level.level_mm - 0.8 * drafts) for level in levels]
+        return [replace(level, level_mm=level.level_mm + self.draft_mm * drafts) for level in levels]
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +169,7 @@ def corrected(tmp_path_factory) -> Planned:
     particles = verifier(DraftsStandLower, tmp_path_factory.mktemp("plan"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(searching, "MOST_STEPS", 2)
-        return plan_on(particles, Options(knots=3, rounds=2, seeds=1), [])
+        return plan_on(particles, Options(knots=3, rounds=2, seeds=1, reserve_mm=0.0), [])
 
 
 def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
@@ -177,6 +179,16 @@ def test_a_plan_by_drafts_is_corrected_by_an_accurate_run(corrected):
     assert corrected.of_draft == corrected.rounds[1].misfit
     filled = [plan_trajectory(OUTLINE, one.path).dispensed_mm3 for one in (corrected.best, corrected.rounds[1])]
     assert filled[1] - filled[0] == pytest.approx(0.8 * 4.0 * 40.0, rel=0.25)
+
+
+@pytest.mark.parametrize(("draft_mm", "changes_mm3"), [(-0.8, (-1.0, 0.0)), (0.8, (-320.0, -100.0))])
+def test_corrections_keep_the_reserve(tmp_path, monkeypatch, draft_mm, changes_mm3):
+    monkeypatch.setattr(searching, "MOST_STEPS", 2)
+    monkeypatch.setattr(DraftsStandLower, "draft_mm", draft_mm)
+    planned = plan_on(verifier(DraftsStandLower, tmp_path), Options(knots=3, rounds=2, seeds=1), [])
+    first, second, best = (plan_trajectory(OUTLINE, one.path) for one in (*planned.rounds, planned.best))
+    assert changes_mm3[0] <= second.dispensed_mm3 - first.dispensed_mm3 <= changes_mm3[1]
+    assert max((path.flow_mm3_s - first.flow_mm3_s).max() for path in (second, best)) < 1e-3
 
 
 def test_constant_flow_has_no_reserve_and_more_of_it_is_over_the_face(corrected):

@@ -86,7 +86,7 @@ def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
     trial = load_trial(trial_file)
     crack, fluid = present(trial.crack, "crack"), present(trial.fluid, "fluid")
     assert (crack.depth_mm, crack.tilt, trial.solver.radius_mm) == (16.0, "vertical", "auto")
-    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 12.0, None), "as a rheometer gives them"
+    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 5.0, None), "as a rheometer gives them"
     assert sheet.name in trial_file.read_text(), "its readings point to the sheet"
     with pytest.raises(InputError, match="not overwritten"):
         write_starter(tmp_path / "new")
