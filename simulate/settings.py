@@ -182,12 +182,6 @@ class Fluid(Settings):
         return self.most_yield_stress_pa > 0
 
     @property
-    def can_be_planned(self) -> bool:
-        """True if the fast model, and so a plan, can compute the sealant: it has a viscosity and does not age."""
-        ages = self.freezes or self.structuration_pa_per_s > 0 or self.curve is not None
-        return not ages and (self.yields or self.fresh.viscosity_pa_s is not None)
-
-    @property
     def freezes(self) -> bool:
         """True if particles are fixed at an age."""
         return self.freeze_after_s != "never"

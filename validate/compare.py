@@ -9,6 +9,7 @@ from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.comparison import (
     Baseline,
     ErrorUncertainty,
+    InputDrawsRecord,
     LevelMetrics,
     ReadingsScatter,
     SizeStudy,
@@ -133,6 +134,10 @@ def assess(
         raise ValueError(f"{evidence.name}: there are no readings to compare with.")
     gained_mm = gained_level_mm(evidence.run, simulated, outline, solid, evidence.volume_ratio)
     mouth = Mouth.of(outline, solid, evidence.run.density_kg_m3)
+    other = ()
+    if spread is not None and spread.fast_mm is not None:
+        fast = level_difference(Profile(spread.s_mm, spread.fast_mm), measured)
+        other = (Baseline("the fast model", 0, fast.mean_error),)
     comparison = compare(
         simulated,
         measured,
@@ -146,7 +151,7 @@ def assess(
         edited=evidence.edited,
         fitted=settings.fitted,
         screening=not evidence.run.has_particles,
-        unseen=flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3),
+        unseen=(*flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3), *other),
     )
     baseline = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)
     baseline_error_mm = level_difference(baseline, measured).mean_error
@@ -234,7 +239,9 @@ def error_uncertainty(
         alignment=alignment(simulated, measured),
         numerics=numerics,
         inputs=inputs,
-        input_draws=None if spread is None or spread.draws is None else spread.draws.recorded(together),
+        input_draws=None
+        if spread is None or spread.draws is None
+        else InputDrawsRecord(runs=len(spread.draws.moved_mm), together=together, unfit=spread.unfit),
         inputs_left_out=declared.left_out,
         effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
         design_radius_mm=None if spread is None else spread.design_radius_mm,

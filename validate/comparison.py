@@ -77,7 +77,7 @@ class ReadingsScatter(JsonRecord):
 @with_config(PART)
 @dataclass(frozen=True)
 class Baseline:
-    """A level that was made without a simulation, compared with the same readings over the same stretch."""
+    """A simpler level, compared with the same readings over the same stretch."""
 
     name: str
     """Name of the level, in words."""
@@ -149,8 +149,8 @@ class LevelMetrics(JsonRecord):
     beats_flat_level: bool
     """True if the mean error is smaller than that of the constant level."""
     baselines: tuple[Baseline, ...] = ()
-    """Levels made without a simulation: best curves through calibration readings; for held-out readings, levels made
-    without these readings."""
+    """Simpler levels: best curves through calibration readings; and, made without these readings, the dispensed volume
+    lying flat and, after extra runs of particles, the fast model."""
     beats_baseline: bool | None = None
     """True if the mean error is smaller than the mean error of every baseline that has at most as many coefficients as
     settings were fitted; None if there is no such baseline."""

@@ -132,8 +132,12 @@ class PredictedLevel(JsonRecord):
     inputs_mm: Numbers | None
     """Standard uncertainty due to the inputs; None if no input is declared."""
     model_mm: Numbers | None = None
-    """Standard uncertainty due to the model: at the ends of the path, for a fluid with a yield stress, and by the
-    meniscus, for a declared surface tension. None without both."""
+    """Standard uncertainty due to the model: at the ends of the path, for a fluid with a yield stress; by the meniscus,
+    for a declared surface tension; and half of the difference of particles and fast model. None without all three."""
+    fast_level_mm: Numbers | None = None
+    """Level by the fast model; None if it is unfit, or computed ``level_mm``."""
+    flat_level_mm: Numbers | None = None
+    """Level of the dispensed volume lying flat in the crack."""
     mean_level_mm: float
     """Mean level along the crack."""
     mean_level_95_mm: tuple[float, float]
@@ -147,7 +151,7 @@ class PredictedLevel(JsonRecord):
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     unfit: tuple[str, ...]
-    """Reasons why the case is outside the domain of the fast model that varied the inputs."""
+    """Reasons why the case is outside the domain of the fast model."""
 
 
 class Comparison(LevelMetrics):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sealtwin.api.levels import LevelComparison, LevelReadings
-from sealtwin.api.runs import PlannedPath
+from sealtwin.api.runs import PlannedPath, SimulatedLevel
 from sealtwin.api.samples import CrackOutline
 from sealtwin.api.shared import FilePath, of_one_crack
 from sealtwin.core import files
@@ -29,7 +29,7 @@ def write_report(
     crack: CrackOutline,
     solid: Solid,
     path: PlannedPath,
-    run: Run,
+    run: Run | SimulatedLevel,
     result: LevelComparison | None = None,
     *,
     name: str | None = None,
@@ -42,7 +42,8 @@ def write_report(
     folder
         Folder for the files; files of an earlier call are replaced.
     crack, solid, path, run, result
-        Results of the other functions. Without ``result`` the report shows only the simulation.
+        Results of the other functions; ``run`` may be the level of ``fill_fast``. Without ``result`` the report shows
+        only the simulation.
     name, note
         Title of the report (default: the folder's name), and a text with what a reader must know about this trial.
 
@@ -70,6 +71,7 @@ def write_report(
             raise InputError(f"write_report: {argument} is a {type(value).__name__}; give a {kind.__name__}.")
     compared = [] if result is None else [result.level, result.readings]
     of_one_crack("write_report", crack, solid, path, run, *compared)
+    run = run.run if isinstance(run, SimulatedLevel) else run
     target = Path(folder)
     require_folder(target)
     if (target / MANIFEST).is_file():

@@ -93,6 +93,8 @@ class SimulatedLevel(Profile):
     """Dispensed volume, for the baseline of a flat level; 0 if it is unknown."""
     density_kg_m3: float | None = None
     """Density of the sealant, for its meniscus; None if it is unknown."""
+    run: Run
+    """Run whose level it is."""
 
 
 @keywords_of(SampleSlope)
@@ -309,6 +311,7 @@ def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:
         escaped_particles=run.escaped_particles,
         dispensed_mm3=run.dispensed_volume_mm3,
         density_kg_m3=run.density_kg_m3,
+        run=run,
     )
 
 

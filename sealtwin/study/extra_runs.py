@@ -5,10 +5,8 @@ RUN/uncertainty, a folder like a sweep's. They are computed once: if the process
 the remaining runs.
 """
 
-import shutil
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -18,12 +16,12 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
-from sealtwin.study.drawn_runs import PLACES, draw, level_of, takes_draws
+from sealtwin.study.drawn_runs import PLACES, draw, fast_level, level_of, takes_draws
 from sealtwin.study.estimate import estimate, in_words, size_of
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
 from sealtwin.study.runner import Computing
 from sealtwin.study.seed_runs import announce_seeds, compute_other_seeds
-from sealtwin.study.variants import Variant, compute_variants, inputs_of, with_seed
+from sealtwin.study.variants import Variant, compute_variants, inputs_of, own_timing, with_seed
 from sealtwin.trial.job import Above, Job
 from sealtwin.trial.pipeline import REPORT_S
 from sealtwin.trial.trial_file import Trial
@@ -77,7 +75,7 @@ def vary(job: Job) -> bool:
     began, folder = time.monotonic(), job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
     # Draws take seconds: an input that cannot be moved is refused before particles run for minutes.
-    draws = draw(base, folder / f"drawn-{key[:12]}", cores(), job.progress) if drawn else None
+    draws = draw(base, cores(), job.progress) if drawn else None
     drew_s = time.monotonic() - began
     runs = list[study_folder.StudyRun]()
     if particles:
@@ -89,8 +87,6 @@ def vary(job: Job) -> bool:
     files.write_json(job.path / SPREAD, spread.content())
     wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
     job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], wall_s, numbers=numbers)
-    for parts in folder.glob("drawn-*"):
-        shutil.rmtree(parts)
     return True
 
 
@@ -104,38 +100,28 @@ def time_of_extra_runs(job: Job) -> str:
     base = Base.of(job)
     trial, run = base.trial, base.run
     drawn = bool(base.inputs) and takes_draws(base)
-    drawn_s = RUNS * _time_of_a_draw_s(base) / cores() if drawn else 0.0
+    drawn_s = 0.0
+    if drawn:
+        began_s = time.perf_counter()
+        level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
+        drawn_s = RUNS * (time.perf_counter() - began_s) / cores()
     if not run.has_particles:
         return in_words(drawn_s) if drawn else ""
     designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
-    numbers = {
-        run.radius_mm / RATIO: REPLICATES,
-        run.radius_mm: REPLICATES,
-        run.radius_mm * RATIO: REPLICATES + designed,
-    }
-    waiting = study_folder.StudyRun(number=1, key="", settings={}, trial={}, sample="", kin="", work_s=0.0)
+    # Some runs of the trial's own size are done.
+    numbers = REPLICATES, max(0, REPLICATES - len(base.levels_mm)), REPLICATES + designed
     runs, sizes = list[study_folder.StudyRun](), []
-    for radius_mm, number in numbers.items():
+    for radius_mm, number in zip(_sizes_mm(base), numbers, strict=True):
         solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
         try:
             sizes.append(size_of(trial.model_copy(update={"solver": solver}), base.sample))
         except InputError:
             # There are too many particles, or the sealant is too stiff for them; 'sealtwin validate' reports which.
             return ""
-        runs += [replace(waiting, work_s=sizes[-1].work_s)] * number
-    # Runs of the trial's own size are done.
-    wall_s = job.folder.manifest["stages"]["simulate"]["wall_time_s"]
-    for number in range(REPLICATES, REPLICATES + min(len(base.levels_mm), REPLICATES)):
-        runs[number] = replace(runs[number], state="done", wall_s=wall_s)
+        runs += [study_folder.StudyRun(1, "", {}, {}, "", "", sizes[-1].work_s)] * number
     jobs = cores() if run.device.startswith("CPU") else 1
-    return in_words(drawn_s + estimate(runs, sizes[0], jobs, 1, keep_runs=False).time_s)
-
-
-def _time_of_a_draw_s(base: Base) -> float:
-    """Time one run of the fast model with its inputs moved."""
-    began_s = time.perf_counter()
-    level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
-    return time.perf_counter() - began_s
+    expected = estimate(runs, sizes[0], jobs, 1, keep_runs=False, timings=own_timing(base))
+    return in_words(drawn_s + expected.time_s)
 
 
 def _variants(base: Base, *, designed: bool) -> list[Variant]:
@@ -192,18 +178,21 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
 
 def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -> Spread:
     own, inputs, radii_mm = base.profile, base.inputs, _sizes_mm(base)
+    fast, unfit = fast_level(base)
     if not profiles:
-        return Spread(own.s_mm, None, (), None, None, draws)
+        return Spread(own.s_mm, None, (), None, None, draws, unfit=unfit)
+    fast_mm = None if fast is None or unfit else np.interp(own.s_mm, fast.s_mm, fast.level_mm)
     levels_mm = np.array([np.interp(own.s_mm, profile.s_mm, profile.level_mm) for profile in profiles])
     waiting = max(0, REPLICATES - len(base.levels_mm))
     finer, middle, coarser, designed = np.split(levels_mm, np.cumsum([REPLICATES, waiting, REPLICATES]))
     runs_mm = finer, np.vstack([base.levels_mm, middle]), coarser
     fine, same, coarse = (SizeRuns(*size) for size in zip(radii_mm, runs_mm, strict=True))
+    sizes = fine, same, coarse
     if not len(designed):
-        return Spread(own.s_mm, (fine, same, coarse), (), None, None, draws)
+        return Spread(own.s_mm, sizes, (), None, None, draws, fast_mm, unfit)
     effects_mm, scatter_mm = effects_of(designed, len(inputs))
     if scatter_mm is None:
         # From single runs of this size: an effect is the mean of half of the runs less that of the other half.
         scatter_mm = float(np.sqrt(coarser.var(axis=0, ddof=1).mean() / len(designed)))
     effects = (Effect(*declared, level_mm) for declared, level_mm in zip(inputs.items(), effects_mm, strict=True))
-    return Spread(own.s_mm, (fine, same, coarse), tuple(effects), scatter_mm, radii_mm[-1])
+    return Spread(own.s_mm, sizes, tuple(effects), scatter_mm, radii_mm[-1], None, fast_mm, unfit)

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from digitise.settings import CrackShape
 from digitise.weighing.moved_walls import moved_depth, shape_by_weight, walls_apart, widened
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Profile, Run, Sample, Solid
+from sealtwin.core.records import Floats, Profile, Run, Sample
 from sealtwin.core.settings import checked
 from sealtwin.trial.draft import as_run
 from sealtwin.trial.job import Job
@@ -139,26 +138,19 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
         more = 1.0 if trial.path.weighed is None else trajectory.dispensed_mm3 / late.dispensed_mm3
         trajectory = replace(late, flow_mm3_s=more * late.flow_mm3_s)
     outline, solid = sample.outline, sample.solid
-    if changed.crack is not None and any(name in steps for name in OF_THE_WALLS):
-        make = _meshed if meshed else _in_sections
-        outline, solid = make(sample, changed.crack, step["width_mm"])
+    if (walls := changed.crack) is not None and any(name in steps for name in OF_THE_WALLS):
+        if meshed:
+            from digitise.solid.build_solid import build_solid
+
+            outline = widened(outline, step["width_mm"])
+            return Sample(outline, build_solid(outline, walls), trajectory)
+        from digitise.solid.sections import crack_sections
+
+        # Ring and mesh take longer than a run of the fast model.
+        moved = {"depth_mm": walls.deepest_mm, "wall_angles_deg": walls.wall_angles_deg}
+        outline = walls_apart(outline, step["width_mm"] / outline.mean_width_mm)
+        solid = replace(solid, sections=crack_sections(outline, walls), **moved)
     return Sample(outline, solid, trajectory)
-
-
-def _meshed(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline, Solid]:
-    from digitise.solid.build_solid import build_solid
-
-    outline = widened(sample.outline, wider_mm)
-    return outline, build_solid(outline, shape)
-
-
-def _in_sections(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline, Solid]:
-    """Move only the walls and sections, since ring and mesh take longer than a run of the fast model."""
-    from digitise.solid.sections import crack_sections
-
-    outline = walls_apart(sample.outline, wider_mm / sample.outline.mean_width_mm)
-    moved = {"depth_mm": shape.deepest_mm, "wall_angles_deg": shape.wall_angles_deg}
-    return outline, replace(sample.solid, sections=crack_sections(outline, shape), **moved)
 
 
 def _fresh_pa_s(base: Base) -> float:

@@ -66,7 +66,7 @@ def compute_variants(
     runs, largest, remarks = _runs(folder, variants, how.device, inputs)
     plan = study_folder.Plan(name, runs, numbers=numbers_up_to("simulate"))
     runs = study_folder.resume(folder, plan, progress.note, retry=True)
-    timings = _own_timing(base)
+    timings = own_timing(base)
     expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False, timings=timings)
     if expected.runs:
         progress.note(f"Extra runs for {why}: {expected.sentence}")
@@ -129,7 +129,7 @@ def words_of(settings: Mapping[str, float]) -> str:
     )
 
 
-def _own_timing(base: Base) -> list[Timing]:
+def own_timing(base: Base) -> list[Timing]:
     """Return the time of the trial's own run if it was recorded, for the first estimate of the extra runs' time."""
     health = base.run.health
     if health.setup_s is None or health.frames_s is None:

@@ -41,7 +41,6 @@ from validate.result import (
     TrialResult,
     read_comparison,
 )
-from validate.uncertainty.validation import with_time
 
 REPORT_S = 5.0  # Time of pictures and report after the last frame, on the machine in docs/accuracy.md
 
@@ -128,8 +127,9 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         )
     if not redone and not more:
         job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
-    fluid = job.trial.fluid
-    can_be_planned = fluid is not None and fluid.can_be_planned
+    from simulate.slot.run import has_sealant
+
+    can_be_planned = job.trial.fluid is not None and has_sealant(job.trial.fluid)
     return FinishedStages(result, tuple(redone), can_be_planned, job.extra_runs if "validate" in stages else "")
 
 
@@ -245,6 +245,6 @@ def _compared(job: Job) -> dict[str, Any]:
     predicted = not has_readings and (folder / PREDICTION).is_file()
     return {
         "report": shown(folder / "report.html"),
-        "comparison": with_time(read_comparison(folder), job.extra_runs) if has_readings else None,
+        "comparison": read_comparison(folder) if has_readings else None,
         "prediction": record_files.read_record(PredictedLevel, folder / PREDICTION) if predicted else None,
     }

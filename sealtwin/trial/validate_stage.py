@@ -72,8 +72,9 @@ def bring_up_to_date(job: Job) -> bool:
     job.progress.start("Validating", 2)
     began = time.monotonic()
 
+    from simulate.slot.run import has_sealant
     from validate.compare import assess
-    from validate.metrics.volumes import gained_level_mm
+    from validate.metrics.volumes import balance_profile, gained_level_mm
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
     from validate.uncertainty.bed_ends import BedEnds
@@ -113,7 +114,7 @@ def bring_up_to_date(job: Job) -> bool:
         edited=tuple(name for stage in stages for name in job.folder.edited(stage) if name in used),
         extra_runs=job.extra_runs,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
-        can_be_planned=trial.given_fluid.can_be_planned,
+        can_be_planned=has_sealant(trial.given_fluid),
     )
     if trial.readings is not None and readings is not None:
         comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)
@@ -121,7 +122,8 @@ def bring_up_to_date(job: Job) -> bool:
     elif spread is not None:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
         ends, mouth = BedEnds.of(trajectory, run), Mouth.of(outline, solid, run.density_kg_m3)
-        prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm, ends, mouth)
+        flat = balance_profile(run.dispensed_volume_mm3, outline, solid)
+        prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm, ends, mouth, flat)
         evidence = replace(evidence, prediction=prediction)
     begin_writing(job, "validate")
     keep_origin(job)

@@ -53,8 +53,6 @@ class Filled:
     dispensed_mm3: float
     in_flight_mm3: float
     """Volume that is dispensed but has not landed when the run ends."""
-    steps: int
-    newton_steps: int
 
     @property
     def read_mm2(self) -> Floats:
@@ -112,8 +110,6 @@ def fill(
         level_mm=sections.bottom_mm + height_mm + crown_mm(height_mm, sections.depth_mm, held_mm),
         dispensed_mm3=dispensed_mm3,
         in_flight_mm3=max(0.0, dispensed_mm3 - all_mm3),
-        steps=len(times_s) - 1,
-        newton_steps=bed.newton_steps,
     )
 
 
@@ -207,7 +203,6 @@ class _Bed:
         self._tolerance_mm2 = TOLERANCE * float(sections.full_mm2.max())
         self.area_mm2 = np.zeros_like(sections.s_mm)
         self.height_mm = np.zeros_like(sections.s_mm)
-        self.newton_steps = 0
 
     def advance(self, step_s: float, landed_mm2: Floats) -> None:
         sections, share = self._sections, step_s / self._sections.step_mm
@@ -221,7 +216,6 @@ class _Bed:
             left_mm2 = filled_mm2 - self.area_mm2 + share * _net(flow)
             if np.abs(left_mm2).max() <= self._tolerance_mm2:
                 break
-            self.newton_steps += 1
             coupled = share * self._weight / sections.step_mm * stiff
             width_mm[:-1] += coupled
             width_mm[1:] += coupled

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +20,14 @@ from simulate.slot.fill import Filled, fill
 from simulate.slot.fitness import FULLEST, Fitness, fitness_of
 from simulate.slot.flux import HerschelBulkley
 
-DEVICE = "CPU, without particles"
 STATION_MM = 0.2
 FILL_STEP = 0.1  # Step of the fills that are tried to find one inside the domain
+READ = (
+    *("U", "D_cm", "wall_share", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
+    *("density_kg_m3", "yield_stress_pa", "material"),
+)
+"""Settings of [fluid] that this model reads; D_cm only as a reason why it is unfit. A sealant that sets any other is
+refused, so that a setting of particles alone is never left out in silence."""
 PARTICLES_RUB = 0.0065
 """Friction of the particles, as a share of the pressure: shear waves in a box without walls give 0.5 to 0.8 %. The fast
 model replaces particles, so it has the same friction."""
@@ -42,7 +48,7 @@ def pour(
     With ``advise``, the last sentence on an unfit run proposes settings that are fit. At most a dozen more fills are
     computed to find them.
 
-    Raises InputError for sealant outside this model: sealant that freezes, stiffens or follows a curve.
+    Raises InputError for a sealant with a setting that is not in READ, such as one that freezes.
     """
     solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
     solver = sized(outline, solid, solver, nozzle)
@@ -95,7 +101,7 @@ def pour(
         radius_mm=solver.size_mm,
         particle_volume_mm3=particle_volume(solver.size_mm),
         escaped_particles=0,
-        device=DEVICE,
+        device="CPU, without particles",
         settings={**settings, "nozzle": nozzle.model_dump(), "seed": seed, **slope.table},
         health=health,
         fast_fill=FastFill(
@@ -115,18 +121,25 @@ def pour(
     return run, level
 
 
+def _unread(fluid: Fluid) -> dict[str, Any]:
+    """Return the default of each setting that differs from it and is not in READ."""
+    # A trial file must give freeze_after_s, which has a default in Fluid only.
+    fields = {**type(fluid).model_fields, **Fluid.model_fields}.items()
+    return {key: field.default for key, field in fields if key not in READ and getattr(fluid, key) != field.default}
+
+
+def has_sealant(fluid: Fluid) -> bool:
+    """Return True if the fast model, and so a plan, can compute the sealant."""
+    return not _unread(fluid) and (fluid.yields or fluid.fresh.viscosity_pa_s is not None)
+
+
 def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajectory, seed: int) -> HerschelBulkley:
     """Return the sealant in this model. U is replaced by its equivalent viscosity at the trial's radius."""
-    for key, given in (
-        ("freeze_after_s", fluid.freezes),
-        ("structuration_pa_per_s", fluid.structuration_pa_per_s > 0),
-        ("curve", fluid.curve is not None),
-    ):
-        if given:
-            raise InputError(
-                f'fluid.{key}: solver.model = "slot" does not model the age of the sealant: neither freezing nor '
-                'stiffening. Give solver.model = "particles", or a paste with a constant yield stress.'
-            )
+    for key, default in _unread(fluid).items():
+        raise InputError(
+            f'fluid.{key}: the fast model, solver.model = "slot", does not have it. Give solver.model = "particles", '
+            f"or leave fluid.{key} at its default, {default}."
+        )
     viscosity_pa_s = fluid.fresh.viscosity_pa_s
     if viscosity_pa_s is None and not fluid.yields:
         raise InputError(

@@ -15,6 +15,7 @@ from matplotlib import pyplot
 
 import sealtwin as st
 from sealtwin.api.readings_words import PHRASES, for_python
+from tests.pages import leave_out_figures, leave_out_pdf
 from validate.readings import read_readings
 
 untyped: Any = st  # For arguments that a checker would refuse
@@ -37,21 +38,24 @@ def path(crack, solid) -> st.PlannedPath:
     return st.plan_path(crack, solid, speed_mm_s=4, fill=0.6, trim_mm=10)
 
 
-def test_the_fast_model_gives_the_level_of_a_run_by_it(crack, solid, path):
+def test_the_fast_model_gives_the_level_of_a_run_by_it_and_a_report(crack, solid, path, tmp_path, monkeypatch):
     """``inject`` runs the same model, searches for settings that are fit beside it, and so takes longer."""
     level = st.fill_fast(crack, solid, path, PASTE)
     with pytest.warns(RuntimeWarning, match="fast model"):
         run = st.inject(crack, solid, path, PASTE, solver=st.Solver(model="slot", settle_s=2.0))
     assert np.array_equal(level.level_mm, st.measure_level(run, crack, solid).level_mm)
     assert level.dispensed_mm3 == pytest.approx(path.dispensed_mm3)
+    leave_out_figures(monkeypatch)
+    leave_out_pdf(monkeypatch)
+    readings = st.read_readings([[float(s), -6.0] for s in range(5, 80, 5)], crack, solid)
+    page = st.write_report(tmp_path, crack, solid, path, level, st.compare(level, readings, crack, solid))
+    assert "The fast model, which is for screening, is" in page.read_text(encoding="utf-8")
 
 
 def test_the_fast_model_says_what_it_cannot_show(crack, solid, path):
     with pytest.warns(RuntimeWarning) as doubts:
         st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=40.0))
     assert any("slope" in str(doubt.message) for doubt in doubts)
-    with pytest.raises(st.InputError, match="freeze_after_s"):
-        st.fill_fast(crack, solid, path, st.Fluid(U=30, D_cm=0.3, freeze_after_s=5))
 
 
 def test_a_drawing_is_read_as_the_command_reads_it(tmp_path):

@@ -262,7 +262,8 @@ def _spread(nudge: Nudge) -> Spread:
         for radius_mm, z_mm in ((0.4, 0.45), (0.5, 0.5), (0.65, 0.6))
     )
     fine, middle, coarse = sizes
-    return Spread(S_MM, (fine, middle, coarse), (Effect("volume_ml", 0.02, np.full(81, 0.3)),), 0.02, 0.65)
+    lifted = Effect("volume_ml", 0.02, np.full(81, 0.3))
+    return Spread(S_MM, (fine, middle, coarse), (lifted,), 0.02, 0.65, fast_mm=nudge(slope(S_MM) + 0.3))
 
 
 def _calibrated(nudge: Nudge) -> dict[str, Any]:

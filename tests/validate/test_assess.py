@@ -77,6 +77,15 @@ def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(e
     assert rows["part of the bias due to volume gained by the numerics (negative: lost)"] == f"+{level_mm:.3f} mm"
 
 
+def test_the_fast_model_is_a_baseline_if_it_fits(evidence):
+    """The particles are 0.5 mm too high; a component of the band it is not, which is for the model's own error."""
+    both, alone = (all_of(evidence, runs=replace(spread(), fast_mm=fast_mm)) for fast_mm in (slope(S_MM) + 0.2, None))
+    assert {one.name: one.mean_error_mm for one in both.baselines}["the fast model"] == pytest.approx(0.2)
+    assert "The fast model (0.20 mm) is nearer" in " ".join(both.headline)
+    assert [one.name for one in both.baselines if one not in alone.baselines] == ["the fast model"]
+    assert both.uncertainty.mean_level == alone.uncertainty.mean_level
+
+
 def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, varied):
     """A volume that lifts all by 0.3 mm. One that no run has moved yet is missing."""
     figures = lifted["uncertainty"]

@@ -16,7 +16,6 @@ from validate import comparison, report_input, result, settings, units
 from validate.comparison import in_unit
 from validate.report_input import Evidence, ReadingsSheet
 from validate.result import IF_SEVERAL, Comparison, Outcome, PredictedLevel, SeedRuns
-from validate.uncertainty.validation import with_time
 from validate.units import PageTable, unit_of, words
 from validate.wording import first_page as first_page_words
 from validate.wording.comparison import uncertainty_sentences, volumes_mm3
@@ -153,7 +152,7 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
         cautions=cautions(evidence),
         photo_data=evidence.photo_data,
         readings=sheet and readings and ReadingsFile(**dict(sheet), dialect=readings.dialect, data=readings.data),
-        comparison=evidence.comparison and with_time(evidence.comparison, evidence.extra_runs),
+        comparison=evidence.comparison,
         prediction=evidence.prediction,
         seeds=evidence.seeds,
         uncertainty=uncertainty_sentences(evidence),

@@ -43,4 +43,4 @@ class BedEnds:
         for z, place_mm, share in zip(draws.T, (self.first_mm, self.last_mm), (FIRST, LAST), strict=True):
             shape = np.exp(-np.abs(s_mm - place_mm) / REACH_MM)
             total += np.outer(z, share * self.mound_mm * (shape - shape.mean()))
-        return Component("model at the ends of the path", "assumed", total, shared=True, kind="model")
+        return Component("bed at the ends of the path", "assumed", total, shared=True, kind="model")

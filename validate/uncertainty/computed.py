@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
-from validate.comparison import InputDrawsRecord, InputEffect, SizeSeries
+from validate.comparison import InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
@@ -109,7 +109,6 @@ class InputDraws:
     s_mm: Numbers  # (k,)
     standards: dict[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
     moved_mm: Numbers  # (runs, k): level minus that of the inputs as they are
-    unfit: tuple[str, ...]  # Reasons why the case is outside the model's domain, a sentence each
 
     @cached_property
     def inputs(self) -> Inputs:
@@ -123,10 +122,6 @@ class InputDraws:
         coefficients = np.linalg.lstsq(terms, self.moved_mm)[0]
         straight_mm, curved_mm = np.array(np.split(coefficients, 2), dtype=np.float64)
         return Inputs(FAST, self.standards, straight_mm, curved_mm, self.moved_mm - terms @ coefficients)
-
-    def recorded(self, together: float) -> InputDrawsRecord:
-        """Return the record of the runs for comparison.json."""
-        return InputDrawsRecord(runs=len(self.moved_mm), together=together, unfit=self.unfit)
 
 
 ORDERS = np.linspace(0.5, 2.0, 61)
@@ -229,19 +224,15 @@ def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> l
     fit over particle sizes already contains an unknown part of that shift.
     """
     stations = replicates.means.shape[1]
-    draws = draws_for(stations)
+    draws, runs = draws_for(stations), replicates.mean_of
     parts = [
         ("particle size", replicates.size_errors(draws)),
-        (_scatter_of(replicates.mean_of), replicates.single_runs(draws)),
+        (f"scatter of {'single runs' if runs == 1 else f'the mean of {runs} runs'}", replicates.single_runs(draws)),
     ]
     if volume_level_mm is not None:
         moved_mm = volume_level_mm * (2 * uniforms("volume of the numerics", 1, draws) - 1)
         parts.append(("volume gained or lost by the numerics", np.tile(moved_mm, stations)))
     return [Component(name, "computed", draws_mm, shared=True, kind="numerics") for name, draws_mm in parts]
-
-
-def _scatter_of(runs: int) -> str:
-    return "scatter of single runs" if runs == 1 else f"scatter of the mean of {runs} runs"
 
 
 def _chi_squares(name: str, freedom: int, draws: int) -> Floats:
@@ -298,6 +289,9 @@ class Spread:
     """Standard deviation of an effect due to the scatter of single runs; None if it was not computed."""
     design_radius_mm: float | None  # Particle radius in the runs of the effects; None without such runs
     draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
+    fast_mm: Numbers | None = None
+    """Level by the fast model at ``s_mm``; None if the fast model is unfit, or computed the trial's own level."""
+    unfit: tuple[str, ...] = ()  # Reasons why the fast model is unfit for the case, a sentence each
     mean_of: int = 1  # Number of runs whose mean is the level; a setting of the trial, which is not in the file
 
     def __post_init__(self) -> None:
@@ -325,13 +319,14 @@ class Spread:
         """Return the content of a JSON file."""
         content = asdict(self)
         del content["mean_of"]
-        return {"version": 2, **content}
+        return {"version": 3, **content}
 
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:
         """Return the spread from the content of a JSON file. Raises ValueError if it does not fit."""
         spread = TypeAdapter(cls).validate_python(content)
         levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
+        levels_mm += [] if spread.fast_mm is None else [spread.fast_mm[None]]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
             raise ValueError("the levels of a run and s_mm differ in length")
         if any(len(size.levels_mm) < LEAST_RUNS for size in spread.sizes or ()):

@@ -6,17 +6,17 @@ import numpy as np
 
 from sealtwin.core.records import Floats, Profile
 from validate.comparison import BudgetPart, MeanLevelBudget, StationErrors
-from validate.result import Comparison, PredictedLevel, PredictedPart
+from validate.result import PredictedLevel, PredictedPart
 from validate.settings import Uncertainty
 from validate.uncertainty.bed_ends import BedEnds
-from validate.uncertainty.budget import Budget, Component, Curve, Kind, half_width, rms
+from validate.uncertainty.budget import Budget, Component, Curve, Kind, draws_for, half_width, normals, rms
 from validate.uncertainty.computed import Spread, numerical_errors
 from validate.uncertainty.meniscus import Mouth
 from validate.units import counted, signed
 
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
 
-NOT_ASSESSED = "ASME V&V 20 is not assessed: run 'sealtwin validate RUN --uncertainty'"
+NOT_ASSESSED = "ASME V&V 20 is not assessed: run 'sealtwin validate RUN --uncertainty'."
 NO_INPUT = "ASME V&V 20 is not assessed: declare an input of the run, such as volume_ml, in [uncertainty]."
 
 
@@ -66,7 +66,7 @@ def level_sentences(
         )
     if mean.resolved is None:
         no_input = mean.numerics_mm is not None and mean.inputs_mm is None and not mean.inputs_waiting
-        text = NO_INPUT if no_input else f"{NOT_ASSESSED}."
+        text = NO_INPUT if no_input else NOT_ASSESSED
         return text, _station_sentence(stations, parts, _included(mean))
     half_mm = COVERAGE * mean.validation_mm
     span = f"{signed(mean.error_mm - half_mm, 2)} and {signed(mean.error_mm + half_mm, 2)} mm"
@@ -82,14 +82,6 @@ def level_sentences(
     if calibrated:
         text += " The model was calibrated on these readings, which makes E smaller than that of a prediction."
     return text, _station_sentence(stations, parts, "readings, numerics and inputs")
-
-
-def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
-    """Return the comparison with ``extra_runs``, the time of the runs that V&V 20 needs, added to its findings."""
-    if not extra_runs:
-        return comparison
-    timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED} (about {extra_runs})."}
-    return comparison.model_copy(update={"findings": tuple(timed.get(one, one) for one in comparison.findings)})
 
 
 def _included(mean: MeanLevelBudget) -> str:
@@ -134,12 +126,14 @@ def predict(
     volume_level_mm: float | None = None,
     ends: BedEnds | None = None,
     mouth: Mouth | None = None,
+    flat: Profile | None = None,
 ) -> PredictedLevel:
     """Return the band of a simulated level that follows from extra runs. It is consistent with ``error_uncertainty``.
 
     ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown. ``ends``
     adds the error of the model at the path's ends. A comparison does not include it: there it is what is looked for.
-    ``mouth`` adds or names the meniscus, since the level in the middle is predicted.
+    ``mouth`` adds or names the meniscus, since the level in the middle is predicted. ``flat`` is the level of the
+    dispensed volume, for the record. Half of the difference of particles and fast model is an error of the model too.
     """
     # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
@@ -147,7 +141,12 @@ def predict(
     sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)
     computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
     of_model = [] if ends is None else [ends.errors(s_mm)]
-    missing = []
+    fast_mm, missing = None, []
+    if spread.fast_mm is not None:
+        fast_mm = np.interp(s_mm, spread.s_mm, spread.fast_mm)
+        half_mm = normals("two models", 1, draws_for(PLACES)) * (fast_mm - level_mm) / 2
+        name = "half of the difference of particles and fast model"
+        of_model.append(Component(name, "computed", half_mm, shared=True, kind="model"))
     tension_n_m = declared.surface_tension_n_m
     if mouth is not None and (meniscus := mouth.meniscus(s_mm, level_mm, tension_n_m, "model")) is not None:
         (missing if tension_n_m is None else of_model).append(meniscus)
@@ -186,5 +185,7 @@ def predict(
         missing=parts(missing),
         inputs=effects,
         inputs_left_out=declared.left_out,
-        unfit=() if spread.draws is None else spread.draws.unfit,
+        fast_level_mm=None if fast_mm is None else np.round(fast_mm, DIGITS),
+        flat_level_mm=None if flat is None else np.round(np.interp(s_mm, flat.s_mm, flat.level_mm), DIGITS),
+        unfit=spread.unfit,
     )

@@ -11,6 +11,7 @@ from validate.units import counted, setting_name, signed
 from validate.wording.comparison import volumes_mm3
 from validate.wording.headline import faults, headline, not_measured
 from validate.wording.of_runs import levels_in_words
+from validate.wording.prediction import other_levels
 from validate.wording.sample_and_run import freezing, hidden_width
 
 ML = 1000.0  # mm³
@@ -281,7 +282,7 @@ def _predicted(prediction: PredictedLevel, levels: str) -> tuple[Tile, Tile]:
         Tile(
             title="Mean level, predicted",
             figure=f"{signed(prediction.mean_level_mm, 2)} mm",
-            text=f"From the face; 19 of 20 {levels} have {low} to {high} mm.",
+            text=f"From the face; 19 of 20 {levels} have {low} to {high} mm.{other_levels(prediction)}",
         ),
         Tile(
             title="How sure at one place",

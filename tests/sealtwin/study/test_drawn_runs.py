@@ -1,4 +1,4 @@
-"""Inputs drawn by the fast model: a linear one gives the closed form, a kill loses no part, and the report names it."""
+"""Inputs drawn by the fast model: a linear one gives the closed form, and the report names it."""
 
 from dataclasses import replace
 from functools import partial
@@ -12,7 +12,6 @@ import pytest
 from digitise.settings import Dispensed
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import Progress
 from sealtwin.study import drawn_runs, extra_runs
 from sealtwin.study.drawn_runs import PART, draw, takes_draws
 from sealtwin.study.extra_runs import vary
@@ -27,7 +26,7 @@ FAST = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", PASTE).replac
     "[solver]", '[solver]\nmodel = "slot"'
 )
 DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\ndepth_mm = 0.5\n"
-MM_PER_ML, MM_PER_MM, RUNS = 30.0, 0.3, 4 * PART
+MM_PER_ML, MM_PER_MM, RUNS, UNFIT = 30.0, 0.3, 4 * PART, ("A mound.",)
 
 
 def base_of(path: Path) -> Base:
@@ -76,18 +75,7 @@ def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch)
     assert "the fast model" in figures["sentences"][0]
     assert result.comparison is not None
     assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
-    assert not list((fast / "uncertainty").glob("drawn-*")), "its parts are in uncertainty.json"
     assert len(files.read_json(fast / SPREAD)["draws"]["moved_mm"]) == RUNS
-
-
-def test_a_part_that_was_done_before_a_kill_is_not_done_again(fast, linear, tmp_path, monkeypatch):
-    base, done = base_of(fast), []
-    first = draw(base, tmp_path, 0, Progress(), 2 * PART)
-    (tmp_path / f"{PART:04d}.json").unlink()
-    monkeypatch.setattr(drawn_runs, "level_of", lambda base, steps, s_mm: done.append(steps) or np.ones(len(s_mm)))
-    again = draw(base, tmp_path, 0, Progress(), 2 * PART)
-    assert len(done) == PART + 1, "the part and the inputs as they are"
-    assert again.moved_mm[0] - first.moved_mm[0] == pytest.approx(again.moved_mm[1] - first.moved_mm[1])
 
 
 def test_the_fast_model_itself_is_moved(fast):
@@ -144,18 +132,15 @@ def test_an_input_at_its_end_is_moved_the_other_way_by_twice_its_uncertainty(tmp
         assert sorted({steps[name] for steps, *_ in variants if name in steps}) == pytest.approx(moves)
 
 
-def test_a_delay_of_the_whole_pour_is_refused(fast):
+def test_a_delay_of_the_whole_pour_is_refused_and_a_share_of_walls_beside_their_drag(fast):
     """A draw could leave no flow at all."""
     base = base_of(fast)
     flows_s = base.sample.trajectory.duration_s
     refuse_immovable(_unsure(base, pump_delay_s=0.2 * flows_s))
     with pytest.raises(InputError, match=r"\[uncertainty\] pump_delay_s = "):
         refuse_immovable(_unsure(base, pump_delay_s=0.3 * flows_s))
-
-
-def test_the_share_of_the_walls_is_refused_beside_their_drag(fast):
-    base = _unsure(base_of(fast), wall_share=0.1)
-    drags = base.trial.model_copy(update={"fluid": base.trial.given_fluid.model_copy(update={"D_cm": 0.3})})
+    trial = _unsure(base, wall_share=0.1).trial
+    drags = trial.model_copy(update={"fluid": trial.given_fluid.model_copy(update={"D_cm": 0.3})})
     with pytest.raises(InputError, match=r"\[uncertainty\] wall_share: fluid.D_cm"):
         refuse_immovable(replace(base, trial=drags))
 
@@ -174,22 +159,12 @@ def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
 
 @pytest.mark.parametrize(
     ("own", "declared", "unfit", "drawn"),
-    [
-        (None, None, (), True),
-        (None, None, ("A mound.",), False),
-        (None, "particles", (), False),
-        ("slot", None, ("A mound.",), True),
-    ],
+    [(None, None, (), True), (None, None, UNFIT, False), (None, "particles", (), False), ("slot", None, UNFIT, True)],
 )
 def test_the_fast_model_is_taken_in_its_domain_or_where_declared(fast, monkeypatch, own, declared, unfit, drawn):
-    monkeypatch.setattr(drawn_runs, "unfit_for", lambda _: unfit)
-    assert takes_draws(_with(base_of(fast), own, declared)) is drawn
+    monkeypatch.setattr(drawn_runs, "fast_level", lambda _: (None, unfit))
+    base = base_of(fast)
+    changes = {"solver.model": own, "uncertainty.differences": declared}
+    assert takes_draws(replace(base, trial=base.changed(changes))) is drawn
     with pytest.raises(InputError, match=r"trial.toml: uncertainty.differences.*solver.model"):
-        takes_draws(_with(base_of(fast), "slot", "particles"))
-
-
-def _with(base: Base, own: str | None, declared: str | None) -> Base:
-    solver = base.trial.solver.model_copy(update={"model": own})
-    uncertainty = base.trial.uncertainty.model_copy(update={"differences": declared})
-    trial = base.trial.model_copy(update={"solver": solver, "uncertainty": uncertainty})
-    return Base(base.path, trial, base.sample, base.run, base.profile)
+        takes_draws(replace(base, trial=base.changed({"uncertainty.differences": "particles"})))

@@ -201,6 +201,8 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     parts = [np.array(predicted[name]) for name in ("numerics_mm", "inputs_mm", "model_mm")]
     assert parts[2].max() > 0.5
     assert [one["setting"] for one in predicted["missing"]] == ["uncertainty.surface_tension_n_m"]
+    assert (predicted["fast_level_mm"], predicted["unfit"][0][:21]) == (None, "fluid.freeze_after_s:")
+    assert np.ptp(predicted["flat_level_mm"]) < 1e-3
     band_mm = np.array(predicted["band_95_mm"])
     assert band_mm == pytest.approx(2 * np.sqrt(np.sum(np.square(parts), axis=0)), rel=0.25)
     assert (np.array(predicted["profile_band_95_mm"]) >= band_mm).all()

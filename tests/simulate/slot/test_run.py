@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -10,22 +10,21 @@ import pytest
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile, Run, Sample
+from sealtwin.trial.trial_file import FluidOfFile
 from simulate.injection import prepare
 from simulate.run import fill, fill_each
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.slot.fitness import FULLEST, fitness_of
 from simulate.slot.flux import HerschelBulkley
-from simulate.slot.run import pour
+from simulate.slot.run import READ, pour
 from tests.fluids import path, sample_of, slot
 
 FAST = Solver(model="slot", settle_s=2.0)
+PASTE: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never"}
 
 
 def poured(volume_ml: float = 1.2, solver: Solver = FAST, **fluid: Any) -> tuple[Run, Profile]:
-    crack = slot(40.0)
-    settings: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never", **fluid}
-    trajectory = path(crack[1], volume_ml, trim_mm=6.0)
-    return pour(sample_of(crack, trajectory), Fluid.model_validate(settings), solver, Nozzle(), seed=0, advise=True)
+    return pour(sample(volume_ml), Fluid.model_validate(PASTE | fluid), solver, Nozzle(), seed=0, advise=True)
 
 
 def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
@@ -47,11 +46,7 @@ def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
 
 @pytest.mark.parametrize(
     ("change", "why"),
-    [
-        ({"yield_stress_pa": 40.0}, "piles up under the nozzle"),
-        ({"volume_ml": 3.0}, "runs over the face"),
-        ({"D_cm": 0.3}, "drag on particles"),
-    ],
+    [({"yield_stress_pa": 40.0}, "piles up under the nozzle"), ({"volume_ml": 3.0}, "runs over the face")],
 )
 def test_a_case_outside_the_domain_says_why(change: dict[str, Any], why: str):
     run, _ = poured(**change)
@@ -95,19 +90,55 @@ def test_a_crack_with_room_that_sections_leave_out_is_outside(room: float, fit: 
     assert ("volume" not in str(fitness.unfit)) is fit
 
 
+POWER: dict[str, Any] = {"viscosity_pa_s": None, "consistency_pa_s_n": 0.3, "flow_index": 0.5}
+AGED: dict[str, Any] = {"viscosity_pa_s": None, "yield_stress_pa": 0.0}
+CURVE, COOLING = {"temperature_c": [80, 90], "viscosity_pa_s": [3, 0.3]}, {"age_s": [0, 9], "temperature_c": [90, 80]}
+FIELDS: dict[str, tuple[dict[str, Any], Any]] = {
+    **{
+        "U": ({"viscosity_pa_s": None, "U": 30.0}, 300.0),
+        "consistency_pa_s_n": (POWER, 3.0),
+        "flow_index": (POWER, 0.9),
+    },
+    **{"curve": (AGED, {"age_s": [0, 9], "viscosity_pa_s": [0.3, 3]}), "cooling": ({**AGED, "curve": CURVE}, COOLING)},
+    **{"D_cm": ({}, 0.3), "wall_share": ({}, 0.5), "viscosity_pa_s": ({}, 30.0), "density_kg_m3": ({}, 1000.0)},
+    **{"yield_stress_pa": ({}, 8.0), "structuration_pa_per_s": ({}, 0.1), "yield_stress_most_pa": ({}, 20.0)},
+    **{"freeze_after_s": ({}, 2.0)},
+}
+"""For each setting of a fluid, but a material, which gives others: settings beside it, and a value with a meaning."""
+
+
+@pytest.mark.parametrize("name", sorted(Fluid.model_fields.keys() - {"material"}))
+def test_no_setting_of_a_fluid_is_left_out_in_silence(name: str):
+    beside, value = FIELDS[name]
+    if name not in READ:
+        with pytest.raises(InputError, match=rf"fluid\.{'curve' if name == 'cooling' else name}: "):
+            poured(**{**beside, name: value})
+        return
+    run, level = poured(**{**beside, name: value})
+    named = any(f"fluid.{name} " in sentence for sentence in run.unfit)
+    assert named or np.abs(level.level_mm - poured(**beside)[1].level_mm).max() > 0.05
+
+
+class Casson(FluidOfFile):
+    shear_law: Literal["bingham", "casson"] = "bingham"  # A setting that came after the fast model
+
+
+def test_a_setting_that_is_new_is_refused_until_the_fast_model_reads_it():
+    same, new = (Casson(**PASTE, shear_law=law) for law in ("bingham", "casson"))
+    pour(sample(1.2), same, FAST, Nozzle(), seed=0)
+    with pytest.raises(InputError, match=r"fluid\.shear_law: .*particles"):
+        pour(sample(1.2), new, FAST, Nozzle(), seed=0)
+
+
 @pytest.mark.parametrize(
     ("change", "solver", "says"),
     [
-        ({"freeze_after_s": 2.0}, {}, "does not model the age"),
         # The fast model has no particles: a refusal of their number alone would say nothing.
         ({"viscosity_pa_s": None, "U": 30.0, "D_cm": 0.3}, {"radius_mm": 0.03}, r"Give fluid\.viscosity_pa_s"),
         ({"viscosity_pa_s": None, "U": 30.0, "yield_stress_pa": 0.0}, {}, r"fluid\.U is 30: .* fluid\.viscosity_pa_s"),
     ],
-    ids=["freezes", "U of too fine particles", "U without a yield stress is no viscosity"],
 )
-def test_sealant_that_the_fast_model_does_not_have_is_refused(
-    change: dict[str, Any], solver: dict[str, Any], says: str
-):
+def test_sealant_that_the_fast_model_does_not_have_is_refused(change, solver, says):
     with pytest.raises(InputError, match=says):
         poured(**change, solver=FAST.model_copy(update=solver))
 

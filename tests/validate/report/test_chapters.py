@@ -36,7 +36,7 @@ def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(eviden
     assert isinstance(words, Paragraph)
     assert "± 0.20 mm (95 %" in words.sentences[0]
     assert any("numerics" in sentence and "not in the band" in sentence for sentence in words.sentences)
-    assert "the nozzle's speed" in words.sentences[2]
+    assert "the nozzle's speed" in words.sentences[-1]
     assert "Uncertainty in figures" in titles(content)
     data: Any = report_data(evidence)
     assert data.uncertainty == words.sentences

@@ -117,16 +117,13 @@ def test_extra_runs_that_show_no_scatter_are_not_read(sizes: int | None, says: s
         Spread.of(json.loads(as_json(spread.content())))
 
 
-def test_effects_of_a_linear_response_are_exact_whatever_its_level():
+def test_effects_of_a_linear_response_are_exact_and_spare_columns_tell_how_far_runs_scatter():
+    """Eight runs that scatter by 0.2 leave 0.2 / sqrt(8) in an effect; two columns at 400 places know it to 3 %."""
     slopes = np.array([[0.3, -1.0, 0.0], [0.05, 0.2, 2.0], [-0.4, 0.0, 0.1], [1.0, 1.0, 1.0], [0.0, 0.5, -0.5]])
     results = np.array(7.0 + two_level_design(5) @ slopes, dtype=np.float64)
     effects, scatter = effects_of(results, 5)
     assert effects == pytest.approx(slopes)
     assert scatter == pytest.approx(0.0, abs=1e-12)
-
-
-def test_spare_columns_tell_how_far_runs_scatter():
-    """Eight runs that scatter by 0.2 leave 0.2 / sqrt(8) in an effect; two columns at 400 places know it to 3 %."""
     noise = np.random.default_rng(1).normal(0, 0.2, (8, 400))
     _, scatter = effects_of(noise, 5)
     assert scatter == pytest.approx(0.2 / np.sqrt(8), rel=0.1)
@@ -140,7 +137,7 @@ PER_SD_MM = np.array([0.3, -0.4, 0.0])
 
 def draws(make) -> InputDraws:
     """Levels that ``make`` gives for draws of the inputs, the same along the crack."""
-    return InputDraws(S_MM, STANDARDS, make(drawn_inputs(STANDARDS))[:, None] * np.ones(len(S_MM)), ())
+    return InputDraws(S_MM, STANDARDS, make(drawn_inputs(STANDARDS))[:, None] * np.ones(len(S_MM)))
 
 
 def u_mm(inputs: Inputs) -> float:

@@ -1,11 +1,16 @@
 """Conclusions after V&V 20, and their limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from sealtwin.core.records import Profile
 from validate.comparison import BudgetPart, StationErrors
-from validate.result import Comparison
-from validate.uncertainty.validation import level_sentences, mean_level_budget, with_time
+from validate.settings import Uncertainty
+from validate.uncertainty.computed import Effect, Spread
+from validate.uncertainty.validation import level_sentences, mean_level_budget, predict
+from validate.wording.prediction import predicted_sentence, prediction_sentences
 
 ALL_KNOWN = (0.3, 0.4, 0.0)  # Of readings, numerics and inputs
 
@@ -61,15 +66,25 @@ def test_until_numerics_and_inputs_are_known_nothing_is_concluded(parts, error_m
     """With one sentence for all, numerics and inputs that were not computed were blamed on the model."""
     mean = mean_level_budget(error_mm, 0.2, *parts)
     assert mean.resolved is None
-    sentences = timed(level_sentences(mean, stations([1.0, -1.0], [0.2, 0.2]), PARTS), "12 min")
+    sentences = level_sentences(mean, stations([1.0, -1.0], [0.2, 0.2]), PARTS)
     assert sentences[0].startswith("ASME V&V 20 is not assessed")
-    assert ("about 12 min" in sentences[0]) is (parts != (0.1, 0.1))  # Then no run is missing: no input is declared
+    assert ("--uncertainty" in sentences[0]) is (parts != (0.1, 0.1))  # Then no run is missing: no input is declared
     for word in ("onsistent", "model", "u_val", "E ="):
         assert word not in " ".join(sentences)
 
 
-def timed(findings, extra_runs):
-    return with_time(Comparison.model_construct(findings=findings), extra_runs).findings
+def test_half_of_the_difference_of_two_models_is_an_error_of_a_prediction_and_correlated_along_the_crack():
+    s_mm, apart_mm = np.linspace(0, 40, 101), np.linspace(-0.5, 1.5, 101)
+    level, flat = Profile(s_mm, np.full(101, -4.0)), Profile(s_mm, np.full(101, -3.5))
+    volume, declared = Effect("volume_ml", 0.1, np.full(101, 0.1)), Uncertainty(volume_ml=0.1)
+    two = Spread(s_mm, None, (volume,), 0.0, 0.5, fast_mm=level.level_mm + apart_mm)
+    both = predict(level, two, declared, flat=flat)
+    assert both.model_mm == pytest.approx(0.98 * np.abs(apart_mm) / 2, abs=0.01)
+    assert both.parts[-1].mean_level_mm == pytest.approx(0.98 * 0.5 / 2, abs=0.01)
+    assert "It is -3.50 mm by the fast model and -3.50 mm by the dispensed volume lying" in predicted_sentence(both)
+    alone = predict(level, replace(two, fast_mm=None, unfit=("A mound.",)), declared, flat=flat)
+    assert "fast model is unfit for this case: A mound." in " ".join(prediction_sentences(alone))
+    assert alone.model_mm is None
 
 
 def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():
