@@ -166,8 +166,7 @@ def declared(**uncertainty: float) -> dict[str, Any]:
 NO_PASSES = declared(pass_mm=0.0)
 DRIFT, SINKS = drift(0.3, shared=True), sinks(0.2, 0.3)
 FROM_AN_END, ABOUT_THE_MIDDLE = tilted(TILT_MM, 0.0, 0.0), tilted(0.0, TILT_MM, 40.0)
-OF_A_STATION = ("uncertainty.common_mm",)
-OF_THE_DATUM, ROUNDED = ("readings.datum_error_mm",), ("readings.rounding",)
+OF_A_STATION, OF_THE_DATUM, ROUNDED = ("uncertainty.common_mm",), ("readings.datum_error_mm",), ("readings.rounding",)
 TOO_SMALL = "the test that contradicts pass_mm = 0 refuses 1 of 100 true declarations, and few with so small an offset"
 FAULTS: Sequence[Faulty] = (
     Faulty("pour"),

@@ -106,7 +106,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         *present,
         _arches(s_mm, measured.level_mm),
     ]
-    if touching := s_mm[mouth.at_mm(s_mm) <= (settings.probe_mm or 0.0)].tolist():
+    if touching := s_mm[mouth.at_mm(s_mm) <= (settings.probe_mm or -1)].tolist():
         notes.append(
             f"The probe ({settings.probe_mm:g} mm) is not narrower than the crack at "
             f"{counted(len(touching), 'station')} (s = {_listed(touching)} mm), so it touches the walls there and "
