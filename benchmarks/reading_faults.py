@@ -166,8 +166,7 @@ def declared(**uncertainty: float) -> dict[str, Any]:
 NO_PASSES = declared(pass_mm=0.0)
 DRIFT, SINKS = drift(0.3, shared=True), sinks(0.2, 0.3)
 FROM_AN_END, ABOUT_THE_MIDDLE = tilted(TILT_MM, 0.0, 0.0), tilted(0.0, TILT_MM, 40.0)
-OF_A_STATION = ("uncertainty.common_mm",)
-OF_THE_DATUM = ("readings.datum_error_mm",)
+OF_A_STATION, OF_THE_DATUM, ROUNDED = ("uncertainty.common_mm",), ("readings.datum_error_mm",), ("readings.rounding",)
 TOO_SMALL = "the test that contradicts pass_mm = 0 refuses 1 of 100 true declarations, and few with so small an offset"
 FAULTS: Sequence[Faulty] = (
     Faulty("pour"),
@@ -180,15 +179,10 @@ FAULTS: Sequence[Faulty] = (
     Faulty("probe sinks", (SINKS,), named=("uncertainty.sinks_mm",)),
     Faulty("probe sinks, declared", (SINKS,), **declared(sinks_mm=0.3)),
     Faulty("probe sinks, its width declared", (SINKS,), readings={"probe_mm": 1.0}, named=("uncertainty.sinks_mm",)),
-    Faulty("floor to 0.5", (floor(0.5),), named=("readings.rounding",)),
+    Faulty("floor to 0.5", (floor(0.5),), named=ROUNDED),
     Faulty("floor to 0.5, declared", (floor(0.5),), readings={"rounding": "down"}),
     Faulty("floor to 0.5, declared, no passes", (floor(0.5),), readings={"rounding": "down"}, **NO_PASSES),
-    Faulty(
-        "floor to 0.5, its digit declared",
-        (floor(0.5),),
-        readings={"resolution_mm": 0.5},
-        named=("readings.rounding",),
-    ),
+    Faulty("floor to 0.5, its digit declared", (floor(0.5),), readings={"resolution_mm": 0.5}, named=ROUNDED),
     Faulty("toward zero to 0.5, declared", (toward_zero(0.5),), readings={"rounding": "toward_zero"}),
     Faulty("floor to 0.1", (floor(0.1),)),
     Faulty("nearest 0.5, declared", (nearest(0.5),), readings={"rounding": "nearest"}),

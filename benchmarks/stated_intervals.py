@@ -100,6 +100,7 @@ CASES: Sequence[Case] = (
     Case("curved between stations", 0.42, bed="curved"),
     Case("datum 0.2 mm declared", 0.81, datum_mm=0.2, readings={"datum_error_mm": 0.2}),
     Case("probe 1 mm declared", probe_mm=1.0, readings={"probe_mm": 1.0}),
+    Case("probe 4 mm declared, 9 stations", stations=9, probe_mm=4.0, readings={"probe_mm": 4.0}),
     Case("each station 0.5 mm declared", 0.29, each_mm=0.5, uncertainty={"station_each_mm": 0.5}),
     Case("each station 1 mm declared", 0.45, each_mm=1.0, uncertainty={"station_each_mm": 1.0}),
     Case("all stations 1 mm declared", 1.00, shift_mm=1.0, uncertainty={"station_mm": 1.0}),

@@ -54,6 +54,8 @@ class Material(Settings):
     """Sentences on what was measured and on the sources of the uncertainty."""
     not_for: Sentences
     """Purposes for which these numbers must not be used."""
+    doubts: Sentences = ()
+    """Sentences on what was measured and is not in the law; page one of a report has them."""
     radius_mm: float | None = Field(default=None, gt=0, le=10)
     """Particle radius in the calibration that gave these numbers. A run with another radius is refused."""
     substeps: int | None = Field(default=None, ge=1, le=1000)

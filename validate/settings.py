@@ -197,7 +197,7 @@ class Readings(Declared):
     "toward_zero", as by a ruler that is read to the last passed mark. The last two differ for negative numbers: -12.3
     becomes -12.5 or -12 in steps of 0.5. Default: undeclared, which reports state."""
     limit_mm: float = Field(default=0.02, ge=0, le=10)
-    """Limit of the caliper's error. Digital calipers up to 150 mm have 0.02."""
+    """Limit of the caliper's error, by its scale too: 2 % of 10 mm are 0.2. Digital calipers up to 150 mm have 0.02."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
     """Width of the tip that touches the sealant; it reads the highest point below it."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
@@ -299,8 +299,8 @@ class Uncertainty(Settings):
     """Uncertainty of the offset of an operator who made all repeats; 0 if there is none. If each repeat has its own
     operator, repeats are passes (``pass_mm``)."""
     datum_tilt_mm: OrNone | None = None
-    """Tilt of the datum: uncertainty of its height at one end of the stations if it is right at the other; 0 if it is
-    not tilted."""
+    """Tilt of the datum, or bow of the face: uncertainty of its height at one end of the stations if it is right at the
+    other; 0 if it is neither."""
     sinks_mm: OrNone | None = None
     """Depth to which the probe sinks into soft sealant (root mean square), which makes readings too low; 0 if it does
     not."""

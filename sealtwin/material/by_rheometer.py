@@ -1,6 +1,5 @@
 """A paste by a rheometer's flow curve: Herschel and Bulkley's law, or Bingham's line, at the shear rates of a fill."""
 
-from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +11,6 @@ from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import DataKind, Floats, Integers
 from sealtwin.material.flow_law import FlowLaw, fit_flow_law
 from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, four_digits, measured_material
-from simulate.material_file import Material
 
 RATE, STRESS = "shear_rate_per_s", "stress_pa"  # Columns of the file
 MOST_ROWS = 10_000
@@ -31,6 +29,7 @@ MOST_CHANGE = 0.05  # Largest mean change of stress at repeated rates if the pas
 MOST_ALIKE = 0.8  # Share of these changes with one sign from which they are systematic
 WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated, in logarithms
 MOST_MISS = 0.1  # Largest RMS of the misfit over the stress: rheometers repeat to a few percent
+MISSES = 3.0  # RMS misfits by which a row may be off, beside the yield stress's interval: one of 400 is by chance
 INDEX = (0.2, 2.0)  # Range of fluid.flow_index
 BY_HAND = "by hand in [fluid], and note how they were found"
 NOT_FOR = (
@@ -87,63 +86,70 @@ def material_of_table(
         raise InputError(f"{path}: no row has a number from {first} to {last}; row 1 is the header.")
     every, stress, file_rows = every[kept], stress[kept], file_rows[kept].astype(int)
     used = (every >= low * (1 - EDGE)) & (every <= high * (1 + EDGE))
+    slower = every < low * (1 - EDGE)
+    at_rest = every[slower], stress[slower]
     rate, stress, file_rows = every[used], stress[used], file_rows[used]
     _refuse_no_curve(path, rate, stress, file_rows, every, (low, high))
     _refuse_two_pastes(path, rate, stress, file_rows)
     law = fit_flow_law(rate, stress)
     _refuse_misfit(path, law, rate)
-    stated = [
-        f"{len(rate)} of {len(used)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the fill, "
-        f"{low:g} to {high:g} /s",
-        _choice(law),
-        f"rows {file_rows[0]} to {file_rows[-1]} of the file",
-    ]
-    return MeasuredPaste(_material(path, paste, data, day, law, rate, stated), _figures(law))
-
-
-def _choice(law: FlowLaw) -> str:
-    """Return a sentence on the criterion by which the law was chosen."""
-    low, high = law.flow_index.interval
-    within = f"the 95 % interval of n, {low:.3g} to {high:.3g},"
-    if law.is_bingham:
-        return f"Bingham's line, since {within} includes 1; it misses the stresses by {100 * law.misfit:.2g} % (RMS)"
-    return (
-        f"Herschel and Bulkley's law, since {within} excludes 1; it misses the stresses by {100 * law.misfit:.2g} % "
-        f"(RMS), Bingham's line by {100 * law.bingham_misfit:.2g} %"
-    )
-
-
-def _material(
-    path: Path, paste: PasteOnPlate, data: DataKind, day: date, law: FlowLaw, rate: Floats, stated: Sequence[str]
-) -> Material:
-    k, n = law.consistency_pa_s_n, law.flow_index
-    rest = {
-        "flow_index_95": [*map(four_digits, n.interval)],
-        "shear_rates_per_s": [*map(four_digits, (rate.min(), rate.max()))],
-        "basis": (*stated, "intervals include the misfit, 3 % of the stress and 2 % of the rate common to all rows"),
-        "not_for": NOT_FOR,
-    }
-    if law.is_bingham:
-        method = "rheometer's flow curve, Bingham's line by least squares of relative differences"
-        viscosity = k.value, law.viscosity_percent
-        return measured_material(path, data, day, paste, law.yield_stress_pa, viscosity, method=method, **rest)
-    method = "rheometer's flow curve, Herschel and Bulkley's law by least squares of relative differences"
-    rest |= {
+    k, n, bingham = law.consistency_pa_s_n, law.flow_index, law.is_bingham
+    name, includes = ("Bingham's line", "includes") if bingham else ("Herschel and Bulkley's law", "excludes")
+    n_95 = [*map(four_digits, n.interval)]
+    thick = {
         "consistency_pa_s_n": four_digits(k.value),
         "consistency_95_pa_s_n": [*map(four_digits, k.interval)],
         "flow_index": four_digits(n.value),
         "viscosity_error_percent": four_digits(law.viscosity_percent),
     }
-    return measured_material(path, data, day, paste, law.yield_stress_pa, method=method, **rest)
-
-
-def _figures(law: FlowLaw) -> dict[str, float]:
-    """Return figures of the fit for the JSON answer."""
-    return {
+    doubts = _left_out(law, *at_rest)
+    material = measured_material(
+        path,
+        data,
+        day,
+        paste,
+        law.yield_stress_pa,
+        (k.value, law.viscosity_percent) if bingham else None,
+        method=f"rheometer's flow curve, {name} by least squares of relative differences",
+        flow_index_95=n_95,
+        shear_rates_per_s=[*map(four_digits, (rate.min(), rate.max()))],
+        basis=(
+            f"{len(rate)} of {len(used)} rows, {rate.min():g} to {rate.max():g} /s, within the shear rates of the "
+            f"fill, {low:g} to {high:g} /s",
+            f"{name}, since the 95 % interval of n, {n_95[0]:.3g} to {n_95[1]:.3g}, {includes} 1; it misses the "
+            f"stresses by {100 * law.misfit:.2g} % (RMS), Bingham's line by {100 * law.bingham_misfit:.2g} %",
+            f"rows {file_rows[0]} to {file_rows[-1]} of the file",
+            "intervals include the misfit, 3 % of the stress and 2 % of the rate common to all rows",
+        ),
+        not_for=NOT_FOR,
+        doubts=doubts,
+        **({} if bingham else thick),
+    )
+    figures = {
         "free_flow_index": four_digits(law.free_index),
         "misfit_percent": four_digits(100 * law.misfit),
         "bingham_misfit_percent": four_digits(100 * law.bingham_misfit),
     }
+    return MeasuredPaste(material, figures, doubts)
+
+
+def _left_out(law: FlowLaw, rate: Floats, stress: Floats) -> tuple[str, ...]:
+    """Return a sentence on rows below the shear rates of the fill that the law misses by more than its error.
+
+    At rest such stresses carry the bed, which a law of higher rates does not describe.
+    """
+    law_pa = law.stress_pa(rate)
+    off_pa = stress - law_pa
+    count = int((np.abs(off_pa) > np.ptp(law.yield_stress_pa.interval) / 2 + MISSES * law.misfit * law_pa).sum())
+    if not count:
+        return ()
+    far = int(np.abs(off_pa).argmax())
+    slope = "steeper" if off_pa[far] > 0 else "flatter"
+    return (
+        f"{count} of {len(rate)} slower rows, left out, differ from the law by more than its error, at {rate[far]:g} "
+        f"/s to {stress[far] / law_pa[far]:.2g} times: a bed at rest may be that much {slope}. To include it, declare "
+        f"uncertainty.yield_stress_pa = {abs(off_pa[far]) / 2:.2g}, or fluid.structuration_pa_per_s.",
+    )
 
 
 def _refuse_no_curve(

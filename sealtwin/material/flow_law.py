@@ -38,8 +38,7 @@ class FlowLaw:
     flow_index: PasteValue
     free_index: float  # n of the best fit, also if Bingham's law was chosen
     viscosity_percent: float
-    """Standard uncertainty of the viscous stress K rate^n at ``middle_per_s``, and of the viscosity if n is 1."""
-    middle_per_s: float  # Geometric mean of the rates
+    """Standard uncertainty of the viscous stress K rate^n at the rates' geometric mean; of the viscosity if n is 1."""
     misfit: float  # RMS of the relative differences between law and stress
     bingham_misfit: float
 
@@ -156,7 +155,6 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
         flow_index=_value(chosen.n, free.n, n_ends, 0.0),
         free_index=free.n,
         viscosity_percent=100 * float(np.hypot(_relative_error(curve, chosen, bingham), thickness)),
-        middle_per_s=curve.middle,
         misfit=float(np.sqrt(chosen.squares / curve.count)),
         bingham_misfit=float(np.sqrt(line.squares / curve.count)),
     )

@@ -103,7 +103,8 @@ def material_text(material: Material) -> str:
     document = tomlkit.document()
     for line in (MEASURED if material.radius_mm is None else CALIBRATED, USE):
         document.add(tomlkit.comment(line))
-    for key, value in json.loads(material.model_dump_json(exclude_none=True)).items():
+    content = material.model_dump_json(exclude_none=True, exclude_defaults=True)
+    for key, value in json.loads(content).items():
         item = tomlkit.item(value)
         if isinstance(item, Array) and key in ("basis", "not_for"):
             item.multiline(True)

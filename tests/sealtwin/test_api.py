@@ -30,7 +30,10 @@ from validate.report.write_report import REPORT
 from validate.settings import Readings
 
 ENDS_PX = [[40, 101], [160, 98]]
-READINGS = np.array([[0.5, -2.0, -2.1], [4.0, -2.0, -1.9], [7.0, -1.5, -1.4], [10.0, -1.0, -1.1], [13.5, -1.0, np.nan]])
+READINGS = np.array(
+    [[0.5, 2.0, 2.1], [2, 2.0, 2.0], [4, 2.0, 1.9], [7, 1.5, 1.4], [10, 1.0, 1.1], [12, 1.0, 1.0], [13.5, 1, np.nan]]
+)
+READINGS[:, 1:] *= -1
 COARSE = {"radius_mm": 0.45, "substeps": 2}
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # Of a crack that is narrow, and runs that end early
 HEAVY = (

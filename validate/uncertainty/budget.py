@@ -224,12 +224,10 @@ class Budget:
             budget.mean_mm(curve.weights())
             for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not one))
         )
-        times = f"{with_it / without:.1f}" if without else "many"
-        narrower = "hardly narrower" if times == "1.0" else f"{times} times narrower"
         return (
             f"The intervals include a shift of {PASS_MM:g} mm between passes, which so few repeats cannot exclude. If "
             f"the repeats are not separate passes, set {one.setting} = 0; the interval of the mean level is then "
-            f"{narrower}."
+            f"{with_it / max(without, 1e-9):.1f} times narrower."
         )
 
     def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:

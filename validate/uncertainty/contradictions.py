@@ -240,5 +240,6 @@ def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: flo
         raise InputError(
             f"{source}: the readings contradict uncertainty.{key} = {declared_mm:g}: stations differ from the line "
             f"between their neighbours by {bends_mm:.2g} mm (rms), and with such an error by at least "
-            f"{least_mm:.2g} mm in 99 of 100 sheets, on any bed. Declare a smaller error, or remove it."
+            f"{least_mm:.2g} mm in 99 of 100 sheets, on any bed. Declare a smaller error; one that neighbours share "
+            "is uncertainty.common_mm."
         )

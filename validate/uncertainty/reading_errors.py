@@ -1,6 +1,5 @@
 """The budget of caliper readings: errors that repeats show, their last digit, and the bed between stations."""
 
-from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -25,7 +24,7 @@ from validate.uncertainty.contradictions import (
     unused_repeatability,
     without_passes,
 )
-from validate.uncertainty.hidden_errors import hidden_errors, rounding_note
+from validate.uncertainty.hidden_errors import hidden_errors
 from validate.uncertainty.meniscus import Mouth
 from validate.units import counted
 
@@ -62,7 +61,13 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
     far, robust_mm = _far(own_mm, count, resolution_mm)
     unused = unused_repeatability(measured, declared, resolution_mm)
-    notes = list(_outliers(s_mm[far.any(axis=1)].tolist(), robust_mm))
+    notes = list[str]()
+    if places := s_mm[far.any(axis=1)].tolist():
+        notes.append(
+            f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
+            f"robust standard deviations (of {robust_mm:.2g} mm) away from the others. The mean includes it; the "
+            "intervals do not if the station has at least three readings."
+        )
     # Of two readings, either may be the outlier.
     alone = far & (count > 2)[:, None]
     used_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
@@ -101,9 +106,17 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         *present,
         _arches(s_mm, measured.level_mm),
     ]
-    if settings.probe_mm is not None:
-        notes += _touching(s_mm[mouth.at_mm(s_mm) <= settings.probe_mm].tolist(), settings.probe_mm)
-    notes += rounding_note(measured, settings, resolution_mm)
+    if touching := s_mm[mouth.at_mm(s_mm) <= (settings.probe_mm or -1)].tolist():
+        notes.append(
+            f"The probe ({settings.probe_mm:g} mm) is not narrower than the crack at "
+            f"{counted(len(touching), 'station')} (s = {_listed(touching)} mm), so it touches the walls there and "
+            "reads too high by an unknown amount."
+        )
+    if settings.rounding not in (None, "nearest"):
+        notes.append(
+            f'The readings are rounded to one side (readings.rounding = "{settings.rounding}"), by up to '
+            f"{resolution_mm:g} mm. The intervals include it; the measured level is not corrected."
+        )
     steps_mm = _steps_mm(s_mm, measured.level_mm)
     if steps_mm:
         notes.append(
@@ -176,23 +189,6 @@ def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[NDArray[n
     robust_mm = max(1.4826 * median_mm, resolution_mm / np.sqrt(12))
     largest = np.arange(own_mm.shape[1]) == scaled_mm.argmax(axis=1)[:, None]
     return largest & (scaled_mm > OUTLIER * robust_mm) & (robust_mm > 0), robust_mm
-
-
-def _outliers(places: list[float], robust_mm: float) -> Iterator[str]:
-    if places:
-        yield (
-            f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
-            f"robust standard deviations (of {robust_mm:.2g} mm) away from the others. The mean includes it; the "
-            "intervals do not if the station has at least three readings."
-        )
-
-
-def _touching(places: list[float], probe_mm: float) -> Iterator[str]:
-    if places:
-        yield (
-            f"The probe ({probe_mm:g} mm) is not narrower than the crack at {counted(len(places), 'station')} "
-            f"(s = {_listed(places)} mm), so it touches the walls there and reads too high by an unknown amount."
-        )
 
 
 def _listed(places: list[float]) -> str:

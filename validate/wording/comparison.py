@@ -213,7 +213,7 @@ def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
     tables = {
         "Error and its uncertainty": _result(uncertainty),
         "Budget: u of the mean level, of the mean error and of a station, by each error alone": _budget(uncertainty),
-        f"Not declared, in no interval: the same for {UNDECLARED_MM:g} mm, or a meniscus like water's": _missing(
+        f"Not declared, in no interval: the same for {UNDECLARED_MM:g} mm, or for the size in a name": _missing(
             uncertainty
         ),
         "Convention for s = 0": _alignment(uncertainty),

@@ -204,10 +204,12 @@ def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
 def _notes(evidence: Evidence) -> tuple[tuple[str, str], ...]:
     walls = [("Walls:", sentence) for sentence in hidden_width(evidence)]
     bed = [("Freezing:", sentence) for sentence in freezing(evidence)]
+    material = evidence.run.settings["fluid"].get("material") or {}
+    paste = [("Paste:", sentence) for sentence in material.get("doubts", ())]
     note = [("Note:", evidence.note)] if evidence.note else []
     better = evidence.comparison is None and evidence.can_be_planned
     plan = [("Next:", "'sealtwin plan trial.toml' searches for a flow that fills this crack better.")] if better else []
-    return (*walls, *bed, *note, *plan)
+    return (*walls, *bed, *paste, *note, *plan)
 
 
 def _mean_error(comparison: Comparison, *, fast: bool) -> Tile:

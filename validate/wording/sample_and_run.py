@@ -298,7 +298,8 @@ def _measured(fluid: dict[str, Any]) -> list[str]:
         )
     return [
         f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa ({within}){law}, with the method "
-        f"{paste['method']} ({paste['date']}, {paste['data']}). Do not use it for {'; '.join(paste['not_for'])}."
+        f"{paste['method']} ({paste['date']}, {paste['data']}). Do not use it for {'; '.join(paste['not_for'])}.",
+        *paste.get("doubts", ()),
     ]
 
 

@@ -1,5 +1,6 @@
 """A rheometer's flow curve: the law that is fitted and chosen, its intervals, what a run takes, and refusals."""
 
+import re
 from datetime import date
 from pathlib import Path
 
@@ -61,8 +62,21 @@ def test_only_rows_at_the_shear_rates_of_the_fill_are_fitted(tmp_path):
     paste = measured(tmp_path, rate, bent)
     assert (paste.flow_index, paste.consistency_pa_s_n) == pytest.approx((0.5, 3.0), rel=2e-3)
     assert any("9 of 25 rows" in sentence for sentence in paste.basis)
+    assert "0.5 times" in paste.doubts[0]
     with pytest.raises(InputError, match="--shear-rates"):
         measured(tmp_path, rate, bent, shear_rates_per_s=(0.01, 10_000))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_slower_rows_that_the_law_does_not_describe_are_doubts_of_the_paste(tmp_path, seed):
+    """Law and highest stress of a measured cement paste (rheocem2024_public, MIT); noise alone names no row."""
+    rate = np.geomspace(80, 0.02, 19)
+    on_law = (15.5 + 0.382 * rate**1.35) * (1 + 0.02 * np.random.default_rng(seed).standard_normal(19))
+    assert measured(tmp_path, rate, on_law).doubts == ()
+    static = measured(tmp_path, rate, on_law + np.where(rate < 1, 23.2 * np.log(rate) / np.log(0.02), 0.0))
+    assert re.search(r"to 2\.5 times.*uncertainty\.yield_stress_pa = 1[12]", *static.doubts)
+    assert static.yield_stress_pa == pytest.approx(15.5, rel=0.05)
+    assert "doubts" in material_text(static)
 
 
 def test_the_window_follows_from_nozzle_flow_and_crack():

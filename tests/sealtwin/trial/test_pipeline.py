@@ -32,7 +32,7 @@ NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv", "pro
 """The last two are the last run's that was started, finished or not."""
 SAME_IN_EVERY_RUN = LEFT - NOT_IN_MANIFEST - {"simulation.json", "report.html", "report.pdf", "report.json"}
 """Everything but wall times."""
-READINGS = "s_mm,level_1_mm,level_2_mm\n0.5,-5.0,-5.1\n4,-5.0,-4.9\n7,-5.0,-5.1\n10,-5.0,-4.9\n13.5,-5.0,-5.1\n"
+READINGS = "s_mm,level_1_mm,level_2_mm\n" + "".join(f"{s},-5.0,-5.{s % 2:.0f}\n" for s in (0.5, 3, 4, 7, 9, 11, 13.5))
 """Of enough stations for a verdict."""
 GATE = "\n[gate]\nmean_error_mm = 20.0\n"
 IMPORTS_S = 1.5

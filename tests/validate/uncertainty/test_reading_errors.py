@@ -107,6 +107,9 @@ def test_a_probe_reads_the_highest_point_that_it_covers():
     probe = part(budget(measured(level_mm[:, None] + [[-0.1, 0.0, 0.1]]), probe_mm=0.8), "width")
     assert (probe.draws_mm.min(), probe.draws_mm[:, 2].max()) == pytest.approx((0.0, 0.2), abs=1e-3)
     assert probe.draws_mm[:, -2].max() == 0.0
+    # At the corner the slope is unsure, and each station has its own.
+    assert np.quantile(probe.draws_mm[:, 8], 0.95) > 0.15
+    assert abs(np.corrcoef(probe.draws_mm[:, 7], probe.draws_mm[:, 8]).min()) < 0.1
 
 
 def test_stations_that_are_off_matter_on_a_slope():
@@ -123,7 +126,7 @@ def test_stations_that_are_off_matter_on_a_slope():
 
 def test_what_is_not_declared_is_named_with_what_it_would_do():
     profile = scattered(0.1)
-    of_readings = {"datum_error_mm": 0.05, "probe_mm": 0.5, "rounding": "nearest"}
+    of_readings = {"datum_error_mm": 0.05, "probe_mm": 0.5, "rounding": "nearest", "limit_mm": 0.02}
     others = dict.fromkeys((*OF_THE_READINGS, "surface_tension_n_m"), 0.1)
     names = {one.setting.partition(".")[2] for one in budget(profile).missing}
     assert names == {*of_readings, *others}
@@ -132,6 +135,11 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
     whole = budget(profile).summary(ERROR)
     (datum,) = [one for one in whole.missing if one.setting == "readings.datum_error_mm"]
     assert datum.mean_level_mm == pytest.approx(0.98 * 0.2, rel=1e-3)
+    # A gauge 2 % off, at depths of 10 mm; a bowed face; and a tip as wide as tips are.
+    deep = budget(replace(profile, level_mm=profile.level_mm - 10)).summary(ERROR).missing
+    assert [one.mean_level_mm for one in deep if one.setting == "readings.limit_mm"] == pytest.approx([0.196], rel=0.01)
+    assert "tilted datum or bowed face" in {one.name for one in deep}
+    assert any("a probe of 2 mm" in one.name for one in deep)
 
 
 @pytest.mark.parametrize(

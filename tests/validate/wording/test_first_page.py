@@ -158,5 +158,5 @@ def test_too_few_readings_are_told_how_many_are_needed(evidence):
         repeats_mm=evidence.readings.repeats_mm[few],
     )
     labels = dict(first_page(judged(replace(evidence, readings=readings))).labels)
-    assert "5 stations or more" in labels["Verdict:"]
+    assert "7 stations or more" in labels["Verdict:"]
     assert "Verdict:" not in dict(first_page(judged(evidence)).labels)

@@ -14,6 +14,7 @@ from sealtwin.core.run_figures import RunHealth
 from tests.fluids import path, pour, slot
 from validate.compare import assess
 from validate.settings import Readings, Uncertainty
+from validate.wording.first_page import first_page
 from validate.wording.sample_and_run import (
     HEALTH_LABELS,
     assumptions,
@@ -89,8 +90,11 @@ def test_a_paste_that_thins_is_described_by_its_law_and_by_its_viscosity_in_the_
     """32.6 mm2/s at a shear rate of 1/s, and by hand (v / d)^-0.5 of it in the nozzle."""
     paste = {"method": "curve", "date": "2026-11-25", "data": "measured", "not_for": ("a warm day",)}
     paste |= {"yield_stress_pa": 10.0, "yield_stress_error_pa": 1.0, "yield_stress_95_pa": (8.0, 12.0)}
-    paste |= {"consistency_pa_s_n": 3.0, "flow_index": 0.5, "flow_index_95": (0.45, 0.56)}
-    words = assumed(evidence, fluid={"material": paste, "flow_index": 0.5})
+    paste |= {"consistency_pa_s_n": 3.0, "flow_index": 0.5, "flow_index_95": (0.45, 0.56), "doubts": ["6 rows."]}
+    fluid = {"material": paste, "flow_index": 0.5}
+    assert ("Paste:", "6 rows.") in first_page(with_settings(evidence, fluid=fluid)).notes
+    words = assumed(evidence, fluid=fluid)
+    assert "6 rows." in words
     assert "3 Pa times the power 0.5 (0.45 to 0.56, which no budget includes)" in words
     speed_mm_s = nozzle_speed_mm_s(evidence)
     thinned = 32.6 * (speed_mm_s / 2.4) ** -0.5
