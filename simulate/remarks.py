@@ -61,7 +61,10 @@ def remarks_on(
         )
     elif fluid.U and not fluid.yields:
         until = " until it freezes" if fluid.freezes else ""
-        yield (f"fluid.U: at any U, sealant levels like a thin liquid{until}; viscous flow needs fluid.viscosity_pa_s.")
+        yield (
+            f"fluid.{given[0]}: at any U, sealant levels like a thin liquid{until}; viscous flow needs "
+            "fluid.viscosity_pa_s."
+        )
     stress_pa = fluid.fresh.yield_stress_pa
     if _share(fluid) * stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
         yield (

@@ -55,6 +55,10 @@ def check_going_on(**how: Any) -> None:
     for run in (killed, resumed):
         run.restore(kept)
         assert np.array_equal(finish(run).results()[0].position_mm, unbroken.results()[0].position_mm)
+    resumed.earlier_mm = np.zeros((0, 3))
+    resumed.restore(killed.snapshot())
+    assert np.array_equal(resumed.earlier_mm, unbroken.earlier_mm)
+    assert len(resumed.earlier_mm)
 
 
 SPOILED = (PASTES[0], Fluid(U=1e4, D_cm=3.0, freeze_after_s="never"), PASTES[0])

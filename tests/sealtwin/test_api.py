@@ -137,7 +137,7 @@ def test_python_is_warned_of_what_a_run_cannot_show(way):
         run = st.inject(crack, solid, path, st.Fluid(U=30, D_cm=0.3), solver=st.Solver(**COARSE, settle_s=0.0))
     texts = [str(one.message) for one in caught]
     assert all(one.filename == __file__ for one in caught)
-    for sentence in ("fluid.U: at any U", "Set a longer solver.settle_s"):
+    for sentence in ("fluid.U is 30: at any U", "Set a longer solver.settle_s"):
         assert any(sentence in text for text in texts), (sentence, texts)
     assert run.remarks == tuple(text for text in texts if text.startswith("fluid."))
 

@@ -381,3 +381,21 @@ def test_no_particle_escapes_from_the_papers_trial(u, d, tilt, preset):
     run, _, _ = trial_of(Fluid(U=u, D_cm=d, freeze_after_s=2.58), tilt, preset, radius_mm=0.5)
     assert run.escaped_particles == 0
     assert np.isfinite(run.position_mm).all()
+
+
+@pytest.mark.parametrize(
+    ("table", "settle_s", "least_mm", "most_mm"),
+    [
+        # Bed of a liquid at -8 mm, of paste that stands, and of paste that still sags, by 0.5 mm in the next 13 s.
+        ({"viscosity_pa_s": 0.02}, 1.0, 0.0, 0.2),
+        ({"consistency_pa_s_n": 4.0, "flow_index": 0.4}, 1.0, 1.0, 4.0),
+        ({"viscosity_pa_s": 0.3, "yield_stress_pa": 12.0}, 1.0, 0.0, 0.05),
+        ({"viscosity_pa_s": 3.0, "yield_stress_pa": 4.0}, 1.0, 0.2, 2.0),
+        ({"viscosity_pa_s": 3.0, "yield_stress_pa": 4.0}, 0.0, 0.2, 3.0),
+    ],
+)
+def test_a_run_records_how_far_its_level_is_from_rest(table, settle_s, least_mm, most_mm):
+    crack = slot(24.0)
+    health = pour(crack, path(crack[1], 24 * 3.1 * 8 / 1e3), sealant(**table), radius_mm=0.5, settle_s=settle_s).health
+    assert least_mm <= (health.to_rest_mm or 0.0) <= most_mm
+    assert health.flat_mm == (None if "yield_stress_pa" in table else pytest.approx(-8.0, abs=0.1))

@@ -9,7 +9,7 @@ from sealtwin.trial.trial_file import Trial
 from simulate.material_file import Material
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup_checks import rheology_of
-from tests.fluids import path, sample_of, slot
+from tests.fluids import injected, path, sample_of, slot
 
 SEEN = {"mesh": {"file": Path("crack.stl"), "data": "synthetic", "units": "mm"}, "name": "tiny"}
 
@@ -39,6 +39,10 @@ def test_a_draft_has_the_trials_viscosity_and_drag_per_time(fluid):
         weights = rheology_of(one.given_fluid, 0.4 * radius_mm, frame_s)
         seen.append((weights.viscosity_pa_s, weights.yield_cm2_s2, weights.wall_weight_cm / frame_s))
     assert seen[0] == pytest.approx(seen[1], rel=1e-6)
+    crack = poured.solid, poured.outline
+    run = injected(crack, poured.trajectory, trial.given_fluid, preset="draft", radius_mm=0.4)
+    assert run.solver == draft.solver
+    assert run.pastes[0].viscosity_pa_s == pytest.approx(seen[0][0])
     assert draft.model_dump(exclude={"fluid", "solver"}) == trial.model_dump(exclude={"fluid", "solver"})
 
 
