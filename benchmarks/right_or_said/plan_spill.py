@@ -12,6 +12,7 @@ from sealtwin.plan.verify import Verifier, misfit
 from tests.shapes import straight_slot
 
 OUTLINE = straight_slot(60.0, 3.0)
+assert OWN.crack is not None
 SOLID = build_solid(OUTLINE, OWN.crack)
 SAMPLE = Sample(OUTLINE, SOLID, plan_trajectory(OUTLINE, OWN.path, SOLID.cavity_volume_mm3, SOLID.sections))
 
