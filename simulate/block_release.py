@@ -78,6 +78,8 @@ def release(
     """
     if unread := [name for name in NOT_READ if name in solver.model_fields_set]:
         raise InputError(f"solver.{unread[0]}: a block that is let go has no use for it. Leave it out.")
+    if solver.radius_mm == "auto":
+        raise InputError('solver.radius_mm is "auto", which needs the width of a crack: give a number.')
     radius_mm, progress = solver.size_mm, progress or Progress()
     sides = block.length_mm, block.width_mm, block.height_mm
     across, count = min(sides) / (2 * radius_mm), math.prod(sides) / particle_volume(radius_mm)

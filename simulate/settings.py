@@ -378,6 +378,11 @@ class Solver(Settings):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if self.accurate_radius_mm is not None and (self.preset != "draft" or self.radius_mm == "auto"):
+            raise ValueError(
+                f"accurate_radius_mm is {self.accurate_radius_mm:g}: only the record of a draft has it, beside the "
+                "draft's own radius_mm. Leave it out"
+            )
         if self.pressure == "two-level":
             if self.preset != "accurate":
                 raise ValueError(

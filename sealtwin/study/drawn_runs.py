@@ -1,23 +1,34 @@
-"""Run the fast model of a trial, and with inputs drawn from their uncertainties."""
+"""Run the fast model of a trial, and with inputs drawn from their uncertainties. A killed process loses few draws."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
+from pydantic import ConfigDict, RootModel
 
+from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Profile
+from sealtwin.core.record_files import read_record
+from sealtwin.core.records import Floats, Numbers, Profile
 from sealtwin.core.run_figures import PARTICLES
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
 from validate.settings import ANGLE
 from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
-PART = 50  # Runs in a task of a worker
+PART = 50  # Runs in a part
 COARSER = 2
 """Number of usual time steps of the fast model that one step replaces here. The error of longer steps cancels, since
 only differences of levels are used."""
 PLACES = 121  # Places of a level: twice the cells of the fast model and one, which resolves all of its level
+AGAIN = "Delete it, and give the same command again."
+
+
+class Drawn(RootModel[Numbers]):
+    """Levels of the runs in one part, (runs, PLACES)."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
 
 
 def takes_draws(base: Base) -> bool:
@@ -51,8 +62,10 @@ def fast_level(base: Base) -> tuple[Profile | None, tuple[str, ...]]:
     return level, run.unfit
 
 
-def draw(base: Base, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
+def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
     """Return the change of level that each draw of the inputs causes, computed by the fast model.
+
+    Finished parts are files in ``folder``.
 
     Raises:
         InputError: The fast model does not support the paste, or an input cannot be moved as far as a draw moves it.
@@ -63,18 +76,27 @@ def draw(base: Base, jobs: int, progress: Progress, runs: int = RUNS) -> InputDr
     s_mm = np.linspace(0.0, base.sample.outline.length_mm, PLACES)
     own_mm = level_of(base, {}, s_mm)
     steps = [_steps(base, dict(zip(inputs, row, strict=True))) for row in drawn_inputs(inputs, runs).tolist()]
-    parts = {first: steps[first : first + PART] for first in range(0, runs, PART)}
-    progress.start("Moved inputs", len(parts))
-    tasks, computed_mm = ((first, (base, part, s_mm)) for first, part in parts.items()), dict[int, Floats]()
-    for first, part_mm in run_tasks(levels_of, tasks, min(jobs, len(parts))):
-        if isinstance(part_mm, Lost):
-            raise NumericalError(f"{base.path}: {part_mm.reason}. Give the same command again.")
-        if isinstance(part_mm, str):
-            raise InputError(part_mm)
-        computed_mm[first] = part_mm
-        progress.advance(len(computed_mm), f"{PART} runs of the fast model each")
+    parts = {folder / f"{first:04d}.json": steps[first : first + PART] for first in range(0, runs, PART)}
+    waiting = {path: part for path, part in parts.items() if not path.is_file()}
+    progress.start("Moved inputs", len(parts), len(parts) - len(waiting))
+    tasks = ((path, (base, part, s_mm)) for path, part in waiting.items())
+    for done, (path, levels_mm) in enumerate(run_tasks(levels_of, tasks, min(jobs, len(waiting))), start=1):
+        if isinstance(levels_mm, Lost):
+            raise NumericalError(f"{folder}: {levels_mm.reason}. The same command computes the remaining runs.")
+        if isinstance(levels_mm, str):
+            raise InputError(levels_mm)
+        files.write_json(path, levels_mm)
+        progress.advance(len(parts) - len(waiting) + done, f"{PART} runs of the fast model each")
+    levels_mm = np.vstack([_read_levels(path, len(part)) for path, part in parts.items()])
     # Tenths of a micrometre keep the file small.
-    return InputDraws(s_mm, inputs, np.round(np.vstack([computed_mm[first] for first in parts]) - own_mm, 4))
+    return InputDraws(s_mm, inputs, np.round(levels_mm - own_mm, 4))
+
+
+def _read_levels(path: Path, runs: int) -> Floats:
+    levels_mm = read_record(Drawn, path, AGAIN).root
+    if levels_mm.shape != (runs, PLACES):
+        raise InputError(f"{path}: has levels of shape {levels_mm.shape}, expected {(runs, PLACES)}. {AGAIN}")
+    return levels_mm
 
 
 def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Floats | str:

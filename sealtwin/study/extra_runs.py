@@ -5,6 +5,7 @@ RUN/uncertainty, a folder like a sweep's. They are computed once: if the process
 the remaining runs.
 """
 
+import shutil
 import time
 from collections.abc import Mapping, Sequence
 
@@ -75,7 +76,7 @@ def vary(job: Job) -> bool:
     began, folder = time.monotonic(), job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
     # Draws take seconds: an input that cannot be moved is refused before particles run for minutes.
-    draws = draw(base, cores(), job.progress) if drawn else None
+    draws = draw(base, folder / f"drawn-{key[:12]}", cores(), job.progress) if drawn else None
     drew_s = time.monotonic() - began
     runs = list[study_folder.StudyRun]()
     if particles:
@@ -87,6 +88,8 @@ def vary(job: Job) -> bool:
     files.write_json(job.path / SPREAD, spread.content())
     wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
     job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], wall_s, numbers=numbers)
+    for parts in folder.glob("drawn-*"):
+        shutil.rmtree(parts)
     return True
 
 

@@ -15,7 +15,7 @@ PASTE = {"consistency_pa_s_n": 6.2, "flow_index": 0.5, "density_kg_m3": 1175.0}
 
 
 def released(
-    fluid: dict[str, Any], radius_mm: float = 1.5, seed: int = 0, solver: dict[str, Any] | None = None, **block: Any
+    fluid: dict[str, Any], radius_mm: Any = 1.5, seed: int = 0, solver: dict[str, Any] | None = None, **block: Any
 ) -> BlockRelease:
     table = {"length_mm": 20.0, "width_mm": 20.0, "height_mm": 20.0, "ahead_mm": 30.0, "duration_s": 0.3, **block}
     return release(
@@ -76,6 +76,7 @@ def test_a_slope_lets_it_run_downhill():
     [
         ({"radius_mm": 2.0}, "solver.radius_mm is 2"),
         ({"radius_mm": 0.05}, "solver.radius_mm is 0.05"),
+        ({"radius_mm": "auto"}, "solver.radius_mm"),
         ({"ahead_mm": 8.0}, "ahead_mm is 8"),
         ({"solver": {"settle_s": 1.0}}, "solver.settle_s"),
         ({"solver": {"model": "slot"}}, "solver.model"),

@@ -31,6 +31,13 @@ def test_an_impossible_fluid_is_refused_with_its_reason(table, fault):
         Fluid.model_validate({"freeze_after_s": "never"} | table)
 
 
+@pytest.mark.parametrize("others", [{}, {"preset": "draft", "radius_mm": "auto"}])
+def test_only_the_record_of_a_draft_has_the_radius_that_it_replaced(others):
+    assert Solver(preset="draft", radius_mm=0.6, accurate_radius_mm=0.4).size_mm == 0.6
+    with pytest.raises(ValidationError, match=r"accurate_radius_mm is 0\.4"):
+        Solver.model_validate({"accurate_radius_mm": 0.4, **others})
+
+
 def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unless_it_is_given():
     """A trial with U is the same file, with the same hash, whether or not it says D_cm = 0.3."""
     given, unsaid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), Fluid(U=30.0, freeze_after_s="never")

@@ -1,4 +1,4 @@
-"""Inputs drawn by the fast model: a linear one gives the closed form, and the report names it."""
+"""Inputs drawn by the fast model: a linear one gives the closed form, a kill loses no part, and the report names it."""
 
 from dataclasses import replace
 from functools import partial
@@ -12,6 +12,7 @@ import pytest
 from digitise.settings import Dispensed
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
 from sealtwin.study import drawn_runs, extra_runs
 from sealtwin.study.drawn_runs import PART, draw, takes_draws
 from sealtwin.study.extra_runs import vary
@@ -75,7 +76,18 @@ def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch)
     assert "the fast model" in figures["sentences"][0]
     assert result.comparison is not None
     assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
+    assert not list((fast / "uncertainty").glob("drawn-*")), "its parts are in uncertainty.json"
     assert len(files.read_json(fast / SPREAD)["draws"]["moved_mm"]) == RUNS
+
+
+def test_a_part_that_was_done_before_a_kill_is_not_done_again(fast, linear, tmp_path, monkeypatch):
+    base, done = base_of(fast), []
+    first = draw(base, tmp_path, 0, Progress(), 2 * PART)
+    (tmp_path / f"{PART:04d}.json").unlink()
+    monkeypatch.setattr(drawn_runs, "level_of", lambda base, steps, s_mm: done.append(steps) or np.ones(len(s_mm)))
+    again = draw(base, tmp_path, 0, Progress(), 2 * PART)
+    assert len(done) == PART + 1, "the part and the inputs as they are"
+    assert again.moved_mm[0] - first.moved_mm[0] == pytest.approx(again.moved_mm[1] - first.moved_mm[1])
 
 
 def test_the_fast_model_itself_is_moved(fast):
