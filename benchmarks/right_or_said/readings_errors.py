@@ -30,7 +30,8 @@ def held(count: int, tip_mm: float) -> tuple[bool, float]:
     budget = budget_of(measured, Readings.model_validate(table), Uncertainty(), mouth)
     near = np.abs(measured.level_mm - np.interp(s_mm, BED_S_MM, bed_mm)) <= budget.band_mm
     off_mm = (np.trapezoid(measured.level_mm, s_mm) - np.trapezoid(bed_mm, BED_S_MM)) / 80
-    return abs(off_mm) <= budget.mean_mm(Curve.of(s_mm, np.zeros(count), s_mm).weights()), float(near.mean())
+    half_mm = budget.mean_mm(Curve.of(s_mm, np.zeros(count), s_mm).weights())
+    return bool(abs(off_mm) <= half_mm), float(near.mean())
 
 
 for count, tip_mm in [(9, 2.0), (9, 3.0), (9, 4.0), (17, 2.0), (17, 3.0), (17, 4.0), (5, 0.0), (6, 0.0), (7, 0.0)]:
