@@ -1,5 +1,6 @@
 """Settings of the digitise stage: the tables [photo], [crack], [mesh] and [path] of a trial file."""
 
+import math
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
@@ -39,7 +40,7 @@ OneOrSeveral = Annotated[Annotated[One, Tag(ONE)] | Annotated[Several, Tag(SEVER
 """One number or several. A validation error refers to the form that was given."""
 DEEPEST_MM = 500.0  # Largest depth, more than any sample's
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a tenth of a millimetre deep is a scratch
-SHALLOW = Likely(1.0, 1000.0, "mm for a crack of this width", "in cm", of_width=True)  # Cracks are deeper than wide
+SHALLOW = Likely(1.0, math.inf, "mm for a crack of this width", "in cm", of_width=True)  # Cracks are deeper than wide
 SPEED = Likely(0.5, 200.0, "mm/s", "in m/s or mm/min")  # Small arms reach 200 over a winding crack
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
 MOST_STATIONS = 1000  # Rows of a table along the crack

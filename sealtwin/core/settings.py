@@ -2,6 +2,7 @@
 
 import difflib
 import json
+import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -278,8 +279,11 @@ class Likely(NamedTuple):
             return []
         value = max(row[-1] for row in value) if isinstance(value, tuple) else value
         low, high = times * self.low, times * self.high
-        question = f"{name} is {value:g}, but usually {low:.3g} to {high:.4g} {self.unit}: is it {self.slip}?"
-        return [] if low <= value <= high else [question]
+        if low <= value <= high:
+            return []
+        usual = f"at most {high:.4g}" if low == 0 else f"{low:.3g} to {high:.4g}"
+        usual = f"at least {low:.3g}" if high == math.inf else usual
+        return [f"{name} is {value:g}, but usually {usual} {self.unit}: is it {self.slip}?"]
 
 
 def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[str, ...]:
