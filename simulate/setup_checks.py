@@ -61,6 +61,7 @@ MOST_PASSES = 5000
 """
 MOST_AGES = 1_000_000  # Frames up to which a curve is tabulated if the length of the run is not given
 TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of the diameters and heights, and of the radii, in proposals
+ROUNDED = 5e-3  # Share of a radius "auto" by which rounding to three digits may increase it
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
 
 
@@ -77,7 +78,7 @@ def check_fit(
             f"mm. Give at most {side_mm:g}."
         )
     widest_mm = outline.mean_width_mm / ACROSS_AT_LEAST / 2
-    if radius_mm > widest_mm:
+    if radius_mm > (1 + ROUNDED) * widest_mm:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit abreast in a crack "
             f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "

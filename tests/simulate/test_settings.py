@@ -5,8 +5,9 @@ from pydantic import ValidationError
 
 from digitise.settings import CrackShape, NozzlePath
 from sealtwin.core.settings import doubts_of
+from sealtwin.study.extra_runs import RATIO
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
-from simulate.setup_checks import resolved, rheology_of
+from simulate.setup_checks import check_fit, resolved, rheology_of
 from tests.fluids import injected, path, sample_of, sealant, slot
 
 
@@ -94,6 +95,15 @@ def test_a_run_finds_its_volume_factor_unless_it_is_given_or_the_papers(solver, 
     settings = Solver.model_validate(solver)
     assert settings.keeps_volume is keeps
     assert settings.scheme.volume_factor == pytest.approx(factor, abs=1e-4)
+
+
+@pytest.mark.parametrize("width_mm", [3.0886, 5.23])
+def test_the_coarser_runs_of_a_drafts_uncertainty_fit_its_crack(width_mm):
+    """Two particles abreast, as 5.2 / 1.3 / 2: a radius is rounded to three digits, and that may be up."""
+    crack, fluid, nozzle = slot(12.0, width_mm), sealant(viscosity_pa_s=0.3), Nozzle(diameter_mm=6.0)
+    poured = sample_of(crack, path(crack[1], 0.1))
+    _, draft = resolved(poured, fluid, Solver(preset="draft"), nozzle)
+    check_fit(poured.outline, poured.solid, fluid, Solver(radius_mm=RATIO * draft.size_mm), nozzle)
 
 
 def test_an_age_that_no_run_reaches_is_still_one():
