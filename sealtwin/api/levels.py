@@ -261,6 +261,9 @@ def compare(
     of_one_crack("compare", level, readings, crack, solid)
     if gate_mm is not None and not 0 < gate_mm < np.inf:
         raise InputError(f"compare: gate_mm = {gate_mm}: must be above 0, in mm.")
+    for argument, value in (("level", level), ("readings", readings)):
+        if not isinstance(value, Profile) or (isinstance(value, LevelReadings) and argument == "level"):
+            raise InputError(f"compare: {argument} is a {type(value).__name__}; give the level, then the readings.")
     if isinstance(readings, LevelReadings):
         settings = readings.settings
     else:
@@ -328,6 +331,8 @@ def plot_levels(
     if level is None and readings is None:
         raise InputError("plot_levels: there is nothing to draw; give level, readings or both.")
     of_one_crack("plot_levels", level, readings, *([] if result is None else [result.level, result.readings]), solid)
+    if level is not None and result is not None and not np.array_equal(result.level.level_mm, level.level_mm):
+        raise InputError("plot_levels: result is a comparison of another level; give the level that was compared.")
     from validate.figures.levels import draw_levels
     from validate.figures.theme import themed, wide_figure
 

@@ -66,12 +66,12 @@ def write_report(
     from validate.report.write_report import write_report as write_pages
     from validate.report_input import Evidence, ReadingsSheet, provenance
 
-    for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath)):
+    run = run.run if isinstance(run, SimulatedLevel) else run
+    for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath), ("run", run, Run)):
         if not isinstance(value, kind):
             raise InputError(f"write_report: {argument} is a {type(value).__name__}; give a {kind.__name__}.")
     compared = [] if result is None else [result.level, result.readings]
     of_one_crack("write_report", crack, solid, path, run, *compared)
-    run = run.run if isinstance(run, SimulatedLevel) else run
     target = Path(folder)
     require_folder(target)
     if (target / MANIFEST).is_file():

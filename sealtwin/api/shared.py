@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Origins, Outline, Run, Solid
+from sealtwin.core.records import Origins, Outline, Run, Solid, Trajectory
 from sealtwin.core.settings import Settings, checked
 
 __all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
@@ -52,12 +52,14 @@ def warn(texts: Iterable[str]) -> None:
 
 
 def origins_of(record: object) -> dict[str, str]:
-    """Return figures and a digest of the crack and the solid that ``record`` is or was made of."""
+    """Return figures and a digest of the crack, the solid and the path that ``record`` is or was made of."""
     origins = dict[str, str](getattr(record, "made_of", ()))
     if isinstance(record, Outline):
         kind, content = "crack", [record.centreline_mm, record.left_wall_mm, record.right_wall_mm]
     elif isinstance(record, Solid):
         kind, content = "solid", [record.depth_mm, *vars(record.sections).values()]
+    elif isinstance(record, Trajectory):
+        kind, content = "path", [record.t_s, record.position_mm, record.flow_mm3_s]
     else:
         return origins
     # A run folder has five decimals.
@@ -67,7 +69,7 @@ def origins_of(record: object) -> dict[str, str]:
 
 
 def of_one_crack(function: str, *records: object) -> Origins:
-    """Return what the records were made of. Raises InputError if two are of different cracks or solids.
+    """Return what the records were made of. Raises InputError if two are of different cracks, solids or paths.
 
     None, and a record that was not made by this interface, differ from no other.
     """

@@ -71,26 +71,26 @@ class TrialRun:
     @cached_property
     def solid(self) -> Solid:
         """The sample."""
-        return self._of_crack(record_files.read_solid(self.folder))
+        return replace(record_files.read_solid(self.folder), made_of=of_one_crack("run_trial", self.crack))
 
     @cached_property
     def path(self) -> Trajectory:
         """The nozzle's path."""
-        return self._of_crack(record_files.read_trajectory(self.folder))
+        return replace(record_files.read_trajectory(self.folder), made_of=of_one_crack("run_trial", self.crack))
 
     @cached_property
     def run(self) -> Run:
         """The particles at the end of the run; of several seeds, in that of the first."""
-        return self._of_crack(record_files.read_run(self.folder))
+        return self._of_pour(record_files.read_run(self.folder))
 
     @cached_property
     def level(self) -> Profile:
         """The simulated level along the crack: of the run, or the mean of the runs in ``result.seeds``."""
         read = record_files.read_profile if self.result.seeds is None else record_files.read_level
-        return self._of_crack(read(self.folder))
+        return self._of_pour(read(self.folder))
 
-    def _of_crack(self, record: Record) -> Record:
-        return replace(record, made_of=of_one_crack("run_trial", self.crack))
+    def _of_pour(self, record: Record) -> Record:
+        return replace(record, made_of=of_one_crack("run_trial", self.crack, self.solid, self.path))
 
 
 def run_trial(

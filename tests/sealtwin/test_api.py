@@ -267,6 +267,13 @@ def test_records_of_the_same_numbers_are_of_one_crack(way, result):
     st.compare(result.level, result.readings, stored, st.build_solid(again, 8, tilt="vertical"))
     with pytest.raises(InputError, match=r"of the solid with depth 9 mm.* of that with depth 8 mm"):
         st.measure_level(way[4], again, st.build_solid(again, 9, tilt="vertical"))
+    faster = st.plan_path(again, way[2], volume_ml=0.08, speed_mm_s=40, trim_mm=1)
+    with pytest.raises(InputError, match=r"^write_report: .* is of the path with length"):
+        st.write_report("none", again, way[2], faster, way[4])
+    with pytest.raises(InputError, match=r"^compare: level is a LevelReadings"):
+        st.compare(result.readings, result.level, again, way[2])
+    with pytest.raises(InputError, match=r"^plot_levels: result"):
+        st.plot_levels(replace(result.level, level_mm=result.level.level_mm + 1), result=result)
 
 
 def test_a_comparison_has_its_interval_and_judges_a_leak(way, result):
