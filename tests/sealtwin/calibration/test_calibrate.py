@@ -81,6 +81,8 @@ def test_a_crack_is_traced_once_for_all_volumes(lab, monkeypatch):
     twin = Twin(lab / "trial.toml", lab / "library", replace(HERE, traced={}), Progress())
     twin._plan([twin._planned(1, {"path.volume_ml": 0.07}, 0)], dry_run=True)
     assert len(traced) == 1
+    twin._plan([twin._planned(1, {"crack.depth_mm": 7.0}, 0)], dry_run=True)
+    assert len(traced) == 2, "another crack is"
     alone = Twin(_edited(lab, "alone.toml", **{"0.08": "0.07"}), lab / "alone", replace(HERE, traced={}), Progress())
     (home,) = (alone.folder / "samples").iterdir()
     for file in ("crack.ply", "outline.json", "trajectory.csv", "solid.json"):
