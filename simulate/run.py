@@ -53,8 +53,7 @@ def fill(
     Raises InputError if the settings do not fit the crack, and NumericalError if the run has a numerical fault.
     """
     progress = progress or Progress()
-    doubts = doubts_of_run(sample.outline, sample.solid, fluid, nozzle, slope)
-    for doubt in doubts:
+    for doubt in doubts_of_run(sample.outline, sample.solid, fluid, nozzle, slope):
         progress.warn(f"note: {doubt}")
     if not solver.has_particles:
         return pour(sample, fluid, solver, nozzle, seed=seed, slope=slope, advise=True)
@@ -67,7 +66,7 @@ def fill(
         progress.warn(
             f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
         )
-    return _measured(injection, replace(run, doubts=doubts))
+    return _measured(injection, run)
 
 
 def fill_each(
@@ -207,9 +206,11 @@ def _enclosure(sample: Sample, radius_mm: float, device: str) -> Enclosure:
 
 
 def _measured(injection: Injection, run: Run, number: int = 0) -> Filled:
-    level = measure_profile(run, injection.outline, injection.solid)
+    crack = injection.outline, injection.solid
+    level = measure_profile(run, *crack)
     figures = {"volume_ratio": volume_ratio(run, injection.solid), **_rest(injection, run, level, number)}
-    return replace(run, health=run.health.model_copy(update=figures)), level
+    doubts = doubts_of_run(*crack, injection.fluids[number], injection.nozzle, injection.slope)
+    return replace(run, health=run.health.model_copy(update=figures), doubts=doubts), level
 
 
 def _rest(injection: Injection, run: Run, level: Profile, number: int) -> dict[str, float | None]:

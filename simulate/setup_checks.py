@@ -300,8 +300,8 @@ def _check_stiffening(
         return
     pascals = fluid.density_kg_m3 / CM2_IN_M2
     raise InputError(
-        f"fluid.{'structuration_pa_per_s' if fluid.curve is None else 'curve'} gains {rate * pascals:.6g} Pa/s: paste "
-        "that stiffens so fast makes fresh paste collapse "
+        f"fluid.{'structuration_pa_per_s' if fluid.curve is None else 'curve'}: paste that gains "
+        f"{rate * pascals:.6g} Pa/s makes fresh paste collapse "
         f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
         f"{_rounded_down(rate * pascals * STIFFENS / gain)}{_or_more(substeps * gain / STIFFENS)}."
     )

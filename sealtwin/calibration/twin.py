@@ -17,6 +17,7 @@ from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
+from sealtwin.trial.draft import as_run
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, refuse_seeds, with_settings
 from validate.calibration.free import Free
@@ -86,10 +87,8 @@ class Twin:
 
     @property
     def radius_mm(self) -> float:
-        """Radius of the particles of its accurate runs."""
-        from simulate.setup_checks import sized
-
-        return sized(self.outline, self.solid, self.trial.solver, self.trial.nozzle).size_mm
+        """Radius of the particles of the runs that confirm a result, which are drafts if its trial is a draft."""
+        return as_run(self._planned(1, {}, 0).trial, self._sample).solver.size_mm
 
     def measured(self, name: str) -> tuple[float, float] | None:
         """Return a setting's value and standard uncertainty; None unless the trial has both."""

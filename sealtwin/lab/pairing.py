@@ -80,6 +80,7 @@ def naming_others(folder: Path, samples: Sequence[SampleFiles]) -> list[SampleFi
     """
     photographed = [one for one in samples if one.key and "photo" in one.files]
     asked = defaultdict[str, list[str]](list)
+    last = {one.key: sample_key(WORD.findall(one.name)[-1]) for one in photographed}
     for sample in photographed:
         file, given = sample.files.get("readings"), sample.answers.get("readings", {})
         is_answered = given.keys() & {"range", "levels"} or "readings.sample" in given.get("settings", "")
@@ -87,8 +88,10 @@ def naming_others(folder: Path, samples: Sequence[SampleFiles]) -> list[SampleFi
             continue
         named = dict[str, str]()
         for text in texts_of(folder / file, given.get("sheet")):
-            rest = without_name(text, sample.name)
-            others = (one.key for one in photographed if one is not sample and without_name(rest, one.name) != rest)
+            rest, plain = without_name(text, sample.name), sample_key(text).replace("-", "")
+            # Few names end in a word of the text: looking for all of each would take a minute in large labs.
+            likely = (one for one in photographed if last[one.key] in plain and one is not sample)
+            others = (one.key for one in likely if without_name(rest, one.name) != rest)
             named |= {key: named.get(key, text) for key in others}
         if named:
             question = (

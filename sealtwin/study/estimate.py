@@ -90,20 +90,22 @@ def size_of(trial: Trial, sample: Sample) -> RunSize:
 
 
 def checked_size(trial: Trial, sample: Sample) -> tuple[RunSize, list[str]]:
-    """Return the size of a run, and remarks on properties of the sealant that the run cannot show.
+    """Return the size of a run, and remarks: settings in doubt, and properties of the sealant that it cannot show.
 
     Raises InputError as ``size_of`` does, and if settings do not fit the crack.
     """
     from simulate.remarks import remarks_on
+    from simulate.settings import doubts_of_run
     from simulate.setup_checks import check_fit
 
-    if not trial.solver.has_particles:
-        return size_of(trial, sample), []
     crack, trial = (sample.outline, sample.solid), as_run(trial, sample)
     fluid, solver, nozzle = trial.physics
+    doubts = doubts_of_run(*crack, fluid, nozzle, trial.sample)
+    if not solver.has_particles:
+        return size_of(trial, sample), [*doubts]
     check_fit(*crack, fluid, solver, nozzle, trial.sample)
     schedule = _schedule(sample, solver.size_mm, nozzle.diameter_mm, trial.seed)
-    return size_of(trial, sample), [*remarks_on(fluid, *crack, solver, schedule)]
+    return size_of(trial, sample), [*doubts, *remarks_on(fluid, *crack, solver, schedule)]
 
 
 @lru_cache(maxsize=8)

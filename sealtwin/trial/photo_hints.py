@@ -3,7 +3,7 @@
 import json
 import tomllib
 from codecs import BOM_UTF8
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,7 @@ class TrialFile:
         self._settings = seen_from(path.parent, settings or {})
         self._target = path.resolve()
         self._content = read_bytes(self._target)
+        self._keys = list(Hints.model_fields)
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
         """Write the hints into [photo] and the shape into [crack]; return the changed keys.
@@ -58,10 +59,10 @@ class TrialFile:
         mark = BOM_UTF8 if self._content.startswith(BOM_UTF8) else b""
         text = self._content.removeprefix(mark).decode("utf-8")
         before = tomllib.loads(text)
-        edited, changed = with_hints(text, hints, shape, self._settings)
+        edited, changed = with_hints(text, hints, shape, self._settings, self._keys)
         before = with_settings(before, self._settings)
         after = tomllib.loads(edited)
-        others = {key: value for key, value in before["photo"].items() if key not in Hints.model_fields}
+        others = {key: value for key, value in before["photo"].items() if key not in self._keys}
         given = {"photo": {**others, **hints.said()}}
         if "crack" in before or shape.said():
             given["crack"] = {**before.get("crack", {}), **shape.said()}
@@ -75,6 +76,8 @@ class TrialFile:
         if changed:
             self._content = mark + edited.encode("utf-8")
             write_bytes(self._target, self._content)
+        # The page may remove the markers of a frame that it wrote.
+        self._keys += ["markers"] * bool(hints.frame)
         return changed
 
 
@@ -113,10 +116,13 @@ class NewTrial:
             )
 
 
-def with_hints(text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any]) -> tuple[str, list[str]]:
+def with_hints(
+    text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any], keys: Iterable[str] = Hints.model_fields
+) -> tuple[str, list[str]]:
     """Return the text of a trial file with hints, shape and settings, and the changed keys.
 
-    Comments and order do not change. ``settings`` by dotted name are written first.
+    Comments and order do not change. ``settings`` by dotted name are written first. Those of ``keys`` that the hints
+    lack are removed.
     """
     import tomlkit
 
@@ -125,7 +131,7 @@ def with_hints(text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any
     replaced = _replaced(document, settings)
     photo: Any = document["photo"]
     given = hints.said()
-    removed = [key for key in Hints.model_fields if key not in given and key in photo]
+    removed = [key for key in keys if key not in given and key in photo]
     for key in removed:
         photo.remove(key)
     if "crack" not in document and shape.said():

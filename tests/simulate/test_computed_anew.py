@@ -100,12 +100,14 @@ def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch):
 
 def test_in_a_launch_only_the_collapsed_run_is_computed_anew():
     """With its seed and slope; pictures of the first run, which is watched, begin again."""
-    how, kept = {"seed": 3, "slope": SampleSlope(gradient_deg=3.0)}, KeptFill((0.1, 0.2))
+    how, kept = {"seed": 3, "slope": SampleSlope(gradient_deg=13.0)}, KeptFill((0.1, 0.2))
     runs = fill_each(SAMPLE, [STIFF, THIN], SOLVER, Nozzle(), device="cpu", watchers=[kept], **how)
     for run, fluid, substeps in zip(runs, (STIFF, THIN), (4, 2), strict=True):
         assert not isinstance(run, NumericalError)
         assert run[0].settings["solver"]["substeps"] == substeps
-        assert np.array_equal(run[0].position_mm, fill(SAMPLE, fluid, SOLVER, Nozzle(), **how)[0].position_mm)
+        alone = fill(SAMPLE, fluid, SOLVER, Nozzle(), **how)[0]
+        assert np.array_equal(run[0].position_mm, alone.position_mm)
+        assert run[0].doubts == alone.doubts != ()
     with np.load(io.BytesIO(kept.content())) as arrays:
         assert len(arrays["t_s"]) == 3, "two moments and the end of the second run"
 

@@ -159,10 +159,20 @@ def test_a_curve_too_thick_to_compute_or_that_softens_in_sleep_is_refused():
         # 100 rho g h at 1690 kg/m3 and h = 1.6 mm
         ("yield_stress_pa is 10000", 2650, {"yield_stress_pa": 1e4}, {"yield_stress_pa": 2650.0}),
         # In substeps of 1.81 ms 50 rho h^2 / dt in a second, or 30 in all
-        ("structuration_pa_per_s gains 300", 119, {"structuration_pa_per_s": 300.0}, {"structuration_pa_per_s": 119.0}),
-        ("structuration_pa_per_s gains 300", 119, {"structuration_pa_per_s": 300.0}, {"yield_stress_most_pa": 71.0}),
         (
-            "curve gains 300",
+            "structuration_pa_per_s: paste",
+            119,
+            {"structuration_pa_per_s": 300.0},
+            {"structuration_pa_per_s": 119.0},
+        ),
+        (
+            "structuration_pa_per_s: paste",
+            119,
+            {"structuration_pa_per_s": 300.0},
+            {"yield_stress_most_pa": 71.0},
+        ),
+        (
+            "curve: paste that gains 300",
             119,
             {"curve": {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0, 3000]}},
             {"curve": {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0, 1190]}},

@@ -92,6 +92,7 @@ def test_sealant_runs_to_the_low_end():
     fluid = Fluid(U=3.0, D_cm=0.03, freeze_after_s="never")
     sloping = pour(crack, way, fluid, slope=FALLS_BACK, radius_mm=0.7, settle_s=1.5)
     assert sloping.settings["sample"] == {"crossfall_deg": 0.0, "gradient_deg": 10.0}
+    assert sloping.health.flat_mm is None, "its level at rest slopes too"
     profile = measure_profile(sloping, crack[1], crack[0])
     inner = (profile.s_mm > 4) & (profile.s_mm < 26)
     across = np.diff(crack[1].centreline_mm[[0, -1], 0])[0]

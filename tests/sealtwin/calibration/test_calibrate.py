@@ -81,10 +81,19 @@ def test_a_crack_is_traced_once_for_all_volumes(lab, monkeypatch):
     twin = Twin(lab / "trial.toml", lab / "library", replace(HERE, traced={}), Progress())
     twin._plan([twin._planned(1, {"path.volume_ml": 0.07}, 0)], dry_run=True)
     assert len(traced) == 1
+    twin._plan([twin._planned(1, {"crack.depth_mm": 7.0}, 0)], dry_run=True)
+    assert len(traced) == 2, "another crack is"
     alone = Twin(_edited(lab, "alone.toml", **{"0.08": "0.07"}), lab / "alone", replace(HERE, traced={}), Progress())
     (home,) = (alone.folder / "samples").iterdir()
     for file in ("crack.ply", "outline.json", "trajectory.csv", "solid.json"):
         assert (home / file).read_bytes() == (twin.folder / "samples" / home.name / file).read_bytes(), file
+
+
+def test_a_calibration_by_drafts_has_their_radius(lab):
+    trial = _edited(
+        lab, "draft.toml", **{"[solver]": '[solver]\npreset = "draft"', "radius_mm = 0.45": "radius_mm = 0.2"}
+    )
+    assert 0.3 < Twin(trial, lab / "library", HERE, Progress()).radius_mm < 0.4
 
 
 def test_the_same_readings_cannot_calibrate_and_judge(lab):

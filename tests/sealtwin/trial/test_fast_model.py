@@ -52,3 +52,16 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
     assert "Fluid    fast model, without particles; for screening only, not as a result" in lines
     with job_in(out) as job, pytest.raises(InputError, match=r"\[uncertainty\] declares no"):
         vary(job)
+
+
+def test_a_slip_of_unit_is_named_once_on_the_terminal_and_in_the_answer_and_the_report(tmp_path, monkeypatch):
+    leave_out_figures(monkeypatch)
+    leave_out_pdf(monkeypatch)
+    tiny_lab(tmp_path)
+    (tmp_path / "trial.toml").write_text(PASTE)
+    slips = {"crack.depth_mm": 1.6, "path.speed_mm_s": 0.2, "fluid.viscosity_pa_s": 60.0, "solver.model": "slot"}
+    trial = load_trial(tmp_path / "trial.toml", slips)
+    result = run_trial(trial, tmp_path, tmp_path / "out", STAGES, "cpu", terminal := Progress()).result
+    answer = *present(result.sample, "sample").warnings, *present(result.fluid, "fluid").warnings
+    for texts in (terminal.warned, answer, read_json(tmp_path / "out" / "report.json")["assumptions"]):
+        assert [sum(f"{name.partition('.')[2]} is " in text for text in texts) for name in slips] == [1, 1, 1, 0]

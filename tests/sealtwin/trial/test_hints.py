@@ -101,6 +101,13 @@ def test_a_hint_that_is_not_said_goes(tmp_path):
     assert (photo.ends_px, photo.mm_per_px, photo.ruler_mm) == (ends_px, None, 10.0)
 
 
+def test_markers_that_the_page_wrote_go_with_another_scale(tmp_path):
+    trial = TrialFile(_trial(tmp_path))
+    assert "markers" in trial.save(Hints(face_mm=(160.0, 40.0), frame=(16.0, "4x4_50", 8, None)), SAME)
+    assert trial.save(TRACED, SAME)[-2:] == ["face_mm", "markers"]
+    assert present(load_trial(trial.path).photo, "photo").markers is None
+
+
 LAYOUTS = {
     "the starter's": TRIAL.replace("{folder}", "x"),
     "markers below": COMMENTED.replace(
