@@ -87,9 +87,15 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
             f"The bed is compressed (5 % of its particles by more than {100 * compressed:.0f} %), so levels there are "
             f"too low. {cure}"
         )
-    if (off_mm := run.health.to_rest_mm or 0.0) > AT_REST * run.radius_mm:
+    off_mm, flat_mm = run.health.to_rest_mm or 0.0, run.health.flat_mm
+    # Where the nozzle has just been the level cannot be judged yet, and may still move by millimetres.
+    never_frozen = _table(run, "fluid").get("freeze_after_s") == "never"
+    unsettled = off_mm > 0 and flat_mm is None and never_frozen and not _table(run, "solver").get("settle_s")
+    if unsettled or off_mm > AT_REST * run.radius_mm:
         rest = f"the change at the end of the run shows that it will move by about {off_mm:.1f} mm more"
-        if (flat_mm := run.health.flat_mm) is not None:
+        if unsettled:
+            rest = f"it was read as the nozzle stopped, and elsewhere it moved by {off_mm:.1f} mm in the last tenth"
+        elif flat_mm is not None:
             rest = f"without a yield stress it will be flat at {flat_mm:.2f} mm, and is up to {off_mm:.1f} mm off"
         texts.append(f"The level is not that at rest: {rest}. Set a longer solver.settle_s.")
     if not kept_volume(volume_ratio) and (low <= ratio <= high or spilled > MUCH_SPILLED):

@@ -76,6 +76,17 @@ def test_volume_and_bed_are_told_with_their_reason_and_remedy(run, settings, hea
         assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
 
 
+@pytest.mark.parametrize(
+    ("settle_s", "freeze_after_s", "to_rest_mm", "says"),
+    [(0.0, "never", 0.01, True), (2.0, "never", 0.01, False), (0.0, 2.58, 0.01, False), (0.0, "never", 0.0, False)],
+)
+def test_paste_that_is_read_as_the_nozzle_stops_is_not_at_rest(run, settle_s, freeze_after_s, to_rest_mm, says):
+    settings = {"solver": {"settle_s": settle_s}, "fluid": {"freeze_after_s": freeze_after_s}}
+    poured = replace(run, settings=run.settings | settings, health=RunHealth(to_rest_mm=to_rest_mm))
+    assert [text for text in run_warnings(poured, 1.0) if "solver.settle_s" in text][says:] == []
+    assert bool(run_warnings(poured, 1.0)) is says
+
+
 def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone_shows(run, evidence):
     settings = {**run.settings, "solver": {"preset": "draft", "accurate_radius_mm": 0.25}}
     drafts = replace(evidence, run=replace(run, settings=settings), seeds=SEEDS)
