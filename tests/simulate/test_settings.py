@@ -6,7 +6,9 @@ from pydantic import ValidationError
 from digitise.settings import CrackShape, NozzlePath
 from sealtwin.core.settings import doubts_of
 from sealtwin.study.extra_runs import RATIO
+from simulate.remarks import remarks_on
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
+from simulate.setup.release_schedule import plan_releases
 from simulate.setup_checks import check_fit, resolved, rheology_of
 from tests.fluids import injected, path, sample_of, sealant, slot
 
@@ -95,6 +97,16 @@ def test_a_run_finds_its_volume_factor_unless_it_is_given_or_the_papers(solver, 
     settings = Solver.model_validate(solver)
     assert settings.keeps_volume is keeps
     assert settings.scheme.volume_factor == pytest.approx(factor, abs=1e-4)
+
+
+def test_a_long_thin_crack_has_the_finest_radius_of_a_run_and_a_remark():
+    crack = slot(900.0, 1.0)
+    poured = sample_of(crack, path(crack[1], 2.0))
+    fluid, solver = resolved(poured, sealant(viscosity_pa_s=0.3), Solver(radius_mm="auto"), Nozzle())
+    assert 1.0 / 8 < solver.size_mm < 1.0 / 4
+    schedule = plan_releases(poured.trajectory, solver.size_mm, 2.4, 0)
+    remarks = remarks_on(fluid, poured.outline, poured.solid, solver, schedule)
+    assert "four particles across" in next(remarks)
 
 
 @pytest.mark.parametrize("width_mm", [3.0886, 5.23])

@@ -4,6 +4,7 @@ import csv
 
 import pytest
 
+from sealtwin.api.shared import WarnedProgress
 from sealtwin.cli.studies import swept_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
@@ -44,6 +45,12 @@ def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
     assert {(run.number, "fast model" in run.reason) for run in chart.excluded} == {(3, True), (6, True)}
     assert "do not scatter" in chart.flatness
     assert map_sheet(chart, []).cautions[0] == swept["screening"]
+
+
+def test_a_study_asks_about_a_slip_of_unit_before_it_begins(tmp_path):
+    progress, slip = WarnedProgress(), FAST.replace("[0.05, 0.5]", "[0.5, 300.0]")
+    sweep(tiny_lab(tmp_path, slip), tmp_path / "out", SweepOptions("cpu", 0, dry_run=True), progress)
+    assert [text for text in progress.sentences if "viscosity_pa_s is 300" in text]
 
 
 def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):
