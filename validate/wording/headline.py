@@ -115,6 +115,8 @@ def _why(run: Run | Simulation, *, lost: bool) -> str:
     across = run.health.particles_across
     if lost and _table(run, "solver").get("preset") == "paper":
         return ' Preset "paper" has the constants of its source, which lose volume; set solver.preset = "accurate".'
+    if is_draft(run):
+        return ""  # Its own sentence names preset accurate, and a draft replaces radius_mm.
     if lost:
         return " Set more solver.substeps, which reduces the compression (see the numerical health)."
     # Finer particles do not fill the hollows under paste that bridges a crack.

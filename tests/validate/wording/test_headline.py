@@ -92,6 +92,7 @@ def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone
     drafts = replace(evidence, run=replace(run, settings=settings), seeds=SEEDS)
     (draft,) = [text for text in cautions(drafts) if "draft" in text]
     assert f"{run.radius_mm:g} mm radius (accurate: 0.25 mm)" in draft
+    assert not [text for text in run_warnings(drafts.run, 0.775)[1:] if "solver." in text], "preset is the cure"
     assert "1 of 3 runs: lost." in cautions(drafts), "of another run"
     for sentences in (in_short(drafts), mean_of_seeds(drafts)):
         assert OF_DRAFTS in sentences
