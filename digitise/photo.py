@@ -29,6 +29,7 @@ TILT_WARNING = (
     "a ruler does not show tilt: lengths are wrong by up to 3.5 % if the camera is 5 degrees off square, and by up "
     "to 7 % at 10 degrees; give markers or the face's corners to measure it"
 )
+SAME_SCALE = 0.01  # Relative difference of two scales that agree
 UNSURE = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
 
 
@@ -81,10 +82,12 @@ def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
     dictionary, corners_px = seen_markers(photo) if settings.mm_per_px or settings.ruler_px else ("", {})
     if not corners_px:
         return ()
-    side_px = np.median(np.linalg.norm(np.diff([*corners_px.values()], axis=1), axis=2))
+    side_mm = photo.mm_per_px * np.median(np.linalg.norm(np.diff([*corners_px.values()], axis=1), axis=2))
+    if abs(side_mm / PRINTED_MM - 1) < SAME_SCALE:
+        return ()
     return (
         f"the photo shows {len(corners_px)} markers of {dictionary}: by the given scale ({photo.mm_per_px:.4g} mm/px) "
-        f"they are {side_px * photo.mm_per_px:.1f} mm wide, and as printed by default {PRINTED_MM:g} mm. "
+        f"they are {side_mm:.1f} mm wide, and as printed by default {PRINTED_MM:g} mm. "
         "Measure one, and correct photo.mm_per_px or ruler_mm; or give [photo.markers] instead, which also corrects "
         "for the camera's tilt",
     )

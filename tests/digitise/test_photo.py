@@ -8,6 +8,7 @@ from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, mortar, write_png
+from tests.places import ROOT
 
 
 def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
@@ -75,3 +76,9 @@ def test_a_painted_mask_says_where_the_crack_is(tmp_path, changes):
 def test_a_mask_that_cannot_be_the_crack_is_refused(tmp_path, changes, refused):
     with pytest.raises(InputError, match=refused):
         painted(tmp_path, **changes)
+
+
+@pytest.mark.parametrize(("mm_per_px", "warned"), [(0.1, False), (0.104, True)])
+def test_markers_beside_a_typed_scale_are_named_if_they_contradict_it(mm_per_px, warned):
+    photo = PhotoInput(file=ROOT / "fixtures" / "paper-trial" / "photo.jpg", data="synthetic", mm_per_px=mm_per_px)
+    assert any("markers of 4x4_50" in text for text in load_photo(photo, ROOT).warnings) is warned
