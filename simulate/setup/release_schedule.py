@@ -129,9 +129,9 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
 
 
 def same_fluid(fluid: Fluid, nozzle: Nozzle, *releases: tuple[float, Trajectory]) -> Fluid:
-    """Return a fluid with the U and D of the same viscosity and drag per time, for the second of two ``releases``.
+    """Return a fluid whose U and D are of the same viscosity and drag per time in the second of two ``releases``.
 
-    U and D depend on the radius of the particles and on the path, which a release is.
+    A release is a radius in mm and a path: both set the duration of a frame, on which U and D depend.
     """
     if fluid.D_cm is None:
         return fluid

@@ -181,6 +181,13 @@ def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
     assert trial.crack.left_wall_mm == pytest.approx(way[1].left_wall_mm, abs=1e-4)
     assert None not in (trial.mean_error_mm, trial.interval_95_mm)
     assert trial.report.is_file()
+    deeper = st.build_solid(trial.crack, 9, tilt="vertical")
+    for mixed in (
+        lambda: st.measure_level(trial.run, trial.crack, deeper),
+        lambda: st.plot_levels(trial.level, solid=deeper),
+    ):
+        with pytest.raises(InputError, match="of the solid with"):
+            mixed()
 
     content = json.loads(load_trial(lab / "trial.toml").model_dump_json(exclude_none=True))
     again = st.run_trial(content, source=lab, out=tmp_path / "run")
