@@ -1,0 +1,63 @@
+"""A doubt about input that can be read but may not mean what it seems to, in parts: what, where, and how to settle it."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+Reader = Literal["trial", "pairing", "python"]
+"""Where the answer is written: a trial file or lab.toml, pairing.csv, or an argument of a function."""
+CONFIRMS = "as_written"  # Setting that confirms what is in doubt
+COLUMNS = "columns."  # Settings of [readings.columns]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Something that is open, or that may be a mistake. Without ``as_written`` among its answers it is a fault."""
+
+    kind: str  # "unit", "sign slip", "remark", ...
+    where: str  # File, worksheet and cell
+    finding: str  # A sentence
+    remedy: str = ""  # What to do to the file or in the settings, as a sentence without names of settings
+    answers: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Settings of [readings] that settle it, each with an example, such as ``{"columns.range": "A1:D8"}``; the entries of
+    ``as_written`` are those that confirm it."""
+    cells: tuple[str, ...] = ()  # Cells ("B7"), rows ("7") or columns ("B") concerned
+
+    @property
+    def is_open(self) -> bool:
+        """Whether no answer confirms what is written: nothing can be read before it is settled."""
+        return CONFIRMS not in self.answers
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of pairing.csv in which the answers are written."""
+        return tuple(_column(key) for key in self.answers)
+
+    def in_words(self, reader: Reader = "trial") -> str:
+        """Return the doubt and its answers in the words of the place where they are written."""
+        others = {key: value for key, value in self.answers.items() if key != CONFIRMS}
+        sentences = [f"{self.where}: {self.finding}", self.remedy]
+        if others:
+            sentences.append(f"Give {' and '.join(_setting(key, value, reader) for key, value in others.items())}.")
+        if not self.is_open:
+            sentences.append(f"If it is right as written, give {_setting(CONFIRMS, self.answers[CONFIRMS], reader)}.")
+        return " ".join(filter(None, sentences))
+
+    def __str__(self) -> str:
+        return self.in_words()
+
+
+def _column(key: str) -> str:
+    return {"quantity": "sign"}.get(key, key.removeprefix(COLUMNS))
+
+
+def _setting(key: str, value: Any, reader: Reader) -> str:
+    if reader == "pairing":
+        texts = value if isinstance(value, list | tuple) else [value]
+        text = " ".join({"level": "up", "depth": "down"}.get(f"{each}", f"{each}") for each in texts)
+        return f"{_column(key)} = {text}"
+    if reader == "python":
+        name = key.removeprefix(COLUMNS)
+        return f"columns={{{name!r}: {value!r}}}" if key.startswith(COLUMNS) else f"{name}={value!r}"
+    return f"readings.{key} = {json.dumps(value, ensure_ascii=False)}"
