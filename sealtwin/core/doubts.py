@@ -1,4 +1,4 @@
-"""A doubt about input that can be read but may not mean what it seems to, in parts: what, where, and how to settle it."""
+"""Doubts about input that can be read but may not mean what it seems to, and how a sheet of it was understood."""
 
 import json
 from collections.abc import Mapping
@@ -20,8 +20,8 @@ class Doubt:
     finding: str  # A sentence
     remedy: str = ""  # What to do to the file or in the settings, as a sentence without names of settings
     answers: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Settings of [readings] that settle it, each with an example, such as ``{"columns.range": "A1:D8"}``; the entries of
-    ``as_written`` are those that confirm it."""
+    """Settings of [readings] that settle it, each with an example, such as ``{"columns.range": "A1:D8"}``. The entries
+    of ``as_written`` are those that confirm it."""
     cells: tuple[str, ...] = ()  # Cells ("B7"), rows ("7") or columns ("B") concerned
 
     @property
@@ -46,6 +46,16 @@ class Doubt:
 
     def __str__(self) -> str:
         return self.in_words()
+
+
+@dataclass(frozen=True)
+class ReadSheet:
+    """A sheet as it was understood, for the eyes of whoever measured: roles of its columns, and its first rows."""
+
+    roles: tuple[tuple[str, str], ...]  # Letter and role in words, such as ("A", "s in mm") or ("E", "not read")
+    rows: tuple[tuple[int, tuple[str, ...]], ...]  # Number and texts of the first rows
+    read: frozenset[tuple[int, int]]  # Cells that are read as places and readings: row from 1, column from 0
+    header: frozenset[int] = frozenset()  # Rows of the header
 
 
 def _column(key: str) -> str:

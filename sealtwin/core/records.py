@@ -25,6 +25,7 @@ from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
+from sealtwin.core.doubts import Doubt, ReadSheet
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
 Floats = NDArray[np.float64]
@@ -439,17 +440,6 @@ class Run(Shown, Bed, FilledBy):
         return float((height_mm <= 0).mean()) if len(height_mm) else 0.0
 
 
-@dataclass(frozen=True)
-class ReadColumn:
-    """Interpretation of a column of a sheet of readings, or of a row that is not read."""
-
-    place: str  # Letter of the column in a spreadsheet, or number of the row
-    name: str
-    role: str  # In words: "s", "depth 1", "not read"
-    unit: str
-    first: str  # First value
-
-
 @dataclass(frozen=True, repr=False)
 class Profile(Shown):
     """Level of the sealant along the crack, relative to the face: negative below it, positive above."""
@@ -461,7 +451,8 @@ class Profile(Shown):
     source: str = ""
     dialect: str = ""  # Sentence on the interpretation of the sheet of readings; empty for a simulated profile
     doubts: tuple[str, ...] = ()  # Doubts about the interpretation, a sentence each with the cell and how to answer
-    columns: tuple[ReadColumn, ...] = ()  # Interpretation of all columns of the sheet, read or not
+    questions: tuple[Doubt, ...] = ()  # The same doubts in parts
+    understood: ReadSheet | None = None  # Interpretation of the sheet of readings
     is_depth: bool = False  # True if the sheet counts downward from its datum
     made_of: Origins = ()
 

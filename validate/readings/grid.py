@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from sealtwin.core.doubts import Doubt
+from sealtwin.core.doubts import Doubt, ReadSheet
 from sealtwin.core.errors import InputError, as_text
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
@@ -74,19 +74,9 @@ class Grid:
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
     """What is open in a sheet: one question with its parts, and the sheet as far as it was understood."""
 
-    def __init__(self, doubts: Sequence[Doubt], understood: "ReadSheet | None" = None) -> None:
+    def __init__(self, doubts: Sequence[Doubt], understood: ReadSheet | None = None) -> None:
         self.doubts, self.understood = tuple(doubts), understood
         super().__init__("\n".join(map(str, self.doubts)))
-
-
-@dataclass(frozen=True)
-class ReadSheet:
-    """A sheet as it was understood, for the eyes of whoever measured: roles of its columns, and its first rows."""
-
-    roles: tuple[tuple[str, str], ...]  # Letter and role in words, such as ("A", "s in mm") or ("E", "not read")
-    rows: tuple[tuple[int, tuple[str, ...]], ...]  # Number and texts of the first rows
-    read: frozenset[tuple[int, int]]  # Cells that are read as places and readings: row from 1, column from 0
-    header: frozenset[int] = frozenset()  # Rows of the header
 
 
 def refused(place: str, finding: str, remedy: str) -> SheetFaults:

@@ -1,97 +1,189 @@
-"""The header of a table of readings, its columns, and its remarks: what readings count from, and factors."""
+"""The header of a sheet: up to three rows with the names of its columns."""
 
 import re
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import NamedTuple
 
-from validate.readings.header_words import (
-    ALL_WORDS,
-    FACE,
-    LONGEST_NAME,
-    NAME,
-    OF_FACE,
-    OF_FACTOR,
-    ZERO_OF_READINGS,
-    ColumnMeaning,
-)
-from validate.readings.sheet import SheetRow, quoted
-from validate.readings.text_table import WORDS, plain_letters
-from validate.settings import Quantity
+from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of
+from validate.readings.names import OF_READING, REPEAT, WORD, Meaning, meaning, unit_of
+from validate.readings.numbers import number, plain_letters
+from validate.settings import Columns
 
-Mass = Literal["", "g", "kg"]
-"""Unit of the masses of a fill if the sheet lacks it."""
-MOST_SHOWN = 12
-CHECKED, ON = (frozenset(WORDS["remarks"][key].split()) for key in ("checked", "on"))
-PRODUCT = re.compile(
-    r"(?<!\w)(?P<maker>[A-Z]\w+) (?:Reference|Origin) (?P<model>[A-Z]{2,}\w*) \d{1,3}\.\d{1,3}\.\d{1,3}(?![\d.,])"
-)
-"""A word for a zero in the name of a product with its version, such as "Leitz Reference HP 12.10.7"."""
+MOST_ROWS = 3  # Rows of a header
+FIRST_ROWS = 60  # Rows among which it begins
+SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
+LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
+QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
+"""A number and the unit behind it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Column(ColumnMeaning):
-    index: int  # Number of the column, from 0
-    name: str
-    unit_declared: bool = False  # True if only readings.unit gives the unit
+class Span(NamedTuple):
+    """Part of a sheet: columns from 0, rows from 1, the last ones included."""
+
+    left: int = 0
+    top: int = 1
+    right: int = MOST_COLUMNS
+    bottom: int = sys.maxsize
+
+    @classmethod
+    def of(cls, text: str | None) -> "Span":
+        """Return the part that a range such as "A1:D8", "A:D" or "1:8" means; all without one."""
+        if text is None:
+            return cls()
+        left, top, right, bottom = SPAN.findall(text)[0]
+        return cls(
+            column_of(left) if left else 0,
+            int(top or 1),
+            column_of(right) if right else MOST_COLUMNS,
+            int(bottom or sys.maxsize),
+        )
+
+    def has(self, row: int, column: int) -> bool:
+        return self.top <= row <= self.bottom and self.left <= column <= self.right
 
 
 @dataclass(frozen=True)
 class Header:
-    row: SheetRow
-    above: int  # Number of lines with content above the header
-    body: tuple[SheetRow, ...]
-    station: Column
-    readings: tuple[Column, ...]
-    repeat: Column | None
-    """Column that numbers the repeats of a long sheet, which has one reading in a row; None in a wide sheet."""
-    sample: Column | None  # Column that names the sample of each row; None in a sheet of one sample
-    skipped: tuple[Column, ...]
-    quantity: Quantity | None
-    """Direction of the readings. None if it is missing, which is a fault, as is a missing unit of a column."""
-    remarks: tuple[SheetRow, ...] = ()
-    """Rows of text about the sheet: above the header, comments, rows between readings."""
-    passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and declared ones
-    left_out: frozenset[int] = frozenset()  # Numbers of the declared rows to skip
-    unmet: tuple[str, ...] = ()  # Declared rows to skip that do not exist
-    of_units: tuple[int, ...] = ()  # Columns, from 0, that contain the units of rows
-
-    @property
-    def read(self) -> list[Column]:
-        """Columns whose cells are read."""
-        return [one for one in (self.station, self.repeat, self.sample, *self.readings) if one is not None]
+    rows: tuple[int, ...]  # Numbers of its rows; none if the sheet begins with readings
+    names: Mapping[int, str]  # Names of the columns, by their number from 0
+    first: int  # Number of the first row below it
 
 
-def quoted_names(columns: Sequence[Column]) -> str:
-    return ", ".join(quoted(column.name) for column in columns[:MOST_SHOWN])
+def numeric(cell: Cell) -> tuple[str, str] | None:
+    """Return the number of a cell and the unit behind it, both as text; None for another cell."""
+    if cell.kind == "number":
+        return cell.text, cell.unit
+    if cell.kind != "text" or not cell.text or number(cell.text) is not None:
+        return (cell.text, cell.unit) if cell.kind == "text" and cell.text else None
+    match = QUANTITY.fullmatch(cell.text)
+    is_quantity = match is not None and number(match[1]) is not None and (match[2] == "%" or unit_of(match[2]) is not None)
+    return (match[1], match[2]) if match is not None and is_quantity else None
 
 
-def remarks_where(header: Header, condition: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
-    """Return the rows and texts of the remarks that satisfy a condition."""
-    texts = ((row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text)
-    return [(row, text) for row, text in texts if condition(text)]
+def find_header(grid: Grid, span: Span, declared: Columns, along: str = "station") -> Header:
+    """Return the header of the table in a part of a sheet. Without names of columns it has no rows."""
+    rows = [row for row in grid.rows if row <= span.bottom]
+    inside = [row for row in rows if row >= span.top]
+    if declared.header_rows is not None:
+        return _declared_header(grid, span, declared.header_rows, inside)
+    # A part without a header has that of the rows above it.
+    above = [row for row in reversed(rows) if row < span.top]
+    for begin in (*inside[:FIRST_ROWS], *above):
+        following = [row for row in rows if row >= begin][:MOST_ROWS]
+        for count in range(1, len(following) + 1):
+            header = following[:count]
+            if (names := _names_if_header(grid, span, header, along)) is not None:
+                return _extended(grid, span, header, names, following[count:], inside, along)
+    return _header_above(grid, span, inside, declared)
 
 
-def names_other_zero(text: str) -> bool:
-    """Return whether a remark mentions a zero point in other words than those for the sample's face."""
-    listed = NAME.findall(plain_letters(PRODUCT.sub(_without_product, text[: 5 * LONGEST_NAME])))
-    words = set(listed)
-    if not words & ZERO_OF_READINGS or (words & FACE and words <= ZERO_OF_READINGS | FACE | OF_FACE):
-        return False
-    # "zero checked on face", but not "zero on caliper face".
-    on = next((at for at in range(len(listed) - 1, 0, -1) if listed[at] in ON), 0)
-    before, behind = set(listed[:on]), set(listed[on + 1 :])
-    is_face = bool(behind & FACE) and behind <= FACE | OF_FACE
-    return not (is_face and before <= ZERO_OF_READINGS | CHECKED | OF_FACE)
+def _declared_header(grid: Grid, span: Span, rows: int | str, inside: Sequence[int]) -> Header:
+    if isinstance(rows, int):
+        header = list(inside[:rows])
+    else:
+        first, last = map(int, rows.split(":"))
+        header = [row for row in grid.rows if first <= row <= last]
+    first_below = max(header) + 1 if header else span.top
+    return Header(tuple(header), names_of(grid, span, header), max(first_below, span.top))
 
 
-def _without_product(product: re.Match[str]) -> str:
-    """Return "" for the name of a product; a match with a word of labs may be a remark."""
-    words = {plain_letters(product["maker"]), plain_letters(product["model"])}
-    return product[0] if words & (ALL_WORDS | FACE | ZERO_OF_READINGS | CHECKED) else " "
+def names_of(grid: Grid, span: Span, rows: Sequence[int]) -> dict[int, str]:
+    """Return the names of the columns in the rows of a header.
+
+    A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
+    """
+    names, merged = dict[int, str](), _merged_names(grid, rows)
+    width = max((len(grid.rows[row]) for row in rows), default=0)
+    for column in range(span.left, min(width, span.right + 1)):
+        parts = list[str]()
+        for count, row in enumerate(rows, start=1):
+            text = grid.cell(row, column).text
+            if not text and any(grid.cell(lower, column).text for lower in rows[count:]):
+                left = (grid.cell(row, other).text for other in range(column - 1, span.left - 1, -1))
+                text = next(filter(None, left), "")
+            text = text or merged.get((row, column), "")
+            parts += [text] if text and text not in parts else []
+        if parts:
+            names[column] = " ".join(parts)
+    return names
 
 
-def names_factor(text: str) -> bool:
-    """Return whether a remark gives a factor for the readings."""
-    words = set(NAME.findall(plain_letters(text[:LONGEST_NAME])))
-    return bool(words & OF_FACTOR)
+def _merged_names(grid: Grid, rows: Sequence[int]) -> dict[tuple[int, int], str]:
+    """Return the name in each cell of a range that is merged across columns: "Depth 2" is its second."""
+    return {
+        (top, column): f"{grid.cell(top, left).text} {column - left + 1}"
+        for top, left, _, right in grid.merged
+        if top in rows and right > left and grid.cell(top, left).text
+        for column in range(left + 1, right + 1)
+    }
+
+
+def _names_if_header(grid: Grid, span: Span, rows: Sequence[int], along: str) -> dict[int, str] | None:
+    """Return the names in rows if these are a header: with a column of places and one of readings, and no number."""
+    if any(sum(bool(cell.text) for cell in grid.rows[row]) < 2 for row in rows):
+        return None
+    names = names_of(grid, span, rows)
+    meanings = {column: what for column, name in names.items() if (what := meaning(name)) is not None}
+    stations = [column for column, what in meanings.items() if what.role == along]
+    if not stations or not any(what.role in ("reading", "repeat") for what in meanings.values()):
+        return None
+    return None if any(numeric(grid.cell(row, column)) for row in rows for column in stations) else names
+
+
+def _extended(
+    grid: Grid, span: Span, header: list[int], names: dict[int, str], rows: Sequence[int], inside: Sequence[int], along: str
+) -> Header:
+    """Return a header with the rows of units and of numbers of repeats below it."""
+    for row in rows:
+        longer = _names_if_header(grid, span, [*header, row], along)
+        texts = {column: cell.text for column, cell in enumerate(grid.rows[row]) if cell.text}
+        known = {column: meaning(name) for column, name in (longer or {}).items()}
+        if longer is None or not all(_is_name(text, known.get(column)) for column, text in texts.items()):
+            break
+        header, names = [*header, row], longer
+    first = next((row for row in inside if row > header[-1]), header[-1] + 1)
+    return Header(tuple(header), names, first)
+
+
+def _is_name(text: str, what: Meaning | None) -> bool:
+    """Return whether a cell below a name is its unit or the number of a repeat, or belongs to another quantity."""
+    words = set(WORD.findall(plain_letters(text)))
+    is_number = what is not None and bool(words) and all(word.isdigit() or word in REPEAT | OF_READING for word in words)
+    return unit_of(text) is not None or is_number or (what is not None and what.role == "other")
+
+
+def _header_above(grid: Grid, span: Span, inside: Sequence[int], declared: Columns) -> Header:
+    """Return the row of texts directly above the first row with numbers in most cells, as far as it has one."""
+    entries = filter(None, (declared.s, *(declared.levels or ())))
+    chosen = {column for entry in entries for column in lettered(entry)}
+
+    def is_data(row: int) -> bool:
+        cells = [cell for column, cell in enumerate(grid.rows[row]) if span.left <= column <= span.right and cell.text]
+        numbers = sum(numeric(cell) is not None for cell in cells)
+        if chosen:
+            return numeric(grid.cell(row, min(chosen))) is not None and numbers > 1
+        return numbers > 1 and 2 * numbers > len(cells)
+
+    first = next((row for row in inside if is_data(row)), inside[0] if inside else span.top)
+    header = list[int]()
+    for row in reversed([row for row in grid.rows if row < first]):
+        texts = [cell for column, cell in enumerate(grid.rows[row]) if span.left <= column <= span.right and cell.text]
+        if len(header) == MOST_ROWS or row < first - len(header) - 1 or len(texts) < 2:
+            break
+        header.insert(0, row)
+    return Header(tuple(header), names_of(grid, span, header), first)
+
+
+def lettered(entry: str) -> range:
+    """Return the columns that a letter or a span of letters means, such as "B" or "B:D"; none for a name."""
+    match = LETTERS.fullmatch(entry)
+    return range(0) if match is None else range(column_of(match[1]), column_of(match[2] or match[1]) + 1)
+
+
+def cells_in(grid: Grid, span: Span, row: int) -> Iterator[tuple[int, Cell]]:
+    """Yield the columns and cells with content of a row within a part of a sheet."""
+    for column, cell in enumerate(grid.rows.get(row, ())):
+        if cell != BLANK and span.left <= column <= span.right:
+            yield column, cell

@@ -1,36 +1,27 @@
-"""Caliper readings of a trial: a sheet, or an array."""
+"""Caliper readings of a trial: a sheet, or rows of an array."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from sealtwin.core.doubts import CONFIRMS, Doubt
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Profile
-from validate.readings.columns import read_header
-from validate.readings.sample_rows import rows_of_sample
-from validate.readings.samples import read_cells
-from validate.readings.screens import cell_name
-from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, quoted
-from validate.readings.stations import CrackLimits, Reading, Station, cells_of, level_mm
-from validate.readings.table_reader import TableReader
-from validate.readings.text_table import (
-    NOTE_HEAD,
-    decimals_of,
-)
-from validate.readings.understood import (
-    answer_to,
-    dialect_of,
-    doubts_beside,
-    doubts_of,
-    in_words,
-    screened,
-    unanswered,
-    understood,
-)
-from validate.readings.whole_sheet import Filling
-from validate.settings import Declared, Readings
-from validate.units import counted
+from sealtwin.core.records import Profile
+from validate.readings.files import read_grid
+from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, letters
+from validate.readings.rest import ask_about_rest
+from validate.readings.rows import Rows, check_in_crack, check_places, read_rows
+from validate.readings.screens import Filling, screens
+from validate.readings.table import Questions, Table, find_table
+from validate.settings import Columns, Declared, Readings
+from validate.units import LABELS, counted
+
+WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
+MOST_ROWS_SHOWN = 8
+WHOLE = ("sign", "unit", "datum", "direction")
 
 
 def read_readings(
@@ -42,107 +33,155 @@ def read_readings(
 ) -> Profile:
     """Read a CSV, XLSX or ODS as levels from the sample's surface: mean and repeats of each station, sorted along s.
 
-    Facts that the sheet leaves open must be declared in ``settings``. Rows may have any order, a blank field is a
-    missing reading, and a station without readings is omitted. If the depth of the crack is given, stations outside the
-    crack and impossible levels are faults too; its length may still be unknown. A possible but suspicious reading
-    becomes a doubt of the profile, unless ``settings.as_written`` confirms it; ``filling`` gives further data for these
-    checks. If the sheet counts s from the crack's second end, s is reversed once the length is given.
+    A sheet has a header of up to three rows, and a row for each station, or for each reading with a column that counts
+    repeats. Rows may have any order, a blank field is a missing reading, and a station without readings is omitted.
+    Facts that the sheet leaves open must be declared in ``settings``. If the depth of the crack is given, stations
+    outside the crack and impossible levels are faults too; its length may still be unknown. A possible but suspicious
+    reading, or a text that may change readings, becomes a doubt of the profile, unless ``settings.as_written`` confirms
+    it; ``filling`` gives further data for these checks. If the sheet counts s from the crack's second end, s is reversed
+    once the length is given.
 
     Raises:
-        SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
+        SheetFaults: The sheet leaves something open; the error has all of it, each with its place, value and remedy.
         InputError: The file cannot be opened.
     """
-    faults = FaultList()
-    grid = _with_dashes(read_cells(path, settings), settings, faults)
-    header = rows_of_sample(grid, read_header(grid, settings, faults, stand_in=True), settings, faults)
-    faults.columns = understood(header)
-    crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
-    table = TableReader(grid, header, settings, crack, faults)
-    cells = table.read()
+    return readings_of(read_grid(path, settings.sheet, settings.separator), settings, length_mm, depth_mm, filling)
+
+
+def readings_of(
+    grid: Grid,
+    settings: Declared,
+    length_mm: float | None = None,
+    depth_mm: float | None = None,
+    filling: Filling | None = None,
+) -> Profile:
+    """Read the cells of a sheet, with the checks and doubts of ``read_readings``."""
+    questions = Questions()
+    table = find_table(grid, settings, questions)
+    rows = read_rows(table, settings, questions)
+    cells = rows.cells
+    if not table.stands_in:
+        check_places(table, cells, questions)
+        _ask_beyond_range(table, questions)
     if length_mm is not None and settings.columns is not None and settings.columns.s_from == "second":
         cells = cells.from_other_end(length_mm)
-    s_mm, levels_mm = cells.s_mm, cells.levels_mm
-    if len(s_mm) < 2 and not faults.faults:
-        finding = f"{counted(len(s_mm), 'station')} with a reading; at least two are needed."
-        faults.add(grid.place(), finding, "Add further stations.")
-    if faults.faults:
-        rows = {fault.place.row for fault in faults.faults if fault.value}
-        for place, doubt in doubts_beside(grid, header, cells, settings, length_mm, faults.open):
-            if place.row not in rows:
-                faults.add(place, doubt.finding, f"{doubt.remedy}, {answer_to(doubt)}")
-    faults.raise_if_any()
-    data = "undeclared"
-    if isinstance(settings, Readings):
-        data = settings.data
-        if filling is not None:
-            filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
+    if len(cells.s_mm) < 2 and not questions.kinds():
+        finding = f"{counted(len(cells.s_mm), 'station')} with a reading; at least two are needed."
+        questions.ask("stations", grid.place(), finding, "Add stations, or name another sheet or range.")
+    is_understood = not questions.kinds() & {"columns", "unit", "quantity", "no length", "decimal", "range"}
+    if depth_mm is not None and is_understood:
+        check_in_crack(table, cells, length_mm, depth_mm, questions)
+    ask_about_rest(table, rows, settings.sample or grid.path.stem, questions)
+    if isinstance(settings, Readings) and filling is not None:
+        filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
+    if not table.stands_in and len(cells.s_mm) > 1:
+        known = (depth_mm, length_mm, filling) if not questions.kinds() else (None, None, None)
+        doubts = screens(cells, *known, grid.place)
+        questions.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or not questions.kinds()]
+    asked = [doubt for doubt in questions.doubts if _is_unanswered(doubt, settings)]
+    understood = _understood(table, rows)
+    if any(doubt.is_open for doubt in asked):
+        raise SheetFaults(asked, understood)
     return Profile(
-        s_mm,
-        np.nanmean(levels_mm, axis=1),
-        levels_mm,
-        data,
-        path.name,
-        dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing, is_long=table.gathers),
-        doubts=tuple(doubts_of(grid, header, cells, settings, length_mm, depth_mm, filling)),
-        columns=faults.columns,
+        cells.s_mm,
+        np.nanmean(cells.levels_mm, axis=1),
+        cells.levels_mm,
+        settings.data if isinstance(settings, Readings) else "undeclared",
+        grid.path.name,
+        _dialect(table, rows, settings),
+        doubts=tuple(map(str, asked)),
+        questions=tuple(asked),
+        understood=understood,
         is_depth=cells.is_depth,
     )
 
 
-def _with_dashes(grid: SheetGrid, settings: Declared, faults: FaultList) -> SheetGrid:
-    """Return a note in which dashes behind places have the declared meaning; a fault asks for it."""
-    answers = settings.as_written or ()
-    if not grid.minus or "dash" in answers:
-        return grid
-    if "minus" not in answers:
-        faults.open.add("decimal")
-        row = min(grid.minus)
-        finding = f"the dash before {quoted(grid.minus[row].lstrip('-'))} separates the place, or is a minus."
-        faults.add(grid.place(row), finding, 'Answer readings.as_written = ["dash"], or ["minus"].')
-    rows = (
-        replace(row, cells=(row.cell(0), SheetCell(grid.minus[row.number])))
-        if row.number in grid.minus and row.cells != NOTE_HEAD
-        else row
-        for row in grid.rows
+def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
+    """Return rows of values as the cells of a sheet, in which "A1" is the first one; None and NaN are blank."""
+    return Grid(Path(name), {number: tuple(map(_cell, row)) for number, row in enumerate(rows, start=1)}, ("rows",))
+
+
+def of_numbers(columns: int) -> Columns:
+    """Return the settings of a table of numbers without a header: s, then readings."""
+    return Columns(s="A:A", levels=(f"B:{letters(columns - 1)}",), header_rows=0)
+
+
+def _cell(value: Any) -> Cell:
+    if value is None or value != value:
+        return BLANK
+    if isinstance(value, bool | np.bool_):
+        return Cell(f"{value}".upper(), "truth")
+    if isinstance(value, int | float | np.number):
+        if not np.isfinite(value):
+            raise InputError(f"readings: {value} is not a finite number; use NaN for a missing reading.")
+        return Cell(f"{value:.15g}", "number")
+    return Cell(f"{value}".strip())
+
+
+def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
+    """Return whether ``as_written`` leaves an entry of a doubt open: the cell, its row or its column confirms it."""
+    answered = set(settings.as_written or ())
+    entries = doubt.answers.get(CONFIRMS, ())
+    if doubt.kind == "datum" and settings.datum != "sample_surface":
+        return False
+    open_entries = [
+        entry
+        for entry in entries
+        if not answered & {entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""}
+    ]
+    return doubt.is_open or bool(open_entries)
+
+
+def _ask_beyond_range(table: Table, questions: Questions) -> None:
+    """Ask about a place that follows those of a range."""
+    rows = [row for row in table.grid.rows if row > table.span.bottom][:1]
+    station = table.station
+    if station is None or not rows or not table.body:
+        return
+    cells = [table.grid.cell(row, station.index) for row in (table.body[-1], *rows)]
+    last, beyond = (float(cell.text) if cell.kind == "number" else None for cell in cells)
+    if last is None or beyond is None:
+        from validate.readings.numbers import number
+
+        last, beyond = (number(cell.text) for cell in cells)
+    if last is not None and beyond is not None and beyond > last:
+        finding = f"the place in row {rows[0]}, outside of the range, follows those in it."
+        questions.ask(
+            "range", table.grid.place(rows[0]), finding, "Extend the range.", {CONFIRMS: ["range"]}, [f"{rows[0]}"]
+        )
+
+
+def _dialect(table: Table, rows: Rows, declared: Declared) -> str:
+    """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
+    units = list(dict.fromkeys(f"{column.unit}" for column in table.readings))
+    counting = f"{WAYS[table.quantity]} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
+    if declared.datum != "sample_surface":
+        counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
+    if table.station is not None and units != [table.station.unit]:
+        counting += f", places in {table.station.unit}"
+    mark = () if rows.mark is None else (f"decimal {rows.mark}",)
+    layout = f"{'long' if rows.is_long else 'wide'}, {counted(rows.cells.levels_mm.shape[1], 'repeat')}"
+    missing = (f"{counted(rows.missing, 'reading')} missing",) if rows.missing else ()
+    return "; ".join((", ".join((*table.grid.written, *mark)), layout, counting, *missing))
+
+
+def _understood(table: Table, rows: Rows) -> ReadSheet:
+    """Return the columns with their roles and the first rows, with the cells that are read."""
+    roles, several = dict[int, str](), table.repeat is None and len(table.readings) > 1
+    for count, column in enumerate(table.readings, start=1):
+        roles[column.index] = f"{WAYS[column.quantity]}{f' {count}' if several else ''}, {column.unit or 'no unit'}"
+    if table.station is not None:
+        roles[table.station.index] = f"s, {table.station.unit or 'no unit'}"
+    if table.repeat is not None:
+        roles[table.repeat.index] = "repeat"
+    shown_rows = [*table.grid.rows][:MOST_ROWS_SHOWN]
+    if table.body and table.body[0] not in shown_rows:
+        shown_rows = [*shown_rows[:2], *table.header.rows, *table.body[: MOST_ROWS_SHOWN // 2]]
+    width = max((len(table.grid.rows[row]) for row in shown_rows), default=0)
+    read = {(row, column.index) for row in shown_rows if row in rows.read for column in table.used}
+    return ReadSheet(
+        tuple((letters(column), roles.get(column, "not read")) for column in range(width)),
+        tuple((row, tuple(cell.text for cell in table.grid.rows[row])) for row in dict.fromkeys(shown_rows)),
+        frozenset(read),
+        frozenset(table.header.rows),
     )
-    return replace(grid, rows=tuple(rows)) if "minus" in answers else grid
-
-
-def take_readings(
-    table: Floats, settings: Readings, length_mm: float | None = None, depth_mm: float | None = None
-) -> Profile:
-    """Return readings of an array, with the checks and doubts of ``read_readings``.
-
-    ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths if
-    ``settings.quantity`` is "depth". NaN marks a missing reading. Doubts name cells as a spreadsheet without a header
-    would: B4 is the reading [3, 1]. Raises InputError, which names a row by its number from 0.
-    """
-    name = str(settings.file)
-    table = np.asarray(table, dtype=float)
-    if table.ndim != 2 or table.shape[1] < 2:
-        raise InputError(f"{name}: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
-    faults, crack = FaultList(), None if depth_mm is None else CrackLimits(length_mm, depth_mm)
-    quantity, stations = settings.quantity or "level", list[Station]()
-    for row, (s_mm, *readings_mm) in enumerate(table.tolist()):
-        place, levels_mm = Place(Path(f"{name}, row {row}")), level_mm(np.array(readings_mm), quantity, settings)
-        if not np.isfinite(s_mm) or np.isinf(levels_mm).any():
-            faults.add(place, "a position or a reading is not a finite number.", "Use NaN for a missing reading.")
-        elif crack is not None:
-            crack.check_station(place, f"{s_mm:g}", s_mm, faults)
-            for one_mm in levels_mm[np.isfinite(levels_mm)]:
-                crack.check_level(place, f"{one_mm:g} mm", float(one_mm), faults)
-        digits_mm = [10.0 ** -decimals_of(f"{value:.12g}") for value in readings_mm]
-        written = enumerate(zip(readings_mm, digits_mm, strict=True), start=1)
-        readings = {f"{at}": Reading(value, row + 1, at, digit_mm) for at, (value, digit_mm) in written}
-        stations.append(Station(s_mm, SheetRow(row + 1, ()), readings))
-    faults.raise_if_any()
-    cells = cells_of(stations, quantity, settings)
-    if len(cells.s_mm) < 2 or (np.diff(cells.s_mm) <= 0).any():
-        raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, none of them twice.")
-    doubts = (
-        in_words(doubt, f"{name}, cell {cell_name(doubt.row, doubt.column)}")
-        for doubt in unanswered(screened(cells, depth_mm, None), settings)
-    )
-    levels_mm = cells.levels_mm
-    mean_mm, is_depth = np.nanmean(levels_mm, axis=1), cells.is_depth
-    return Profile(cells.s_mm, mean_mm, levels_mm, settings.data, name, doubts=tuple(doubts), is_depth=is_depth)
