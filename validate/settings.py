@@ -21,14 +21,13 @@ DialUnit = Literal["1/10 mm", "1/100 mm"]
 """Divisions of a dial gauge, in which only readings are."""
 DIAL = re.compile(r"1\s*/\s*(100?)\s*mm|mm\s*/\s*(100?)", re.IGNORECASE)
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
-AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|dash|minus")
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|worksheets|names")
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
 
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
-ROWS = r"^[1-9][0-9]{0,6}:[1-9][0-9]{0,6}$"
 OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
 """Settings that [readings.columns] accepts too, with the same meaning as in [readings]."""
 Sign = Literal["up", "down"]
@@ -56,13 +55,10 @@ class Columns(Settings):
     """Columns of readings: names, letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is
     read."""
     places: Unit | Annotated[tuple[float, ...], Field(min_length=2, max_length=10_000)] | None = None
-    """Meaning of the numbers of the stations, if words are around them ("Stelle 5") or they only count: their unit, or
-    places in mm, of the lowest and the highest number if stations are evenly spaced, else of each in order."""
+    """Meaning of the numbers of the stations: their unit, or, if they only count, places in mm, of the lowest and the
+    highest number if stations are evenly spaced, else of each in order."""
     repeat: Text | None = None
     """Column that numbers the readings of a station, if each reading has its own row."""
-    header_rows: Annotated[int, Field(ge=0, le=20)] | Annotated[str, Field(pattern=ROWS)] | None = None
-    """Header rows, if they are not recognised: their number, 0 if the sheet begins with readings, or the first and the
-    last one, such as "3:5". Rows of units among them are not names."""
     s_from: Literal["first", "second"] | None = None
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
@@ -102,7 +98,7 @@ class Declared(Settings):
     sheet: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     """Name of the worksheet, if the workbook has several."""
     sample: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """Sample to read, if a column names the sample of each row; spelt as in file names."""
+    """Name of the sample. A text of the sheet that names another one is asked about. Default: the name of the file."""
     separator: Separator | None = None
     """Separator between the fields of a text file, if it is ambiguous."""
     decimal: Decimal | None = None
@@ -118,8 +114,8 @@ class Declared(Settings):
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
     "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place are its repeats, "range"
-    if places outside the range are not of this sample, "dash"
-    or "minus" for a dash between the place and the readings of a note."""
+    if places outside the range are not of this sample, "worksheets" if the texts of other worksheets, "names" if the
+    name of the file or the worksheet changes no reading."""
     datum: Datum = "sample_surface"
     """Datum of the readings. The sample's surface, its face, is the datum of this format."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
@@ -135,7 +131,7 @@ class Declared(Settings):
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
                     'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats, '
-                    f"range, dash or minus; found {answer!r:.40}"
+                    f"range, worksheets or names; found {answer!r:.40}"
                 )
         return answers
 

@@ -1,19 +1,16 @@
 """Readings along the crack, their comparison with a simulated level, and a plot of both."""
 
-import csv
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+import hashlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import InstanceOf
 
-from sealtwin.api.readings_words import Given, for_python
 from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
 from sealtwin.api.shared import FilePath, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
@@ -22,13 +19,27 @@ from sealtwin.core.records import DataKind, Outline, Profile, Sections, Shown, S
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
 from validate.result import Comparison
-from validate.settings import Datum, Decimal, Gate, Quantity, Readings, Role, Rounding, Separator, Uncertainty, Unit
+from validate.settings import (
+    Columns,
+    Datum,
+    Decimal,
+    Gate,
+    Quantity,
+    Readings,
+    Role,
+    Rounding,
+    Separator,
+    Uncertainty,
+    Unit,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit")
+    from validate.readings.grid import Grid
+
+OF_A_FILE = ("sheet", "separator", "decimal", "unit")
 """Keywords about the format of a file, which do not apply to an array."""
 
 
@@ -107,89 +118,67 @@ def read_readings(
     """
     given = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
-    from validate.readings.read_readings import read_readings, take_readings
+    from validate.readings.files import read_grid
+    from validate.readings.grid import SheetFaults
+    from validate.readings.read_readings import readings_of
 
     if unknown := [name for name in fitted or () if name not in SETTINGS]:
         raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
-    file = Path("readings") if not isinstance(readings, str | PathLike) else file_of(readings, "readings")
-    named = columns is not None and not isinstance(columns, Mapping)
-    settings = settings_from(Readings, "read_readings", given, file=file, columns=None if named else columns)
+    is_file = isinstance(readings, str | PathLike)
+    file = file_of(readings, "readings") if isinstance(readings, str | PathLike) else Path("readings")
+    names = None if columns is None or isinstance(columns, Mapping) else list(columns)
+    settings = settings_from(Readings, "read_readings", given, file=file, columns=columns if names is None else None)
     # The readings stay if the solid is made again: they are of the sample.
     made_of = of_one_crack("read_readings", crack, solid)[:1]
-    length_mm = None if crack is None else crack.length_mm
-    depth_mm = None if solid is None else solid.depth_mm
-    if isinstance(readings, str | PathLike):
-        if named:
-            raise InputError('read_readings: columns of a file is a table, such as {"s": "A", "levels": ["B:D"]}.')
-        given_as, digest = "file", sha256_of(file)
-        with _in_words_of_python(given_as):
-            profile = read_readings(file, settings, length_mm, depth_mm)
-    elif named:
-        given_as = "named rows"
-        profile, digest = _read_rows(readings, list(columns or ()), settings, length_mm, depth_mm)
-    else:
-        given_as = "array"
-        if useless := [name for name in OF_A_FILE if given[name] is not None and (name, given[name]) != ("unit", "mm")]:
-            raise InputError(
-                f"read_readings: {useless[0]} describes the format of a file, but an array has no format. Omit it."
-            )
-        numbers = _as_numbers(readings)
-        profile, digest = take_readings(numbers, settings, length_mm, depth_mm), sha256_of(numbers)
-    doubts = tuple(for_python(doubt, given_as) for doubt in profile.doubts)
+    try:
+        if is_file:
+            if names is not None:
+                raise InputError('read_readings: columns of a file is a table, such as {"s": "A", "levels": ["B:D"]}.')
+            grid, digest = read_grid(file, settings.sheet, settings.separator), sha256_of(file)
+        elif names is None:
+            if useless := [name for name in OF_A_FILE if given[name] not in (None, "mm")]:
+                raise InputError(f"read_readings: {useless[0]} describes a file, but an array has no format. Omit it.")
+            grid, digest, settings = _numbers(readings, settings)
+        else:
+            grid, digest = _named_rows(readings, names)
+        length_mm, depth_mm = None if crack is None else crack.length_mm, None if solid is None else solid.depth_mm
+        profile = readings_of(grid, settings, length_mm, depth_mm)
+    except SheetFaults as fault:
+        raise InputError("\n".join(doubt.in_words("python") for doubt in fault.doubts)) from None
+    doubts = tuple(doubt.in_words("python") for doubt in profile.questions)
     profile = replace(profile, doubts=doubts, made_of=made_of)
     warn(profile.doubts)
     return LevelReadings(**content_of(profile), settings=settings, sha256=digest)
 
 
-@contextmanager
-def _in_words_of_python(given: Given) -> Iterator[None]:
-    """Reword the faults of a sheet that are raised inside."""
-    from validate.readings.sheet import SheetFaults
+def _numbers(rows: Any, settings: Readings) -> "tuple[Grid, str, Readings]":
+    """Return an array as a sheet without a header, its hash, and the settings that name its columns."""
+    from validate.readings.read_readings import grid_of_rows
 
     try:
-        yield
-    except SheetFaults as fault:
-        raise InputError(for_python(str(fault), given)) from None
-
-
-def _as_numbers(rows: Any) -> NDArray[np.float64]:
-    try:
-        return np.asarray(rows, dtype=np.float64)
+        table = np.asarray(rows, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
             "read_readings: the rows are not all numbers of the same length. Use NaN for a missing reading, or give "
             "columns."
         ) from None
+    if table.ndim != 2 or table.shape[1] < 2:
+        raise InputError(f"readings: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
+    columns = Columns(s="A:A", levels=("B:IV",))
+    named = {"columns": columns, "unit": "mm", "quantity": settings.quantity or "level"}
+    return grid_of_rows("readings", table.tolist()), sha256_of(table), settings.model_copy(update=named)
 
 
-def _read_rows(
-    rows: Any, names: list[Any], settings: Readings, length_mm: float | None, depth_mm: float | None
-) -> tuple[Profile, str]:
-    """Read rows below a header as a sheet is read; return the levels and the hash of the sheet."""
-    from validate.readings.read_readings import read_readings
+def _named_rows(rows: Any, names: list[Any]) -> "tuple[Grid, str]":
+    """Return rows below the names of their columns as a sheet, and its hash."""
+    from validate.readings.read_readings import grid_of_rows
 
     table = [names, *([*row] for row in rows)]
     if ragged := [number for number, row in enumerate(table) if len(row) != len(names)]:
         raise InputError(
             f"read_readings: row {ragged[0]} has {len(table[ragged[0]])} cells, but columns has {len(names)} names."
         )
-    with TemporaryDirectory() as scratch:
-        file = Path(scratch) / "readings.csv"
-        with file.open("w", encoding="utf-8", newline="") as sheet:
-            writer = csv.writer(sheet, delimiter=";")
-            writer.writerows([["" if _is_missing(cell) else cell for cell in row] for row in table])
-        declared = settings.model_copy(update={"file": file, "separator": "semicolon", "decimal": "point"})
-        try:
-            with _in_words_of_python("named rows"):
-                profile = read_readings(file, declared, length_mm, depth_mm)
-        except InputError as fault:
-            raise InputError(str(fault).replace(str(file), "readings")) from None
-        doubts = tuple(doubt.replace(str(file), "readings") for doubt in profile.doubts)
-        return replace(profile, source="readings", doubts=doubts), sha256_of(file)
-
-
-def _is_missing(cell: Any) -> bool:
-    return cell is None or (isinstance(cell, float) and np.isnan(cell))
+    return grid_of_rows("readings", table), hashlib.sha256(repr(table).encode()).hexdigest()
 
 
 class LevelComparison(Shown, Comparison):

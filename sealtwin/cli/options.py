@@ -114,8 +114,8 @@ def along(text: str, option: str) -> float | list[list[float]]:
 
     from digitise.settings import MOST_STATIONS, Depth, Station, Width
     from sealtwin.core.settings import Settings, checked
-    from validate.readings.samples import named_cells, read_table
-    from validate.readings.text_table import number
+    from validate.readings.files import named_cells, read_table
+    from validate.readings.numbers import number
 
     values: dict[str, Any] = {"s_mm": (Station, ...), column: ({"depth_mm": Depth, "width_mm": Width}[column], ...)}
     bounds = create_model("Row", __base__=Settings, **values)
@@ -127,7 +127,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
         row = [value for text in cells.values() if (value := number(text, mark)) is not None]
         if len(row) < len(cells):
             raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and {column} must both be numbers, in mm.")
-        checked(bounds, path, dict(zip(cells, row, strict=True)), lambda _, place=place: str(place))
+        checked(bounds, path, dict(zip(cells, row, strict=True)), lambda _, place=place: place)
         if rows and row[0] <= rows[-1][0]:
             raise InputError(f"{place}: s_mm = {row[0]:g} follows {rows[-1][0]:g}; list the rows by increasing s_mm.")
         rows.append(row)

@@ -22,7 +22,7 @@ from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
-from validate.readings.samples import named_cells, read_table
+from validate.readings.files import named_cells, read_table
 
 BUG, SOME_FAILED = 1, 6
 REMEDY = "the same command digitises the remaining photos; give it fewer --jobs."

@@ -189,7 +189,7 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
         return None
     from digitise.trajectory import volume_warnings
     from validate.readings.read_readings import read_readings
-    from validate.readings.whole_sheet import Filling
+    from validate.readings.screens import Filling
     from validate.uncertainty.contradictions import refuse_contradicted
 
     outline, solid = _crack(job)

@@ -58,7 +58,9 @@ def numeric(cell: Cell) -> tuple[str, str] | None:
     if cell.kind != "text" or not cell.text or number(cell.text) is not None:
         return (cell.text, cell.unit) if cell.kind == "text" and cell.text else None
     match = QUANTITY.fullmatch(cell.text)
-    is_quantity = match is not None and number(match[1]) is not None and (match[2] == "%" or unit_of(match[2]) is not None)
+    is_quantity = (
+        match is not None and number(match[1]) is not None and (match[2] == "%" or unit_of(match[2]) is not None)
+    )
     return (match[1], match[2]) if match is not None and is_quantity else None
 
 
@@ -66,8 +68,6 @@ def find_header(grid: Grid, span: Span, declared: Columns, along: str = "station
     """Return the header of the table in a part of a sheet. Without names of columns it has no rows."""
     rows = [row for row in grid.rows if row <= span.bottom]
     inside = [row for row in rows if row >= span.top]
-    if declared.header_rows is not None:
-        return _declared_header(grid, span, declared.header_rows, inside)
     # A part without a header has that of the rows above it.
     above = [row for row in reversed(rows) if row < span.top]
     for begin in (*inside[:FIRST_ROWS], *above):
@@ -75,18 +75,8 @@ def find_header(grid: Grid, span: Span, declared: Columns, along: str = "station
         for count in range(1, len(following) + 1):
             header = following[:count]
             if (names := _names_if_header(grid, span, header, along)) is not None:
-                return _extended(grid, span, header, names, following[count:], inside, along)
+                return _extended(grid, span, header, names, following[count:], along)
     return _header_above(grid, span, inside, declared)
-
-
-def _declared_header(grid: Grid, span: Span, rows: int | str, inside: Sequence[int]) -> Header:
-    if isinstance(rows, int):
-        header = list(inside[:rows])
-    else:
-        first, last = map(int, rows.split(":"))
-        header = [row for row in grid.rows if first <= row <= last]
-    first_below = max(header) + 1 if header else span.top
-    return Header(tuple(header), names_of(grid, span, header), max(first_below, span.top))
 
 
 def names_of(grid: Grid, span: Span, rows: Sequence[int]) -> dict[int, str]:
@@ -133,7 +123,7 @@ def _names_if_header(grid: Grid, span: Span, rows: Sequence[int], along: str) ->
 
 
 def _extended(
-    grid: Grid, span: Span, header: list[int], names: dict[int, str], rows: Sequence[int], inside: Sequence[int], along: str
+    grid: Grid, span: Span, header: list[int], names: dict[int, str], rows: Sequence[int], along: str
 ) -> Header:
     """Return a header with the rows of units and of numbers of repeats below it."""
     for row in rows:
@@ -143,14 +133,15 @@ def _extended(
         if longer is None or not all(_is_name(text, known.get(column)) for column, text in texts.items()):
             break
         header, names = [*header, row], longer
-    first = next((row for row in inside if row > header[-1]), header[-1] + 1)
-    return Header(tuple(header), names, first)
+    return Header(tuple(header), names, max(header[-1] + 1, span.top))
 
 
 def _is_name(text: str, what: Meaning | None) -> bool:
     """Return whether a cell below a name is its unit or the number of a repeat, or belongs to another quantity."""
     words = set(WORD.findall(plain_letters(text)))
-    is_number = what is not None and bool(words) and all(word.isdigit() or word in REPEAT | OF_READING for word in words)
+    is_number = (
+        what is not None and bool(words) and all(word.isdigit() or word in REPEAT | OF_READING for word in words)
+    )
     return unit_of(text) is not None or is_number or (what is not None and what.role == "other")
 
 

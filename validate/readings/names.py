@@ -91,7 +91,10 @@ def meaning(name: str) -> Meaning | None:
     if words & FACE:
         # A height over the face is that of the sealant's surface; without a face it may be its thickness.
         words -= COLUMNS["sealant"]
-    if not words & (DEPTH | LEVEL | REPEAT | VALUE) or not words <= DEPTH | LEVEL | REPEAT | VALUE | COUNTER | OF_READING:
+    if (
+        not words & (DEPTH | LEVEL | REPEAT | VALUE)
+        or not words <= DEPTH | LEVEL | REPEAT | VALUE | COUNTER | OF_READING
+    ):
         return None
     # A height that counts downward is a depth; a level below something is ambiguous.
     if words & DEPTH and words & LEVEL and not words & (DEPTH | LEVEL) <= HEIGHT | DOWNWARD:

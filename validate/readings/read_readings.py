@@ -12,11 +12,13 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.readings.files import read_grid
 from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, letters
+from validate.readings.header import numeric
+from validate.readings.numbers import number
 from validate.readings.rest import ask_about_rest
-from validate.readings.rows import Rows, check_in_crack, check_places, read_rows
+from validate.readings.rows import Rows, check_in_crack, read_rows
 from validate.readings.screens import Filling, screens
 from validate.readings.table import Questions, Table, find_table
-from validate.settings import Columns, Declared, Readings
+from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
@@ -61,7 +63,6 @@ def readings_of(
     rows = read_rows(table, settings, questions)
     cells = rows.cells
     if not table.stands_in:
-        check_places(table, cells, questions)
         _ask_beyond_range(table, questions)
     if length_mm is not None and settings.columns is not None and settings.columns.s_from == "second":
         cells = cells.from_other_end(length_mm)
@@ -101,11 +102,6 @@ def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
     return Grid(Path(name), {number: tuple(map(_cell, row)) for number, row in enumerate(rows, start=1)}, ("rows",))
 
 
-def of_numbers(columns: int) -> Columns:
-    """Return the settings of a table of numbers without a header: s, then readings."""
-    return Columns(s="A:A", levels=(f"B:{letters(columns - 1)}",), header_rows=0)
-
-
 def _cell(value: Any) -> Cell:
     if value is None or value != value:
         return BLANK
@@ -133,22 +129,15 @@ def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
 
 
 def _ask_beyond_range(table: Table, questions: Questions) -> None:
-    """Ask about a place that follows those of a range."""
-    rows = [row for row in table.grid.rows if row > table.span.bottom][:1]
-    station = table.station
-    if station is None or not rows or not table.body:
+    """Ask about a place that follows those of a range, in the row below it."""
+    beyond = next((row for row in table.grid.rows if row > table.span.bottom), None)
+    if table.station is None or beyond is None or not table.body:
         return
-    cells = [table.grid.cell(row, station.index) for row in (table.body[-1], *rows)]
-    last, beyond = (float(cell.text) if cell.kind == "number" else None for cell in cells)
-    if last is None or beyond is None:
-        from validate.readings.numbers import number
-
-        last, beyond = (number(cell.text) for cell in cells)
-    if last is not None and beyond is not None and beyond > last:
-        finding = f"the place in row {rows[0]}, outside of the range, follows those in it."
-        questions.ask(
-            "range", table.grid.place(rows[0]), finding, "Extend the range.", {CONFIRMS: ["range"]}, [f"{rows[0]}"]
-        )
+    texts = [numeric(table.grid.cell(row, table.station.index)) for row in (table.body[-1], beyond)]
+    last, following = (number(text[0]) if text else None for text in texts)
+    if last is not None and following is not None and following > last:
+        finding, answer = "this place follows those of the range.", {CONFIRMS: ["range"]}
+        questions.ask("range", table.grid.place(beyond), finding, "Extend the range.", answer, [f"{beyond}"])
 
 
 def _dialect(table: Table, rows: Rows, declared: Declared) -> str:

@@ -98,7 +98,9 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
 
 def _beside(table: Table, row: int) -> str:
     """Return the place and the readings of a row in words."""
-    texts = [table.grid.cell(row, column.index).text for column in (table.station, *table.readings) if column is not None]
+    texts = [
+        table.grid.cell(row, column.index).text for column in (table.station, *table.readings) if column is not None
+    ]
     return f" beside {' '.join(map(shown, texts[:5]))}"
 
 

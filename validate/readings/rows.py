@@ -56,7 +56,7 @@ class _Reader:
         repeat, station = self.table.repeat, self.table.station
         is_long = repeat is not None or bool(self.merged) or "repeats" in (self.declared.as_written or ())
         stations = dict[float, dict[str, Reading]]()
-        read, order, twice = set[int](), dict[float, int](), list[str]()
+        read, order, twice, places = set[int](), dict[float, int](), list[str](), dict[int, float]()
         for row in self.table.body if station is not None else ():
             if row in passed or not self._has_readings(row):
                 continue
@@ -67,6 +67,7 @@ class _Reader:
                 continue
             read.add(row)
             cell = f"{letters(station.index)}{row}"
+            s_mm = places.setdefault(round(s_mm / CLOSEST_MM), s_mm)
             own = stations.setdefault(s_mm, {})
             if own and not is_long:
                 twice.append(cell)
@@ -80,7 +81,9 @@ class _Reader:
         self._report()
         self._report_twice(twice)
         kept = {
-            s_mm: own for s_mm, own in sorted(stations.items()) if not all(math.isnan(each.value_mm) for each in own.values())
+            s_mm: own
+            for s_mm, own in sorted(stations.items())
+            if not all(math.isnan(each.value_mm) for each in own.values())
         }
         cells = self._arrays(self._at_places(kept), [order[s_mm] for s_mm in kept])
         missing = sum(math.isnan(each.value_mm) for own in stations.values() for each in own.values())
@@ -159,10 +162,8 @@ class _Reader:
     def _report_twice(self, cells: Sequence[str]) -> None:
         if cells:
             finding = f"the places in {', '.join(cells[:MOST_NAMED])} occur twice, or with the same number of a repeat."
-            remedy = "Correct them, or name the column that numbers the repeats."
-            answers = {"columns.repeat": "E"} if self.table.repeat is None else {}
-            if self.table.repeat is None:
-                answers = {CONFIRMS: ["repeats"]}
+            remedy = "Correct them, or name the column that numbers the repeats (repeat)."
+            answers = {CONFIRMS: ["repeats"]} if self.table.repeat is None else {}
             self.questions.ask("twice", self.grid.place(), finding, remedy, answers, cells)
 
     def _at_places(self, stations: dict[float, dict[str, Reading]]) -> dict[float, dict[str, Reading]]:
@@ -228,7 +229,10 @@ def _complaint(cell: Cell, column: Column, mark: Decimal | None) -> tuple[str, s
     if cell.kind == "error":
         return "an error of the spreadsheet", "Correct the formula, or clear the cell."
     if cell.kind == "date":
-        return "a date; spreadsheets convert numbers such as 16.1 to dates", "Enter the number again, in a cell of numbers."
+        return (
+            "a date; spreadsheets convert numbers such as 16.1 to dates",
+            "Enter the number again, in a cell of numbers.",
+        )
     if not cell.text:
         return "no place beside the readings", "Write a place into every row."
     if number(cell.text) is not None:
@@ -271,15 +275,6 @@ def check_in_crack(
         )
         remedy = "Level counts upward, depth downward: check the column's name, its unit and the zero."
         questions.ask("deep", place, finding, remedy, cells=names)
-
-
-def check_places(table: Table, cells: ReadCells, questions: Questions) -> None:
-    """Ask about stations that are closer than a caliper resolves."""
-    close = np.flatnonzero(np.diff(cells.s_mm) < CLOSEST_MM * (1 - 1e-9))
-    if close.size:
-        names = [f"{letters(cells.station_column)}{cells.rows[i + 1].min()}" for i in close]
-        finding = f"the place in {_listed(names)} is less than {CLOSEST_MM:g} mm after another one."
-        questions.ask("twice", table.grid.place(), finding, "Correct it, or clear the row.", cells=names)
 
 
 def _listed(names: Sequence[str]) -> str:
