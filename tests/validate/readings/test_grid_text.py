@@ -1,0 +1,177 @@
+"""Text files: encoding, separator and fields. Other files, and what is damaged or vast, are refused in a sentence."""
+
+import os
+import random
+import tracemalloc
+
+import pytest
+
+from sealtwin.core.errors import InputError
+from tests.sheet_writers import Hand, write_sheet
+from validate.readings.files import LARGEST_FILE_BYTES, named_cells, read_grid, read_table
+from validate.readings.grid import Grid, SheetFaults
+
+S_MM, LEVELS_MM = [0.0, 5.0, 12.34], [[-16.02, -15.98], [-13.07, float("nan")], [1.25, -0.01]]
+NOTES = "s_mm,depth_mm,note; who; why\n0,1,a;b;c\n5,2,d;e;f\n"
+"""Notes full of semicolons divide the rows of this sheet as evenly as its commas do."""
+
+
+def texts(grid: Grid, row: int) -> list[str]:
+    return [cell.text for cell in grid.rows[row]]
+
+
+@pytest.fixture
+def grid_of(tmp_path):
+    def read(content: str | bytes, **settings) -> Grid:
+        path = tmp_path / "a.csv"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return read_grid(path, **settings)
+
+    return read
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("stated", [False, True])
+def test_fields_are_read_whatever_separates_them(tmp_path, separator, newline, stated):
+    title = ("Messung am 3.4.", 'Prüfer: M; "Meßschieber" 2')
+    hand = Hand(separator=separator, decimal=",", newline=newline, sep_line=stated, title=title, gap=True, note=True)
+    grid = read_grid(write_sheet(tmp_path / "a.csv", hand, S_MM, LEVELS_MM))
+    assert grid.separator == separator
+    assert [row - stated for row in grid.rows] == [1, 2, 4, 6, 7, 8]
+    assert texts(grid, 2 + stated) == [title[1]]
+    assert texts(grid, 8 + stated) == ["", "12,34", "1,25", "-0,01", "gut; Foto 1, 2"]
+
+
+ENCODINGS = [
+    *(("utf-8", False, "UTF-8"), ("utf-8", True, "UTF-8"), ("utf-16", False, "UTF-16"), ("utf-16-be", True, "UTF-16")),
+    *(("utf-16-le", False, "UTF-16 without a mark"), ("utf-16-be", False, "UTF-16 without a mark")),
+    *(("utf-32-le", True, "UTF-32"), ("latin-1", False, "Windows-1252"), ("cp1252", False, "Windows-1252")),
+]
+
+
+@pytest.mark.parametrize(("encoding", "mark", "name"), ENCODINGS)
+def test_every_encoding_is_told_from_the_others(tmp_path, encoding, mark, name):
+    hand = Hand(encoding=encoding, mark=mark, language="german", separator=";", decimal=",", title=("Prüfer: Groß",))
+    grid = read_grid(write_sheet(tmp_path / "sheet.csv", hand, S_MM, LEVELS_MM))
+    assert grid.written == ("CSV", name, "semicolons")
+    assert (texts(grid, 1), texts(grid, 3)) == (["Prüfer: Groß"], ["0,00", "-16,02", "-15,98"])
+
+
+def test_the_separator_is_the_declared_one_then_the_stated_one(grid_of):
+    assert grid_of(NOTES).separator == ";"
+    assert texts(grid_of(NOTES, separator="comma"), 2) == ["0", "1", "a;b;c"]
+    assert texts(grid_of("sep=,\n" + NOTES), 3) == ["0", "1", "a;b;c"]
+    assert grid_of("no separator at all").separator == ","
+
+
+REFUSED = {
+    "NUL bytes": (b"s_mm;depth_mm\n0;1\n\0\0\0\0\n5;2\n", "line 3"),
+    "a wrong quotation mark": (b'sep=;\ns_mm;depth_mm\n0;1;"12\n5;2\n10;3;4"\n15;4\n', "line 5"),
+    "an open quotation mark": (b's_mm,depth_mm\n0,1\n5,"2\n10,3\n', "line 3"),
+    "no text": (b"\xff\xfes\x00\x00\xd8\x00\x00", "UTF-16"),
+    "a page": (b"\xef\xbb\xbf  <!DOCTYPE html><table>", "<!DOCTYPE html"),
+    "a PDF": (b"%PDF-1.7", "%PDF-"),
+    "an old workbook": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), ".xls"),
+    "a vast cell": (b"s_mm,depth_mm\n0,1\n5," + b"1" * 200_000, "not a CSV"),
+    "columns": (b"s_mm" + b",depth_mm" * 20_000 + b"\n0,1\n", "256 columns"),
+    "rows": (b";1\n" * 10_100, "10000 rows"),
+    "size": (b"1" * (LARGEST_FILE_BYTES + 1), "5,000,000 bytes"),
+}
+
+
+@pytest.mark.parametrize(("content", "words"), REFUSED.values(), ids=REFUSED)
+def test_what_is_no_table_is_refused_by_file_and_line(grid_of, tmp_path, content, words):
+    with pytest.raises(SheetFaults) as caught:
+        grid_of(content)
+    (doubt,) = caught.value.doubts
+    assert doubt.is_open
+    assert doubt.where.startswith(str(tmp_path / "a.csv"))
+    assert words in str(doubt)
+    assert len(str(doubt)) < 3_000
+
+
+def test_a_text_has_no_sheets(grid_of):
+    with pytest.raises(SheetFaults, match=r"a text file, which has no sheets, but .* = 'Messung'"):
+        grid_of("s_mm;depth_mm\n0;1\n", sheet="Messung")
+
+
+VAST = {
+    "blank columns": ("s_mm,depth_mm" + "," * 50_000 + "\n0,1\n", 2),
+    "a long name": ("s_mm,depth (in" + " " * 100_000 + "x\n0,1\n", 2),
+    "blank lines": ("\n" * 50_000 + "s_mm,depth_mm\n0,1\n", 50_002),
+    "rows without content": (";\n" * 10_100 + "s_mm;depth_mm\n", 10_101),
+}
+
+
+@pytest.mark.parametrize(("content", "last"), VAST.values(), ids=VAST)
+def test_blank_columns_and_lines_are_dropped(grid_of, content, last):
+    grid = grid_of(content)
+    assert [*grid.rows][-1] == last
+    assert max(map(len, grid.rows.values())) == 2
+
+
+@pytest.mark.parametrize("start", [b"s_mm,depth_mm\n", b"PK\x03\x04"], ids=["text", "workbook"])
+def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
+    path = tmp_path / "large.csv"
+    path.write_bytes(start)
+    os.truncate(path, 1_000_000_000)
+    tracemalloc.start()
+    try:
+        with pytest.raises(SheetFaults, match="larger than"):
+            read_grid(path)
+        assert tracemalloc.get_traced_memory()[1] < 20_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_pipe_is_not_waited_for_and_a_file_must_exist(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    for name in ("pipe.csv", "none.csv"):
+        with pytest.raises(InputError, match=rf"{name}: .*cannot be opened"):
+            read_grid(tmp_path / name)
+    with pytest.raises(InputError, match=r"none\.csv: no such file; a batch writes it"):
+        read_table(tmp_path / "none.csv", "a batch writes it")
+
+
+def test_cells_by_name_have_their_place(grid_of, tmp_path):
+    grid = grid_of("note,s_mm,depth_mm\n\nx,0,1 mm\ny,1-2\n")
+    (first, cells), (second, words) = named_cells(grid, ("s_mm", "depth_mm"), ("other",))
+    assert (first, second) == (f"{tmp_path / 'a.csv'}, row 3", f"{tmp_path / 'a.csv'}, row 4")
+    assert (cells, words) == ({"s_mm": "0", "depth_mm": "1 mm"}, {"s_mm": "1-2", "depth_mm": ""})
+
+
+FAULTS = {
+    "": "no column s_mm, depth_mm",
+    "s_mm,depth\n0,1\n": "no column depth_mm",
+    "s_mm,depth_mm,s_mm\n0,1,2\n": "2 columns s_mm",
+    "s_mm,depth_mm\n0,1\n5,12 cm\n": "cell B3 .depth_mm.: 12 cm is in 'cm'",
+    "s_mm,depth_mm\n0,1\n50 %,12\n": "cell A3 .s_mm.: 50 % is in '%'",
+    "s_mm,depth_mm,other\n0,1,50%\n": "cell C2 .other.: 50% is in '%'",
+}
+
+
+@pytest.mark.parametrize(("text", "words"), FAULTS.items())
+def test_cells_by_name_are_in_mm(grid_of, text, words):
+    with pytest.raises(InputError, match=words):
+        [*named_cells(grid_of(text), ("s_mm", "depth_mm"), ("other",))]
+
+
+@pytest.mark.parametrize("workbook", [False, True])
+def test_damaged_files_are_read_or_refused(tmp_path, workbook):
+    """Files with bytes changed, cut out and repeated raise InputError, or are read."""
+    hand = Hand(workbook=workbook, encoding="utf-16", language="german", long=True)
+    path = write_sheet(tmp_path / "a", hand, S_MM, LEVELS_MM)
+    sound, dice, refusals = path.read_bytes(), random.Random(0), 0
+    for _ in range(40):
+        content = bytearray(sound)
+        for _ in range(dice.randint(1, 6)):
+            start, length = dice.randrange(len(content)), dice.randint(1, 40)
+            part = (bytes([dice.randrange(256)]), b"", content[start : start + length] * 2)[dice.randrange(3)]
+            content[start : start + len(part[:1]) * length] = part
+        path.write_bytes(content)
+        try:
+            read_grid(path)
+        except InputError:
+            refusals += 1
+    assert refusals > 5

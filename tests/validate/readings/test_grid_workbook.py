@@ -1,0 +1,262 @@
+"""XLSX: which sheet, every kind of cell, its marks, and the texts elsewhere in the workbook."""
+
+import datetime
+import zipfile
+
+import openpyxl
+import pytest
+from openpyxl.cell.rich_text import CellRichText, TextBlock
+from openpyxl.cell.text import InlineFont
+from openpyxl.comments import Comment
+from openpyxl.styles import Font, PatternFill
+from openpyxl.styles.colors import Color
+
+from sealtwin.core.errors import InputError
+from tests.sheet_writers import rewritten
+from validate.readings import xlsx_file
+from validate.readings.files import LARGEST_UNPACKED_MB, named_cells, read_grid
+from validate.readings.grid import Cell, Grid, SheetFaults
+
+ROWS = [["s [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]"], [0, 1.5, 1.6], [5, 2, None], [10, 2.5, 2.6]]
+
+
+@pytest.fixture
+def book() -> openpyxl.Workbook:
+    book = openpyxl.Workbook()
+    fill(book.worksheets[0])
+    return book
+
+
+def fill(sheet) -> None:
+    for row in ROWS:
+        sheet.append(row)
+
+
+@pytest.fixture
+def first(book):
+    return book.worksheets[0]
+
+
+@pytest.fixture
+def read(book, tmp_path):
+    def saved(sheet: str | None = None) -> Grid:
+        book.save(tmp_path / "lab.xlsx")
+        return read_grid(tmp_path / "lab.xlsx", sheet)
+
+    return saved
+
+
+def marks(grid: Grid) -> set[tuple]:
+    return {tuple(mark) for mark in grid.marks}
+
+
+def rows_of(*cells: str) -> str:
+    """Rows of two cells each, without addresses."""
+    return "".join(f"<row>{first}{second}</row>" for first, second in zip(cells[::2], cells[1::2], strict=True))
+
+
+HEADER = ('<c t="inlineStr"><is><t>s_mm</t></is></c>', '<c t="str"><v>depth_mm</v></c>')
+
+
+def test_numbers_are_read_as_they_are_stored(read):
+    grid = read()
+    assert grid.rows[2] == (Cell("0", "number"), Cell("1.5", "number"), Cell("1.6", "number"))
+    assert grid.rows[3] == (Cell("5", "number"), Cell("2", "number"))
+    assert (grid.written, grid.sheet, grid.marks, grid.elsewhere) == (("XLSX", "sheet 'Sheet'"), "Sheet", (), ())
+
+
+@pytest.mark.parametrize(
+    "code", ['0.0" mm days"', "[Red]0.0;-0.0", "0.0E+00", "Standard", "Est\u00e1ndar", "Standaard"]
+)
+@pytest.mark.parametrize("value", [0.25, 2, 60.5, -2.5])
+def test_formats_of_numbers_make_no_dates(first, read, code, value):
+    """Writers store the word of their language for General, whose d, m, s and y openpyxl takes for those of a date."""
+    first["B2"], first["B2"].number_format = value, code
+    assert read().rows[2][1][:2] == (f"{value:g}", "number")
+
+
+def test_cells_that_are_no_numbers_have_their_kind(first, read):
+    values = {"B2": "=C2-0.1", "C2": datetime.date(2026, 1, 16), "B3": "#DIV/0!", "C3": True, "B4": "1,5", "C4": 1e9}
+    for cell, value in {**values, "A1": "s_mm_x000D_", "A4": 16.5}.items():
+        first[cell] = value
+    first["A4"].number_format = first["C4"].number_format = "DD.MM.YYYY"
+    rows = read().rows
+    assert rows[1][0] == Cell("s_mm")
+    assert rows[2][1:] == (Cell("", "formula"), Cell("2026-01-16", "date"))
+    assert rows[3][1:] == (Cell("#DIV/0!", "error"), Cell("TRUE", "truth"))
+    assert rows[4] == (Cell("1900-01-16 12:00", "date"), Cell("1,5"), Cell("#VALUE!", "error"))
+
+
+def test_formats_show_units_behind_numbers(first, read):
+    formats = {"B1": '0.0" cm"', "B2": '0.0" cm"', "B3": "0.0%", "B4": r"0.0\ \m\m", "A2": '0" m";-0'}
+    for cell, code in formats.items():
+        first[cell].number_format = code
+    grid = read()
+    assert [grid.cell(row, 1).unit for row in grid.rows] == ["", "cm", "%", "mm"]
+    with pytest.raises(InputError, match=r"cell A2 .s_mm.: 0 is in 'm'"):
+        [*named_cells(read(first.__setitem__("A1", "s_mm")), ("s_mm",))]
+
+
+def test_marks_are_of_cells_with_content(first, read):
+    yellow, struck, red = PatternFill("solid", fgColor="FFFFFF00"), Font(strike=True), Font(color="FFFF0000")
+    first["C2"] = CellRichText("2.1 ", TextBlock(InlineFont(strike=True), "2.3"))
+    first["A2"].font, first["B2"].fill, first["B3"].font = struck, yellow, red
+    first["A4"].fill, first["A4"].font = PatternFill("lightUp"), Font(color=Color(theme=5))
+    first["F9"].fill, first["F9"].font = yellow, struck
+    shown = {(2, 1): "fill rgb FFFFFF00", (3, 1): "font rgb FFFF0000", (4, 0): "fill lightUp font theme 5 0.0"}
+    coloured = {(*cell, "coloured", colours) for cell, colours in shown.items()}
+    assert marks(grid := read()) == {(2, 0, "struck", ""), (2, 2, "struck", ""), *coloured}
+    assert grid.rows[2][2].text == "2.1 2.3"
+
+
+@pytest.mark.parametrize(
+    "colour", [{"rgb": "FF000000"}, {"rgb": "00FFFFFF"}, {"theme": 1}, {"indexed": 64}, {"auto": True}]
+)
+def test_black_and_white_are_no_colours(first, read, colour):
+    first["A2"].fill, first["A2"].font = PatternFill("solid", fgColor=Color(**colour)), Font(color=Color(**colour))
+    assert read().marks == ()
+
+
+def test_hidden_rows_and_columns_are_marked(first, read, tmp_path):
+    first.row_dimensions[2].hidden = first.column_dimensions["C"].hidden = True
+    assert marks(read()) == {(*cell, "hidden", "") for cell in [(2, 0), (2, 1), (2, 2), (1, 2), (4, 2)]}
+    flat = rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER) + '<row ht="0"><c><v>1</v></c></row>')
+    assert marks(read_grid(flat)) == {(2, 0, "hidden", "")}
+
+
+def test_comments_are_read_without_their_author(book, first, read):
+    first["B2"].comment, first["D9"].comment = Comment("PC 1:\nin inch!", "PC 1"), Comment("zero: 5 mm", "PC 1")
+    book.create_sheet("Notes")["C3"].comment = Comment("from the right end", "x")
+    grid = read()
+    assert marks(grid) == {(2, 1, "comment", "in inch!"), (9, 3, "comment", "zero: 5 mm")}
+    assert grid.elsewhere == (("sheet 'Notes', cell C3", "from the right end"),)
+
+
+def test_texts_elsewhere_have_their_place(book, first, read):
+    first.oddHeader.center.text, first.evenFooter.left.text = "P01 &[Page]", "all in cm"
+    first.oddHeader.center.font, first.oddFooter.right.text = "Arial,Bold", "&P"
+    hidden, many = book.create_sheet("in inch"), book.create_sheet("Log")
+    hidden.append([7, "Sample P02"])
+    hidden.sheet_state, hidden.oddFooter.center.text = "veryHidden", "end"
+    for line in range(250):
+        many.append([line, None, f"line {line}"])
+    elsewhere = read("Sheet").elsewhere
+    assert elsewhere[:2] == (("page header", "P01"), ("page footer", "all in cm"))
+    assert elsewhere[2:4] == (("sheet 'in inch', page footer", "end"), ("sheet 'in inch', cell B1", "Sample P02"))
+    assert len(elsewhere) == 4 + 200 + 1
+    assert elsewhere[-2:] == (("sheet 'Log', cell C200", "line 199"), ("sheet 'Log'", "... and 50 more texts"))
+
+
+def test_the_sheet_with_a_table_is_read_without_a_question(book, read):
+    book.create_sheet("Cover").append(["Probe 7"])
+    fill(table := book.create_sheet("Rechnung"))
+    table.sheet_state = "hidden"
+    assert (read().sheet, read().elsewhere[0]) == ("Sheet", ("sheet 'Cover', cell A1", "Probe 7"))
+    assert read("Rechnung").sheet == "Rechnung"
+
+
+def test_several_tables_are_one_question(book, first, read):
+    def question(sheet: str | None = None) -> str:
+        with pytest.raises(SheetFaults) as caught:
+            read(sheet)
+        (doubt,) = caught.value.doubts
+        assert (doubt.kind, doubt.answers, doubt.is_open) == ("sheet", {"sheet": "Sheet"}, True)
+        return doubt.finding
+
+    fill(second := book.create_sheet("<b>Riss $2$"))
+    book.create_sheet("Empty")
+    assert "'Sheet', '<b>Riss $2$'." in question()
+    assert read("<b>Riss $2$").sheet == "<b>Riss $2$"
+    assert "'riss', only 'Sheet', '<b>Riss $2$', 'Empty'" in question("riss")
+    first.sheet_state = second.sheet_state = "hidden"
+    assert "hidden" in question()
+
+
+ENTITY = '<!DOCTYPE a [<!ENTITY x "s_mm"><!ENTITY y "&x;&x;">]>'
+PHONETIC = '<c t="inlineStr"><is><r><t>depth</t></r><r><t>_mm</t></r><rPh sb="0" eb="1"><t>no</t></rPh></is></c>'
+ZERO, SUM = "<c><f>A1</f><v>0</v></c>", "<c><f>1+0.5</f><v>1.5</v></c>"
+WRITTEN = {
+    "results": (SUM, "<c><v>2E0</v></c>", ["1.5", "2"]),
+    "phonetic guides": (HEADER[0], PHONETIC, ["s_mm", "depth_mm"]),
+    "an empty text": ("<c><v>-1</v></c>", '<c t="str"><f>""</f><v></v></c>', ["-1"]),
+    "infinity": (HEADER[0], "<c><v>1E999</v></c>", ["s_mm", "inf"]),
+    "a zero": (ZERO, SUM, ["0", "1.5"]),
+    "one zero": (ZERO, "<c><v>0</v></c>", ["0", "0"]),
+    "only zeros": (ZERO, ZERO, ["formula", "formula"]),
+}
+
+
+@pytest.mark.parametrize(("first", "second", "read"), WRITTEN.values(), ids=WRITTEN)
+def test_cells_of_other_programs_are_read(tmp_path, first, second, read):
+    path = rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER, first, second), on_load=False)
+    assert [cell.text or cell.kind for cell in read_grid(path).rows[2]] == read
+
+
+def test_a_program_that_calculates_on_load_has_no_zeros(tmp_path):
+    path = rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER, ZERO, SUM))
+    assert read_grid(path).rows[2] == (Cell("", "formula"), Cell("1.5", "number"))
+
+
+def test_merged_ranges_and_links_take_no_memory(first, read, tmp_path):
+    """A worksheet of openpyxl would have 17 thousand million cells of each."""
+    first.merge_cells("B3:C3")
+    read()
+    with zipfile.ZipFile(tmp_path / "lab.xlsx") as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    part, cell = "xl/worksheets/sheet1.xml", b'<mergeCell ref="B3:C3"/>'
+    link = b'</mergeCells><hyperlinks><hyperlink ref="A1:XFD1048576" display="x"/></hyperlinks>'
+    vast = cell + b'<mergeCell ref="A1:XFD1048576"/>'
+    parts[part] = parts[part].replace(cell, vast).replace(b"</mergeCells>", link)
+    with zipfile.ZipFile(tmp_path / "a.xlsx", "w") as archive:
+        for name, text in parts.items():
+            archive.writestr(name, text)
+    assert read_grid(tmp_path / "a.xlsx").merged == ((3, 1, 3, 2), (1, 0, 1_048_576, 16_383))
+
+
+DAMAGED = {
+    # Nested entities of a few kilobytes are gigabytes of text; the standard library expands them.
+    "entities": (rows_of("<c><v>&y;</v></c>", HEADER[1]), "Entities"),
+    "a word": (rows_of("<c><v>deep</v></c>", HEADER[1]), "damaged"),
+    "no number": (rows_of("<c><v>NaN</v></c>", "<c><v>1</v></c>"), "damaged"),
+    "a string": (rows_of('<c t="s"><v>7</v></c>', HEADER[1]), "damaged"),
+    "an address": (rows_of('<c r="1A"><v>7</v></c>', HEADER[1]), "damaged"),
+    "a bomb": (rows_of(f"<c><v>{'1' * LARGEST_UNPACKED_MB * 1_000_000}</v></c>", HEADER[1]), "MB when it is unpacked"),
+    "rows": ("<row><c><v>7</v></c></row>" * 10_001, "more than 10000 rows"),
+    "columns": (rows_of('<c r="XFD1"><v>7</v></c>', '<c r="A1"><v>1</v></c>'), "more than 256 columns"),
+    "nothing": ("", "Strict Open XML"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGED)
+def test_damaged_and_vast_worksheets_are_refused_by_file(tmp_path, damage, recwarn):
+    sheet, words = DAMAGED[damage]
+    with pytest.raises(SheetFaults, match=words) as caught:
+        read_grid(rewritten(tmp_path / "a.xlsx", sheet=sheet, prolog=ENTITY if damage == "entities" else ""))
+    assert caught.value.doubts[0].where.startswith(str(tmp_path / "a.xlsx"))
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize("start", [24, -6], ids=["size", "offset"])
+def test_an_archive_that_lies_about_its_parts_is_damaged(tmp_path, start):
+    """The directory gives a worksheet one byte, or begins before the file; no more is ever unpacked."""
+    path = rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER))
+    content = bytearray(path.read_bytes())
+    entry = content.rfind(b"xl/worksheets/sheet1.xml") - 46
+    assert content[entry : entry + 4] == b"PK\x01\x02"
+    first, number = (entry + start, 1) if start == 24 else (start, 1 << 30)
+    content[first : first + 4] = number.to_bytes(4, "little")
+    path.write_bytes(content)
+    with pytest.raises(SheetFaults, match="damaged"):
+        read_grid(path)
+
+
+def test_the_work_grows_with_the_rows(book, first, read, monkeypatch):
+    """Each cell is made once: 10,000 rows take ten times the work of 1,000."""
+    made, cell_of = [], xlsx_file._cell
+    monkeypatch.setattr(xlsx_file, "_cell", lambda *values: made.append(None) or cell_of(*values))
+    for rows in (1_000, 10_000):
+        for row in range(first.max_row, rows):
+            first.append([row, 1.5, 1.6])
+        made.clear()
+        assert len(read().rows) == rows
+        assert len(made) == 3 * rows - 1

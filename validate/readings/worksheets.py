@@ -1,0 +1,113 @@
+"""The worksheets of a workbook, and the choice of the one with the readings."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from sealtwin.core.doubts import Doubt
+from sealtwin.core.errors import as_text
+from validate.readings.grid import BLANK, Cell, Grid, Mark, SheetFaults, letters, quoted, refused
+from validate.readings.numbers import number
+
+MOST_TEXTS = 200  # Texts of another worksheet that are quoted
+MOST_NAMED = 12  # Worksheets named in a question
+FORMULA = Cell("", "formula")
+
+
+class Entry(NamedTuple):
+    """A cell that is not blank, as the file has it."""
+
+    cell: Cell
+    formula: bool = False  # Whether a formula gives its content
+    struck: bool = False
+    colours: str = ""
+
+
+class Worksheet:
+    def __init__(self, name: str, hidden: bool) -> None:
+        self.name, self.hidden = name, hidden
+        self.rows: dict[int, dict[int, Entry]] = {}  # By row number from 1, then by column from 0
+        self.merged: list[tuple[int, int, int, int]] = []  # As in a Grid
+        self.comments: list[Mark] = []
+        self.hidden_rows: set[int] = set()
+        self.hidden_columns: set[int] = set()
+        self.on_page: list[tuple[str, str]] = []  # Page headers and footers
+
+    def drop_zeros(self, *, never_calculated: bool = False) -> None:
+        """Treat the results of formulas as never calculated if the program that wrote the file stored zeros for them.
+
+        That is assumed if the file states it (``never_calculated``), or if there are several formulas and all results
+        are 0.
+        """
+        cells = ((entries, column) for entries in self.rows.values() for column in entries)
+        results = [(entries, column) for entries, column in cells if entries[column].formula]
+        zeros = [(entries, column) for entries, column in results if entries[column].cell.text in ("0", "-0")]
+        if never_calculated or 1 < len(zeros) == len(results):
+            for entries, column in zeros:
+                entries[column] = Entry(FORMULA)
+
+    def has_table(self) -> bool:
+        """Return whether at least two rows have two numbers."""
+        numbers = Counter(
+            row
+            for row, entries in self.rows.items()
+            for (text, kind, _), *_ in entries.values()
+            if kind in ("number", "formula") or (kind == "text" and number(text) is not None)
+        )
+        return sum(count > 1 for count in numbers.values()) > 1
+
+    def marks(self) -> Iterator[Mark]:
+        yield from self.comments
+        for row, entries in self.rows.items():
+            for column, entry in entries.items():
+                if entry.struck:
+                    yield Mark(row, column, "struck")
+                if entry.colours:
+                    yield Mark(row, column, "coloured", entry.colours)
+                if row in self.hidden_rows or column in self.hidden_columns:
+                    yield Mark(row, column, "hidden")
+
+    def texts(self) -> Iterator[tuple[str, str]]:
+        """Yield the texts of the sheet with their places."""
+        sheet = f"sheet {quoted(self.name)}"
+        yield from ((f"{sheet}, {place}", text) for place, text in self.on_page)
+        texts = [(row, column, text) for row, column, _, text in self.comments]
+        for row, entries in self.rows.items():
+            texts += [(row, column, cell.text) for column, (cell, *_) in entries.items() if cell.kind == "text"]
+        for row, column, text in texts[:MOST_TEXTS]:
+            yield f"{sheet}, cell {letters(column)}{row}", text
+        if (more := len(texts) - MOST_TEXTS) > 0:
+            yield sheet, f"... and {more} more texts"
+
+
+def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: str | None) -> Grid:
+    """Return the sheet ``wanted``, or the only visible one with a table. Raises SheetFaults."""
+    filled = [sheet for sheet in sheets if sheet.rows]
+    if not filled:
+        finding = "has no rows of readings: all its sheets are empty, or saved as Strict Open XML."
+        raise refused(as_text(path), finding, "Save it with its cells as an ordinary XLSX.")
+    tables = [sheet for sheet in filled if sheet.has_table()] or filled
+    chosen = [sheet for sheet in tables if not sheet.hidden]
+    named, finding = chosen or tables, f"{'several' if chosen else 'only hidden'} sheets may have the readings:"
+    if wanted is not None:
+        chosen = [sheet for sheet in sheets if sheet.name == wanted]
+        named, finding = sheets, f"has no sheet {quoted(wanted)}, only"
+    if len(chosen) != 1:
+        names = ", ".join(quoted(sheet.name) for sheet in named[:MOST_NAMED])
+        raise SheetFaults([Doubt("sheet", as_text(path), f"{finding} {names}.", answers={"sheet": named[0].name})])
+    (sheet,) = chosen
+    rows = {
+        row: tuple(entries[column].cell if column in entries else BLANK for column in range(max(entries) + 1))
+        for row, entries in sorted(sheet.rows.items())
+    }
+    others = (text for other in sheets if other is not sheet for text in other.texts())
+    return Grid(
+        path,
+        rows,
+        (program, f"sheet {quoted(sheet.name)}"),
+        sheet=sheet.name,
+        merged=tuple(sheet.merged),
+        marks=tuple(sorted(sheet.marks())),
+        elsewhere=(*sheet.on_page, *others),
+    )
