@@ -8,14 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS
-from sealtwin.core.records import Floats
 from validate.readings.grid import Cell, letters, quoted
 from validate.readings.header import cells_in, numeric
 from validate.readings.names import FACTORS, is_calculated
 from validate.readings.numbers import common_mark, decimals_of, is_ambiguous, is_missing, number, plain_letters
 from validate.readings.screens import ReadCells
 from validate.readings.table import Column, Questions, Table
-from validate.settings import Columns, Decimal, Declared, Quantity
+from validate.settings import Columns, Decimal, Declared
 
 CLOSEST_MM = 0.01
 """Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
@@ -191,14 +190,15 @@ class _Reader:
         return ReadCells(
             s_mm=np.array(list(stations)),
             readings_mm=readings_mm,
-            levels_mm=level_mm(readings_mm, self.table.quantity, self.declared),
             rows=parts[..., 1].astype(np.int64),
             columns=columns.max(axis=0, initial=-1).astype(np.int64),
             digits_mm=parts[..., 3],
             is_depth=self.table.quantity == "depth",
+            datum_level_mm=self.declared.datum_level_mm or 0.0,
             station_column=0 if station is None else station.index,
             header_row=max(self.table.header.rows, default=1),
-            declared_unit_mm=FACTORS[station.unit or "mm"] if station is not None and station.is_declared else None,
+            s_unit_mm=FACTORS[(station and station.unit) or "mm"],
+            unit_mm=max((FACTORS[column.unit or "mm"] for column in self.table.readings), default=1.0),
         )
 
 
@@ -207,17 +207,11 @@ def read_rows(table: Table, declared: Declared, questions: Questions) -> Rows:
     return _Reader(table, declared, questions).read()
 
 
-def level_mm(readings_mm: Floats, quantity: Quantity | None, declared: Declared) -> Floats:
-    """Return readings as levels, in mm upward from the sample's surface."""
-    upward_mm = -readings_mm if quantity == "depth" else readings_mm
-    return upward_mm + (declared.datum_level_mm or 0.0)
-
-
 def _merged_places(table: Table) -> dict[int, Cell]:
     """Return the place of each row whose place is merged over several rows. These rows are its repeats."""
     station, places = table.station, dict[int, Cell]()
     for top, left, bottom, right in table.grid.merged:
-        if station is not None and left == right == station.index and bottom > top:
+        if station is not None and left == right == station.index and bottom > top >= table.header.first:
             places |= {row: table.grid.cell(top, left) for row in range(top, bottom + 1)}
     return places
 

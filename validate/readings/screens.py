@@ -1,362 +1,461 @@
-"""Checks for suspicious readings. Each yields doubts with their cells; none changes a value."""
+"""Screens of suspicious readings. Each yields what may be a mistake and its cells; none changes a value."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
-from typing import Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.records import Floats
-from validate.readings.sheet import letters
-
-Ints = NDArray[np.int64]
-OfCell = Literal["zero", "sign slip", "code"]
-Kind = OfCell | Literal["scatter", "mean row", "mean column", "copy", "sign", "unit", "datum", "direction"]
+from sealtwin.core.doubts import CONFIRMS, Doubt
+from sealtwin.core.records import Floats, Outline, Profile, Solid
+from validate.metrics.volumes import fill_volumes
+from validate.readings.grid import letters
 
 NINES = re.compile(r"9{2,}(\.9+)?|9\.9{2,}")  # A number that programs write for a missing reading, without its sign
 STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, the largest first
-MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
-"""Median standard deviation of so many normal readings, as a share of the true standard deviation."""
 
+# Limits of the screens, in mm, in sd (the standard deviation of a single reading), or as shares. They were set on
+# synthetic sheets whose seeds benchmarks/ingest.py does not use: planted mistakes are found, and few sound sheets are
+# questioned. A stricter limit (smaller distance or ratio, larger probability) finds smaller mistakes and questions more
+# sound sheets.
+LEAST_SPREAD_MM = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
+EQUAL_MM = 0.056  # Share of this in the last digit: probability that repeats by hand differ
+ROUNDING_MM = 1e-6  # Margin for two equal means, above the error of binary fractions
+MEAN_CHANCE = 1e-3  # Probability of chance agreement below which a row or column is the mean of all others
+MEAN_PLACE = 0.02  # Probability that a row's place is the mean of the others' by chance
+COPY_CHANCE = 1e-3  # Probability of chance agreement below which a column is a copy
+ONLY_COPY_CHANCE = 0.35  # The same if no two columns differ. Few sheets are so coarse
+COMPARED = 5  # Smallest number of stations at which columns are compared
+ODD_MM = 1.0  # Distance from the other readings of its station from which on a reading is suspicious
+ZERO_SD = 4.2  # The same distance for 0
+SLIP_SD = 8.0  # The same distance for a reading of the other sign
+OPPOSITE_SD = 4.0  # Distance of its opposite from the others below which a reading has a wrong sign
+OPPOSITE_SHARE = 0.35  # The same as a share of the reading
+DEEP_MM = 1.5  # Depth of its neighbours from which on a station of zeros, or of the other sign, is suspicious
+STEEP = 3.0  # Steps between stations by which a level may go on at an end of the sheet
+END_MM = 3.0  # Height by which it may do so besides
+SCATTER = 9.0  # Ratio of a station's spread to that of the others; about ten, since theirs is uncertain
+NEAR_SCATTER = 0.3  # Share of the spread of a neighbour that is usual
+SPAN = 0.2  # Share of the crack below which the span of all places is suspicious
+COUNTED = 0.5  # The same for places that only count 1, 2, 3
+FINEST_MM = 0.0075  # Between the last digit of a caliper, 0.01 mm, and that of a dial with thousandths
+HEAP_MM = 2.6  # Height above the face that paste reaches in few places
+PLATEAU_MM = 3.0  # Height above the face of the highest quarter of the stations
+ABOVE_MM = 1.0  # Mean height above the face if no station is below it
+FLOOR = 0.1  # Share of the depth by which a floor is uneven, at least 1 mm
+TENTH = 0.13  # Share of the depth that contains all readings if centimetres were entered as millimetres
+STEADY_MM = 0.033  # Spread of repeats that is smaller than by hand, and usual in centimetres
+COVERED = 0.8  # Share of the crack's length between the outer stations from which on their volume counts
+VOLUME_OFF = 0.14  # Logarithm of the ratio of volumes that raises a doubt
+VOLUME_MET = 1 / 3  # Part of that logarithm that an explanation may leave
+OFFSET_MM = 2.5  # Smallest constant offset that a volume shows
+OFFSET_SHARE = 0.15  # The same as a share of the depth
+NEARER = ((0.5, 0.6), (0.75, 1.2))
+"""Two pairs: the share of the distance to the simulated level that a change may leave, and its least gain in mm."""
+TURNED = (("sign", -1.0, "with the opposite sign"), ("unit", 10.0, "in centimetres"))
+"""Mistakes that multiply all levels by a factor."""
 
-@dataclass(frozen=True)
-class CellLimits:
-    """Limits of the checks of cells, rows and columns; "sd" is the standard deviation of a single reading.
-
-    They were set on synthetic sheets whose seeds ``benchmarks/ingest.py`` does not use: planted mistakes are found, and
-    at most 5 % of sound sheets are questioned. A stricter limit (smaller distance or ratio, larger probability) finds
-    smaller mistakes and questions more sound sheets.
-    """
-
-    least_spread_mm: float = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
-    zero_sd: float = 4.2  # Distance from its peers, in sd, above which 0.00 is suspicious
-    zero_mm: float = 1.0  # The smallest such distance, in mm
-    deep_mm: float = 1.5  # Depth of the neighbours above which a station of zeros, or of the other sign, is suspicious
-    deep_at_end_mm: float = 4.0  # The same depth at an end of the sheet
-    slip_sd: float = 8.0  # Distance from its peers, in sd, above which a reading of the other sign is suspicious
-    opposite_sd: float = 4.0  # Distance of its opposite from its peers, in sd, below which it has a wrong sign
-    slip_share: float = 0.35  # Share of a level by which scattered repeats may differ from it
-    neighbour_share: float = 0.15  # Share of a level by which scattered neighbours may differ from it
-    scatter: float = 9.0  # Ratio of a station's spread to that of its neighbours; about ten, since theirs is uncertain
-    mean_row_chance: float = 3e-3  # Probability of chance agreement below which a row is the mean of others
-    mean_column_chance: float = 1e-2  # Probability of chance agreement below which a column is the mean of others
-    copy_chance: float = 1e-3  # Probability of chance agreement below which a column is a copy
-    at_mean: float = 0.02  # Probability that a row's position is the mean of the others' by chance
-    rounding_mm: float = 1e-6  # Margin for two equal means, above the error of binary fractions
-    hand_mm: float = 0.05  # Smallest sd of a reading by hand
-    copied: float = 0.35
-    """Equal columns are copies if rounding makes them equal with a probability below this. Few sheets are so coarse."""
-
-
-LIMITS = CellLimits()
+CLEAR, CORRECT_UNIT = "Clear it if it is the code of a missing reading.", "Correct the unit in the header."
+REMOVE = "Remove it from the repeats."
+REMEDIES = {
+    "zero": CLEAR,
+    "code": CLEAR,
+    "sign slip": "Correct its sign.",
+    "scatter": "Correct the row.",
+    "mean row": "Remove it from the table.",
+    "mean column": REMOVE,
+    "copy": REMOVE,
+    "far column": "Correct the columns.",
+    "span": "Correct the unit in the header; a place is its distance along the crack, not its number.",
+    "dial": CORRECT_UNIT,
+    "unit": CORRECT_UNIT,
+    "sign": "Correct the header: level counts upward from the face, depth downward.",
+    "datum": "Measure from the face.",
+    "direction": "Change the end of the crack at which s is 0.",
+}
+ANSWERS: dict[str, dict[str, Any]] = {
+    "span": {CONFIRMS: ["unit"]},
+    "dial": {CONFIRMS: ["unit"]},
+    "datum": {"datum": "caliper_base", "datum_level_mm": 5.0},
+    "direction": {"columns.s_from": "second"},
+}
+"""Answers to a doubt other than its cells or its kind."""
+ALL = slice(None)
 
 
 @dataclass(frozen=True)
 class ReadCells:
-    """Readings of a sheet as written, in mm, the levels that they mean, and their cells."""
+    """Readings of a sheet as written, in mm, and their cells."""
 
     s_mm: Floats  # (n,), increasing
     readings_mm: Floats  # (n, r), in the direction of the sheet; NaN for a missing one
-    levels_mm: Floats  # (n, r), upward from the face
-    rows: Ints  # (n, r): row of each reading, from 1
-    columns: Ints  # (r,): column of each repeat, from 0
+    rows: NDArray[np.int64]  # (n, r): row of each reading, from 1; of a missing one, a row of its station
+    columns: NDArray[np.int64]  # (r,): column of each repeat, from 0
     digits_mm: Floats  # (n, r): place value of each reading's last digit that is not 0
-    is_depth: bool  # True if the sheet counts downward
+    is_depth: bool = False  # True if the sheet counts downward
+    datum_level_mm: float = 0.0  # Height of the datum above the face
     station_column: int = 0
     header_row: int = 1
-    declared_unit_mm: float | None = None  # Unit of s if the sheet itself names none, else None
+    s_unit_mm: float = 1.0  # Unit of s in the sheet
+    unit_mm: float = 1.0  # Unit of the readings in the sheet
 
     @property
-    def stations_mm(self) -> Floats:
-        """Median reading of each station, (n,); NaN if all of them are missing."""
-        return row_medians(self.readings_mm)
+    def levels_mm(self) -> Floats:
+        """Levels that the readings mean, (n, r), upward from the face."""
+        return (-self.readings_mm if self.is_depth else self.readings_mm) + self.datum_level_mm
 
     def from_other_end(self, length_mm: float) -> "ReadCells":
         """Return the readings with s counted from the other end of a crack of length ``length_mm``."""
-        turned = {name: getattr(self, name)[::-1] for name in ("readings_mm", "levels_mm", "rows", "digits_mm")}
+        turned = {name: getattr(self, name)[::-1] for name in ("readings_mm", "rows", "digits_mm")}
         return replace(self, s_mm=length_mm - self.s_mm[::-1], **turned)
-
-    def without(self, masked: NDArray[np.bool_]) -> "ReadCells":
-        """Return the readings with those in ``masked`` set to missing."""
-        return replace(
-            self,
-            readings_mm=np.where(masked, np.nan, self.readings_mm),
-            levels_mm=np.where(masked, np.nan, self.levels_mm),
-        )
 
 
 @dataclass(frozen=True)
-class Doubt:
-    """A possible mistake in a sheet, its cell, and the entries of ``readings.as_written`` that confirm the value."""
+class Filling:
+    """The crack, the dispensed volume, and the simulated level if there is one."""
 
-    kind: Kind | Literal["struck", "hidden", "column"]
-    row: int  # From 1
-    column: int  # From 0
-    answers: tuple[str, ...]
-    finding: str
-    remedy: str
+    outline: Outline
+    solid: Solid
+    volume_mm3: float
+    simulated: Profile | None = None
+
+    def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
+        """Return the volume of sealant below a level. Beyond the outer stations the level is constant."""
+        profile = Profile(s_mm, np.maximum(level_mm, -self.solid.depth_at_mm(s_mm)))
+        return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm)["sealant_mm3"]
+
+    def admits(self, level_mm: Floats) -> bool:
+        """Return whether a level is between the floor and the highest heap that paste forms."""
+        return -1.1 * self.solid.depth_mm - 1.0 <= level_mm.min() and level_mm.max() <= PLATEAU_MM
+
+
+class Sheet(NamedTuple):
+    """The cells, and the crack as far as it is known."""
+
+    cells: ReadCells
+    depth_mm: float | None
+    length_mm: float | None
+    filling: Filling | None
+
+    def profile_mm(self) -> tuple[Floats, Floats]:
+        """Return s and median level of the stations with a reading; nothing if they are fewer than three."""
+        level_mm = row_medians(self.cells.levels_mm)
+        read = ~np.isnan(level_mm)
+        read &= read.sum() > 2
+        return self.cells.s_mm[read], level_mm[read]
+
+
+class Finding(NamedTuple):
+    """A possible mistake: of readings [i, j], of station i, of repeat j, or of the whole sheet."""
+
+    kind: str
+    sentence: str
+    i: Any = ALL  # A station
+    j: Any = ALL  # Repeats, in a list
+
+
+def screens(
+    cells: ReadCells,
+    depth_mm: float | None,
+    length_mm: float | None,
+    filling: Filling | None,
+    place: Callable[[int, int], str],
+) -> list[Doubt]:
+    """Return the doubts about readings. A doubtful reading is missing in the screens that follow.
+
+    ``depth_mm`` and ``length_mm`` are of the crack, None if unknown; ``place`` names a cell by row and column.
+    """
+    doubts = dict[Any, Doubt]()
+    for screen in SCREENS:
+        readings_mm = cells.readings_mm.copy()
+        for kind, sentence, i, j in screen(Sheet(cells, depth_mm, length_mm, filling)):
+            row, column, names = _cells_of(cells, i, j)
+            if names:
+                readings_mm[i, j] = np.nan
+            answers = {CONFIRMS: list(names) or [kind], **ANSWERS.get(kind, {})}
+            doubts.setdefault(names or kind, Doubt(kind, place(row, column), sentence, REMEDIES[kind], answers, names))
+        cells = replace(cells, readings_mm=readings_mm)
+    return list(doubts.values())
+
+
+def _cells_of(cells: ReadCells, i: Any, j: Any) -> tuple[int, int, tuple[str, ...]]:
+    """Return row and column of a finding, and the names of its cells, row or column; none for the whole sheet."""
+    if j is ALL:
+        row = cells.header_row if i is ALL else int(cells.rows[i].min())
+        return row, cells.station_column, () if i is ALL else (f"{row}",)
+    columns = cells.columns.tolist()
+    column = columns[j[0]]
+    if i is ALL and columns.count(column) == 1:
+        return cells.header_row, column, (letters(column),)
+    if i is ALL:
+        # With one row a reading, a repeat has no column: its first cell stands for it.
+        i = np.argmax(~np.isnan(cells.readings_mm[:, j[0]]))
+    return int(cells.rows[i, j[0]]), column, tuple(f"{letters(columns[each])}{cells.rows[i, each]}" for each in j)
 
 
 def row_medians(values: Floats) -> Floats:
     """Return the median of each row, (n,), ignoring NaN. A row of NaN gives NaN."""
-    medians = np.full(len(values), np.nan)
-    some = ~np.isnan(values).all(axis=1)
-    medians[some] = np.nanmedian(values[some], axis=1)
-    return medians
+    return np.ma.filled(np.ma.median(np.ma.masked_invalid(values), axis=1), np.nan)
 
 
-def last_digit_mm(readings_mm: Floats) -> float:
-    """Return the largest usual step that divides all readings; 0 if there is none."""
-    read_mm = readings_mm[~np.isnan(readings_mm)]
-    return next((step for step in STEPS_MM if (np.abs(read_mm - step * np.round(read_mm / step)) < 1e-6).all()), 0.0)
+def _medians_of_others(values: Floats) -> Floats:
+    """Return for each value the median of the others of its row, (n, r), ignoring NaN; NaN if there are none."""
+    return np.column_stack([row_medians(np.delete(values, j, axis=1)) for j in range(values.shape[1])])
+
+
+def _last_digit_mm(readings_mm: Floats) -> float:
+    """Return the largest usual step that divides the readings of all rows, or all but one; 0 if there is none."""
+    for step_mm in STEPS_MM:
+        off_mm = np.abs(readings_mm - step_mm * np.round(readings_mm / step_mm))
+        if (off_mm > ROUNDING_MM).any(axis=1).sum() < 2:
+            return step_mm
+    return 0.0
 
 
 def spread_mm(readings_mm: Floats) -> float:
-    """Return the typical standard deviation of a single reading.
-
-    Without repeats it follows from the scatter along s.
-    """
-    count = (~np.isnan(readings_mm)).sum(axis=1)
-    several = count > 1
-    least_mm = max(LIMITS.least_spread_mm, 0.4 * last_digit_mm(readings_mm))
-    if several.sum() >= 3:
-        spreads_mm = np.nanstd(readings_mm[several], axis=1, ddof=1)
-        usual = MEDIAN_OF_SPREADS.get(int(np.median(count[several])), 1.0)
-        return max(least_mm, float(np.median(spreads_mm)) / usual)
-    middle_mm = row_medians(readings_mm)
-    middle_mm = middle_mm[~np.isnan(middle_mm)]
-    if len(middle_mm) < 4:
-        return max(least_mm, 0.5)
-    bends_mm = np.abs(middle_mm[1:-1] - (middle_mm[:-2] + middle_mm[2:]) / 2)
-    return max(least_mm, 1.48 * float(np.median(bends_mm)) / 1.22)
+    """Return the typical standard deviation of a single reading. Without repeats it follows from the scatter along s."""
+    off_mm = np.diff(readings_mm, axis=1) / np.sqrt(2)
+    if (~np.isnan(off_mm)).sum() < 3:
+        middle_mm = row_medians(readings_mm)
+        middle_mm = middle_mm[~np.isnan(middle_mm)]
+        off_mm = np.diff(middle_mm, n=2) / np.sqrt(6) if len(middle_mm) > 3 else np.array([0.34])
+    return max(LEAST_SPREAD_MM, 0.4 * _last_digit_mm(readings_mm), 1.48 * float(np.nanmedian(np.abs(off_mm))))
 
 
-def doubtful_cells(cells: ReadCells) -> Iterator[tuple[Doubt, NDArray[np.bool_]]]:
-    """Yield doubts about single readings and about whole stations, each with a mask of its reading, (n, r)."""
-    read = ~np.isnan(cells.readings_mm)
-    of_stations: list[tuple[tuple[int, int], OfCell]] = [
-        ((i, int(j)), kind) for i, kind in _odd_stations(cells) for j in np.flatnonzero(read[i])
-    ]
-    for (i, j), kind in (*sorted((_odd_readings(cells) | _codes(cells)).items()), *of_stations):
-        mask = np.zeros_like(read)
-        mask[i, j] = True
-        yield _on_cell(cells, kind, i, j), mask
+def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
+    """Return the probability that a row is the mean of all others in every column by chance, (n,); infinite if it is not."""
+    read = ~np.isnan(values_mm)
+    others = read.sum(axis=0) - read
+    means_mm = (np.nansum(values_mm, axis=0) - np.nan_to_num(values_mm)) / np.maximum(others, 1)
+    half_mm = 0.5 * np.where(read, digits_mm, np.inf).min(axis=1) + ROUNDING_MM
+    compared = read & (others > 1)
+    agree = (np.abs(values_mm - means_mm) <= half_mm[:, None]) | ~compared
+    chance = np.minimum(1.0, np.maximum(0.8 * half_mm, 0.4 * _last_digit_mm(values_mm)) / sd_mm)
+    return np.where(agree.all(axis=1), chance ** compared.sum(axis=1), np.inf)
 
 
-def _on_cell(cells: ReadCells, kind: OfCell, i: int, j: int) -> Doubt:
-    row, column = int(cells.rows[i, j]), int(cells.columns[j])
-    beside_mm, peers = np.delete(cells.readings_mm[i], j), "the other readings there"
-    if not np.nan_to_num(beside_mm).any():
-        beside_mm = cells.stations_mm[[k for k in (i - 1, i + 1) if 0 <= k < len(cells.s_mm)]]
-        peers = "its neighbours"
-    shown = " and ".join(f"{one:.4g}" for one in beside_mm if not np.isnan(one))
-    value = f"the reading {cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm differs from {peers} ({shown} mm)"
-    may, remedy = "it may be a code for a missing reading", "Clear it"
-    if kind == "sign slip":
-        may, remedy = "it may have the wrong sign", "Correct it"
-    return Doubt(kind, row, column, (cell_name(row, column),), f"{value}: {may}.", remedy)
+def mean_rows(sheet: Sheet) -> Iterator[Finding]:
+    """Yield the row that is the mean of all other rows in every column."""
+    values_mm, s_mm = sheet.cells.readings_mm, sheet.cells.s_mm
+    sd_mm, mean_mm = spread_mm(values_mm), (s_mm.sum() - s_mm) / max(len(s_mm) - 1, 1)
+    # The first column may agree by chance as close levels do, the others as repeats do.
+    chance = _mean_chances(values_mm, sheet.cells.digits_mm, sd_mm) * sd_mm / max(float(np.nanstd(values_mm)), sd_mm)
+    chance *= np.where(np.abs(s_mm - mean_mm) <= np.maximum(0.07, 0.005 * mean_mm), MEAN_PLACE, len(s_mm))
+    for i in np.flatnonzero(chance < MEAN_CHANCE)[:1].tolist():
+        yield Finding("mean row", f"the row at s = {s_mm[i]:g} mm is the mean of all others in every column.", i)
 
 
-def cell_name(row: int, column: int) -> str:
-    return f"{letters(column)}{row}"
+def mean_columns(sheet: Sheet) -> Iterator[Finding]:
+    """Yield the repeat that is the mean of all others."""
+    values_mm = sheet.cells.readings_mm
+    chance = _mean_chances(values_mm.T, sheet.cells.digits_mm.T, spread_mm(values_mm))
+    for j in np.flatnonzero(chance < MEAN_CHANCE)[:1].tolist():
+        yield Finding("mean column", "this repeat is the mean of all others at every station.", j=[j])
 
 
-def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
-    """Return the cells that are 0, or have the opposite sign, unlike the other repeats of their station."""
-    values_mm, stations_mm, one_mm = cells.readings_mm, cells.stations_mm, spread_mm(cells.readings_mm)
-    odd: dict[tuple[int, int], OfCell] = {}
-    mixed = (values_mm >= 0).any(axis=1) & (values_mm <= 0).any(axis=1)
-    for i in np.flatnonzero(mixed).tolist():
-        row_mm = values_mm[i]
-        for j in np.flatnonzero(~np.isnan(row_mm)):
-            peers_mm = np.delete(row_mm, j)
-            peers_mm = peers_mm[~np.isnan(peers_mm)]
-            if not len(peers_mm):
-                continue
-            value, middle = row_mm[j], float(np.median(peers_mm))
-            if value == 0 and peers_mm.any():
-                # Another 0 does not confirm a 0; if few others are not 0, one of them may be wrong itself.
-                others_mm, far_mm = peers_mm[peers_mm != 0], max(LIMITS.zero_mm, LIMITS.zero_sd * one_mm)
-                alone = 2 * len(others_mm) <= len(peers_mm)
-                beside_mm = expected_mm(stations_mm, i, 0.0) if alone else np.inf
-                if min(abs(float(np.median(others_mm))), abs(beside_mm)) > far_mm:
-                    odd[i, int(j)] = "zero"
-            slipped = value * middle < 0 and abs(value - middle) > max(LIMITS.zero_mm, LIMITS.slip_sd * one_mm)
-            # Of only two readings, the one that differs in sign from its neighbouring stations is wrong.
-            slipped &= len(peers_mm) > 1 or value * expected_mm(stations_mm, i, middle) < 0
-            opposite_mm = LIMITS.opposite_sd * one_mm
-            near_mm = max(opposite_mm, min(LIMITS.slip_share * abs(middle), 2 * opposite_mm))
-            if slipped and abs(value + middle) < near_mm:
-                odd[i, int(j)] = "sign slip"
-    return odd
+def copied_columns(sheet: Sheet) -> Iterator[Finding]:
+    """Yield repeats that are copies of another repeat."""
+    values_mm = sheet.cells.readings_mm
+    # Probability that repeats with the scatter of a hand are rounded to the same value.
+    rounded = max(0.1, 1 - EQUAL_MM / max(_last_digit_mm(values_mm), EQUAL_MM))
+    differences_mm = [values_mm - each[:, None] for each in values_mm.T]
+    both = np.array([(~np.isnan(each)).sum(axis=0) for each in differences_mm])
+    shares = np.array([(each == 0).sum(axis=0) for each in differences_mm]) / np.maximum(both, 1)
+    compared = np.triu(both > 2, 1)
+    usual = shares[compared & (shares < 1)].max(initial=0.0)
+    limit = COPY_CHANCE if usual else ONLY_COPY_CHANCE
+    is_copy = compared & (shares == 1) & (max(rounded, usual) ** both.astype(float) < limit)
+    for j in np.flatnonzero(is_copy.any(axis=0)).tolist():
+        yield Finding("copy", "this repeat is a copy of another, reading by reading.", j=[j])
 
 
-def _codes(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
-    """Return the cells with only nines, such as 999, that are farther from the other readings than their own range."""
-    values_mm = cells.readings_mm
-    nines = np.array([[NINES.fullmatch(f"{abs(value):.8g}") is not None for value in row] for row in values_mm])
-    others_mm = values_mm[~nines & ~np.isnan(values_mm)]
-    if not len(others_mm):
-        return {}
-    low_mm, high_mm = others_mm.min(), others_mm.max()
-    far = np.maximum(low_mm - values_mm, values_mm - high_mm) > max(LIMITS.zero_mm, high_mm - low_mm)
-    return {(int(i), int(j)): "code" for i, j in np.argwhere(nines & far)}
+def far_columns(sheet: Sheet) -> Iterator[Finding]:
+    """Yield repeats that are far from the others at most stations."""
+    values_mm = sheet.cells.readings_mm
+    off_mm = np.abs(values_mm - _medians_of_others(values_mm))
+    repeats = np.flatnonzero((~np.isnan(off_mm)).sum(axis=0) >= COMPARED).tolist()
+    # Of two repeats that differ, the first may be as wrong as the second: one question is enough.
+    for j in repeats[-1:] if len(repeats) == 2 else repeats:
+        far_mm = float(np.nanmedian(off_mm[:, j]))
+        if far_mm > ODD_MM and far_mm > SLIP_SD * spread_mm(np.delete(values_mm, j, axis=1)):
+            sentence = f"this repeat differs from the others by {far_mm:.3g} mm at half of the stations."
+            yield Finding("far column", sentence, j=[j])
 
 
-def expected_mm(stations_mm: Floats, i: int, otherwise: float) -> float:
-    """Return the mean of the neighbouring stations, or ``otherwise`` without neighbours."""
-    beside = [stations_mm[k] for k in (i - 1, i + 1) if 0 <= k < len(stations_mm) and not np.isnan(stations_mm[k])]
-    return float(np.mean(beside)) if beside else otherwise
+def odd_readings(sheet: Sheet) -> Iterator[Finding]:
+    """Yield codes of nines, zeros and other signs, unlike the other readings of the station or its neighbours."""
+    cells, values_mm = sheet.cells, sheet.cells.readings_mm
+    nines = np.reshape([NINES.fullmatch(f"{abs(value):.8g}") is not None for value in values_mm.flat], values_mm.shape)
+    usual_mm = np.where(nines, np.nan, values_mm)
+    stations = np.flatnonzero((~np.isnan(usual_mm)).any(axis=1))
+    if len(stations) < 3:
+        return
+    low_mm, high_mm = np.nanmin(usual_mm), np.nanmax(usual_mm)
+    codes = nines & (np.maximum(low_mm - values_mm, values_mm - high_mm) > max(ODD_MM, high_mm - low_mm))
+    values_mm, sd_mm = np.where(codes, np.nan, values_mm), spread_mm(values_mm)
+    level_mm = np.interp(range(len(values_mm)), stations, row_medians(values_mm)[stations])
+
+    # Another 0 does not confirm a 0, and one reading cannot tell which of two is wrong: then, or if all readings of a
+    # station have one sign, the neighbours count. At an end the level may go on to rise or fall.
+    ordinary_mm = np.where(values_mm == 0, np.nan, values_mm)
+    others = (~np.isnan(ordinary_mm)).sum(axis=1, keepdims=True) - ~np.isnan(ordinary_mm)
+    is_alone = (np.isnan(values_mm) | (np.sign(values_mm) == np.sign(level_mm)[:, None])).all(axis=1, keepdims=True)
+    alone = is_alone | ((others < 2) & (values_mm != 0))
+    slack_mm, peers_mm, padded_mm = (
+        np.zeros_like(level_mm),
+        _medians_of_others(ordinary_mm),
+        np.pad(level_mm, 1, "reflect"),
+    )
+    slack_mm[[0, -1]] = STEEP * np.abs(np.diff(level_mm)[[1, -2]]) + END_MM
+    beside_mm = padded_mm[:-2], padded_mm[2:]
+    low_mm = np.where(alone, (np.minimum(*beside_mm) - slack_mm)[:, None], peers_mm)
+    high_mm = np.where(alone, (np.maximum(*beside_mm) + slack_mm)[:, None], peers_mm)
+    deep_mm = max(DEEP_MM, 3 * min(sd_mm, 1.0))
+    away_mm = np.maximum(low_mm - values_mm, values_mm - high_mm)
+    turned_mm = np.maximum(low_mm + values_mm, -values_mm - high_mm)
+    zero = (values_mm == 0) & (away_mm > np.where(alone, deep_mm, max(ODD_MM, ZERO_SD * sd_mm)))
+    # A formula that refers to empty cells gives 0 at s = 0 below the other rows.
+    zero |= (values_mm == 0) & is_alone & (cells.s_mm[:, None] == 0) & (cells.rows > cells.rows.min())
+    slip = (values_mm * low_mm < 0) & (values_mm * high_mm < 0)
+    slip &= away_mm > np.where(alone, 2 * deep_mm, max(ODD_MM, SLIP_SD * sd_mm))
+    slip &= turned_mm < np.maximum(OPPOSITE_SD * sd_mm, OPPOSITE_SHARE * np.abs(values_mm))
+    for kind, cases in {"code": codes, "zero": zero, "sign slip": slip}.items():
+        for i in np.flatnonzero(cases.any(axis=1)).tolist():
+            j = np.flatnonzero(cases[i]).tolist()
+            written = ", ".join(f"{value:g}" for value in cells.readings_mm[i, j])
+            expected = f"{low_mm[i, j[0]]:.3g} to {high_mm[i, j[0]]:.3g} mm"
+            sentence = f"{written} mm at s = {cells.s_mm[i]:g} mm differs from the readings around it ({expected})."
+            yield Finding(kind, sentence, i, j)
 
 
-def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
-    """Yield stations whose readings are all 0, or all of the opposite sign, between deep neighbours."""
-    middle_mm, one_mm = cells.stations_mm, spread_mm(cells.readings_mm)
-    stations = np.flatnonzero(~np.isnan(middle_mm))
+def scattered_stations(sheet: Sheet) -> Iterator[Finding]:
+    """Yield stations whose repeats scatter far more than those of their neighbours and of the sheet."""
+    values_mm = sheet.cells.readings_mm
+    stations = np.flatnonzero((~np.isnan(values_mm)).sum(axis=1) > 1)
     if len(stations) < 4:
         return
-    for place, i in enumerate(stations):
-        row_mm = cells.readings_mm[i][~np.isnan(cells.readings_mm[i])]
-        before, after = place - 1, place + 1
-        at_end = before < 0 or after >= len(stations)
-        if at_end:
-            inward = stations[[1, 2]] if place == 0 else stations[[-2, -3]]
-            a, b = middle_mm[inward]
-        else:
-            a, b = middle_mm[stations[before]], middle_mm[stations[after]]
-        if a * b <= 0:
-            continue
-        nearer, farther = sorted((abs(a), abs(b)))
-        if (row_mm == 0).all():
-            # At an end the crack may be filled: the level then rises towards it.
-            flat_mm = max(0.1 * farther, one_mm)
-            even = nearer > LIMITS.deep_at_end_mm and abs(abs(a) - abs(b)) < flat_mm
-            deep = nearer > LIMITS.deep_mm and nearer > 3 * min(one_mm, 1.0)
-            if deep and (even if at_end else nearer > 0.2 * farther):
-                yield int(i), "zero"
-            continue
-        value = float(middle_mm[i])
-        # If only one of several readings has the other sign, it is a doubt of its own.
-        if value * a >= 0 or not (row_mm * value > 0).all():
-            continue
-        scattered_mm = min(LIMITS.opposite_sd * one_mm, 3 * LIMITS.neighbour_share * abs(value))
-        slack_mm = max(0.2, LIMITS.neighbour_share * abs(value), scattered_mm)
-        low, high = nearer - slack_mm, farther + slack_mm
-        if at_end:
-            ahead = abs(2 * a - b)
-            low, high = min(abs(a), ahead) - slack_mm, max(abs(a), ahead) + slack_mm
-        if abs(value) > (2 * LIMITS.deep_mm if at_end else LIMITS.deep_mm) and low <= abs(value) <= high:
-            yield int(i), "sign slip"
+    spreads_mm = np.nanstd(values_mm[stations], axis=1, ddof=1)
+    least_mm = max(LEAST_SPREAD_MM, 0.4 * _last_digit_mm(values_mm), float(np.median(spreads_mm)))
+    near_mm = np.maximum(np.roll(spreads_mm, 1), np.roll(spreads_mm, -1))
+    usual_mm = np.maximum(least_mm, NEAR_SCATTER * near_mm)
+    for k in np.flatnonzero(spreads_mm > SCATTER * usual_mm).tolist():
+        i = int(stations[k])
+        sentence = (
+            f"the readings at s = {sheet.cells.s_mm[i]:g} mm scatter by {spreads_mm[k]:.2g} mm, not {usual_mm[k]:.2g}."
+        )
+        yield Finding("scatter", sentence, i)
 
 
-def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield doubts about stations whose repeats scatter far more than those of their neighbours and of the sheet."""
-    values_mm = cells.readings_mm
-    several = (~np.isnan(values_mm)).sum(axis=1) > 1
-    if several.sum() < 4:
+def short_span(sheet: Sheet) -> Iterator[Finding]:
+    """Yield places in a small part of the crack: in another unit, or only numbered."""
+    (cells, _, length_mm, _), s_mm = sheet, sheet.cells.s_mm
+    if length_mm is not None and len(s_mm) > 2:
+        counts, span_mm = np.allclose(np.diff(s_mm), cells.s_unit_mm), float(np.ptp(s_mm))
+        if span_mm < (COUNTED if counts else SPAN) * length_mm:
+            yield Finding("span", f"all places are within {span_mm:.3g} mm of a crack of {length_mm:.3g} mm.")
+
+
+def fine_dial(sheet: Sheet) -> Iterator[Finding]:
+    """Yield readings in a dial's unit such as 1/10 mm with too many digits: it may be the resolution in mm."""
+    digits_mm = sheet.cells.digits_mm[~np.isnan(sheet.cells.readings_mm)]
+    if digits_mm.size and np.median(digits_mm) < FINEST_MM < sheet.cells.unit_mm < 1:
+        yield Finding("dial", f"the readings have digits of {digits_mm.min():.2g} mm, which no caliper shows.")
+
+
+def impossible_levels(sheet: Sheet) -> Iterator[Finding]:
+    """Yield levels that paste does not form, or that the crack's depth makes unlikely."""
+    (_, level_mm), (cells, depth_mm, _, _) = sheet.profile_mm(), sheet
+    if not level_mm.size:
         return
-    where = np.flatnonzero(several)
-    spreads_mm = np.nanstd(values_mm[where], axis=1, ddof=1)
-    least_mm = max(LIMITS.least_spread_mm, 0.4 * last_digit_mm(values_mm))
-    far = spreads_mm > LIMITS.scatter * least_mm
-    for place, i in zip(np.flatnonzero(far).tolist(), where[far].tolist(), strict=True):
-        # Four neighbours, at an end all on one side: the spread of fewer is too uncertain.
-        first_near = min(max(place - 2, 0), max(len(where) - 5, 0))
-        near = [k for k in range(first_near, min(first_near + 5, len(where))) if k != place]
-        others_mm = float(np.median(np.delete(spreads_mm, place)))
-        usual_mm = max(least_mm, others_mm, 0.5 * float(np.median(spreads_mm[near])))
-        if spreads_mm[place] > LIMITS.scatter * usual_mm:
-            first = int(np.flatnonzero(~np.isnan(values_mm[i]))[0])
-            row = int(cells.rows[i, first])
-            finding = (
-                f"the readings at s = {cells.s_mm[i]:g} mm scatter by {spreads_mm[place]:.2g} mm, "
-                f"{spreads_mm[place] / usual_mm:.0f} times the usual scatter ({usual_mm:.2g} mm)."
-            )
-            yield Doubt("scatter", row, cells.station_column, (f"{row}",), finding, "Correct the row")
+    in_order, mean_mm = np.sort(level_mm), level_mm.mean()
+    if (mean_mm > ABOVE_MM and in_order[0] > -0.1) or (mean_mm > 0 and in_order[-2] > HEAP_MM):
+        share = f"{(level_mm > 0).sum()} of {len(level_mm)}"
+        yield Finding("sign", f"{share} stations are above the face, up to {in_order[-1]:.3g} mm.")
+    if (highest_mm := in_order[-max(1, len(level_mm) // 4) :].mean()) > PLATEAU_MM:
+        yield Finding("datum", f"the highest quarter of the stations is {highest_mm:.3g} mm above the face.")
+    if depth_mm is None:
+        return
+    if (below_mm := -in_order[0] - depth_mm) > max(1.0, FLOOR * depth_mm):
+        yield Finding("datum", f"the deepest station is {below_mm:.3g} mm below the crack's floor.")
+    read = ~np.isnan(cells.readings_mm)
+    is_fine = np.isclose(cells.digits_mm[read], 0.001).mean() > 0.5
+    is_steady = (read.sum(axis=1) > 1).sum() > 3 and spread_mm(cells.readings_mm) < STEADY_MM
+    if 0 < (within_mm := np.abs(level_mm).max()) < TENTH * depth_mm and (is_fine or is_steady):
+        yield Finding("unit", f"all readings are within {within_mm:.3g} mm of the face: they may be in centimetres.")
 
 
-def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield a doubt about the row that is the mean of all other rows, or of all rows above it, in every column."""
-    values_mm, s_mm = cells.readings_mm, cells.s_mm
-    first_row = np.nanmin(np.where(np.isnan(values_mm), np.inf, cells.rows), axis=1)
-    for i in range(len(s_mm)):
-        here = ~np.isnan(values_mm[i])
-        for others in (np.arange(len(s_mm)) != i, first_row < first_row[i]):
-            counts = (~np.isnan(values_mm[others])).sum(axis=0)
-            if (counts[here] < 3).any():
-                continue
-            means_mm = np.nanmean(values_mm[others][:, here], axis=0)
-            if (np.abs(values_mm[i, here] - means_mm) > _half_digit_mm(cells.digits_mm[i, here])).any():
-                continue
-            # The first column may agree by chance as close levels do, the others as repeats do.
-            half_mm = max(_half_digit_mm(cells.digits_mm[i, here]), last_digit_mm(values_mm[others]) / 2)
-            scales_mm = np.full(here.sum(), spread_mm(values_mm[others]))
-            # Between its neighbours the row may simply have a level like theirs.
-            bent_mm = abs(cells.stations_mm[i] - expected_mm(cells.stations_mm, i, np.inf))
-            in_order = i in (first_row.argsort()[i], first_row.argsort()[~i])
-            expected = in_order and bent_mm < LIMITS.opposite_sd * scales_mm[0]
-            if not expected:
-                scales_mm[0] = max(float(np.nanstd(cells.stations_mm[others])), LIMITS.least_spread_mm)
-            place_mm = float(np.mean(s_mm[others]))
-            at_mean = abs(s_mm[i] - place_mm) <= max(0.07, 0.005 * place_mm)
-            chance = float(np.minimum(1.0, 0.8 * half_mm / scales_mm).prod())
-            chance *= len(s_mm) if not at_mean else 1.0 if expected else LIMITS.at_mean
-            if chance < LIMITS.mean_row_chance:
-                row = int(first_row[i])
-                finding = f"the row at s = {s_mm[i]:g} mm is the mean of {others.sum()} other rows in every column."
-                yield Doubt("mean row", row, cells.station_column, (f"{row}",), finding, "Remove it from the table")
-                return
+def other_volume(sheet: Sheet) -> Iterator[Finding]:
+    """Yield the change of sign, unit or datum with which the volume below the readings is the dispensed volume."""
+    (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
+    if (
+        filling is None
+        or not s_mm.size
+        or np.ptp(s_mm) < COVERED * filling.outline.length_mm
+        or filling.volume_mm3 <= 0
+    ):
+        return
 
+    def off(level_mm: Floats) -> float:
+        return float(np.log(max(filling.held_mm3(s_mm, level_mm), 1.0) / filling.volume_mm3))
 
-def _half_digit_mm(digits_mm: Floats) -> float:
-    """Return the rounding error of a mean: half a unit in its finest digit, plus a margin for binary fractions."""
-    return 0.5 * float(digits_mm.min()) + LIMITS.rounding_mm
-
-
-def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield doubts about repeats that are copies of another repeat, or the mean of all others."""
-    values_mm, copies = cells.readings_mm, set[int]()
-    repeats = range(values_mm.shape[1])
-    # Probability that repeats with the scatter of a hand are rounded to the same value.
-    rounded = max(0.1, 1 - 1.13 * LIMITS.hand_mm / max(last_digit_mm(values_mm), LIMITS.hand_mm))
-    pairs = {(a, b): ~np.isnan(values_mm[:, [a, b]]).any(axis=1) for a, b in combinations(repeats, 2)}
-    shares = {
-        (a, b): float((values_mm[both, a] == values_mm[both, b]).mean())
-        for (a, b), both in pairs.items()
-        if both.sum() >= 3
-    }
-    usual = [share for share in shares.values() if share < 1]
-    for (a, b), share in shares.items():
-        limit = LIMITS.copy_chance if usual else LIMITS.copied
-        if share == 1 and b not in copies and max(rounded, *usual, 0.0) ** int(pairs[a, b].sum()) < limit:
-            copies.add(b)
-            what = f"a copy of the one in {_named(cells, a)[1]}, reading by reading"
-            yield _on_column(cells, "copy", b, what)
-    for j in (j for j in repeats if j not in copies):
-        others = [k for k in repeats if k != j and k not in copies]
-        compared = ~np.isnan(values_mm[:, j]) & (~np.isnan(values_mm[:, others])).any(axis=1)
-        if len(others) < 2 or compared.sum() < 3:
-            continue
-        half_mm = _half_digit_mm(cells.digits_mm[compared, j])
-        off_mm = np.abs(values_mm[compared, j] - np.nanmean(values_mm[compared][:, others], axis=1))
-        by_chance = min(1.0, 0.8 * half_mm / spread_mm(values_mm[:, others])) ** int(compared.sum())
-        if (off_mm <= half_mm).all() and by_chance < LIMITS.mean_column_chance:
-            yield _on_column(cells, "mean column", j, f"the mean of the other {len(others)} repeats at every station")
+    if abs(as_read := off(level_mm)) < VOLUME_OFF:
+        return
+    volumes = f"the volume below the readings is {np.exp(as_read):.2f} times that dispensed"
+    for kind, factor, words in TURNED:
+        other = off(factor * level_mm)
+        if filling.admits(factor * level_mm) and abs(other) < VOLUME_MET * abs(as_read):
+            yield Finding(kind, f"{volumes}; {words}, it would be {np.exp(other):.2f} times that.")
             return
+    offsets_mm = filling.solid.depth_mm * np.linspace(-1, 1, 25)
+    offset_mm = float(np.interp(0.0, [off(level_mm + each) for each in offsets_mm], offsets_mm, 0.0, 0.0))
+    if abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * filling.solid.depth_mm):
+        yield Finding("datum", f"{volumes}, or the readings are {-offset_mm:+.2g} mm off.")
 
 
-def _named(cells: ReadCells, j: int) -> tuple[int, str, str]:
-    """Return row, name and answer of a repeat. They refer to its column, or to its first cell in a long sheet."""
-    column = int(cells.columns[j])
-    if (cells.columns == column).sum() == 1:
-        return cells.header_row, f"column {letters(column)}", letters(column)
-    row = int(cells.rows[np.flatnonzero(~np.isnan(cells.readings_mm[:, j]))[0], j])
-    return row, f"cell {cell_name(row, column)}", cell_name(row, column)
+def other_level(sheet: Sheet) -> Iterator[Finding]:
+    """Yield the change of direction, sign or unit that brings the readings much closer to the simulated level."""
+    (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
+    if filling is None or (run := filling.simulated) is None:
+        return
+    read_mm, mirrored_mm = (
+        np.interp(each, run.s_mm, run.level_mm, np.nan, np.nan) - level_mm
+        for each in (s_mm, filling.outline.length_mm - s_mm)
+    )
+    both = ~np.isnan(read_mm + mirrored_mm)
+    if both.sum() < 4:
+        return
+    level_mm, read_mm, mirrored_mm = level_mm[both], read_mm[both], mirrored_mm[both]
+    # A constant offset contains no information on the direction.
+    shapes_mm = (_distance_mm(each - np.median(each)) for each in (mirrored_mm, read_mm))
+    changes = [(*shapes_mm, "direction", "with s from the crack's other end, apart from a constant")]
+    for kind, factor, words in TURNED:
+        if filling.admits(factor * level_mm):
+            changed_mm = read_mm + (1 - factor) * level_mm
+            changes.append((_distance_mm(changed_mm), _distance_mm(read_mm), kind, words))
+    changed_mm, own_mm, kind, words = min(changes, key=lambda change: change[0] / max(change[1], 1e-9))
+    if any(changed_mm < share * own_mm and own_mm - changed_mm > gain_mm for share, gain_mm in NEARER):
+        yield Finding(
+            kind, f"the readings are {own_mm:.2g} mm from the simulated level, but {changed_mm:.2g} mm {words}."
+        )
 
 
-def _on_column(cells: ReadCells, kind: Literal["copy", "mean column"], j: int, what: str) -> Doubt:
-    row, _, answer = _named(cells, j)
-    return Doubt(kind, row, int(cells.columns[j]), (answer,), f"this repeat is {what}.", "Remove it from the repeats")
+def _distance_mm(error_mm: Floats) -> float:
+    return float(np.abs(error_mm).mean())
+
+
+SCREENS: tuple[Callable[[Sheet], Iterator[Finding]], ...] = (
+    mean_rows,
+    copied_columns,
+    mean_columns,
+    far_columns,
+    odd_readings,
+    scattered_stations,
+    short_span,
+    fine_dial,
+    impossible_levels,
+    other_volume,
+    other_level,
+)
+"""All screens, in order: what the first ones find is missing in those that follow."""

@@ -6,7 +6,7 @@ import pytest
 
 from sealtwin.core.records import Profile
 from validate.readings.read_readings import read_readings
-from validate.readings.sheet import SheetFaults
+from validate.readings.grid import SheetFaults
 from validate.settings import Columns, Declared
 
 
