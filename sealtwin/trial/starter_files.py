@@ -16,7 +16,6 @@ STUDY = TEMPLATES.joinpath("study.toml").read_text(encoding="utf-8")
 SHEET = "caliper.xlsx"
 HEADER = ("Distance along crack [mm]", *(f"Depth below face {repeat} [mm]" for repeat in (1, 2, 3)))
 """Header of the empty sheet of readings, with three repeats at each station."""
-REMARK = "# One row for each place. Depth is positive below the face of the sample, negative above it."
 STATIONS = 30  # Empty rows with a frame
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
 """Files of the paper's reconstructed trial, which is a fixture of the tests. The wheel has them too."""
@@ -51,17 +50,16 @@ def empty_sheet() -> bytes:
     book, content = openpyxl.Workbook(), BytesIO()
     sheet = book.worksheets[0]
     sheet.title = "Readings"
-    sheet.append([REMARK])
     sheet.append(HEADER)
     line = Side(style="thin", color="999999")
-    for row in sheet.iter_rows(min_row=2, max_row=2 + STATIONS, max_col=len(HEADER)):
+    for row in sheet.iter_rows(min_row=1, max_row=1 + STATIONS, max_col=len(HEADER)):
         for cell in row:
             cell.border = Border(line, line, line, line)
             cell.number_format = "0.00"
-    for column, cell in enumerate(sheet[2], start=1):
+    for column, cell in enumerate(sheet[1], start=1):
         cell.font, cell.alignment = Font(bold=True), Alignment(wrap_text=True, vertical="top")
         sheet.column_dimensions[get_column_letter(column)].width = 18
-    sheet.freeze_panes = "A3"
+    sheet.freeze_panes = "A2"
     book.save(content)
     return content.getvalue()
 
