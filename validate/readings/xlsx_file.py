@@ -35,7 +35,7 @@ NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
 """Text, quoted or letter by letter, that a format shows behind a number."""
-PLAIN = re.compile(r"|rgb ..(?:000000|FFFFFF)|theme [01] 0.0|indexed (?:0|1|8|9|6\d) 0.0|auto .*")
+PLAIN = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
 """Colours that are black, white or automatic, with their tint."""
 FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, place or field of a page header, such as &P
 
@@ -69,12 +69,12 @@ def read_worksheets(archive: zipfile.ZipFile, content: bytes) -> Iterator[Worksh
         behind = SHOWN_BEHIND.search(code.partition(";")[0])
         unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
         font = book._fonts[style.fontId]
-        looks[number] = unit, bool(font.strike), _colours(font.color, book._fills[style.fillId])
-    dates, durations = set(book._date_formats) - words, set(book._timedelta_formats) - words
+        looks[number] = unit, bool(font.strike), _colours(font, book._fills[style.fillId])
     for source in book.worksheets:
         sheet = Worksheet(source.title, source.sheet_state != "visible")
+        dates = set(book._date_formats) - words, set(book._timedelta_formats) - words
         with source._get_source() as part:
-            _fill(sheet, _CellParser(part, source._shared_strings, True, book.epoch, dates, durations, True), looks)
+            _fill(sheet, _CellParser(part, source._shared_strings, True, book.epoch, *dates, True), looks)
         sheet.drop_zeros(never_calculated=never_calculated)
         links = get_rels_path(source._worksheet_path)
         for link in get_dependents(archive, links).find(COMMENTS_NS) if links in parts else ():
@@ -83,15 +83,10 @@ def read_worksheets(archive: zipfile.ZipFile, content: bytes) -> Iterator[Worksh
 
 
 def _colours(font: Any, fill: Any) -> str:
-    """Return the colours of font and fill that are neither black, white nor automatic. A pattern is a colour too."""
-    pattern = fill.fill_type or ""
-    names = {"fill": _colour(getattr(fill, "fgColor", None)) or pattern.replace("solid", ""), "font": _colour(font)}
-    return " ".join(f"{what} {name}" for what, name in names.items() if name and (pattern or what == "font"))
-
-
-def _colour(colour: Any) -> str:
-    name = "" if colour is None else f"{colour.type} {colour.value}" + f" {colour.tint}" * (colour.type != "rgb")
-    return "" if PLAIN.fullmatch(name) else name
+    """Return the colours of font and fill that are neither black, white nor automatic."""
+    colours = {"fill": fill.fill_type and getattr(fill, "fgColor", None), "font": font.color}
+    names = {what: f"{each.type} {each.value} {each.tint}" for what, each in colours.items() if each is not None}
+    return ", ".join(f"{what} {name}" for what, name in names.items() if not PLAIN.match(name))
 
 
 def _fill(sheet: Worksheet, parser: _CellParser, looks: Mapping[int, tuple[str, bool, str]]) -> None:
@@ -143,6 +138,6 @@ def _comments(content: bytes) -> Iterator[Mark]:
     root = fromstring(content)
     authors = [author.text for author in root.findall(".//{*}author")]
     for comment in root.findall(".//{*}comment"):
-        row, column = coordinate_to_tuple(comment.get("ref"))
+        row, column = coordinate_to_tuple(comment.get("ref", ""))
         text = "".join(comment.itertext()).strip().removeprefix(f"{authors[int(comment.get('authorId', 0))]}:")
         yield Mark(row, column - 1, "comment", text.strip())
