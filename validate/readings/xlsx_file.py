@@ -8,14 +8,12 @@ import io
 import math
 import re
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from datetime import date
 from typing import Any
-from xml.etree.ElementTree import Element
 
 import openpyxl
 from defusedxml.ElementTree import fromstring
-from openpyxl.cell.rich_text import CellRichText
 from openpyxl.packaging.relationship import get_dependents, get_rels_path
 from openpyxl.styles.numbers import BUILTIN_FORMATS, BUILTIN_FORMATS_MAX_SIZE
 from openpyxl.utils.cell import coordinate_to_tuple
@@ -43,7 +41,7 @@ FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, place or f
 class _CellParser(WorkSheetParser):
     """openpyxl's parser, which additionally marks formulas, and those without a stored result."""
 
-    def parse_cell(self, element: Element) -> dict[str, Any]:
+    def parse_cell(self, element: Any) -> dict[str, Any]:
         cell = super().parse_cell(element)
         cell["formula"] = element.find(FORMULA_TAG) is not None
         # A formula whose result is an empty text has t="str".
@@ -89,14 +87,14 @@ def _colours(font: Any, fill: Any) -> str:
     return ", ".join(f"{what} {name}" for what, name in names.items() if not PLAIN.match(name))
 
 
-def _fill(sheet: Worksheet, parser: _CellParser, looks: Mapping[int, tuple[str, bool, str]]) -> None:
+def _fill(sheet: Worksheet, parser: _CellParser, looks: dict[int, tuple[str, bool, str]]) -> None:
     for _, cells in parser.parse():
         for each in cells:
             value = each["value"]
             unit, struck, colours = looks.get(each["style_id"], ("", False, ""))
             cell = _cell(value, each["data_type"], unit)
             if cell != BLANK:
-                if isinstance(value, CellRichText):
+                if isinstance(value, list):  # Rich text
                     struck = struck or any(part.font.strike for part in value if not isinstance(part, str))
                 # One column too many is enough for a refusal.
                 column = min(each["column"] - 1, MOST_COLUMNS)
@@ -113,7 +111,7 @@ def _fill(sheet: Worksheet, parser: _CellParser, looks: Mapping[int, tuple[str, 
             sheet.on_page.append(("page header" if "Header" in name else "page footer", text))
 
 
-def _is_hidden(dimension: Mapping[str, Any], size: str) -> bool:
+def _is_hidden(dimension: dict[str, Any], size: str) -> bool:
     return dimension.get("hidden") in ("1", "true") or float(dimension.get(size) or 1) == 0
 
 

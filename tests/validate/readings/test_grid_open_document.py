@@ -10,17 +10,12 @@ from validate.readings.grid import Cell, SheetFaults
 
 ROWS = [["s [mm]", "{across=2}Tiefe [mm]"], [0.0, 1.5, 1.6], [5.0, 2.0, None], [10.0, 2.5, 2.6]]
 LOOKS = 'xmlns:fo="urn:oasis:names:tc:opendocument:xmlns:xsl-fo-compatible:1.0" fo'
-STYLE = '<style:style style:name="{}" style:parent-style-name="{}">{}</style:style>'
-STYLES = "".join(
-    STYLE.format(name, parent, "".join(f"<style:{what}-properties {value}/>" for what, value in looks.items()))
-    for name, parent, looks in [
-        ("Bad", "", {"text": f'{LOOKS}:color="#cc0000"'}),
-        ("ce1", "Bad", {"table-cell": f'{LOOKS}:background-color="#FFFF00"'}),
-        ("ce2", "", {"text": f'style:text-line-through-style="solid" {LOOKS}:color="#000000"'}),
-        ("ro0", "", {"table-row": 'style:row-height="0.00cm"'}),
-        ("ta0", "", {"table": 'table:display="false"'}),
-    ]
-)
+STYLE = '<style:style style:name="{}" style:parent-style-name="{}"><style:{}-properties {}/></style:style>'
+STRUCK = f'style:text-line-through-style="solid" {LOOKS}:color="#000000"'
+STYLES = STYLE.format("Bad", "", "text", f'{LOOKS}:color="#cc0000"') + STYLE.format("ce2", "", "text", STRUCK)
+STYLES += STYLE.format("ce1", "Bad", "table-cell", f'{LOOKS}:background-color="#FFFF00"')
+STYLES += STYLE.format("ro0", "", "table-row", 'style:row-height="0.00cm"')
+STYLES += STYLE.format("ta0", "", "table", 'table:display="false"')
 NOTE = "<office:annotation><text:p>in inch!</text:p><text:p>wrong</text:p></office:annotation>"
 VAST = 'table:number-{}-repeated="999999999"'
 FORMULA = 'table:formula="of:=1"'
