@@ -2,13 +2,13 @@
 
 import io
 import re
-import stat
 import warnings
 import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.plain_files import opened
 from validate.readings.grid import SAVE_AGAIN, Grid, SheetFaults, quoted, refused, shown
 from validate.readings.numbers import NUMBER
 from validate.readings.text_file import read_text
@@ -102,12 +102,9 @@ def named_cells(
 
 
 def _content(path: Path) -> bytes:
-    """Return the bytes of a file. Raises SheetFaults for a large file or another format."""
+    """Return the bytes of a file. Raises InputError for what is no file, and SheetFaults for another format."""
     try:
-        # Reading from a pipe may block forever.
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise IsADirectoryError(0, "no file")
-        with path.open("rb") as file:
+        with opened(path) as file:
             content = file.read(LARGEST_FILE_BYTES + 1)
     except OSError as fault:
         finding = f"readings cannot be opened ({fault.strerror})."

@@ -27,7 +27,7 @@ STYLE_NAME, USUAL_STYLE, FORMULA_KEY = (
     f"{TABLE}{name}" for name in ("style-name", "default-cell-style-name", "formula")
 )
 HIDDEN = ("collapse", "filter")
-COLOURS = {"fill": "background-color", "font": "color"}
+COLOURS = {"fill": f"{LOOK}background-color", "font": f"{LOOK}color"}
 PLAIN = ("", "transparent", "#000000", "#ffffff")  # Colours
 NO_SIZE = re.compile(r"0*(?:[.,]0*)?[a-z%]*")  # "0cm", of an invisible row or column
 ERROR = re.compile(r"#.*[^\W\d_].*|(?:err|fehler|erreur|error)\s?:\s?[0-9]+", re.IGNORECASE)
@@ -73,8 +73,8 @@ def _sheet(table: Element, look: Callable[[str | None], Mapping[str, str]]) -> W
                 looks = [look(cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column))]
                 looks += [look(span.get(f"{TEXT}style-name")) for span in cell.iter(f"{TEXT}span")]
                 struck = any(each.get(f"{STYLE}text-line-through-style", "none") != "none" for each in looks)
-                colours = {what: looks[0].get(f"{LOOK}{key}", "").lower() for what, key in COLOURS.items()}
-                named = " ".join(f"{what} {colour}" for what, colour in colours.items() if colour not in PLAIN)
+                colours = {what: looks[0].get(key, "") for what, key in COLOURS.items()}
+                named = ", ".join(f"{what} {colour}" for what, colour in colours.items() if colour.lower() not in PLAIN)
                 entry = Entry(value, cell.get(FORMULA_KEY) is not None, struck, named)
                 # One column too many is enough for a refusal.
                 entries |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), entry)
@@ -110,8 +110,8 @@ def _count(element: Element, what: str) -> int:
 def _value(cell: Element) -> Cell:
     kind, text, formula = cell.get(f"{OFFICE}value-type"), _text(cell), cell.get(FORMULA_KEY)
     # Excel, and OpenOffice up to 3, save an error as the number 0 with its text.
-    is_result = kind in NUMBERS or formula is not None
-    if cell.get(ERROR_TYPE) == "error" or text.startswith("Err:") or (is_result and ERROR.fullmatch(text)):
+    may_fail = kind in NUMBERS or formula is not None
+    if cell.get(ERROR_TYPE) == "error" or text.startswith("Err:") or (may_fail and ERROR.fullmatch(text)):
         return Cell(text or "an error", "error")
     if kind in NUMBERS:
         value, behind = float(cell.get(f"{OFFICE}value", "nan")), BEHIND.fullmatch(text)

@@ -30,9 +30,8 @@ def read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
         line = 1 + text.count("\n", 0, lost.start())
         finding = "NUL bytes, which a logger writes when it loses power."
         raise refused(f"{as_text(path)}, line {line}", finding, "Delete them, and check for lost readings.")
-    skipped = 0
     if (stated := SEPARATOR_LINE.match(text)) is not None:
-        text, skipped = text[stated.end() :], 1
+        text = "\n" + text[stated.end() :]
     mark = SEPARATORS.get(separator) or (stated and stated[1]) or _likeliest(text)
     try:
         lines = _fields(text, mark)
@@ -41,12 +40,12 @@ def read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
     rows = {}
     for line, fields in lines.items():
         if any(_contains_rows(field, mark) for field in fields):
-            place = f"{as_text(path)}, line {skipped + line}"
+            place = f"{as_text(path)}, line {line}"
             finding = "a quotation mark of an earlier line closes here, and the quoted text contains rows of numbers."
             raise refused(place, finding, "Delete both marks, or the line breaks between them.")
         # Lines may end with a million separators of empty columns.
         width = next(count for count in range(len(fields), 0, -1) if fields[count - 1])
-        rows[skipped + line] = tuple(map(Cell, fields[:width]))
+        rows[line] = tuple(map(Cell, fields[:width]))
     return Grid(path, rows, ("CSV", encoding, NAMES[mark]), separator=mark)
 
 

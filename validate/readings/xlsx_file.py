@@ -8,14 +8,12 @@ import io
 import math
 import re
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from datetime import date
 from typing import Any
-from xml.etree.ElementTree import Element
 
 import openpyxl
 from defusedxml.ElementTree import fromstring
-from openpyxl.cell.rich_text import CellRichText
 from openpyxl.packaging.relationship import get_dependents, get_rels_path
 from openpyxl.styles.numbers import BUILTIN_FORMATS, BUILTIN_FORMATS_MAX_SIZE
 from openpyxl.utils.cell import coordinate_to_tuple
@@ -35,7 +33,7 @@ NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
 """Text, quoted or letter by letter, that a format shows behind a number."""
-PLAIN = re.compile(r"|rgb ..(?:000000|FFFFFF)|theme [01] 0.0|indexed (?:0|1|8|9|6\d) 0.0|auto .*")
+PLAIN = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
 """Colours that are black, white or automatic, with their tint."""
 FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, place or field of a page header, such as &P
 
@@ -43,7 +41,7 @@ FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, place or f
 class _CellParser(WorkSheetParser):
     """openpyxl's parser, which additionally marks formulas, and those without a stored result."""
 
-    def parse_cell(self, element: Element) -> dict[str, Any]:
+    def parse_cell(self, element: Any) -> dict[str, Any]:
         cell = super().parse_cell(element)
         cell["formula"] = element.find(FORMULA_TAG) is not None
         # A formula whose result is an empty text has t="str".
@@ -69,12 +67,12 @@ def read_worksheets(archive: zipfile.ZipFile, content: bytes) -> Iterator[Worksh
         behind = SHOWN_BEHIND.search(code.partition(";")[0])
         unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
         font = book._fonts[style.fontId]
-        looks[number] = unit, bool(font.strike), _colours(font.color, book._fills[style.fillId])
-    dates, durations = set(book._date_formats) - words, set(book._timedelta_formats) - words
+        looks[number] = unit, bool(font.strike), _colours(font, book._fills[style.fillId])
     for source in book.worksheets:
         sheet = Worksheet(source.title, source.sheet_state != "visible")
+        dates = set(book._date_formats) - words, set(book._timedelta_formats) - words
         with source._get_source() as part:
-            _fill(sheet, _CellParser(part, source._shared_strings, True, book.epoch, dates, durations, True), looks)
+            _fill(sheet, _CellParser(part, source._shared_strings, True, book.epoch, *dates, True), looks)
         sheet.drop_zeros(never_calculated=never_calculated)
         links = get_rels_path(source._worksheet_path)
         for link in get_dependents(archive, links).find(COMMENTS_NS) if links in parts else ():
@@ -83,25 +81,20 @@ def read_worksheets(archive: zipfile.ZipFile, content: bytes) -> Iterator[Worksh
 
 
 def _colours(font: Any, fill: Any) -> str:
-    """Return the colours of font and fill that are neither black, white nor automatic. A pattern is a colour too."""
-    pattern = fill.fill_type or ""
-    names = {"fill": _colour(getattr(fill, "fgColor", None)) or pattern.replace("solid", ""), "font": _colour(font)}
-    return " ".join(f"{what} {name}" for what, name in names.items() if name and (pattern or what == "font"))
+    """Return the colours of font and fill that are neither black, white nor automatic."""
+    colours = {"fill": fill.fill_type and getattr(fill, "fgColor", None), "font": font.color}
+    names = {what: f"{each.type} {each.value} {each.tint}" for what, each in colours.items() if each is not None}
+    return ", ".join(f"{what} {name}" for what, name in names.items() if not PLAIN.match(name))
 
 
-def _colour(colour: Any) -> str:
-    name = "" if colour is None else f"{colour.type} {colour.value}" + f" {colour.tint}" * (colour.type != "rgb")
-    return "" if PLAIN.fullmatch(name) else name
-
-
-def _fill(sheet: Worksheet, parser: _CellParser, looks: Mapping[int, tuple[str, bool, str]]) -> None:
+def _fill(sheet: Worksheet, parser: _CellParser, looks: dict[int, tuple[str, bool, str]]) -> None:
     for _, cells in parser.parse():
         for each in cells:
             value = each["value"]
             unit, struck, colours = looks.get(each["style_id"], ("", False, ""))
             cell = _cell(value, each["data_type"], unit)
             if cell != BLANK:
-                if isinstance(value, CellRichText):
+                if isinstance(value, list):  # Rich text
                     struck = struck or any(part.font.strike for part in value if not isinstance(part, str))
                 # One column too many is enough for a refusal.
                 column = min(each["column"] - 1, MOST_COLUMNS)
@@ -118,7 +111,7 @@ def _fill(sheet: Worksheet, parser: _CellParser, looks: Mapping[int, tuple[str, 
             sheet.on_page.append(("page header" if "Header" in name else "page footer", text))
 
 
-def _is_hidden(dimension: Mapping[str, Any], size: str) -> bool:
+def _is_hidden(dimension: dict[str, Any], size: str) -> bool:
     return dimension.get("hidden") in ("1", "true") or float(dimension.get(size) or 1) == 0
 
 
@@ -143,6 +136,6 @@ def _comments(content: bytes) -> Iterator[Mark]:
     root = fromstring(content)
     authors = [author.text for author in root.findall(".//{*}author")]
     for comment in root.findall(".//{*}comment"):
-        row, column = coordinate_to_tuple(comment.get("ref"))
+        row, column = coordinate_to_tuple(comment.get("ref", ""))
         text = "".join(comment.itertext()).strip().removeprefix(f"{authors[int(comment.get('authorId', 0))]}:")
         yield Mark(row, column - 1, "comment", text.strip())

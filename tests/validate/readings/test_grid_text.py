@@ -1,8 +1,10 @@
 """Text files: encoding, separator and fields. Other files, and what is damaged or vast, are refused in a sentence."""
 
+import io
 import os
 import random
 import tracemalloc
+import zipfile
 
 import pytest
 
@@ -63,8 +65,13 @@ def test_the_separator_is_the_declared_one_then_the_stated_one(grid_of):
     assert texts(grid_of(NOTES, separator="comma"), 2) == ["0", "1", "a;b;c"]
     assert texts(grid_of("sep=,\n" + NOTES), 3) == ["0", "1", "a;b;c"]
     assert grid_of("no separator at all").separator == ","
+    with pytest.raises(SheetFaults, match=r"a text file, which has no sheets, but .* = 'Messung'"):
+        grid_of(NOTES, sheet="Messung")
 
 
+ARCHIVE = io.BytesIO()
+with zipfile.ZipFile(ARCHIVE, "w") as archive:
+    archive.writestr("content.xml", "<x/>")
 REFUSED = {
     "NUL bytes": (b"s_mm;depth_mm\n0;1\n\0\0\0\0\n5;2\n", "line 3"),
     "a wrong quotation mark": (b'sep=;\ns_mm;depth_mm\n0;1;"12\n5;2\n10;3;4"\n15;4\n', "line 5"),
@@ -73,6 +80,8 @@ REFUSED = {
     "a page": (b"\xef\xbb\xbf  <!DOCTYPE html><table>", "<!DOCTYPE html"),
     "a PDF": (b"%PDF-1.7", "%PDF-"),
     "an old workbook": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), ".xls"),
+    "a workbook cut off": (b"PK\x03\x04" + bytes(30), "damaged"),
+    "another zip": (ARCHIVE.getvalue(), "a zip file, but not an XLSX"),
     "a vast cell": (b"s_mm,depth_mm\n0,1\n5," + b"1" * 200_000, "not a CSV"),
     "columns": (b"s_mm" + b",depth_mm" * 20_000 + b"\n0,1\n", "256 columns"),
     "rows": (b";1\n" * 10_100, "10000 rows"),
@@ -91,24 +100,9 @@ def test_what_is_no_table_is_refused_by_file_and_line(grid_of, tmp_path, content
     assert len(str(doubt)) < 3_000
 
 
-def test_a_text_has_no_sheets(grid_of):
-    with pytest.raises(SheetFaults, match=r"a text file, which has no sheets, but .* = 'Messung'"):
-        grid_of("s_mm;depth_mm\n0;1\n", sheet="Messung")
-
-
-VAST = {
-    "blank columns": ("s_mm,depth_mm" + "," * 50_000 + "\n0,1\n", 2),
-    "a long name": ("s_mm,depth (in" + " " * 100_000 + "x\n0,1\n", 2),
-    "blank lines": ("\n" * 50_000 + "s_mm,depth_mm\n0,1\n", 50_002),
-    "rows without content": (";\n" * 10_100 + "s_mm;depth_mm\n", 10_101),
-}
-
-
-@pytest.mark.parametrize(("content", "last"), VAST.values(), ids=VAST)
-def test_blank_columns_and_lines_are_dropped(grid_of, content, last):
-    grid = grid_of(content)
-    assert [*grid.rows][-1] == last
-    assert max(map(len, grid.rows.values())) == 2
+def test_blank_columns_and_lines_are_dropped(grid_of):
+    grid = grid_of("\n" * 50_000 + ",\n" * 10_100 + "s_mm,depth_mm" + "," * 50_000 + "\n0,1\n")
+    assert [(row, len(cells)) for row, cells in grid.rows.items()] == [(60_101, 2), (60_102, 2)]
 
 
 @pytest.mark.parametrize("start", [b"s_mm,depth_mm\n", b"PK\x03\x04"], ids=["text", "workbook"])
@@ -118,7 +112,7 @@ def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
     os.truncate(path, 1_000_000_000)
     tracemalloc.start()
     try:
-        with pytest.raises(SheetFaults, match="larger than"):
+        with pytest.raises(InputError, match="larger than"):
             read_grid(path)
         assert tracemalloc.get_traced_memory()[1] < 20_000_000
     finally:
@@ -127,8 +121,8 @@ def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
 
 def test_a_pipe_is_not_waited_for_and_a_file_must_exist(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
-    for name in ("pipe.csv", "none.csv"):
-        with pytest.raises(InputError, match=rf"{name}: .*cannot be opened"):
+    for name, words in {"pipe.csv": "is a device or a pipe", "none.csv": "readings cannot be opened"}.items():
+        with pytest.raises(InputError, match=f"{name}: {words}"):
             read_grid(tmp_path / name)
     with pytest.raises(InputError, match=r"none\.csv: no such file; a batch writes it"):
         read_table(tmp_path / "none.csv", "a batch writes it")
