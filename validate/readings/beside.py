@@ -113,7 +113,7 @@ def _is_known(text: str) -> bool:
         elif kind == "name":
             names += len(word) > 1 or label != "number"
             names_before += names > MOST_NAMES
-            if not (word[0].isupper() or "\u3400" <= word):
+            if not (word[0].isupper() or word >= "\u3400"):
                 return False
         elif kind == "word" or (word in ".;" and names):
             names = MOST_NAMES

@@ -40,7 +40,7 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
             return read_text(path, content, separator)
         finding = f"a text file, which has no sheets, but [readings] sheet = {sheet!r}."
         raise refused(as_text(path), finding, "Remove this setting, or give the workbook.")
-    from validate.readings import ods_file, xlsx_file
+    from validate.readings import open_document, workbook
     from validate.readings.worksheets import chosen_grid
 
     try:
@@ -52,10 +52,10 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
             raise refused(as_text(path), finding, SMALLER)
         # openpyxl warns about skipped styles and extensions, which contain no readings.
         with warnings.catch_warnings(action="ignore"):
-            if ods_file.MIMETYPE in content[:128]:
-                program, sheets = "ODS", [*ods_file.read_worksheets(archive)]
+            if open_document.MIMETYPE in content[:128]:
+                program, sheets = "ODS", [*open_document.read_worksheets(archive)]
             elif "[Content_Types].xml" in archive.namelist():
-                program, sheets = "XLSX", [*xlsx_file.read_worksheets(archive, content)]
+                program, sheets = "XLSX", [*workbook.read_worksheets(archive, content)]
             else:
                 raise refused(as_text(path), "a zip file, but not an XLSX.", SAVE_AGAIN)
     except SheetFaults:

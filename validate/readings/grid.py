@@ -50,7 +50,9 @@ class Grid:
     """Merged ranges: first row, first column, last row, last column; rows from 1, columns from 0."""
     marks: tuple[Mark, ...] = ()  # Of cells with content, and comments
     elsewhere: tuple[tuple[str, str], ...] = ()
-    """Other texts of a workbook, each with its place: ("sheet 'Notes', cell A1", "all in cm"), ("page header", "P01")."""
+    """Other texts of a workbook with their places: ("sheet 'Notes', cell A1", "all in cm"), ("page header", "P01")."""
+
+    doubts: tuple[Doubt, ...] = ()  # What is open about the file
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:

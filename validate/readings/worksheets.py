@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import as_text
-from validate.readings.grid import BLANK, Cell, Grid, Mark, SheetFaults, letters, quoted, refused
+from validate.readings.grid import BLANK, Cell, Grid, Mark, letters, quoted, refused
 from validate.readings.numbers import number
 
 MOST_TEXTS = 200  # Texts of another worksheet that are quoted
@@ -82,7 +82,7 @@ class Worksheet:
 
 
 def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: str | None) -> Grid:
-    """Return the sheet ``wanted``, or the only visible one with a table. Raises SheetFaults."""
+    """Return the sheet ``wanted``, or the only visible one with a table; else ask for it."""
     filled = [sheet for sheet in sheets if sheet.rows]
     if not filled:
         finding = "has no rows of readings: all its sheets are empty, or saved as Strict Open XML."
@@ -93,15 +93,18 @@ def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: s
     if wanted is not None:
         chosen = [sheet for sheet in sheets if sheet.name == wanted]
         named, finding = sheets, f"has no sheet {quoted(wanted)}, only"
+    doubts = list[Doubt]()
     if len(chosen) != 1:
         names = ", ".join(quoted(sheet.name) for sheet in named[:MOST_NAMED])
-        raise SheetFaults([Doubt("sheet", as_text(path), f"{finding} {names}.", answers={"sheet": named[0].name})])
-    (sheet,) = chosen
+        doubts.append(Doubt("sheet", as_text(path), f"{finding} {names}.", answers={"sheet": named[0].name}))
+    # The first one stands in, so that what else is open is asked at the same time.
+    sheet = (chosen or named)[0]
     rows = {
         row: tuple(entries[column].cell if column in entries else BLANK for column in range(max(entries) + 1))
         for row, entries in sorted(sheet.rows.items())
     }
-    others = (text for other in sheets if other is not sheet for text in other.texts())
+    # Sheets that may have the readings of another sample are no remarks on this one.
+    others = (text for other in sheets if other is not sheet and (other.hidden or other not in tables) for text in other.texts())
     return Grid(
         path,
         rows,
@@ -110,4 +113,5 @@ def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: s
         merged=tuple(sheet.merged),
         marks=tuple(sorted(sheet.marks())),
         elsewhere=(*sheet.on_page, *others),
+        doubts=tuple(doubts),
     )
