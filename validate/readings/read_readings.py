@@ -58,7 +58,7 @@ def readings_of(
     filling: Filling | None = None,
 ) -> Profile:
     """Read the cells of a sheet, with the checks and doubts of ``read_readings``."""
-    questions = Questions()
+    questions = Questions([*grid.doubts])
     table = find_table(grid, settings, questions)
     rows = read_rows(table, settings, questions)
     cells = rows.cells
