@@ -1,0 +1,133 @@
+"""Texts beside the numbers of a sheet: which are known to leave the readings as they are, and which may change them.
+
+A text is harmless only if all its words are known to be harmless; any other becomes part of a question. The words are
+in ``words_beside.toml``.
+"""
+
+import re
+import tomllib
+import unicodedata
+from importlib.resources import files as resources
+
+from validate.readings.names import sample_key
+
+LETTERS = str.maketrans({"ł": "l", "Ł": "L", "ø": "o", "\u0131": "i", "ß": "ss", "\u2019": "'", "º": "°"})
+MARKS = ".,;:-\u2013\u2014/()\"'&#_!@。、§"
+MOST_NAMES = 4  # Words of a name behind its label
+
+
+def plain(text: str) -> str:
+    """Return the text without accents. Umlauts are one vowel, however they are spelt; case is kept."""
+    text = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", text.translate(LETTERS)))
+    bare = "".join(letter for letter in text if unicodedata.category(letter) != "Mn")
+    return re.sub("([aou])e", r"\1", bare, flags=re.IGNORECASE)
+
+
+LISTS = tomllib.loads(plain(resources("validate").joinpath("readings", "words_beside.toml").read_text("utf-8")))
+HAN = "[\u3040-\u30ff\u3400-\u9fff]"  # Scripts without blanks
+LETTER = rf"(?:(?!{HAN})[^\W\d_])"
+
+
+def _words(kind: dict[str, str], ending: int = 6) -> str:
+    """Return an expression for words in full, and for stems with endings."""
+    stems = (f"{stem}{LETTER}{{0,{ending}}}" for stem in kind.get("stems", "").split())
+    return f"(?:{'|'.join((*kind['words'].split(), *stems))})(?!{LETTER})"
+
+
+def _compiled(pattern: str) -> re.Pattern[str]:
+    return re.compile(pattern, re.IGNORECASE)
+
+
+WORDS = {kind: _words(words, 30 if kind == "empty" else 6) for kind, words in LISTS["harmless"].items()}
+CHANGES = _compiled(
+    rf"(?<!{LETTER}){_words(LISTS['changes'], 30)}|{LISTS['changes']['parts']}"
+    # Numbers with a sign, a decimal comma, m, in or inch marks; lists of rows; percent, degree, doubt, arrows.
+    r"|(?<![\w.)])[-\u2212\u2013]\d|[+\u00b1\u00d7*%\u00b0?=<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|]"
+    r"|\d\W?(?:m|in)(?!\w|\s+[a-z])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|(?<!\d{3})\d\s?['\"]|\d,\d|1/10|order\W+\d+\W+\d"
+)
+EMPTY = _compiled(
+    r"(?:^|(?<=[:;,.。\n]))\W*(?!(?:no|ei|нет|brak|in|report)\W*$)"
+    rf"(?:(?:ok|okay|ras)|(?:{WORDS['empty']}[ /]*)+)(?=[:;,.。!\n]|$)"
+)
+NUMBER = r"-?\d+(?:[.,]\d+)?"
+FIGURES = _compiled(
+    "|".join(
+        (
+            # Dates, and the word datum before these; times; addresses of mail.
+            r"(?<!\w)datum(?=[^\d;]{1,14}(?:\d[\d. /-]*[^\d;]{0,12})?20\d\d)",
+            r"(?<![\w.,/-])(?:\d{4}[-/. ]{1,2}\d\d?[-/. ]{1,2}\d\d?|\d\d?([-/.]) ?\d\d?\1 ?(?:20)?\d\d|\d\d[/.]20\d\d)"
+            r"(?![\w/-])",
+            r"\d{4}年\d\d?月(?:\d\d?日)?",
+            r"(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?:[:h時点][0-5]\d(?::[0-5]\d|分)?|\s?(?:uhr|uur|[ap]m|点|時))(?![\w:])",
+            r"[\w.-]+@[\w.-]+",
+            rf"{NUMBER}\s*(?:°\s*C|%\s*{WORDS['climate']})(?!\w)",
+            rf"{WORDS['climate']}[^;\d]{{0,20}}{NUMBER}\s*(?:°\s*C?|%|C|deg\w*|grad\w*|астет\w*)(?!\w)",
+            # "Page 2 of 3", as pages are sides in many languages; "no. 12"; the Portuguese "no".
+            r"(?<!\w)(?:[sp]|pag\w*|seite|str\w*|sid\w*|sivu|oldal|sayfa|blatt)[. ]*\d+"
+            r"\s?(?:of|[vd][aoe]n?|di|av|ze?|sur?|/)\s?\d+",
+            rf"(?<!\w)(?:n\.?°|(?:no|nr|n|c)[.: ]\s?(?=[A-Z]*\d)|no (?={WORDS['number']}))",
+        )
+    )
+)
+SIZE = _compiled(
+    rf"({WORDS['tool']}\W|[,;(/])\s*(?:0\s?(?:-|\u2013|to|bis|\.+|a)\s?\d{{2,3}}|[1-9][05]0|0[.,]0+[125])\s?mm(?!\w)"
+)
+UPPER = r"[A-Z\u0410-\u042f]"
+DATES_AND_NAMES = re.compile(
+    rf"\d\d?\.?\s+(?:d[eo]\s+)?{LETTER}{{3,12}}\.?,?\s+(?:d[eo]\s+)?20\d\d|20\d\d\.?\s{LETTER}+\s\d\d?\.?(?!\w)"
+    rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b{UPPER}{LETTER}+ (?:[\u0410-\u042f]\.\s?){{1,2}}"
+    rf"|\b(?:{UPPER}\.[\s-]?){{1,3}}(?:(?:d[aei]l?|v[ao]n|der) ){{0,2}}{UPPER}{LETTER}+"
+)
+LABELLED = re.compile(rf"(?:^|(?<=[;,.]))\s*{LETTER}{{3,}}\s?:\s*§(?=\s*(?:[;,.]|$))")
+KIND = "|".join(f"(?P<{kind}>{words})" for kind, words in WORDS.items() if kind != "empty")
+TOKEN = re.compile(
+    r"(?P<code>(?:[A-Z]{1,4}[-_])?[A-Za-z]{0,3}\d[\dA-Za-z]*(?:[-./_][\dA-Za-z]+)*)"
+    rf"|(?i:{KIND})|(?P<name>{HAN}|{LETTER}+)|(?P<mark>(?<={LETTER})'(?={LETTER})|[^\w\s'])|\S"
+)
+
+
+def changes(text: str) -> bool:
+    """Return True if a text has a word or a sign that may change readings: unit, side, zero, factor, rejection."""
+    return CHANGES.search(plain(text)) is not None
+
+
+def is_harmless(text: str, sample: str = "") -> bool:
+    """Return True only if a text is known to leave the readings of its sample as they are: a date, an operator.
+
+    Unknown words, and numbers without a harmless label, give False.
+    """
+    if sample and sample_key(text) == sample_key(sample):
+        return True
+    if sample:
+        text = re.sub(rf"(?<!\w){re.escape(sample)}(?![\w'*+?])", " ", text, flags=re.IGNORECASE)
+    text = EMPTY.sub(" ", SIZE.sub(r"\1 ", FIGURES.sub("§", plain(text))))
+    return not CHANGES.search(text) and _is_known(LABELLED.sub(" ", DATES_AND_NAMES.sub("§", text)))
+
+
+def _is_known(text: str) -> bool:
+    """Return whether all words are harmless, or names or numbers beside a label of these."""
+    label, names, names_before = None, MOST_NAMES, 0
+    tokens = list(TOKEN.finditer(text))
+    for index, token in enumerate(tokens):
+        kind, word, before = token.lastgroup, token[0], tokens[index - 1][0]
+        if kind in ("person", "number", "tool") or (kind == "place" and word.islower()):
+            label, names = kind, 0
+        elif kind == "behind":
+            names_before = 0
+        elif kind == "code":
+            # A short number behind an instrument may be its reading, unless it is "no. 5".
+            is_labelled = label == "number" or (
+                label == "tool" and (("." not in word and len(word) > 3) or before == "§")
+            )
+            if not is_labelled and all(behind.lastgroup != "number" for behind in tokens[index + 1 : index + 3]):
+                return False
+        elif kind == "name":
+            names += len(word) > 1 or label != "number"
+            names_before += names > MOST_NAMES
+            if not (word[0].isupper() or word >= "\u3400"):
+                return False
+        elif kind == "word" or (word in ".;" and names and len(before) > 1):
+            names = MOST_NAMES
+        elif kind is None or (kind == "mark" and word not in MARKS):
+            return False
+    return not names_before
