@@ -13,6 +13,7 @@ from validate.readings.names import sample_key
 
 LETTERS = str.maketrans({"ł": "l", "Ł": "L", "ø": "o", "\u0131": "i", "ß": "ss", "\u2019": "'", "º": "°"})
 MARKS = ".,;:-\u2013\u2014/()\"'&#_!@。、§"
+LONGEST = 400  # Letters; a longer text is quoted in any case, and the time of expressions grows with its square
 MOST_NAMES = 4  # Words of a name behind its label
 
 
@@ -46,8 +47,8 @@ CHANGES = _compiled(
     r"|\d\W?(?:m|in)(?!\w|\s+[a-z])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|(?<!\d{3})\d\s?['\"]|\d,\d|1/10|order\W+\d+\W+\d"
 )
 EMPTY = _compiled(
-    r"(?:^|(?<=[:;,.。\n]))\W*(?!(?:no|ei|нет|brak|in|report)\W*$)"
-    rf"(?:(?:ok|okay|ras)|(?:{WORDS['empty']}[ /]*)+)(?=[:;,.。!\n]|$)"
+    r"(?:^|(?<=[:;,.。\n]))\W*(?!(?:no|ei|нет|brak|in|a|da|to|report)\W*(?:$|[:;,.\n]))"
+    rf"(?:(?:ok|okay|ras)|(?:{WORDS['empty']}[ /]*)++)(?=[:;,.。!\n]|$)"
 )
 NUMBER = r"-?\d+(?:[.,]\d+)?"
 FIGURES = _compiled(
@@ -98,6 +99,8 @@ def is_harmless(text: str, sample: str = "") -> bool:
     """
     if sample and sample_key(text) == sample_key(sample):
         return True
+    if len(text) > LONGEST:
+        return False
     if sample:
         text = re.sub(rf"(?<!\w){re.escape(sample)}(?![\w'*+?])", " ", text, flags=re.IGNORECASE)
     text = EMPTY.sub(" ", SIZE.sub(r"\1 ", FIGURES.sub("§", plain(text))))
@@ -110,24 +113,23 @@ def _is_known(text: str) -> bool:
     tokens = list(TOKEN.finditer(text))
     for index, token in enumerate(tokens):
         kind, word, before = token.lastgroup, token[0], tokens[index - 1][0]
+        behind = tokens[index + 1].lastgroup if index + 1 < len(tokens) else None
         if kind in ("person", "number", "tool") or (kind == "place" and word.islower()):
             label, names = kind, 0
         elif kind == "behind":
             names_before = 0
         elif kind == "code":
             # A short number behind an instrument may be its reading, unless it is "no. 5".
-            is_labelled = label == "number" or (
-                label == "tool" and (("." not in word and len(word) > 3) or before == "§")
-            )
-            if not is_labelled and all(behind.lastgroup != "number" for behind in tokens[index + 1 : index + 3]):
+            is_its_number = label == "tool" and (before == "§" or ("." not in word and len(word) > 3))
+            if not (is_its_number or label == "number" or behind == "ordinal"):
                 return False
         elif kind == "name":
             names += len(word) > 1 or label != "number"
             names_before += names > MOST_NAMES
             if not (word[0].isupper() or word >= "\u3400"):
                 return False
-        elif kind == "word" or (word in ".;" and names and len(before) > 1):
-            names = MOST_NAMES
+        elif kind == "word" or (word in ".;:" and names and len(before) > 1) or (word == "," and label == "number"):
+            label, names = None, MOST_NAMES
         elif kind is None or (kind == "mark" and word not in MARKS):
             return False
     return not names_before
