@@ -11,7 +11,7 @@ from importlib.resources import files as resources
 
 from validate.readings.names import sample_key
 
-LETTERS = str.maketrans({"ł": "l", "Ł": "L", "ø": "o", "\u0131": "i", "ß": "ss", "\u2019": "'", "º": "°"})
+LETTERS = str.maketrans({"ł": "l", "Ł": "L", "ø": "o", "\u0131": "i", "ß": "ss", "\u2019": "'", "º": "°", "§": "?"})
 MARKS = ".,;:-\u2013\u2014/()\"'&#_!@。、§"
 LONGEST = 400  # Letters; a longer text is quoted in any case, and the time of expressions grows with its square
 MOST_NAMES = 4  # Words of a name behind its label
@@ -79,7 +79,6 @@ DATES_AND_NAMES = re.compile(
     rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b{UPPER}{LETTER}+ (?:[\u0410-\u042f]\.\s?){{1,2}}"
     rf"|\b(?:{UPPER}\.[\s-]?){{1,3}}(?:(?:d[aei]l?|v[ao]n|der) ){{0,2}}{UPPER}{LETTER}+"
 )
-LABELLED = re.compile(rf"(?:^|(?<=[;,.]))\s*{LETTER}{{3,}}\s?:\s*§(?=\s*(?:[;,.]|$))")
 KIND = "|".join(f"(?P<{kind}>{words})" for kind, words in WORDS.items() if kind != "empty")
 TOKEN = re.compile(
     r"(?P<code>(?:[A-Z]{1,4}[-_])?[A-Za-z]{0,3}\d[\dA-Za-z]*(?:[-./_][\dA-Za-z]+)*)"
@@ -104,7 +103,7 @@ def is_harmless(text: str, sample: str = "") -> bool:
     if sample:
         text = re.sub(rf"(?<!\w){re.escape(sample)}(?![\w'*+?])", " ", text, flags=re.IGNORECASE)
     text = EMPTY.sub(" ", SIZE.sub(r"\1 ", FIGURES.sub("§", plain(text))))
-    return not CHANGES.search(text) and _is_known(LABELLED.sub(" ", DATES_AND_NAMES.sub("§", text)))
+    return not CHANGES.search(text) and _is_known(DATES_AND_NAMES.sub("§", text))
 
 
 def _is_known(text: str) -> bool:
@@ -130,6 +129,8 @@ def _is_known(text: str) -> bool:
                 return False
         elif kind == "word" or (word in ".;:" and names and len(before) > 1) or (word == "," and label == "number"):
             label, names = None, MOST_NAMES
+        elif word in ",§":  # No name goes on behind a comma, a date or an initialled name
+            names = MOST_NAMES
         elif kind is None or (kind == "mark" and word not in MARKS):
             return False
     return not names_before
