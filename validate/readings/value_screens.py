@@ -23,7 +23,7 @@ STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, the largest fi
 LEAST_SPREAD_MM = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
 EQUAL_MM = 0.056  # Repeats by hand differ with the probability of this divided by the last digit
 ROUNDING_MM = 1e-6  # Margin for two equal means, above the error of binary fractions
-CHANCE = 3e-3  # Probability of chance agreement below which a row or column is a mean of others or a copy
+CHANCE = 5e-3  # Probability of chance agreement below which a row or column is a mean of others or a copy
 MEAN_PLACE = 0.02  # Probability that a row's place is the mean of the others' by chance
 ONLY_COPY_CHANCE = 0.35  # Such a probability of a copy if no two columns differ. Few sheets are so coarse
 COMPARED = 5  # Smallest number of stations at which columns are compared
@@ -35,7 +35,7 @@ OPPOSITE_SHARE = 0.35  # The same as a share of the reading
 DEEP_MM = 1.5  # Depth of its neighbours from which on a station of zeros, or of the other sign, is suspicious
 STEEP = 3.0  # Steps between stations by which a level may go on at an end of the sheet
 END_MM = 3.0  # Height by which it may do so besides
-SCATTER = 8.0  # Ratio of a station's spread to that of the others; about ten, since theirs is uncertain
+SCATTER = 5.0  # Ratio of a station's spread to the typical one from which on it is suspicious
 NEAR_SCATTER = 0.25  # Share of the spread of a neighbour that is usual
 SPAN = 0.2  # Share of the crack below which the span of all places is suspicious
 COUNTED = 0.5  # The same for places that only count 1, 2, 3
@@ -128,7 +128,7 @@ class Filling:
         return -1.1 * self.solid.depth_mm - 1.0 <= level_mm.min() and level_mm.max() <= PLATEAU_MM
 
 
-class Sheet(NamedTuple):
+class SheetAndCrack(NamedTuple):
     """The cells, and the crack as far as it is known."""
 
     cells: ReadCells
@@ -167,10 +167,12 @@ def screens(
     doubts = dict[Any, Doubt]()
     for screen in SCREENS:
         readings_mm = cells.readings_mm.copy()
-        for kind, sentence, i, j in screen(Sheet(cells, depth_mm, length_mm, filling)):
+        for kind, sentence, i, j in screen(SheetAndCrack(cells, depth_mm, length_mm, filling)):
             row, column, names = _cells_of(cells, i, j)
             if names:
                 readings_mm[i, j] = np.nan
+            elif kind not in ("span", "direction"):
+                column = int(cells.columns[0])
             answers = {CONFIRMS: list(names) or [kind], **ANSWERS.get(kind, {})}
             doubts.setdefault(names or kind, Doubt(kind, place(row, column), sentence, REMEDIES[kind], answers, names))
         cells = replace(cells, readings_mm=readings_mm)
@@ -218,7 +220,7 @@ def spread_mm(readings_mm: Floats) -> float:
         middle_mm = row_medians(readings_mm)
         middle_mm = middle_mm[~np.isnan(middle_mm)]
         off_mm = np.diff(middle_mm, n=2) / np.sqrt(6) if len(middle_mm) > 3 else np.array([0.34])
-    return max(LEAST_SPREAD_MM, 0.4 * _last_digit_mm(readings_mm), 1.48 * float(np.nanmedian(np.abs(off_mm))))
+    return max(LEAST_SPREAD_MM, 0.4 * _last_digit_mm(readings_mm), 1.48 * np.nanmedian(np.abs(off_mm)))
 
 
 def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
@@ -233,30 +235,32 @@ def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
     return np.where(agree.all(axis=1), chance ** compared.sum(axis=1), np.inf)
 
 
-def other_units(sheet: Sheet) -> Iterator[Finding]:
+def other_units(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield places in a small part of the crack, and readings in a dial's unit with too many digits for it."""
     (cells, _, length_mm, _), s_mm = sheet, sheet.cells.s_mm
     if length_mm is not None and len(s_mm) > 2:
-        counts, span_mm = np.allclose(np.diff(s_mm), cells.s_unit_mm), float(np.ptp(s_mm))
+        counts, span_mm = np.allclose(np.diff(s_mm), cells.s_unit_mm), np.ptp(s_mm)
         if span_mm < (COUNTED if counts else SPAN) * length_mm:
             yield Finding("span", f"all places are within {span_mm:.3g} mm of a crack of {length_mm:.3g} mm.")
-    digit_mm = float(np.median(cells.digits_mm[~np.isnan(cells.readings_mm)]))
+    digit_mm = np.median(cells.digits_mm[~np.isnan(cells.readings_mm)])
     if digit_mm < FINEST_MM < cells.unit_mm < 1:
         yield Finding("dial", f"the readings have digits of {digit_mm:.2g} mm, which no caliper shows.")
 
 
-def mean_rows(sheet: Sheet) -> Iterator[Finding]:
+def mean_rows(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the row that is the mean of all other rows in every column."""
-    values_mm, s_mm = sheet.cells.readings_mm, sheet.cells.s_mm
-    sd_mm, mean_mm = spread_mm(values_mm), (s_mm.sum() - s_mm) / max(len(s_mm) - 1, 1)
-    # The first column may agree by chance as close levels do, the others as repeats do.
-    chance = _mean_chances(values_mm, sheet.cells.digits_mm, sd_mm) * sd_mm / max(float(np.nanstd(values_mm)), sd_mm)
-    chance *= np.where(np.abs(s_mm - mean_mm) <= np.maximum(0.07, 0.005 * mean_mm), MEAN_PLACE, len(s_mm))
+    values_mm, s_mm, rows = sheet.cells.readings_mm, sheet.cells.s_mm, sheet.cells.rows.min(axis=1)
+    sd_mm, mean_mm = spread_mm(values_mm), (s_mm.sum() - s_mm) / (len(s_mm) - 1)
+    in_place = np.abs(s_mm - mean_mm) < 0.07 + 0.005 * mean_mm
+    # A row in the order of s may simply have the level in the middle. Else its place and its level are evidence too.
+    in_place &= (np.roll(rows, 1) - rows) * (rows - np.roll(rows, -1)) < 0
+    evidence = np.where(in_place, MEAN_PLACE * sd_mm / max(np.nanstd(values_mm), sd_mm), 1.0)
+    chance = _mean_chances(values_mm, sheet.cells.digits_mm, sd_mm) * evidence
     for i in np.flatnonzero(chance < CHANCE)[:1].tolist():
         yield Finding("mean row", f"the row at s = {s_mm[i]:g} mm is the mean of all others in every column.", i)
 
 
-def mean_columns(sheet: Sheet) -> Iterator[Finding]:
+def mean_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the repeat that is the mean of all others."""
     values_mm = sheet.cells.readings_mm
     chance = _mean_chances(values_mm.T, sheet.cells.digits_mm.T, spread_mm(values_mm))
@@ -264,36 +268,36 @@ def mean_columns(sheet: Sheet) -> Iterator[Finding]:
         yield Finding("mean column", "this repeat is the mean of all others at every station.", j=[j])
 
 
-def copied_columns(sheet: Sheet) -> Iterator[Finding]:
+def copied_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield repeats that are copies of another repeat."""
     values_mm = sheet.cells.readings_mm
-    # Probability that repeats with the scatter of a hand are rounded to the same value.
-    rounded = max(0.1, 1 - EQUAL_MM / max(_last_digit_mm(values_mm), EQUAL_MM))
     off_mm = (values_mm - each_mm[:, None] for each_mm in values_mm.T)
     both, equal = np.array([[(~np.isnan(each)).sum(axis=0), (each == 0).sum(axis=0)] for each in off_mm]).swapaxes(0, 1)
     shares = equal / np.maximum(both, 1)
     compared = np.triu(both > 2, 1)
-    usual = shares[compared & (shares < 1)].max(initial=0.0)
-    limit = CHANCE if usual else ONLY_COPY_CHANCE
-    is_copy = compared & (shares == 1) & (max(rounded, usual) ** both.astype(float) < limit)
+    differ = compared & (shares < 1)
+    # Probability that repeats with the scatter of a hand are rounded to the same value, at the least.
+    rounded = max(0.1, 1 - EQUAL_MM / max(_last_digit_mm(values_mm), EQUAL_MM))
+    chance = shares[differ].max(initial=rounded) ** both
+    is_copy = compared & (shares == 1) & (chance < (CHANCE if differ.any() else ONLY_COPY_CHANCE))
     for j in np.flatnonzero(is_copy.any(axis=0)).tolist():
         yield Finding("copy", "this repeat is a copy of another, reading by reading.", j=[j])
 
 
-def far_columns(sheet: Sheet) -> Iterator[Finding]:
+def far_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield repeats that are far from the others at most stations."""
     values_mm = sheet.cells.readings_mm
     off_mm = np.abs(values_mm - _medians_of_others(values_mm))
     repeats = np.flatnonzero((~np.isnan(off_mm)).sum(axis=0) >= COMPARED).tolist()
     # Of two repeats that differ, the first may be as wrong as the second: one question is enough.
     for j in repeats[-1:] if len(repeats) == 2 else repeats:
-        far_mm = float(np.nanmedian(off_mm[:, j]))
+        far_mm = np.nanmedian(off_mm[:, j])
         if far_mm > ODD_MM and far_mm > SLIP_SD * spread_mm(np.delete(values_mm, j, axis=1)):
             sentence = f"this repeat differs from the others by {far_mm:.3g} mm at half of the stations."
             yield Finding("far column", sentence, j=[j])
 
 
-def odd_readings(sheet: Sheet) -> Iterator[Finding]:
+def odd_readings(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield codes of nines, zeros and other signs, unlike the other readings of the station or its neighbours."""
     cells, values_mm = sheet.cells, sheet.cells.readings_mm
     nines = np.reshape([NINES.fullmatch(f"{abs(value):.8g}") is not None for value in values_mm.flat], values_mm.shape)
@@ -312,12 +316,9 @@ def odd_readings(sheet: Sheet) -> Iterator[Finding]:
     others = (~np.isnan(ordinary_mm)).sum(axis=1, keepdims=True) - ~np.isnan(ordinary_mm)
     is_alone = (np.isnan(values_mm) | (np.sign(values_mm) == np.sign(level_mm)[:, None])).all(axis=1, keepdims=True)
     alone = is_alone | ((others < 2) & (values_mm != 0))
-    slack_mm, peers_mm, padded_mm = (
-        np.zeros_like(level_mm),
-        _medians_of_others(ordinary_mm),
-        np.pad(level_mm, 1, "reflect"),
-    )
+    peers_mm, slack_mm = _medians_of_others(ordinary_mm), np.zeros_like(level_mm)
     slack_mm[[0, -1]] = STEEP * np.abs(np.diff(level_mm)[[1, -2]]) + END_MM
+    padded_mm = np.pad(level_mm, 1, "reflect")
     beside_mm = padded_mm[:-2], padded_mm[2:]
     low_mm = np.where(alone, (np.minimum(*beside_mm) - slack_mm)[:, None], peers_mm)
     high_mm = np.where(alone, (np.maximum(*beside_mm) + slack_mm)[:, None], peers_mm)
@@ -338,33 +339,31 @@ def odd_readings(sheet: Sheet) -> Iterator[Finding]:
             yield Finding(kind, sentence, i, j)
 
 
-def scattered_stations(sheet: Sheet) -> Iterator[Finding]:
+def scattered_stations(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield stations whose repeats scatter far more than those of their neighbours and of the sheet."""
     values_mm = sheet.cells.readings_mm
     stations = np.flatnonzero((~np.isnan(values_mm)).sum(axis=1) > 1)
     if len(stations) < 4:
         return
     spreads_mm = np.nanstd(values_mm[stations], axis=1, ddof=1)
-    least_mm = max(LEAST_SPREAD_MM, 0.4 * _last_digit_mm(values_mm), float(np.median(spreads_mm)))
     near_mm = np.maximum(np.roll(spreads_mm, 1), np.roll(spreads_mm, -1))
-    usual_mm = np.maximum(least_mm, NEAR_SCATTER * near_mm)
+    usual_mm = np.maximum(spread_mm(values_mm), NEAR_SCATTER * near_mm)
     for k in np.flatnonzero(spreads_mm > SCATTER * usual_mm).tolist():
-        i = int(stations[k])
+        i = stations[k]
         sentence = (
             f"the readings at s = {sheet.cells.s_mm[i]:g} mm scatter by {spreads_mm[k]:.2g} mm, not {usual_mm[k]:.2g}."
         )
         yield Finding("scatter", sentence, i)
 
 
-def impossible_levels(sheet: Sheet) -> Iterator[Finding]:
+def impossible_levels(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield levels that paste does not form, or that the crack's depth makes unlikely."""
     (_, level_mm), (cells, depth_mm, _, _) = sheet.profile_mm(), sheet
     if not level_mm.size:
         return
     in_order, mean_mm = np.sort(level_mm), level_mm.mean()
     if (mean_mm > ABOVE_MM and in_order[0] > -0.1) or (mean_mm > 0 and in_order[-2] > HEAP_MM):
-        share = f"{(level_mm > 0).sum()} of {len(level_mm)}"
-        yield Finding("sign", f"{share} stations are above the face, up to {in_order[-1]:.3g} mm.")
+        yield Finding("sign", f"the stations are {mean_mm:.3g} mm above the face on average.")
     if (highest_mm := in_order[-max(1, len(level_mm) // 4) :].mean()) > PLATEAU_MM:
         yield Finding("datum", f"the highest quarter of the stations is {highest_mm:.3g} mm above the face.")
     if depth_mm is None:
@@ -378,7 +377,7 @@ def impossible_levels(sheet: Sheet) -> Iterator[Finding]:
         yield Finding("unit", f"all readings are within {within_mm:.3g} mm of the face: they may be in centimetres.")
 
 
-def other_volume(sheet: Sheet) -> Iterator[Finding]:
+def other_volume(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the change of sign, unit or datum with which the volume below the readings is the dispensed volume."""
     (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
     if filling is None or filling.volume_mm3 <= 0 or not s_mm.size:
@@ -387,7 +386,7 @@ def other_volume(sheet: Sheet) -> Iterator[Finding]:
         return
 
     def off(level_mm: Floats) -> float:
-        return float(np.log(max(filling.held_mm3(s_mm, level_mm), 1.0) / filling.volume_mm3))
+        return np.log(max(filling.held_mm3(s_mm, level_mm), 1.0) / filling.volume_mm3)
 
     if abs(as_read := off(level_mm)) < VOLUME_OFF:
         return
@@ -398,12 +397,12 @@ def other_volume(sheet: Sheet) -> Iterator[Finding]:
             yield Finding(kind, f"{volumes}; {words}, it would be {np.exp(other):.2f} times that.")
             return
     offsets_mm = filling.solid.depth_mm * np.linspace(-1, 1, 25)
-    offset_mm = float(np.interp(0.0, [off(level_mm + each) for each in offsets_mm], offsets_mm, 0.0, 0.0))
+    offset_mm = np.interp(0.0, [off(level_mm + each) for each in offsets_mm], offsets_mm, 0.0, 0.0)
     if abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * filling.solid.depth_mm):
         yield Finding("datum", f"{volumes}, or the readings are {-offset_mm:+.2g} mm off.")
 
 
-def other_level(sheet: Sheet) -> Iterator[Finding]:
+def other_level(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the change of direction, sign or unit that brings the readings much closer to the simulated level."""
     (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
     if filling is None or (run := filling.simulated) is None:
@@ -428,10 +427,10 @@ def other_level(sheet: Sheet) -> Iterator[Finding]:
 
 
 def _distance_mm(error_mm: Floats) -> float:
-    return float(np.abs(error_mm).mean())
+    return np.abs(error_mm).mean()
 
 
-SCREENS: tuple[Callable[[Sheet], Iterator[Finding]], ...] = (
+SCREENS: tuple[Callable[[SheetAndCrack], Iterator[Finding]], ...] = (
     other_units,
     mean_rows,
     copied_columns,
