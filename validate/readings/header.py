@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of
-from validate.readings.names import OF_READING, REPEAT, WORD, Meaning, meaning, unit_of
+from validate.readings.names import OF_READING, REPEAT, UNITS, WORD, Meaning, meaning, unit_of
 from validate.readings.numbers import number, plain_letters
 from validate.settings import Columns
 
@@ -140,7 +140,9 @@ def _is_name(text: str, what: Meaning | None) -> bool:
     """Return whether a cell below a name is its unit or the number of a repeat, or belongs to another quantity."""
     words = set(WORD.findall(plain_letters(text)))
     is_number = (
-        what is not None and bool(words) and all(word.isdigit() or word in REPEAT | OF_READING for word in words)
+        what is not None
+        and bool(words)
+        and all(word.isdigit() or word in REPEAT | OF_READING | {*UNITS} for word in words)
     )
     return unit_of(text) is not None or is_number or (what is not None and what.role == "other")
 

@@ -69,16 +69,20 @@ def readings_of(
     if len(cells.s_mm) < 2 and not questions.kinds():
         finding = f"{counted(len(cells.s_mm), 'station')} with a reading; at least two are needed."
         questions.ask("stations", grid.place(), finding, "Add stations, or name another sheet or range.")
-    is_understood = not questions.kinds() & {"columns", "unit", "quantity", "no length", "decimal", "range"}
-    if depth_mm is not None and is_understood:
-        check_in_crack(table, cells, length_mm, depth_mm, questions)
+    has_places = not questions.kinds() & {"columns", "transposed", "unit", "no length", "decimal", "range"}
+    is_understood = has_places and "quantity" not in questions.kinds()
+    if depth_mm is not None and has_places:
+        check_in_crack(table, cells, length_mm, depth_mm if is_understood else None, questions)
     ask_about_rest(table, rows, settings.sample or grid.path.stem, questions)
     if isinstance(settings, Readings) and filling is not None:
         filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
     if not table.stands_in and len(cells.s_mm) > 1:
-        known = (depth_mm, length_mm, filling) if not questions.kinds() else (None, None, None)
+        has_places, is_understood = (
+            each and not questions.kinds() & {"outside", "deep"} for each in (has_places, is_understood)
+        )
+        known = (depth_mm, length_mm, filling) if is_understood else (None, length_mm if has_places else None, None)
         doubts = screens(cells, *known, grid.place)
-        questions.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or not questions.kinds()]
+        questions.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or is_understood]
     asked = [doubt for doubt in questions.doubts if _is_unanswered(doubt, settings)]
     understood = _understood(table, rows)
     if any(doubt.is_open for doubt in asked):
@@ -129,15 +133,21 @@ def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
 
 
 def _ask_beyond_range(table: Table, questions: Questions) -> None:
-    """Ask about a place that follows those of a range, in the row below it."""
-    beyond = next((row for row in table.grid.rows if row > table.span.bottom), None)
-    if table.station is None or beyond is None or not table.body:
-        return
-    texts = [numeric(table.grid.cell(row, table.station.index)) for row in (table.body[-1], beyond)]
-    last, following = (number(text[0]) if text else None for text in texts)
-    if last is not None and following is not None and following > last:
-        finding, answer = "this place follows those of the range.", {CONFIRMS: ["range"]}
-        questions.ask("range", table.grid.place(beyond), finding, "Extend the range.", answer, [f"{beyond}"])
+    """Ask about a place of the same sample that follows those of a range, or comes before them, in the next row."""
+    grid, rows = table.grid, [row for row in table.grid.rows if row > max(table.header.rows, default=0)]
+    above = max((row for row in rows if row < table.span.top), default=0)
+    below = next((row for row in rows if row > table.span.bottom), 0)
+    samples = [column for column, each in table.others.items() if each.role == "sample"]
+    for beyond, lower, upper in ((below, table.body[-1:], [below]), (above, [above], table.body[:1])):
+        pair = [*lower, *upper]
+        if table.station is None or not beyond or len(pair) < 2:
+            continue
+        texts = [numeric(grid.cell(row, table.station.index)) for row in pair]
+        values = [number(text[0]) if text else None for text in texts]
+        names = {grid.cell(row, column).text for row in pair for column in samples} - {""}
+        if None not in values and values[0] < values[1] and len(names) < 2:
+            finding, answer = "this place follows those of the range.", {CONFIRMS: ["range"]}
+            questions.ask("range", grid.place(beyond), finding, "Extend the range.", answer, [f"{beyond}"])
 
 
 def _dialect(table: Table, rows: Rows, declared: Declared) -> str:

@@ -1,14 +1,15 @@
 """Everything in a file of readings besides header, places and readings: harmless, or quoted in one question."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
-from validate.readings.grid import Grid, Mark, letters, quoted, shown
+from validate.readings.grid import Cell, Grid, Mark, letters, quoted, shown
 from validate.readings.header import numeric
-from validate.readings.names import meaning
+from validate.readings.names import is_note, meaning
 from validate.readings.numbers import is_missing
 from validate.readings.rows import Rows
 from validate.readings.table import Questions, Table
@@ -16,6 +17,7 @@ from validate.readings.table import Questions, Table
 MOST_QUOTED = 12
 MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
 REMEDY = "If it does, declare it: unit, direction, zero, the end of s, or rows to skip."
+LABEL = re.compile(r"[0-9]|^\w$")  # Number of a repeat, or its letter
 MARKS = {"struck": "struck through", "hidden": "hidden", "coloured": "coloured unlike the others"}
 
 
@@ -52,22 +54,29 @@ def ask_about_rest(table: Table, rows: Rows, sample: str, questions: Questions) 
 
 def _texts(table: Table, rows: Rows, sample: str) -> Iterator[Text]:
     """Yield the texts of the sheet outside of its header and readings, comments, and texts elsewhere in the file."""
-    grid = table.grid
-    used = {column.index for column in table.used}
+    grid, used = table.grid, {column.index for column in table.used}
     numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
+    samples = {column for column, each in table.others.items() if each.role == "sample"}
     for row, cells in grid.rows.items():
         if row in rows.passed or (row not in table.header.rows and row not in rows.read and _is_header(table, row)):
             continue
         if row not in rows.read and row not in table.header.rows:
             filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
-            if filled and not all(numeric(cell) for _, cell in filled):
-                yield Text(f"{letters(filled[0][0])}{row}", f"{letters(filled[0][0])}{row}", _joined(table, filled))
+            is_above, count = row < table.header.first, sum(numeric(cell) is not None for _, cell in filled)
+            # The name of a sample beside numbers is that of another one.
+            texts = {column for column, cell in filled if not numeric(cell)} - (samples if count else set())
+            if texts or (filled and is_above and row >= table.span.top):
+                yield Text(f"{letters(filled[0][0])}{row}", f"{letters(filled[0][0])}{row}", _joined(filled))
             continue
         for column, cell in enumerate(cells):
-            if not cell.text or column in used or numeric(cell) or not _may_change(table, row, column, numbers, sample):
-                continue
-            name = f"{letters(column)}{row}"
-            yield Text(name, name, cell.text, _beside(table, row) if row in rows.read else "")
+            is_label = table.repeat is not None and column == table.repeat.index and LABEL.search(cell.text) is None
+            if (
+                cell.text
+                and (column not in used or (is_label and row in rows.read))
+                and _may_change(table, row, column, numbers, sample)
+            ):
+                name = f"{letters(column)}{row}"
+                yield Text(name, name, cell.text, _beside(table, row) if row in rows.read else "")
     for mark in grid.marks:
         if mark.kind == "comment":
             name = f"{letters(mark.column)}{mark.row}"
@@ -76,8 +85,8 @@ def _texts(table: Table, rows: Rows, sample: str) -> Iterator[Text]:
         yield Text(place, "worksheets", text)
 
 
-def _joined(table: Table, filled: Sequence[tuple[int, object]]) -> str:
-    return " ".join(getattr(cell, "text", "") for _, cell in filled)
+def _joined(filled: Sequence[tuple[int, Cell]]) -> str:
+    return " ".join(cell.text for _, cell in filled)
 
 
 def _is_header(table: Table, row: int) -> bool:
@@ -88,12 +97,13 @@ def _is_header(table: Table, row: int) -> bool:
 
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
     """Return whether a text in the header, or beside readings, is neither a known name nor a word for nothing."""
-    text = table.grid.cell(row, column).text
+    cell, name = table.grid.cell(row, column), table.header.names.get(column, "")
     if row in table.header.rows:
         # A column of numbers under an unknown name is asked about.
         return column not in table.others and column not in numbers
-    name = table.header.names.get(column, "")
-    return not is_missing(text) and not (column in table.others and is_harmless(f"{name}: {text}", sample))
+    if is_missing(cell.text) or (numeric(cell) and not is_note(name)):
+        return False
+    return column not in table.others or not is_harmless(f"{name}: {cell.text}", sample)
 
 
 def _beside(table: Table, row: int) -> str:

@@ -39,7 +39,7 @@ class Rows:
     missing: int  # Number of missing readings
     is_long: bool  # True if repeats are in rows of their own
     read: frozenset[int]  # Rows with a place and a reading
-    passed: frozenset[int]  # Rows to skip, and rows of means
+    passed: frozenset[int]  # Rows to skip, rows of means, and rows that are asked about
 
 
 class _Reader:
@@ -51,7 +51,7 @@ class _Reader:
         self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
 
     def read(self) -> Rows:
-        passed = frozenset(self._passed())
+        passed = set(self._passed())
         repeat, station = self.table.repeat, self.table.station
         is_long = repeat is not None or bool(self.merged) or "repeats" in (self.declared.as_written or ())
         stations = dict[float, dict[str, Reading]]()
@@ -63,6 +63,7 @@ class _Reader:
             s_mm = self._in_mm(row, station, place)
             readings = [self._reading(row, column) for column in self.table.readings]
             if s_mm is None:
+                passed.add(row)
                 continue
             read.add(row)
             cell = f"{letters(station.index)}{row}"
@@ -86,7 +87,7 @@ class _Reader:
         }
         cells = self._arrays(self._at_places(kept), [order[s_mm] for s_mm in kept])
         missing = sum(math.isnan(each.value_mm) for own in stations.values() for each in own.values())
-        return Rows(cells, self.mark, missing, is_long, frozenset(read), passed)
+        return Rows(cells, self.mark, missing, is_long, frozenset(read), frozenset(passed))
 
     def _passed(self) -> Iterator[int]:
         """Yield the rows to skip, and the rows of means and other calculated figures."""
@@ -99,7 +100,8 @@ class _Reader:
             # A number alone is that of the row.
             meant -= {first} if first.isdecimal() and first != f"{row}" else set()
             met |= meant
-            if meant or is_calculated(first):
+            label = "" if self.table.repeat is None else self.grid.cell(row, self.table.repeat.index).text
+            if meant or is_calculated(first) or is_calculated(label):
                 yield row
         if entries - met:
             finding = f"skip has {', '.join(map(quoted, sorted(entries - met)))}, which is no row of the table."
@@ -154,8 +156,7 @@ class _Reader:
             more = f" and {len(cells) - MOST_NAMED} more" if len(cells) > MOST_NAMED else ""
             words = [text for _, text in cells if text and number(text) is None]
             answers = {"columns.missing": list(dict.fromkeys(words))} if "word" in what else {}
-            rows = sorted({int(name.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")) for name in names})
-            answers = answers or {"columns.skip": rows[:MOST_NAMED]}
+            answers = answers or skipping(self.table, names)
             self.questions.ask("cell", self.grid.place(), f"{texts}{more}: {what}.", remedy, answers, names)
 
     def _report_twice(self, cells: Sequence[str]) -> None:
@@ -242,8 +243,14 @@ def _by_number(label: str) -> tuple[bool, float, str]:
     return value is None, value or 0.0, label
 
 
+def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[int]]:
+    """Return the answer that skips the rows of some cells; none if these are half of all."""
+    rows = sorted({int(cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")) for cell in cells})
+    return {"columns.skip": rows} if 2 * len(rows) < len(table.body) else {}
+
+
 def check_in_crack(
-    table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float, questions: Questions
+    table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None, questions: Questions
 ) -> None:
     """Ask about places outside the crack, (n,), and about impossible levels, (n, r)."""
     # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
@@ -256,7 +263,9 @@ def check_in_crack(
         extent = f"at most {LONGEST_MM:g} mm" if length_mm is None else f"{length_mm:.1f} mm along its centreline"
         finding = f"{cells.s_mm[outside[0]]:.12g} mm in {_listed(names)} is outside the crack, 0 to {extent}."
         remedy = "Check the unit, the end at which s is 0, and that the whole crack was traced."
-        questions.ask("outside", place, finding, remedy, cells=names)
+        questions.ask("outside", place, finding, remedy, skipping(table, names), names)
+    if depth_mm is None:
+        return
     # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste are a few millimetres high.
     lowest_mm, highest_mm = -1.25 * depth_mm - 1.0, max(5.0, depth_mm / 2)
     wrong = np.argwhere((cells.levels_mm < lowest_mm) | (cells.levels_mm > highest_mm))
@@ -268,7 +277,7 @@ def check_in_crack(
             f"face; in a crack {depth_mm:g} mm deep, {lowest_mm:g} to {highest_mm:g} mm is possible."
         )
         remedy = "Level counts upward, depth downward: check the column's name, its unit and the zero."
-        questions.ask("deep", place, finding, remedy, cells=names)
+        questions.ask("deep", place, finding, remedy, skipping(table, names), names)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -6,17 +6,22 @@ from itertools import pairwise
 from typing import Any, get_args
 
 from sealtwin.core.doubts import CONFIRMS, Doubt
+from validate.readings.beside import changes
 from validate.readings.grid import Grid, letters, quoted
 from validate.readings.header import Header, Span, cells_in, find_header, lettered, names_of, numeric
 from validate.readings.names import (
+    FACTORS,
+    MM,
     ColumnUnit,
     Role,
     has_rest,
     is_calculated,
     is_no_length,
     meaning,
+    sample_key,
     unit_in,
     unit_of,
+    without_unit,
 )
 from validate.readings.numbers import number, plain_letters
 from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
@@ -92,7 +97,7 @@ def find_table(grid: Grid, declared: Declared, questions: Questions, along: Role
     body = [row for row in grid.rows if header.first <= row <= span.bottom and any(cells_in(grid, span, row))]
     body = _before_next_table(grid, span, body, questions, along)
     table = Table(grid, span, header, None, [], None, {}, body, stands_in=False)
-    _set_roles(table, chosen, questions, along)
+    _set_roles(table, declared, questions, along)
     _ask_for_units(table, declared, questions)
     _ask_for_direction(table, declared, questions)
     return table
@@ -116,9 +121,9 @@ def _ask_for_range(grid: Grid, questions: Questions, finding: str, part: tuple[i
     questions.ask("range", grid.place(), finding, "Name the cells of the table of this sample.", answer)
 
 
-def _set_roles(table: Table, chosen: Columns, questions: Questions, along: Role) -> None:
+def _set_roles(table: Table, declared: Declared, questions: Questions, along: Role) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
-    names, numbers = table.header.names, _columns_of_numbers(table)
+    chosen, names, numbers = declared.columns or Columns(), table.header.names, _columns_of_numbers(table)
     meanings = {column: what for column, name in names.items() if (what := meaning(name)) is not None}
     by_role: dict[Role, list[int]] = {role: [] for role in get_args(Role)}
     for column, what in meanings.items():
@@ -127,8 +132,10 @@ def _set_roles(table: Table, chosen: Columns, questions: Questions, along: Role)
     stations = stations if chosen.s is None else _chosen(table, chosen.s, numbers, questions)
     repeats = repeats if chosen.repeat is None else _chosen(table, chosen.repeat, numbers, questions)
     if chosen.levels is not None:
-        readings = [column for entry in chosen.levels for column in _chosen(table, entry, numbers, questions)]
-        repeats = [] if len(readings) > 1 else [column for column in repeats if column not in readings]
+        columns = (column for entry in chosen.levels for column in _chosen(table, entry, numbers, questions))
+        readings = [*dict.fromkeys(columns)]
+        repeats = [column for column in repeats if column not in readings]
+        repeats = [] if chosen.repeat is None and (len(readings) > 1 or not _counts(table, repeats)) else repeats
     if not readings:
         # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
         readings, repeats = repeats, []
@@ -137,18 +144,19 @@ def _set_roles(table: Table, chosen: Columns, questions: Questions, along: Role)
     unknown = unknown if chosen.s is None or chosen.levels is None else []
     problems = list(_problems(table, stations, readings, repeats, unknown, is_chosen=chosen.levels is not None))
     for column in by_role["sample"]:
-        _ask_about_samples(table, column, questions)
+        _ask_about_samples(table, column, declared.sample or table.grid.path.stem, questions)
     if problems:
         table.stands_in = True
-        stations, readings = _stand_ins(table, stations, readings, unknown, problems, questions)
+        stations, readings = _stand_ins(table, stations, readings, unknown, numbers, problems, questions)
         repeats = []
     table.station = next((_column(table, column, along, questions) for column in stations), None)
     table.readings = [_column(table, column, "reading", questions) for column in readings]
     table.repeat = next((_column(table, column, "repeat", questions) for column in repeats), None)
     used = {column.index for column in table.used}
     table.others = {
-        column: Column(column, names[column], "other")
-        for column in (*by_role["other"], *by_role["repeat"], *by_role["sample"])
+        column: Column(column, names[column], role)
+        for role in ("other", "repeat", "sample")
+        for column in by_role[role]
         if column not in used
     }
 
@@ -168,7 +176,7 @@ def _chosen(table: Table, entry: str, numbers: Sequence[int], questions: Questio
     names = table.header.names
     by_name = [column for column, name in names.items() if plain_letters(name) == plain_letters(entry)]
     by_letter = [column for column in lettered(entry) if column in {*names, *numbers}]
-    if bool(by_name) == bool(by_letter) and by_name != by_letter[:1]:
+    if not by_name + by_letter or (by_name and by_letter and by_name != by_letter[:1]):
         what = "is a letter and also a name" if by_name else "is not a column"
         finding = f"{quoted(entry)} {what}; the columns are {_named(table, [*names])}."
         questions.ask("columns", table.grid.place(), finding, 'Name it by its letter, such as "B:B".')
@@ -186,7 +194,7 @@ def _problems(
 ) -> Iterator[str]:
     """Yield what is not clear about the columns, as parts of a sentence."""
     names = [table.header.names.get(column, "") for column in readings]
-    if len(stations) != 1:
+    if len(stations) != 1 or {*stations} & {*readings}:
         yield f"{_named(table, stations) or 'no column'} is the place along the crack"
     if not readings:
         yield "no column is named as a reading"
@@ -195,12 +203,21 @@ def _problems(
     if not is_chosen:
         if len(set(map(plain_letters, names))) < len(names):
             yield f"{_named(table, readings)} have the same name"
-        parts = [(unit_in(name), what.quantity) for name in names if (what := meaning(name)) is not None]
-        if any(len({*part} - {None}) > 1 for part in zip(*parts, strict=True)):
+        known = [what for what in map(meaning, names) if what is not None]
+        if any(int(what.number or 0) > len(readings) for what in known):
+            yield f"{_named(table, readings)} has a number that counts no repeats"
+        if any(
+            len({*each} - {None}) > 1 for each in ([what.unit for what in known], [what.quantity for what in known])
+        ):
             yield f"{_named(table, readings)} differ in unit or direction"
-    labels = {table.grid.cell(row, column).text for row in table.body for column in repeats}
-    if len(repeats) > 1 or (repeats and len(readings) > 1) or any((number(text) or 0) % 1 for text in labels):
+    if len(repeats) > 1 or (repeats and len(readings) > 1) or not _counts(table, repeats):
         yield f"{_named(table, repeats)} counts repeats by its name, but not by its cells or beside other columns"
+
+
+def _counts(table: Table, columns: Sequence[int]) -> bool:
+    """Return whether the numbers of columns are whole."""
+    texts = {table.grid.cell(row, column).text for row in table.body for column in columns}
+    return not any((number(text) or 0) % 1 for text in texts)
 
 
 def _named(table: Table, columns: Sequence[int]) -> str:
@@ -215,6 +232,7 @@ def _stand_ins(
     stations: list[int],
     readings: list[int],
     unknown: Sequence[int],
+    numbers: Sequence[int],
     problems: Sequence[str],
     questions: Questions,
 ) -> tuple[list[int], list[int]]:
@@ -227,9 +245,24 @@ def _stand_ins(
         part = stations[0], min((*table.header.rows, *table.body)), last, table.body[-1]
         _ask_for_range(table.grid, questions, f"{finding} Are there several tables?", part)
         return stations[:1], [column for column in readings if column <= last]
-    likely = sorted({*unknown, *readings})
-    stations = stations or [column for column in likely if _is_monotonic(table, column)]
+    names, cells = table.header.names, [table.grid.cell(row, table.span.left).text for row in table.body]
+    if {what.role for what in map(meaning, cells) if what is not None} & {"station", "reading"} == {
+        "station",
+        "reading",
+    }:
+        remedy = "Transpose the table in a copy: one row for each place."
+        questions.ask("transposed", table.grid.place(), "has its places side by side.", remedy)
+        return [], []
+    likely = unknown or [column for column in numbers if column not in stations]
+    stations = stations or [column for column in likely if column not in readings and _is_monotonic(table, column)]
     readings = [column for column in readings or likely if column not in stations[:1]]
+    alike = [
+        (unit_in(name), what and what.quantity)
+        for column in readings
+        for name in [names.get(column, "")]
+        for what in [meaning(name)]
+    ]
+    readings = [column for column, each in zip(readings, alike, strict=True) if each == alike[0]]
     levels = [letters(column) for column in readings] or ["B"]
     is_run = len(readings) > 1 and readings[-1] - readings[0] == len(readings) - 1
     answers = {
@@ -237,7 +270,7 @@ def _stand_ins(
         "columns.levels": [f"{levels[0]}:{levels[-1]}"] if is_run else levels,
     }
     remedy = "Name the columns of places and of readings by their letters; others are not read then."
-    questions.ask("columns", table.grid.place(), finding, remedy, answers)
+    questions.ask("columns", table.grid.place(), finding, remedy, answers if readings else {})
     return stations[:1], readings
 
 
@@ -252,10 +285,10 @@ def _column(table: Table, column: int, role: Role, questions: Questions) -> Colu
     """Return a column; ask about marks of its name that may change what is read, whatever is declared."""
     name = table.header.names.get(column, "")
     place, answer = table.grid.place(max(table.header.rows, default=1), column), letters(column)
-    if role != "repeat" and is_no_length(name):
-        finding = f"{quoted(name)} is no length: a share, an angle or a ratio."
+    if role not in ("repeat", "mass") and (is_no_length(name) or unit_in(name) in ("g", "kg")):
+        finding = f"{quoted(name)} is no length, but a share, an angle, a ratio or a mass."
         questions.ask("no length", place, finding, "Name other columns, or write lengths into the sheet.")
-    elif has_rest(name):
+    elif has_rest(name) or (meaning(name) is None and changes(without_unit(name)[0])):
         remedy = "If it does, write the readings that are meant under a plain name."
         questions.ask(
             "name", place, f"does {quoted(name)} change the readings?", remedy, {CONFIRMS: [answer]}, [answer]
@@ -264,14 +297,15 @@ def _column(table: Table, column: int, role: Role, questions: Questions) -> Colu
     return Column(column, name, role, unit_in(name), None if what is None else what.quantity)
 
 
-def _ask_about_samples(table: Table, column: int, questions: Questions) -> None:
+def _ask_about_samples(table: Table, column: int, sample: str, questions: Questions) -> None:
     """Ask for a range if a column names several samples."""
-    names = dict[str, list[int]]()
+    names, name = dict[str, list[int]](), ""
     for row in table.body:
-        if text := table.grid.cell(row, column).text:
-            names.setdefault(text, []).append(row)
+        name = table.grid.cell(row, column).text or name
+        names.setdefault(name, []).append(row)
     if len(names) > 1:
-        several, rows = ", ".join(map(quoted, [*names][:MOST_NAMED])), next(iter(names.values()))
+        several = ", ".join(map(quoted, [*names][:MOST_NAMED]))
+        table.body = rows = names[min(names, key=lambda name: sample_key(name) != sample_key(sample))]
         part = 0, rows[0], max(len(table.grid.rows[row]) for row in rows) - 1, rows[-1]
         finding = f"column {letters(column)} names {len(names)} samples: {several}."
         _ask_for_range(table.grid, questions, finding, part)
@@ -280,13 +314,15 @@ def _ask_about_samples(table: Table, column: int, questions: Questions) -> None:
 def _ask_for_units(table: Table, declared: Declared, questions: Questions) -> None:
     """Set the unit of each column by its name, its cells or the settings, and ask for one that is open."""
     grid, places = table.grid, (declared.columns or Columns()).places
-    lacking = list[str]()
+    lacking, other = list[str](), list[Column]()
 
     def with_unit(column: Column) -> Column:
         values = [value for row in table.body if (value := numeric(grid.cell(row, column.index)))]
         texts = {unit for _, unit in values}
-        units = {unit_of(text) for text in texts if text} | ({column.unit} if column.unit else set())
-        if None in units or len(units) > 1 or (units and "" in texts and column.unit is None):
+        units: set[ColumnUnit | None] = {unit_of(text) for text in texts if text}
+        allowed = {*FACTORS} if column.role == "mass" else {*MM}
+        is_mixed = len({*units, column.unit} - {None}) > 1 or (units and "" in texts and column.unit is None)
+        if units - allowed or is_mixed:
             finding = f"column {letters(column.index)} has {', '.join(sorted(filter(None, texts)))} in its cells"
             finding += "." if column.unit is None else f", and {column.unit} in its name."
             questions.ask("unit", grid.place(), finding, "Write all its numbers in one unit of length.")
@@ -295,27 +331,31 @@ def _ask_for_units(table: Table, declared: Declared, questions: Questions) -> No
             setting = places if isinstance(places, str) else "mm"
         elif column.role == "mass" or (column.role == "station" and setting in DIAL_UNITS):
             setting = None
-        unit = next(iter(units - {None}), None)
-        if unit is not None and setting is not None and unit != setting and places is None:
-            finding = f"column {letters(column.index)} is in {unit}, but readings.unit is {setting}."
-            questions.ask("unit", grid.place(), finding, "Remove the setting, or correct the header.")
+        unit = column.unit or next(iter(units - {None}), None)
+        other.extend([column] if unit is not None and setting not in (None, unit) else [])
         lacking.extend([letters(column.index)] if unit is None and setting is None else [])
         return replace(column, unit=unit or setting, is_declared=unit is None)
 
     table.station = None if table.station is None else with_unit(table.station)
     table.readings = [with_unit(column) for column in table.readings]
+    if other and places is None and not any(column.is_declared for column in table.used):
+        finding = (
+            f"{_named(table, [column.index for column in other])} has a unit, but readings.unit is {declared.unit}."
+        )
+        questions.ask("unit", grid.place(), finding, "Remove the setting, or correct the header.")
     if lacking:
         finding, remedy = f"column {', '.join(lacking)} has no unit.", f"Units are {', '.join(get_args(Unit))}."
-        questions.ask("unit", grid.place(), finding, remedy, {"unit": "mm"}, lacking)
+        answer = {"unit" if declared.unit is None else "columns.places": "mm"}
+        questions.ask("unit", grid.place(), finding, remedy, answer, lacking)
 
 
 def _ask_for_direction(table: Table, declared: Declared, questions: Questions) -> None:
     written = {column.quantity for column in table.readings} - {None}
     quantity = declared.quantity or next(iter(written), None)
     place = table.grid.place()
-    if declared.quantity is not None and written - {declared.quantity}:
-        finding = f"the header has {next(iter(written))}, but the settings have {declared.quantity}."
-        questions.ask("quantity", place, finding, "Remove the setting, or correct the header.")
+    if written - {quantity}:
+        finding = f"the header has {' and '.join(sorted(written))}, of which one is read."
+        questions.ask("quantity", place, finding, "Remove the setting, or choose other columns.")
     elif quantity is None and table.readings:
         finding = "nothing says whether the readings count upward from the face (level) or downward (depth)."
         questions.ask("quantity", place, finding, answers={"quantity": "depth"})
