@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from validate.readings.numbers import number
 from validate.readings.rest import ask_about_rest
 from validate.readings.rows import Rows, check_in_crack, read_rows
 from validate.readings.screens import Filling, screens
-from validate.readings.table import Questions, Table, find_table
+from validate.readings.table import Table, find_table
 from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
@@ -58,32 +59,29 @@ def readings_of(
     filling: Filling | None = None,
 ) -> Profile:
     """Read the cells of a sheet, with the checks and doubts of ``read_readings``."""
-    questions = Questions([*grid.doubts])
-    table = find_table(grid, settings, questions)
-    rows = read_rows(table, settings, questions)
+    table = find_table(grid, settings)
+    rows = read_rows(table)
     cells = rows.cells
-    if not table.stands_in:
-        _ask_beyond_range(table, questions)
-    if length_mm is not None and settings.columns is not None and settings.columns.s_from == "second":
+    _ask_beyond_range(table)
+    if length_mm is not None and table.chosen.s_from == "second":
         cells = cells.from_other_end(length_mm)
-    if len(cells.s_mm) < 2 and not questions.kinds():
+    if len(cells.s_mm) < 2 and not table.is_open():
         finding = f"{counted(len(cells.s_mm), 'station')} with a reading; at least two are needed."
-        questions.ask("stations", grid.place(), finding, "Add stations, or name another sheet or range.")
-    has_places = not questions.kinds() & {"columns", "transposed", "unit", "no length", "decimal", "range"}
-    is_understood = has_places and "quantity" not in questions.kinds()
+        table.ask("stations", finding, "Add stations, or name another sheet or range.")
+    # What only follows from a stand-in for another answer is not asked.
+    has_places = not table.is_open("columns", "unit", "no length", "decimal", "range")
+    has_levels = has_places and not table.is_open("quantity")
     if depth_mm is not None and has_places:
-        check_in_crack(table, cells, length_mm, depth_mm if is_understood else None, questions)
-    ask_about_rest(table, rows, settings.sample or grid.path.stem, questions)
+        check_in_crack(table, cells, length_mm, depth_mm if has_levels else None)
+    ask_about_rest(table, rows)
     if isinstance(settings, Readings) and filling is not None:
         filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
     if not table.stands_in and len(cells.s_mm) > 1:
-        has_places, is_understood = (
-            each and not questions.kinds() & {"outside", "deep"} for each in (has_places, is_understood)
-        )
-        known = (depth_mm, length_mm, filling) if is_understood else (None, length_mm if has_places else None, None)
+        has_levels = has_levels and not table.is_open("outside", "deep")
+        known = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
         doubts = screens(cells, *known, grid.place)
-        questions.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or is_understood]
-    asked = [doubt for doubt in questions.doubts if _is_unanswered(doubt, settings)]
+        table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
+    asked = [doubt for doubt in table.doubts if _is_unanswered(doubt, settings)]
     understood = _understood(table, rows)
     if any(doubt.is_open for doubt in asked):
         raise SheetFaults(asked, understood)
@@ -93,7 +91,7 @@ def readings_of(
         cells.levels_mm,
         settings.data if isinstance(settings, Readings) else "undeclared",
         grid.path.name,
-        _dialect(table, rows, settings),
+        _dialect(table, rows),
         doubts=tuple(map(str, asked)),
         questions=tuple(asked),
         understood=understood,
@@ -132,30 +130,26 @@ def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
     return doubt.is_open or bool(open_entries)
 
 
-def _ask_beyond_range(table: Table, questions: Questions) -> None:
-    """Ask about a place of the same sample that follows those of a range, or comes before them, in the next row."""
-    grid, rows = table.grid, [row for row in table.grid.rows if row > max(table.header.rows, default=0)]
-    above = max((row for row in rows if row < table.span.top), default=0)
-    below = next((row for row in rows if row > table.span.bottom), 0)
-    samples = [column for column, each in table.others.items() if each.role == "sample"]
-    for beyond, lower, upper in ((below, table.body[-1:], [below]), (above, [above], table.body[:1])):
-        pair = [*lower, *upper]
-        if table.station is None or not beyond or len(pair) < 2:
-            continue
+def _ask_beyond_range(table: Table) -> None:
+    """Ask about a place of the same sample that goes on beyond those that are read, in the next row."""
+    grid, below = table.grid, max(table.header.rows, default=0)
+    samples = [column for column, role in table.others.items() if role == "sample"]
+    for pair in pairwise(row for row in grid.rows if row > below and table.station is not None):
         texts = [numeric(grid.cell(row, table.station.index)) for row in pair]
-        values = [number(text[0]) if text else None for text in texts]
-        names = {grid.cell(row, column).text for row in pair for column in samples} - {""}
-        if None not in values and values[0] < values[1] and len(names) < 2:
-            finding, answer = "this place follows those of the range.", {CONFIRMS: ["range"]}
-            questions.ask("range", grid.place(beyond), finding, "Extend the range.", answer, [f"{beyond}"])
+        before, after = (number(text[0]) if text else None for text in texts)
+        is_one = len({grid.cell(row, column).text for row in pair for column in samples} - {""}) < 2
+        beyond = {*pair} - {*table.body}
+        if len(beyond) == 1 and before is not None and after is not None and before < after and is_one:
+            finding, row = "this place goes on beyond those of the range.", beyond.pop()
+            table.ask("range", finding, "Extend the range.", {CONFIRMS: ["range"]}, [f"{row}"], row)
 
 
-def _dialect(table: Table, rows: Rows, declared: Declared) -> str:
+def _dialect(table: Table, rows: Rows) -> str:
     """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
     units = list(dict.fromkeys(f"{column.unit}" for column in table.readings))
-    counting = f"{WAYS[table.quantity]} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
-    if declared.datum != "sample_surface":
-        counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
+    counting = f"{WAYS[table.quantity]} in {' and '.join(units)} from {LABELS['datums'][table.declared.datum]}"
+    if table.declared.datum != "sample_surface":
+        counting += f", {table.declared.datum_level_mm or 0.0:+g} mm from the sample surface"
     if table.station is not None and units != [table.station.unit]:
         counting += f", places in {table.station.unit}"
     mark = () if rows.mark is None else (f"decimal {rows.mark}",)

@@ -12,7 +12,7 @@ from validate.readings.header import numeric
 from validate.readings.names import is_note, meaning
 from validate.readings.numbers import is_missing
 from validate.readings.rows import Rows
-from validate.readings.table import Questions, Table
+from validate.readings.table import Table
 
 MOST_QUOTED = 12
 MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
@@ -30,11 +30,12 @@ class Text(NamedTuple):
     beside: str = ""  # Place and readings of its row
 
 
-def ask_about_rest(table: Table, rows: Rows, sample: str, questions: Questions) -> None:
-    """Add one question about the texts that may change the readings, and one about marks of cells that are read.
+def ask_about_rest(table: Table, rows: Rows) -> None:
+    """Ask once about the texts that may change the readings, and once about each kind of marks of cells that are read.
 
-    ``sample`` is the name of the sample, which is harmless.
+    The name of the sample is harmless.
     """
+    sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
     texts += [text for text in _names(table.grid, sample) if changes(text.text)]
     columns = Counter(text.answer.rstrip("0123456789") for text in texts if text.beside)
@@ -48,15 +49,15 @@ def ask_about_rest(table: Table, rows: Rows, sample: str, questions: Questions) 
         more = f"; and {len(quotes) - MOST_QUOTED} more" if len(quotes) > MOST_QUOTED else ""
         finding = f"does this change the readings? {'; '.join(quotes[:MOST_QUOTED])}{more}."
         confirms = list(dict.fromkeys(answers))
-        questions.ask("remark", table.grid.place(), finding, REMEDY, {CONFIRMS: confirms}, confirms)
-    _ask_about_marks(table, rows, questions)
+        table.ask("remark", finding, REMEDY, {CONFIRMS: confirms}, confirms)
+    _ask_about_marks(table, rows)
 
 
 def _texts(table: Table, rows: Rows, sample: str) -> Iterator[Text]:
     """Yield the texts of the sheet outside of its header and readings, comments, and texts elsewhere in the file."""
     grid, used = table.grid, {column.index for column in table.used}
     numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
-    samples = {column for column, each in table.others.items() if each.role == "sample"}
+    samples = {column for column, role in table.others.items() if role == "sample"}
     for row, cells in grid.rows.items():
         if row in rows.passed or (row not in table.header.rows and row not in rows.read and _is_header(table, row)):
             continue
@@ -122,7 +123,7 @@ def _names(grid: Grid, sample: str) -> Iterator[Text]:
             yield Text(what, "names", name)
 
 
-def _ask_about_marks(table: Table, rows: Rows, questions: Questions) -> None:
+def _ask_about_marks(table: Table, rows: Rows) -> None:
     """Ask about readings that are struck through, hidden, or coloured unlike the others of their column."""
     used = {column.index for column in table.used}
     read = [mark for mark in table.grid.marks if mark.row in rows.read and mark.column in used]
@@ -137,8 +138,7 @@ def _ask_about_marks(table: Table, rows: Rows, questions: Questions) -> None:
         else:
             answers = [f"{row}" for row in sorted({mark.row for mark in marks})]
         finding = f"{words}, but read: {', '.join(answers[:MOST_QUOTED])}."
-        place = table.grid.place()
-        questions.ask(kind, place, finding, "Skip rows that do not count.", {CONFIRMS: answers}, answers)
+        table.ask(kind, finding, "Skip rows that do not count.", {CONFIRMS: answers}, answers)
 
 
 def _unlike(marks: Sequence[Mark], count: int, used: set[int]) -> list[Mark]:

@@ -3,24 +3,23 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS
-from validate.readings.grid import Cell, letters, quoted
+from validate.readings.grid import Cell, letters, listed, quoted
 from validate.readings.header import cells_in, numeric
 from validate.readings.names import FACTORS, is_calculated
 from validate.readings.numbers import common_mark, decimals_of, is_ambiguous, is_missing, number, plain_letters
 from validate.readings.screens import ReadCells
-from validate.readings.table import Column, Questions, Table
-from validate.settings import Columns, Decimal, Declared
+from validate.readings.table import Column, Table
+from validate.settings import Decimal
 
 CLOSEST_MM = 0.01
 """Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
 SLACK_MM = 2.0
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
-MOST_NAMED = 8
 
 
 class Reading(NamedTuple):
@@ -43,9 +42,8 @@ class Rows:
 
 
 class _Reader:
-    def __init__(self, table: Table, declared: Declared, questions: Questions) -> None:
-        self.table, self.grid, self.declared, self.questions = table, table.grid, declared, questions
-        self.chosen = declared.columns or Columns()
+    def __init__(self, table: Table) -> None:
+        self.table, self.grid, self.declared, self.chosen = table, table.grid, table.declared, table.chosen
         self.merged = _merged_places(table)
         self.mark = self._decimal_mark()
         self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
@@ -105,7 +103,7 @@ class _Reader:
                 yield row
         if entries - met:
             finding = f"skip has {', '.join(map(quoted, sorted(entries - met)))}, which is no row of the table."
-            self.questions.ask("skip", self.grid.place(), finding, "Correct skip; rows are counted from 1.")
+            self.table.ask("skip", finding, "Correct skip; rows are counted from 1.")
 
     def _has_readings(self, row: int) -> bool:
         """Return whether a row has a place or a number: rows of texts alone are remarks."""
@@ -121,7 +119,7 @@ class _Reader:
         mark = common_mark(texts, self.grid.separator)
         if mark is None and (doubtful := [text for text in texts if is_ambiguous(text)]):
             finding = f"the mark in {quoted(doubtful[0])} is a decimal mark, or separates thousands."
-            self.questions.ask("decimal", self.grid.place(), finding, answers={"decimal": "point"})
+            self.table.ask("decimal", finding, answers={"decimal": "point"})
         return mark
 
     def _reading(self, row: int, column: Column) -> Reading:
@@ -152,19 +150,18 @@ class _Reader:
         """Ask about cells that are no numbers, with one question for each kind of mistake."""
         for (what, remedy), cells in self.unread.items():
             names = [name for name, _ in cells]
-            texts = ", ".join(dict.fromkeys(f"{name} {quoted(text)}" for name, text in cells[:MOST_NAMED]))
-            more = f" and {len(cells) - MOST_NAMED} more" if len(cells) > MOST_NAMED else ""
-            words = [text for _, text in cells if text and number(text) is None]
-            answers = {"columns.missing": list(dict.fromkeys(words))} if "word" in what else {}
-            answers = answers or skipping(self.table, names)
-            self.questions.ask("cell", self.grid.place(), f"{texts}{more}: {what}.", remedy, answers, names)
+            answers: dict[str, Any] = skipping(self.table, names)
+            if "word" in what:
+                answers = {"columns.missing": [*dict.fromkeys(text for _, text in cells)]}
+            texts = listed([f"{name} {quoted(text)}" for name, text in cells])
+            self.table.ask("cell", f"{texts}: {what}.", remedy, answers, names)
 
     def _report_twice(self, cells: Sequence[str]) -> None:
         if cells:
-            finding = f"the places in {', '.join(cells[:MOST_NAMED])} occur twice, or with the same number of a repeat."
+            finding = f"the places in {listed(cells)} occur twice, or with the same number of a repeat."
             remedy = "Correct them, or name the column that numbers the repeats (repeat)."
             answers = {CONFIRMS: ["repeats"]} if self.table.repeat is None else {}
-            self.questions.ask("twice", self.grid.place(), finding, remedy, answers, cells)
+            self.table.ask("twice", finding, remedy, answers, cells)
 
     def _at_places(self, stations: dict[float, dict[str, Reading]]) -> dict[float, dict[str, Reading]]:
         """Return numbered stations at the places that the settings give for their numbers."""
@@ -174,7 +171,7 @@ class _Reader:
         numbers = list(stations)
         if len(places) not in (2, len(numbers)):
             finding = f"places has {len(places)} numbers, but {len(numbers)} places have readings."
-            self.questions.ask("places", self.grid.place(), finding, "Give the first and the last place, or all.")
+            self.table.ask("places", finding, "Give the first and the last place, or all.")
             return stations
         written = numbers if len(places) == len(numbers) else [numbers[0], numbers[-1]]
         return dict(zip(np.interp(numbers, written, places).tolist(), stations.values(), strict=True))
@@ -203,9 +200,9 @@ class _Reader:
         )
 
 
-def read_rows(table: Table, declared: Declared, questions: Questions) -> Rows:
-    """Return the readings of a table, sorted along s; what cannot be read is added to ``questions``."""
-    return _Reader(table, declared, questions).read()
+def read_rows(table: Table) -> Rows:
+    """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
+    return _Reader(table).read()
 
 
 def _merged_places(table: Table) -> dict[int, Cell]:
@@ -249,21 +246,18 @@ def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[int]]:
     return {"columns.skip": rows} if 2 * len(rows) < len(table.body) else {}
 
 
-def check_in_crack(
-    table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None, questions: Questions
-) -> None:
+def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:
     """Ask about places outside the crack, (n,), and about impossible levels, (n, r)."""
     # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
     # be at the crack's end. At the beginning the scale has no effect.
     furthest_mm = LONGEST_MM if length_mm is None else length_mm + max(SLACK_MM, 0.03 * length_mm)
     outside = np.flatnonzero((cells.s_mm < -SLACK_MM) | (cells.s_mm > furthest_mm))
-    place = table.grid.place()
     if outside.size:
         names = [f"{letters(cells.station_column)}{cells.rows[i].min()}" for i in outside]
         extent = f"at most {LONGEST_MM:g} mm" if length_mm is None else f"{length_mm:.1f} mm along its centreline"
-        finding = f"{cells.s_mm[outside[0]]:.12g} mm in {_listed(names)} is outside the crack, 0 to {extent}."
+        finding = f"{cells.s_mm[outside[0]]:.12g} mm in {listed(names)} is outside the crack, 0 to {extent}."
         remedy = "Check the unit, the end at which s is 0, and that the whole crack was traced."
-        questions.ask("outside", place, finding, remedy, skipping(table, names), names)
+        table.ask("outside", finding, remedy, skipping(table, names), names)
     if depth_mm is None:
         return
     # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste are a few millimetres high.
@@ -273,13 +267,8 @@ def check_in_crack(
         names = [f"{letters(int(cells.columns[j]))}{cells.rows[i, j]}" for i, j in wrong]
         i, j = wrong[0]
         finding = (
-            f"{cells.readings_mm[i, j]:g} mm in {_listed(names)} is a level of {cells.levels_mm[i, j]:g} mm from the "
+            f"{cells.readings_mm[i, j]:g} mm in {listed(names)} is a level of {cells.levels_mm[i, j]:g} mm from the "
             f"face; in a crack {depth_mm:g} mm deep, {lowest_mm:g} to {highest_mm:g} mm is possible."
         )
         remedy = "Level counts upward, depth downward: check the column's name, its unit and the zero."
-        questions.ask("deep", place, finding, remedy, skipping(table, names), names)
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more
+        table.ask("deep", finding, remedy, skipping(table, names), names)
