@@ -2,6 +2,7 @@
 
 import re
 import sys
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -71,7 +72,7 @@ def find_header(grid: Grid, span: Span, declared: Columns, along: str = "station
     # A part without a header has that of the rows above it.
     above = [row for row in reversed(rows) if row < span.top]
     for begin in (*inside[:FIRST_ROWS], *above):
-        following = [row for row in rows if row >= begin][:MOST_ROWS]
+        following = rows[(index := bisect_left(rows, begin)) : index + MOST_ROWS]
         for count in range(1, len(following) + 1):
             header = following[:count]
             if (names := _names_if_header(grid, span, header, along)) is not None:
@@ -153,16 +154,14 @@ def _header_above(grid: Grid, span: Span, inside: Sequence[int], declared: Colum
     chosen = {column for entry in entries for column in lettered(entry)}
 
     def is_data(row: int) -> bool:
-        cells = [cell for column, cell in enumerate(grid.rows[row]) if span.left <= column <= span.right and cell.text]
+        cells = [cell for column, cell in cells_in(grid, span, row) if not chosen or column in chosen]
         numbers = sum(numeric(cell) is not None for cell in cells)
-        if chosen:
-            return numeric(grid.cell(row, min(chosen))) is not None and numbers > 1
         return numbers > 1 and 2 * numbers > len(cells)
 
     first = next((row for row in inside if is_data(row)), inside[0] if inside else span.top)
     header = list[int]()
     for row in reversed([row for row in grid.rows if row < first]):
-        texts = [cell for column, cell in enumerate(grid.rows[row]) if span.left <= column <= span.right and cell.text]
+        texts = [*cells_in(grid, span, row)]
         if len(header) == MOST_ROWS or row < first - len(header) - 1 or len(texts) < 2:
             break
         header.insert(0, row)

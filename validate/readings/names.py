@@ -138,9 +138,9 @@ def unit_of(text: str) -> ColumnUnit | None:
 
 def is_no_length(name: str) -> bool:
     """Return whether a name says that its numbers are no lengths: [-], %, a degree, a ratio."""
-    words = set(WORD.findall(plain_letters(name[:LONGEST_NAME])))
-    is_ratio = NO_LENGTH.search(DIAL_UNIT.sub(" ", ORDINAL.sub(" ", plain_letters(name[:LONGEST_NAME])))) is not None
-    return is_ratio or bool(words & RELATIVE and not words & FACE)
+    plain = plain_letters(name[:LONGEST_NAME])
+    words, ratio = {*WORD.findall(plain)}, NO_LENGTH.search(DIAL_UNIT.sub(" ", ORDINAL.sub(" ", plain)))
+    return ratio is not None or bool(words & RELATIVE and not words & FACE)
 
 
 def has_rest(name: str) -> bool:

@@ -41,8 +41,8 @@ def read_readings(
     Facts that the sheet leaves open must be declared in ``settings``. If the depth of the crack is given, stations
     outside the crack and impossible levels are faults too; its length may still be unknown. A possible but suspicious
     reading, or a text that may change readings, becomes a doubt of the profile, unless ``settings.as_written`` confirms
-    it; ``filling`` gives further data for these checks. If the sheet counts s from the crack's second end, s is reversed
-    once the length is given.
+    it; ``filling`` gives further data for these checks. If the sheet counts s from the crack's second end, s is
+    reversed once the length is given.
 
     Raises:
         SheetFaults: The sheet leaves something open; the error has all of it, each with its place, value and remedy.
@@ -132,11 +132,11 @@ def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
 
 def _ask_beyond_range(table: Table) -> None:
     """Ask about a place of the same sample that goes on beyond those that are read, in the next row."""
-    grid, below = table.grid, max(table.header.rows, default=0)
+    grid, below, station = table.grid, max(table.header.rows, default=0), table.station
     samples = [column for column, role in table.others.items() if role == "sample"]
-    for pair in pairwise(row for row in grid.rows if row > below and table.station is not None):
-        texts = [numeric(grid.cell(row, table.station.index)) for row in pair]
-        before, after = (number(text[0]) if text else None for text in texts)
+    for pair in pairwise(row for row in grid.rows if row > below):
+        texts = [numeric(grid.cell(row, station.index)) if station is not None else None for row in pair]
+        before, after = (number(text[0]) if text is not None else None for text in texts)
         is_one = len({grid.cell(row, column).text for row in pair for column in samples} - {""}) < 2
         beyond = {*pair} - {*table.body}
         if len(beyond) == 1 and before is not None and after is not None and before < after and is_one:
@@ -154,7 +154,8 @@ def _dialect(table: Table, rows: Rows) -> str:
         counting += f", places in {table.station.unit}"
     mark = () if rows.mark is None else (f"decimal {rows.mark}",)
     layout = f"{'long' if rows.is_long else 'wide'}, {counted(rows.cells.levels_mm.shape[1], 'repeat')}"
-    missing = (f"{counted(rows.missing, 'reading')} missing",) if rows.missing else ()
+    blank = int(np.isnan(rows.cells.readings_mm).sum())
+    missing = (f"{counted(blank, 'reading')} missing",) if blank else ()
     return "; ".join((", ".join((*table.grid.written, *mark)), layout, counting, *missing))
 
 

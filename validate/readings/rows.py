@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS
-from validate.readings.grid import Cell, letters, listed, quoted
+from validate.readings.grid import Cell, Kind, letters, listed, quoted
 from validate.readings.header import cells_in, numeric
 from validate.readings.names import FACTORS, is_calculated
 from validate.readings.numbers import common_mark, decimals_of, is_ambiguous, is_missing, number, plain_letters
@@ -20,6 +20,14 @@ CLOSEST_MM = 0.01
 """Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
 SLACK_MM = 2.0
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
+
+
+OTHER_KINDS: dict[Kind, tuple[str, str]] = {
+    "formula": ("a formula without a stored result", "Open the workbook in a spreadsheet program and save it."),
+    "error": ("an error of the spreadsheet", "Correct the formula, or clear the cell."),
+    "date": ("a date; spreadsheets convert numbers such as 16.1 to dates", "Enter the number again."),
+}
+"""What is wrong with a cell of this kind, and what to do."""
 
 
 class Reading(NamedTuple):
@@ -35,7 +43,6 @@ class Rows:
 
     cells: ReadCells
     mark: Decimal | None
-    missing: int  # Number of missing readings
     is_long: bool  # True if repeats are in rows of their own
     read: frozenset[int]  # Rows with a place and a reading
     passed: frozenset[int]  # Rows to skip, rows of means, and rows that are asked about
@@ -45,7 +52,7 @@ class _Reader:
     def __init__(self, table: Table) -> None:
         self.table, self.grid, self.declared, self.chosen = table, table.grid, table.declared, table.chosen
         self.merged = _merged_places(table)
-        self.mark = self._decimal_mark()
+        self.mark: Decimal | None = self._decimal_mark()
         self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
 
     def read(self) -> Rows:
@@ -53,9 +60,9 @@ class _Reader:
         repeat, station = self.table.repeat, self.table.station
         is_long = repeat is not None or bool(self.merged) or "repeats" in (self.declared.as_written or ())
         stations = dict[float, dict[str, Reading]]()
-        read, order, twice, places = set[int](), dict[float, int](), list[str](), dict[int, float]()
-        for row in self.table.body if station is not None else ():
-            if row in passed or not self._has_readings(row):
+        read, twice, places = set[int](), list[str](), dict[int, float]()
+        for row in self.table.body:
+            if station is None or row in passed or not self._has_readings(row):
                 continue
             place = self.merged.get(row, self.grid.cell(row, station.index))
             s_mm = self._in_mm(row, station, place)
@@ -70,7 +77,6 @@ class _Reader:
             if own and not is_long:
                 twice.append(cell)
                 continue
-            order.setdefault(s_mm, row)
             for reading in readings:
                 label = self.grid.cell(row, repeat.index).text if repeat is not None else f"{len(own) + 1}"
                 if repeat is not None and (label in own or is_missing(label)):
@@ -83,9 +89,7 @@ class _Reader:
             for s_mm, own in sorted(stations.items())
             if not all(math.isnan(each.value_mm) for each in own.values())
         }
-        cells = self._arrays(self._at_places(kept), [order[s_mm] for s_mm in kept])
-        missing = sum(math.isnan(each.value_mm) for own in stations.values() for each in own.values())
-        return Rows(cells, self.mark, missing, is_long, frozenset(read), frozenset(passed))
+        return Rows(self._arrays(self._at_places(kept)), self.mark, is_long, frozenset(read), frozenset(passed))
 
     def _passed(self) -> Iterator[int]:
         """Yield the rows to skip, and the rows of means and other calculated figures."""
@@ -102,13 +106,16 @@ class _Reader:
             if meant or is_calculated(first) or is_calculated(label):
                 yield row
         if entries - met:
-            finding = f"skip has {', '.join(map(quoted, sorted(entries - met)))}, which is no row of the table."
+            finding = f"skip has {listed([*map(quoted, sorted(entries - met))])}, which is no row of the table."
             self.table.ask("skip", finding, "Correct skip; rows are counted from 1.")
 
     def _has_readings(self, row: int) -> bool:
         """Return whether a row has a place or a number: rows of texts alone are remarks."""
         used = [self.grid.cell(row, column.index) for column in self.table.used]
-        return any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
+        # A date may be a number that a spreadsheet has converted.
+        is_place = used[0].kind == "date" or used[0].text[:1].isdigit()
+        is_place = is_place and any(cell.text for cell in used[1:])
+        return is_place or any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
 
     def _decimal_mark(self) -> Decimal | None:
         if self.declared.decimal is not None:
@@ -176,11 +183,11 @@ class _Reader:
         written = numbers if len(places) == len(numbers) else [numbers[0], numbers[-1]]
         return dict(zip(np.interp(numbers, written, places).tolist(), stations.values(), strict=True))
 
-    def _arrays(self, stations: dict[float, dict[str, Reading]], rows: Sequence[int]) -> ReadCells:
+    def _arrays(self, stations: dict[float, dict[str, Reading]]) -> ReadCells:
         labels = sorted({label for own in stations.values() for label in own}, key=_by_number)
         table = [
-            [own.get(label) or Reading(math.nan, row, -1) for label in labels]
-            for own, row in zip(stations.values(), rows, strict=True)
+            [own.get(label) or Reading(math.nan, next(iter(own.values())).row, -1) for label in labels]
+            for own in stations.values()
         ]
         parts = np.array(table, dtype=float).reshape(len(stations), len(labels), len(Reading._fields))
         readings_mm, columns = parts[..., 0], parts[..., 2]
@@ -216,15 +223,8 @@ def _merged_places(table: Table) -> dict[int, Cell]:
 
 def _complaint(cell: Cell, column: Column, mark: Decimal | None) -> tuple[str, str]:
     """Return what is wrong with a cell, and what to do."""
-    if cell.kind == "formula":
-        return "a formula without a stored result", "Open the workbook in a spreadsheet program and save it."
-    if cell.kind == "error":
-        return "an error of the spreadsheet", "Correct the formula, or clear the cell."
-    if cell.kind == "date":
-        return (
-            "a date; spreadsheets convert numbers such as 16.1 to dates",
-            "Enter the number again, in a cell of numbers.",
-        )
+    if cell.kind in OTHER_KINDS:
+        return OTHER_KINDS[cell.kind]
     if not cell.text:
         return "no place beside the readings", "Write a place into every row."
     if number(cell.text) is not None:

@@ -256,12 +256,12 @@ def _ask_for_units(table: Table) -> None:
 
     def with_unit(column: Column) -> Column:
         values = [numeric(table.grid.cell(row, column.index)) for row in table.body]
-        texts = {value[1] for value in values if value is not None}
+        texts: set[str] = {value[1] for value in values if value is not None}
         units: set[ColumnUnit | None] = {unit_of(text) for text in texts if text}
         allowed = {*FACTORS} if column.role == "mass" else {*MM}
         all_units = {*units, column.unit} - {None}
         if units - allowed or len(all_units) > 1 or (units and "" in texts and column.unit is None):
-            finding = f"column {letters(column.index)} has {', '.join(sorted(filter(None, texts)))} in its cells"
+            finding = f"column {letters(column.index)} has {', '.join(sorted(texts - {''}))} in its cells"
             table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
         setting: ColumnUnit | None = declared
         if column.role == "station" and places is not None:
