@@ -41,9 +41,6 @@ class Span(NamedTuple):
             int(bottom or sys.maxsize),
         )
 
-    def has(self, row: int, column: int) -> bool:
-        return self.top <= row <= self.bottom and self.left <= column <= self.right
-
 
 @dataclass(frozen=True)
 class Header:
@@ -86,7 +83,7 @@ def names_of(grid: Grid, span: Span, rows: Sequence[int]) -> dict[int, str]:
     A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
     """
     names, merged = dict[int, str](), _merged_names(grid, rows)
-    width = max((len(grid.rows[row]) for row in rows), default=0)
+    width = max((*(len(grid.rows[row]) for row in rows), *(column + 1 for _, column in merged)), default=0)
     for column in range(span.left, min(width, span.right + 1)):
         parts = list[str]()
         for count, row in enumerate(rows, start=1):

@@ -107,9 +107,7 @@ def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
 def _cell(value: Any) -> Cell:
     if value is None or value != value:
         return BLANK
-    if isinstance(value, bool | np.bool_):
-        return Cell(f"{value}".upper(), "truth")
-    if isinstance(value, int | float | np.number):
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         if not np.isfinite(value):
             raise InputError(f"readings: {value} is not a finite number; use NaN for a missing reading.")
         return Cell(f"{value:.15g}", "number")
@@ -119,26 +117,23 @@ def _cell(value: Any) -> Cell:
 def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
     """Return whether ``as_written`` leaves an entry of a doubt open: the cell, its row or its column confirms it."""
     answered = set(settings.as_written or ())
-    entries = doubt.answers.get(CONFIRMS, ())
     if doubt.kind == "datum" and settings.datum != "sample_surface":
         return False
-    open_entries = [
-        entry
-        for entry in entries
-        if not answered & {entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""}
-    ]
-    return doubt.is_open or bool(open_entries)
+    return doubt.is_open or not all(
+        answered & ({entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""})
+        for entry in doubt.answers[CONFIRMS]
+    )
 
 
 def _ask_beyond_range(table: Table) -> None:
     """Ask about a place of the same sample that goes on beyond those that are read, in the next row."""
     grid, below, station = table.grid, max(table.header.rows, default=0), table.station
-    samples = [column for column, role in table.others.items() if role == "sample"]
+    samples, body = [column for column, role in table.others.items() if role == "sample"], {*table.body}
     for pair in pairwise(row for row in grid.rows if row > below):
         texts = [numeric(grid.cell(row, station.index)) if station is not None else None for row in pair]
         before, after = (number(text[0]) if text is not None else None for text in texts)
         is_one = len({grid.cell(row, column).text for row in pair for column in samples} - {""}) < 2
-        beyond = {*pair} - {*table.body}
+        beyond = {*pair} - body
         if len(beyond) == 1 and before is not None and after is not None and before < after and is_one:
             finding, row = "this place goes on beyond those of the range.", beyond.pop()
             table.ask("range", finding, "Extend the range.", {CONFIRMS: ["range"]}, [f"{row}"], row)

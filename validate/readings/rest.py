@@ -36,7 +36,7 @@ def ask_about_rest(table: Table, rows: Rows) -> None:
     """
     sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
-    texts += [text for text in _names(table.grid, sample) if changes(text.text)]
+    texts += [text for text in _names(table.grid, table.declared.sample) if changes(text.text)]
     columns = [text.answer.rstrip("0123456789") if text.beside else "" for text in texts]
     many = {column for column, count in Counter(columns).items() if column and count > MOST_CELLS}
     if texts:
@@ -100,7 +100,7 @@ def _beside(table: Table, row: int) -> str:
     return f" beside {' '.join(map(shown, texts[:5]))}"
 
 
-def _names(grid: Grid, sample: str) -> Iterator[Text]:
+def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without that of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
     for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):

@@ -83,7 +83,11 @@ class _Reader:
                     twice.append(cell)
                 own[label] = reading
         self._report()
-        self._report_twice(twice)
+        if twice:
+            finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
+            remedy = "Correct them, or name the column that numbers the repeats (repeat)."
+            answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(self.table, twice)
+            self.table.ask("twice", finding, remedy, answers, twice)
         kept = {
             s_mm: own
             for s_mm, own in sorted(stations.items())
@@ -96,11 +100,10 @@ class _Reader:
         entries = {f"{entry}".strip() for entry in self.chosen.skip}
         met = set[str]()
         for row in self.table.body:
-            first = next((cell.text for _, cell in cells_in(self.grid, self.table.span, row)), "")
-            names = {f"{row}", f"row {row}", plain_letters(first), f"cell {plain_letters(first)}"}
-            meant = {entry for entry in entries if plain_letters(entry) in names}
+            first = plain_letters(next((cell.text for _, cell in cells_in(self.grid, self.table.span, row)), ""))
             # A number alone is that of the row.
-            meant -= {first} if first.isdecimal() and first != f"{row}" else set()
+            names = {f"{row}", f"row {row}", f"cell {first}", f"{row}" if first.isdecimal() else first}
+            meant = {entry for entry in entries if plain_letters(entry) in names}
             met |= meant
             label = "" if self.table.repeat is None else self.grid.cell(row, self.table.repeat.index).text
             if meant or is_calculated(first) or is_calculated(label):
@@ -132,7 +135,7 @@ class _Reader:
     def _reading(self, row: int, column: Column) -> Reading:
         cell = self.grid.cell(row, column.index)
         missing = {plain_letters(word) for word in self.chosen.missing}
-        if cell.kind == "text" and (is_missing(cell.text) or plain_letters(cell.text) in missing):
+        if (cell.kind == "text" and is_missing(cell.text)) or plain_letters(cell.text) in missing:
             return Reading(math.nan, row, column.index)
         value_mm = self._in_mm(row, column, cell)
         text = (numeric(cell) or ("", ""))[0]
@@ -162,13 +165,6 @@ class _Reader:
                 answers = {"columns.missing": [*dict.fromkeys(text for _, text in cells)]}
             texts = listed([f"{name} {quoted(text)}" for name, text in cells])
             self.table.ask("cell", f"{texts}: {what}.", remedy, answers, names)
-
-    def _report_twice(self, cells: Sequence[str]) -> None:
-        if cells:
-            finding = f"the places in {listed(cells)} occur twice, or with the same number of a repeat."
-            remedy = "Correct them, or name the column that numbers the repeats (repeat)."
-            answers = {CONFIRMS: ["repeats"]} if self.table.repeat is None else {}
-            self.table.ask("twice", finding, remedy, answers, cells)
 
     def _at_places(self, stations: dict[float, dict[str, Reading]]) -> dict[float, dict[str, Reading]]:
         """Return numbered stations at the places that the settings give for their numbers."""

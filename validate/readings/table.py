@@ -261,7 +261,7 @@ def _ask_for_units(table: Table) -> None:
         allowed = {*FACTORS} if column.role == "mass" else {*MM}
         all_units = {*units, column.unit} - {None}
         if units - allowed or len(all_units) > 1 or (units and "" in texts and column.unit is None):
-            finding = f"column {letters(column.index)} has {', '.join(sorted(texts - {''}))} in its cells"
+            finding = f"column {letters(column.index)} has {' and '.join(filter(None, texts))} in its cells"
             table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
         setting: ColumnUnit | None = declared
         if column.role == "station" and places is not None:
