@@ -151,9 +151,9 @@ def _header_above(grid: Grid, span: Span, inside: Sequence[int], declared: Colum
     chosen = {column for entry in entries for column in lettered(entry)}
 
     def is_data(row: int) -> bool:
-        cells = [cell for column, cell in cells_in(grid, span, row) if not chosen or column in chosen]
+        cells = [cell for _, cell in cells_in(grid, span, row)]
         numbers = sum(numeric(cell) is not None for cell in cells)
-        return numbers > 1 and 2 * numbers > len(cells)
+        return numbers > 1 and (2 * numbers > len(cells) or any(numeric(grid.cell(row, column)) for column in chosen))
 
     first = next((row for row in inside if is_data(row)), inside[0] if inside else span.top)
     header = list[int]()

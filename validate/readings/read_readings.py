@@ -69,7 +69,7 @@ def readings_of(
         finding = f"{counted(len(cells.s_mm), 'station')} with a reading; at least two are needed."
         table.ask("stations", finding, "Add stations, or name another sheet or range.")
     # What only follows from a stand-in for another answer is not asked.
-    has_places = not table.is_open("columns", "unit", "no length", "decimal", "range")
+    has_places = not table.is_open("columns", "unit", "no length", "decimal", "range", "places")
     has_levels = has_places and not table.is_open("quantity")
     if depth_mm is not None and has_places:
         check_in_crack(table, cells, length_mm, depth_mm if has_levels else None)

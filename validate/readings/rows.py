@@ -129,7 +129,7 @@ class _Reader:
         mark = common_mark(texts, self.grid.separator)
         if mark is None and (doubtful := [text for text in texts if is_ambiguous(text)]):
             finding = f"the mark in {quoted(doubtful[0])} is a decimal mark, or separates thousands."
-            self.table.ask("decimal", finding, answers={"decimal": "point"})
+            self.table.ask("decimal", finding, answers={"decimal": "comma" if "," in doubtful[0] else "point"})
         return mark
 
     def _reading(self, row: int, column: Column) -> Reading:

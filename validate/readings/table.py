@@ -159,8 +159,10 @@ def _chosen(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> lis
     """Return the columns that a setting names, by letter or by name; a question asks for one that is missing."""
     names, columns = table.header.names, dict[int, None]()
     for entry in entries:
-        by_name = [column for column, name in names.items() if plain_letters(name) == plain_letters(entry)]
         by_letter = [column for column in lettered(entry) if column in {*names, *numbers}]
+        by_name = [column for column, name in names.items() if name == entry]
+        if not by_letter + by_name:
+            by_name = [column for column, name in names.items() if plain_letters(name) == plain_letters(entry)]
         if not by_name + by_letter or (by_name and by_letter and by_name != by_letter[:1]):
             what = "is a letter and also a name" if by_name else "is not a column"
             finding = f"{quoted(entry)} {what}; the columns are {_named(table, [*names])}."
@@ -213,9 +215,10 @@ def _stand_ins(
     readings = [column for column in readings or likely if column not in stations[:1]]
     kinds = [(what.unit, what.quantity) if (what := meaning(names.get(k, ""))) else None for k in readings]
     readings = [column for column, kind in zip(readings, kinds, strict=True) if kind == kinds[0]]
-    answers = {"columns.s": [*map(letters, stations), "A"][0], "columns.levels": [*map(letters, readings)]}
+    entries = [f"{k}:{k}" if k in names.values() else k for k in map(letters, [*stations[:1], *readings])]
+    answers = {"columns.s": entries[0], "columns.levels": entries[1:]} if readings and stations else {}
     remedy = "Name the columns of places and of readings by their letters; others are not read then."
-    table.ask("columns", f"{finding}.", remedy, answers if readings else {})
+    table.ask("columns", f"{finding}.", remedy, answers)
     return stations[:1], readings
 
 
@@ -256,7 +259,7 @@ def _ask_for_units(table: Table) -> None:
 
     def with_unit(column: Column) -> Column:
         values = [numeric(table.grid.cell(row, column.index)) for row in table.body]
-        texts: set[str] = {value[1] for value in values if value is not None}
+        texts = dict.fromkeys(value[1] for value in values if value is not None)
         units: set[ColumnUnit | None] = {unit_of(text) for text in texts if text}
         allowed = {*FACTORS} if column.role == "mass" else {*MM}
         all_units = {*units, column.unit} - {None}
@@ -269,7 +272,7 @@ def _ask_for_units(table: Table) -> None:
         elif column.role == "mass" or (column.role == "station" and declared in get_args(DialUnit)):
             setting = None
         unit = column.unit or next(iter(all_units), None)
-        source = "header" if setting in (None, unit) else "another"
+        source = "header" if setting in (None, unit) or unit not in MM else "another"
         if unit is None:
             source = "none" if setting is None else "setting"
         by_source[source].append(letters(column.index))
@@ -287,7 +290,7 @@ def _ask_for_units(table: Table) -> None:
 
 
 def _ask_for_direction(table: Table) -> None:
-    written = {column.quantity for column in table.readings} - {None}
+    written = {column.quantity for column in table.readings if column.quantity is not None}
     quantity = table.declared.quantity or next(iter(written), None)
     if written - {quantity}:
         finding = f"the header has {' and '.join(sorted(written))}, of which one is read."
