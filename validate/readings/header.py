@@ -3,14 +3,13 @@
 import re
 import sys
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of
-from validate.readings.names import OF_READING, REPEAT, UNITS, WORD, Meaning, meaning, unit_of
+from validate.readings.names import OF_READING, REPEAT, UNITS, WORD, Meaning, Role, meaning, unit_of
 from validate.readings.numbers import number, plain_letters
-from validate.settings import Columns
 
 MOST_ROWS = 3  # Rows of a header
 FIRST_ROWS = 60  # Rows among which it begins
@@ -62,7 +61,7 @@ def numeric(cell: Cell) -> tuple[str, str] | None:
     return (match[1], match[2]) if match is not None and is_quantity else None
 
 
-def find_header(grid: Grid, span: Span, declared: Columns, along: str = "station") -> Header:
+def find_header(grid: Grid, span: Span, along: str = "station") -> Header:
     """Return the header of the table in a part of a sheet. Without names of columns it has no rows."""
     rows = [row for row in grid.rows if row <= span.bottom]
     inside = [row for row in rows if row >= span.top]
@@ -74,7 +73,7 @@ def find_header(grid: Grid, span: Span, declared: Columns, along: str = "station
             header = following[:count]
             if (names := _names_if_header(grid, span, header, along)) is not None:
                 return _extended(grid, span, header, names, following[count:], along)
-    return _header_above(grid, span, inside, declared)
+    return _header_above(grid, span, inside)
 
 
 def names_of(grid: Grid, span: Span, rows: Sequence[int]) -> dict[int, str]:
@@ -145,15 +144,12 @@ def _is_name(text: str, what: Meaning | None) -> bool:
     return unit_of(text) is not None or is_number or (what is not None and what.role == "other")
 
 
-def _header_above(grid: Grid, span: Span, inside: Sequence[int], declared: Columns) -> Header:
+def _header_above(grid: Grid, span: Span, inside: Sequence[int]) -> Header:
     """Return the row of texts directly above the first row with numbers in most cells, as far as it has one."""
-    entries = filter(None, (declared.s, *(declared.levels or ())))
-    chosen = {column for entry in entries for column in lettered(entry)}
 
     def is_data(row: int) -> bool:
-        cells = [cell for _, cell in cells_in(grid, span, row)]
-        numbers = sum(numeric(cell) is not None for cell in cells)
-        return numbers > 1 and (2 * numbers > len(cells) or any(numeric(grid.cell(row, column)) for column in chosen))
+        are_numbers = [numeric(cell) is not None for _, cell in cells_in(grid, span, row)]
+        return sum(are_numbers) > max(1, len(are_numbers) / 2)
 
     first = next((row for row in inside if is_data(row)), inside[0] if inside else span.top)
     header = list[int]()
@@ -163,6 +159,11 @@ def _header_above(grid: Grid, span: Span, inside: Sequence[int], declared: Colum
             break
         header.insert(0, row)
     return Header(tuple(header), names_of(grid, span, header), first)
+
+
+def roles_in(names: Iterable[str]) -> set[Role]:
+    """Return the roles of columns with these names, as far as they are known."""
+    return {what.role for what in map(meaning, names) if what is not None}
 
 
 def lettered(entry: str) -> range:

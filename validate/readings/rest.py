@@ -8,8 +8,8 @@ from typing import NamedTuple
 from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
 from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
-from validate.readings.header import numeric
-from validate.readings.names import is_note, meaning
+from validate.readings.header import numeric, roles_in
+from validate.readings.names import is_note
 from validate.readings.numbers import is_missing
 from validate.readings.rows import Rows
 from validate.readings.table import Table
@@ -59,7 +59,7 @@ def _texts(table: Table, rows: Rows, sample: str) -> Iterator[Text]:
             for column, cell in filled:
                 if _may_change(table, row, column, numbers, sample):
                     yield Text(f"{letters(column)}{row}", cell.text, beside)
-        elif row not in rows.passed and not _is_header(table, row):
+        elif row not in rows.passed and not {"station", "reading"} <= roles_in(cell.text for cell in cells):
             # The name of a sample beside numbers is that of another one.
             words = {column for column, cell in filled if not numeric(cell)}
             words -= samples if len(words) < len(filled) else set()
@@ -71,12 +71,6 @@ def _texts(table: Table, rows: Rows, sample: str) -> Iterator[Text]:
             yield Text(name, text, place=f"comment in {name}")
     for place, text in grid.elsewhere:
         yield Text("worksheets", text, place=place)
-
-
-def _is_header(table: Table, row: int) -> bool:
-    """Return whether a row outside of the table is the header of another one."""
-    known = [what for cell in table.grid.rows[row] if (what := meaning(cell.text)) is not None]
-    return len(known) > 1 and any(what.role == "station" for what in known)
 
 
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:

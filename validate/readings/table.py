@@ -7,7 +7,7 @@ from typing import Any, get_args
 from sealtwin.core.doubts import CONFIRMS, Doubt
 from validate.readings.beside import changes
 from validate.readings.grid import Grid, letters, listed, quoted
-from validate.readings.header import Header, Span, cells_in, find_header, lettered, names_of, numeric
+from validate.readings.header import Header, Span, cells_in, find_header, lettered, names_of, numeric, roles_in
 from validate.readings.names import (
     FACTORS,
     MM,
@@ -85,9 +85,8 @@ def find_table(grid: Grid, declared: Declared, along: Role = "station") -> Table
     What the sheet leaves open is added to its doubts, and the likeliest columns stand in for it, so that everything
     else about the sheet can be asked at the same time.
     """
-    chosen = declared.columns or Columns()
-    span = Span.of(chosen.range)
-    header = find_header(grid, span, chosen, along)
+    span = Span.of((declared.columns or Columns()).range)
+    header = find_header(grid, span, along)
     body = [row for row in grid.rows if header.first <= row <= span.bottom and any(cells_in(grid, span, row))]
     table = Table(grid, declared, span, header, body, [*grid.doubts])
     _end_before_next_table(table, along)
@@ -100,7 +99,7 @@ def find_table(grid: Grid, declared: Declared, along: Role = "station") -> Table
 def _end_before_next_table(table: Table, along: Role) -> None:
     """Take the first of several tables one below the other, and ask for a range."""
     for count, row in enumerate(table.body):
-        roles = {what.role for name in names_of(table.grid, table.span, [row]).values() if (what := meaning(name))}
+        roles = roles_in(names_of(table.grid, table.span, [row]).values())
         if count and along in roles and roles & {"reading", "repeat"}:
             rows = [each for each in table.body[:count] if any(map(numeric, table.grid.rows[each]))] or [row]
             _ask_for_range(table, f"another table begins in row {row}.", rows)
@@ -208,7 +207,7 @@ def _stand_ins(
         rows = [min((*table.header.rows, *table.body)), *table.body]
         _ask_for_range(table, f"{finding}. Are there several tables?", rows, stations[0], beside[-1])
         return stations[:1], beside
-    if {"station", "reading"} <= {what.role for what in map(meaning, cells) if what is not None}:
+    if {"station", "reading"} <= roles_in(cells):
         table.ask("columns", "places are side by side.", "Transpose the table in a copy: one row for each place.")
         return [], []
     stations = stations or [column for column in likely if column not in readings]
