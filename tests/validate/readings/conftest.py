@@ -71,3 +71,13 @@ def listed(profile: Profile) -> list[list[float | None]]:
     """Return the repeats of each station, None for a missing one."""
     assert profile.repeats_mm is not None
     return [[None if mm != mm else mm for mm in row] for row in profile.repeats_mm.tolist()]
+
+
+def brief(doubts: Sequence[Doubt]) -> str:
+    """Return the kinds of doubts, their cells, and their answers without the names of settings."""
+    parts = list[str]()
+    for doubt in doubts:
+        values = [value if isinstance(value, list) else [value] for value in doubt.answers.values()]
+        answers = [f"{entry}" for value in values for entry in value]
+        parts.append(" ".join([doubt.kind, *doubt.cells, *(["=", *answers] if answers else [])]))
+    return "; ".join(parts)

@@ -20,7 +20,7 @@ NAMES = {
     Meaning("reading", "mm", "depth", "3"): "Tiefe unter Oberfläche Messung 3 [mm]",
     Meaning("reading", "inch", "depth", "12"): "depth_12_in",
     Meaning("reading", "inch", "depth"): "depth [in]",
-    Meaning("reading", "µm", "depth"): "depth [µm]|Tiefe / \u03bcm|Tiefe in um|Einsinktiefe ab Oberkante (micron)",
+    Meaning("reading", "µm", "depth"): "depth [µm]|Tiefe / \u03bcm|Tiefe in um|Einsinktiefe (micron)",
     Meaning("reading", None, "depth"): "Tiefenmaß|profondeur par rapport à la surface|hundimiento",
     Meaning("reading", "mm", "level", "3"): "Level rel. to surface #3, mm|altezza 3 rispetto al bordo / mm",
     Meaning("reading", "1/10 mm", "depth"): "Tiefe [1/10 mm]",
@@ -75,10 +75,8 @@ def test_marks_of_a_name_that_are_no_words_count():
 
 
 def test_a_cell_is_a_unit_only_as_a_whole():
-    assert [unit_of(text) for text in ("[mm]", "mm", '"', "(cm)", "mil", "mm mm2", "10 mm", "")] == [
-        *("mm", "mm", "inch", "cm"),
-        *[None] * 4,
-    ]
+    texts = {"[mm]": "mm", "mm": "mm", '"': "inch", "(cm)": "cm", "mil": None, "mm mm2": None, "10 mm": None, "": None}
+    assert {text: unit_of(text) for text in texts} == texts
 
 
 def test_rows_of_means_are_known_by_their_first_cell():

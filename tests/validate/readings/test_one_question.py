@@ -1,17 +1,17 @@
 """All that is open in a sheet comes at once: its own answers, put together, leave no further question."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
-from sealtwin.core.doubts import CONFIRMS
 from tests.validate.readings.conftest import answered
 
-TITLE = "Probe 7, Fuß auf 5 mm Klotz\n"
 S = np.arange(0, 60, 4)
 LEVEL = np.round(3 + np.sin(S / 9) + 0.1, 2)
 
 
-def _rows(form: str = "{s};{a};{b}", changed: dict[int, str] | None = None, s_mm=S) -> str:
+def _rows(form: str = "{s};{a};{b}", changed: dict[int, str] | None = None, s_mm: Any = S) -> str:
     """Return rows of a sound profile, with some rows exchanged."""
     values = zip(s_mm, LEVEL, LEVEL + np.round(np.cos(S * 7) / 10, 2), strict=False)
     lines = [form.format(s=s, a=f"{a:.2f}", b=f"{b:.2f}") for s, a, b in values]
@@ -19,29 +19,28 @@ def _rows(form: str = "{s};{a};{b}", changed: dict[int, str] | None = None, s_mm
 
 
 H = "s [mm];Tiefe 1 [mm];Tiefe 2 [mm]"
+NO_WAY = "s [mm];Messung 1 [mm];Messung 2 [mm]\n"
+OPEN = {"columns", "unit", "quantity"}
 SHEETS = {
-    "no names": (_rows(), {"columns", "unit", "quantity"}),
-    "title, unknown names, a word": (
-        TITLE + "wo;a;b\n" + _rows(changed={3: "12;feucht;3.1", 5: "20;nass;2.9"}),
-        {"columns", "unit", "quantity", "cell", "remark"},
+    "no names": (_rows(), OPEN),
+    "unknown names, a word": (
+        "Fuß auf 5 mm Klotz\nwo;a;b\n" + _rows(changed={3: "12;feucht;3.1", 5: "20;nass;2.9"}),
+        OPEN | {"cell", "remark"},
     ),
     "unknown names and flags": (
         "Ort;u;v;ok\n" + _rows("{s};{a};{b};ja", {3: "12;3.9;3.9;nein"}),
-        {"columns", "unit", "quantity", "remark"},
+        OPEN | {"remark"},
     ),
-    "names that are letters": ("Stelle;A;B\n" + _rows(), {"columns", "unit", "quantity"}),
+    "names that are letters": ("Stelle;A;B\n" + _rows(), OPEN),
     "no unit, remark, slip of a number": (
         "s;Tiefe 1;Tiefe 2;Bemerkung\n" + _rows("{s};{a};{b};", {4: "16;3.1;3.l;", 6: "24;3.4;3.5;Ausreißer"}),
         {"unit", "cell", "remark"},
     ),
     "no direction, far station, zero": (
-        "s [mm];Messung 1 [mm];Messung 2 [mm]\n" + _rows(changed={7: "28;0;0", 14: "560;3.9;3.8"}),
+        NO_WAY + _rows(changed={7: "28;0;0", 14: "560;3.9;3.8"}),
         {"quantity", "outside", "zero"},
     ),
-    "direction and short span": (
-        "s [mm];Messung 1 [mm];Messung 2 [mm]\n" + _rows(s_mm=np.round(S / 10, 1)),
-        {"quantity", "span"},
-    ),
+    "direction and short span": (NO_WAY + _rows(s_mm=np.round(S / 10, 1)), {"quantity", "span"}),
     "a cell and another zero": (
         H.replace("Tiefe", "Pegel") + "\n" + _rows(changed={3: "12;?!;3.9"}),
         {"cell", "sign", "datum"},
@@ -99,8 +98,3 @@ def test_what_no_answer_settles_says_what_to_do_to_the_file(doubts_of, text):
     assert {doubt.kind for doubt in doubts_of(text, 20.0, 60.0, **answered(doubts))} == {
         each.kind for each in unsettled
     }
-
-
-def test_a_question_is_open_until_it_is_answered(doubts_of):
-    open_kinds = {doubt.kind for doubt in doubts_of(TITLE + "wo;a;b\n" + _rows()) if CONFIRMS not in doubt.answers}
-    assert open_kinds == {"columns", "unit", "quantity"}
