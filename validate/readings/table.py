@@ -108,7 +108,7 @@ def _end_before_next_table(table: Table, along: Role) -> None:
 
 
 def _ask_for_range(table: Table, finding: str, rows: Sequence[int], left: int = 0, right: int | None = None) -> None:
-    right = max(len(table.grid.rows[row]) for row in rows) - 1 if right is None else right
+    right = max(len(table.grid.rows[row]) for row in (*rows, *table.header.rows)) - 1 if right is None else right
     answer = {"columns.range": f"{letters(left)}{rows[0]}:{letters(right)}{rows[-1]}"}
     table.ask("range", finding, "Name the cells of the table of this sample.", answer)
 
@@ -128,7 +128,8 @@ def _set_roles(table: Table, along: Role) -> None:
         # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
         readings, repeats = repeats, []
     used = {*stations, *readings, *repeats}
-    unknown = [column for column in numbers if column not in meanings and column not in used]
+    known = {*meanings} - {*by_role["mass"]} | used
+    unknown = [column for column in numbers if column not in known]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
     for column in by_role["sample"]:
         _ask_about_samples(table, column)

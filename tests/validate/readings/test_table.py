@@ -62,6 +62,7 @@ ASKED = {
     "no header": (ROWS, {}, "columns = A B C; unit A B C = mm; quantity = depth"),
     "an unknown name": (S + "Tiefe [mm];z\n" + ROWS, {}, "columns = A B"),
     "no name": (S + "Tiefe [mm]\n" + ROWS, {}, "columns = A B"),
+    "weights": (S + "Tiefe [mm];Gewicht\n" + ROWS, {}, "columns = A B"),
     "equal names": (S + "Tiefe [mm];Tiefe [mm]\n" + ROWS, {}, "columns = A B C"),
     "up and down": (S + "Tiefe [mm];Level [mm]\n" + ROWS, {}, "columns = A B"),
     "up and down, chosen": (S + "Tiefe [mm];Level [mm]\n" + ROWS, {"columns": BY_LETTER}, "quantity"),
