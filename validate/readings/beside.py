@@ -11,8 +11,9 @@ from importlib.resources import files as resources
 
 from validate.readings.names import sample_key
 
-LETTERS = str.maketrans({"ł": "l", "Ł": "L", "ø": "o", "ı": "i", "ß": "ss", "’": "'", "º": "°"})
-MARKS = ".,;:-–—/()\"'&#_!@。、§"
+LETTERS = str.maketrans({"ł": "l", "Ł": "L", "ø": "o", "\u0131": "i", "ß": "ss", "\u2019": "'", "º": "°", "§": "?"})
+MARKS = ".,;:-\u2013\u2014/()\"'&#_!@。、§"
+LONGEST = 400  # Letters; a longer text is quoted in any case, and the time of expressions grows with its square
 MOST_NAMES = 4  # Words of a name behind its label
 
 
@@ -40,37 +41,44 @@ def _compiled(pattern: str) -> re.Pattern[str]:
 
 WORDS = {kind: _words(words, 30 if kind == "empty" else 6) for kind, words in LISTS["harmless"].items()}
 CHANGES = _compiled(
-    "|".join((rf"(?<!{LETTER}){_words(LISTS['changes'], 30)}", LISTS["changes"]["parts"], *LISTS["changes"]["marks"]))
+    rf"(?<!{LETTER}){_words(LISTS['changes'], 30)}|{LISTS['changes']['parts']}"
+    # Numbers with a sign, a decimal comma, m, in or inch marks; lists of rows; percent, degree, doubt, arrows.
+    r"|(?<![\w.)])[-\u2212\u2013]\d|[+\u00b1\u00d7*%\u00b0?=<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|]"
+    r"|\d\W?(?:m|in)(?!\w|\s+[a-z])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|(?<!\d{3})\d\s?['\"]|\d,\d|1/10|order\W+\d+\W+\d"
 )
-EMPTY = _compiled(rf"(?:^|(?<=[:;,.。\n]))\W*(?:{WORDS['empty']}[ /]*)+(?=[:;,.。!\n]|$)")
+EMPTY = _compiled(
+    r"(?:^|(?<=[:;,.。\n]))\W*(?!(?:no|ei|нет|brak|in|a|da|to|report)\W*(?:$|[:;,.\n]))"
+    rf"(?:(?:ok|okay|ras)|(?:{WORDS['empty']}[ /]*)++)(?=[:;,.。!\n]|$)"
+)
 NUMBER = r"-?\d+(?:[.,]\d+)?"
 FIGURES = _compiled(
     "|".join(
         (
             # Dates, and the word datum before these; times; addresses of mail.
             r"(?<!\w)datum(?=[^\d;]{1,14}(?:\d[\d. /-]*[^\d;]{0,12})?20\d\d)",
-            r"(?<![\w.,/-])(?:\d{4}[-/. ]{1,2}\d\d?[-/. ]{1,2}\d\d?|\d\d?([-/.]) ?\d\d?\1 ?(?:20)?\d\d|\d\d[/.]20\d\d)(?![\w/-])",
+            r"(?<![\w.,/-])(?:\d{4}[-/. ]{1,2}\d\d?[-/. ]{1,2}\d\d?|\d\d?([-/.]) ?\d\d?\1 ?(?:20)?\d\d|\d\d[/.]20\d\d)"
+            r"(?![\w/-])",
             r"\d{4}年\d\d?月(?:\d\d?日)?",
             r"(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?:[:h時点][0-5]\d(?::[0-5]\d|分)?|\s?(?:uhr|uur|[ap]m|点|時))(?![\w:])",
             r"[\w.-]+@[\w.-]+",
             rf"{NUMBER}\s*(?:°\s*C|%\s*{WORDS['climate']})(?!\w)",
             rf"{WORDS['climate']}[^;\d]{{0,20}}{NUMBER}\s*(?:°\s*C?|%|C|deg\w*|grad\w*|астет\w*)(?!\w)",
             # "Page 2 of 3", as pages are sides in many languages; "no. 12"; the Portuguese "no".
-            r"(?<!\w)(?:[sp]|pag\w*|seite|str\w*|sid\w*|sivu|oldal|sayfa|blatt)[. ]*\d+\s?(?:of|[vd][aoe]n?|di|av|ze?|sur?|/)\s?\d+",
-            rf"(?<!\w)(?:n°|(?:no|nr|n|c)[. ]\s?(?=[A-Z]*\d)|no (?={WORDS['number']}))",
+            r"(?<!\w)(?:[sp]|pag\w*|seite|str\w*|sid\w*|sivu|oldal|sayfa|blatt)[. ]*\d+"
+            r"\s?(?:of|[vd][aoe]n?|di|av|ze?|sur?|/)\s?\d+",
+            rf"(?<!\w)(?:n\.?°|(?:no|nr|n|c)[.: ]\s?(?=[A-Z]*\d)|no (?={WORDS['number']}))",
         )
     )
 )
 SIZE = _compiled(
-    rf"({WORDS['tool']}\W|[,;(/])\s*(?:0\s?(?:-|–|to|bis|\.+|a)\s?\d{{2,3}}|[1-9][05]0|0[.,]0+[125])\s?mm(?!\w)"
+    rf"({WORDS['tool']}\W|[,;(/])\s*(?:0\s?(?:-|\u2013|to|bis|\.+|a)\s?\d{{2,3}}|[1-9][05]0|0[.,]0+[125])\s?mm(?!\w)"
 )
-UPPER = "[A-ZА-Я]"
+UPPER = r"[A-Z\u0410-\u042f]"
 DATES_AND_NAMES = re.compile(
     rf"\d\d?\.?\s+(?:d[eo]\s+)?{LETTER}{{3,12}}\.?,?\s+(?:d[eo]\s+)?20\d\d|20\d\d\.?\s{LETTER}+\s\d\d?\.?(?!\w)"
-    rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b[А-Я]{LETTER}+ (?:[А-Я]\.\s?){{1,2}}"
+    rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b{UPPER}{LETTER}+ (?:[\u0410-\u042f]\.\s?){{1,2}}"
     rf"|\b(?:{UPPER}\.[\s-]?){{1,3}}(?:(?:d[aei]l?|v[ao]n|der) ){{0,2}}{UPPER}{LETTER}+"
 )
-LABELLED = re.compile(rf"(?:^|(?<=[;,.]))\s*{LETTER}{{3,}}\s?:\s*§(?=\s*(?:[;,.]|$))")
 KIND = "|".join(f"(?P<{kind}>{words})" for kind, words in WORDS.items() if kind != "empty")
 TOKEN = re.compile(
     r"(?P<code>(?:[A-Z]{1,4}[-_])?[A-Za-z]{0,3}\d[\dA-Za-z]*(?:[-./_][\dA-Za-z]+)*)"
@@ -84,16 +92,18 @@ def changes(text: str) -> bool:
 
 
 def is_harmless(text: str, sample: str = "") -> bool:
-    """Return True only if a text is known to leave the readings of its sample as they are: a date, a name, an instrument.
+    """Return True only if a text is known to leave the readings of its sample as they are: a date, an operator.
 
     Unknown words, and numbers without a harmless label, give False.
     """
     if sample and sample_key(text) == sample_key(sample):
         return True
+    if len(text) > LONGEST:
+        return False
     if sample:
         text = re.sub(rf"(?<!\w){re.escape(sample)}(?![\w'*+?])", " ", text, flags=re.IGNORECASE)
     text = EMPTY.sub(" ", SIZE.sub(r"\1 ", FIGURES.sub("§", plain(text))))
-    return not CHANGES.search(text) and _is_known(LABELLED.sub(" ", DATES_AND_NAMES.sub("§", text)))
+    return not CHANGES.search(text) and _is_known(DATES_AND_NAMES.sub("§", text))
 
 
 def _is_known(text: str) -> bool:
@@ -101,21 +111,25 @@ def _is_known(text: str) -> bool:
     label, names, names_before = None, MOST_NAMES, 0
     tokens = list(TOKEN.finditer(text))
     for index, token in enumerate(tokens):
-        kind, word = token.lastgroup, token[0]
-        if kind in ("person", "number", "tool"):
+        kind, word, before = token.lastgroup, token[0], tokens[index - 1][0]
+        behind = tokens[index + 1].lastgroup if index + 1 < len(tokens) else None
+        if kind in ("person", "number", "tool") or (kind == "place" and word.islower()):
             label, names = kind, 0
         elif kind == "behind":
             names_before = 0
         elif kind == "code":
-            is_next = any(behind.lastgroup == "number" for behind in tokens[index + 1 : index + 3])
-            if label not in ("number", "tool") and not is_next:
+            # A short number behind an instrument may be its reading, unless it is "no. 5".
+            is_its_number = label == "tool" and (before == "§" or ("." not in word and len(word) > 3))
+            if not (is_its_number or label == "number" or behind == "ordinal"):
                 return False
         elif kind == "name":
             names += len(word) > 1 or label != "number"
             names_before += names > MOST_NAMES
             if not (word[0].isupper() or word >= "\u3400"):
                 return False
-        elif kind == "word" or (word in ".;" and names):
+        elif kind == "word" or (word in ".;:" and names and len(before) > 1) or (word == "," and label == "number"):
+            label, names = None, MOST_NAMES
+        elif word in ",§":  # No name goes on behind a comma, a date or an initialled name
             names = MOST_NAMES
         elif kind is None or (kind == "mark" and word not in MARKS):
             return False

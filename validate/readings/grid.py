@@ -10,7 +10,7 @@ from sealtwin.core.errors import InputError, as_text
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
 """Kind of a cell. Cells of a text file are all "text". A "formula" is one without a stored result."""
-MOST_ROWS = 10_000
+MOST_ROWS = 10_100  # 10,000 stations below a header and titles
 MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
 MOST_NAMED = 8  # Cells or columns that a sentence names
 LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted

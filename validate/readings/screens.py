@@ -21,23 +21,22 @@ STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, the largest fi
 # questioned. A stricter limit (smaller distance or ratio, larger probability) finds smaller mistakes and questions more
 # sound sheets.
 LEAST_SPREAD_MM = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
-EQUAL_MM = 0.056  # Share of this in the last digit: probability that repeats by hand differ
+EQUAL_MM = 0.056  # Repeats by hand differ with the probability of this divided by the last digit
 ROUNDING_MM = 1e-6  # Margin for two equal means, above the error of binary fractions
-MEAN_CHANCE = 1e-3  # Probability of chance agreement below which a row or column is the mean of all others
+CHANCE = 5e-3  # Probability of chance agreement below which a row or column is a mean of others or a copy
 MEAN_PLACE = 0.02  # Probability that a row's place is the mean of the others' by chance
-COPY_CHANCE = 1e-3  # Probability of chance agreement below which a column is a copy
-ONLY_COPY_CHANCE = 0.35  # The same if no two columns differ. Few sheets are so coarse
+ONLY_COPY_CHANCE = 0.35  # Such a probability of a copy if no two columns differ. Few sheets are so coarse
 COMPARED = 5  # Smallest number of stations at which columns are compared
 ODD_MM = 1.0  # Distance from the other readings of its station from which on a reading is suspicious
 ZERO_SD = 4.2  # The same distance for 0
-SLIP_SD = 8.0  # The same distance for a reading of the other sign
+SLIP_SD = 6.0  # The same distance for a reading of the other sign
 OPPOSITE_SD = 4.0  # Distance of its opposite from the others below which a reading has a wrong sign
 OPPOSITE_SHARE = 0.35  # The same as a share of the reading
 DEEP_MM = 1.5  # Depth of its neighbours from which on a station of zeros, or of the other sign, is suspicious
 STEEP = 3.0  # Steps between stations by which a level may go on at an end of the sheet
 END_MM = 3.0  # Height by which it may do so besides
-SCATTER = 9.0  # Ratio of a station's spread to that of the others; about ten, since theirs is uncertain
-NEAR_SCATTER = 0.3  # Share of the spread of a neighbour that is usual
+SCATTER = 5.0  # Ratio of a station's spread to the typical one from which on it is suspicious
+NEAR_SCATTER = 0.25  # Share of the spread of a neighbour that is usual
 SPAN = 0.2  # Share of the crack below which the span of all places is suspicious
 COUNTED = 0.5  # The same for places that only count 1, 2, 3
 FINEST_MM = 0.0075  # Between the last digit of a caliper, 0.01 mm, and that of a dial with thousandths
@@ -49,26 +48,24 @@ TENTH = 0.13  # Share of the depth that contains all readings if centimetres wer
 STEADY_MM = 0.033  # Spread of repeats that is smaller than by hand, and usual in centimetres
 COVERED = 0.8  # Share of the crack's length between the outer stations from which on their volume counts
 VOLUME_OFF = 0.14  # Logarithm of the ratio of volumes that raises a doubt
-VOLUME_MET = 1 / 3  # Part of that logarithm that an explanation may leave
+VOLUME_MET = 0.4  # Part of that logarithm that an explanation may leave
 OFFSET_MM = 2.5  # Smallest constant offset that a volume shows
-OFFSET_SHARE = 0.15  # The same as a share of the depth
-NEARER = ((0.5, 0.6), (0.75, 1.2))
-"""Two pairs: the share of the distance to the simulated level that a change may leave, and its least gain in mm."""
+OFFSET_SHARE = 0.12  # The same as a share of the depth
+NEARER, NEARER_MM = 0.6, 0.8
+"""Share of the distance to the simulated level that a change may leave, and its least gain in mm."""
 TURNED = (("sign", -1.0, "with the opposite sign"), ("unit", 10.0, "in centimetres"))
 """Mistakes that multiply all levels by a factor."""
 
-CLEAR, CORRECT_UNIT = "Clear it if it is the code of a missing reading.", "Correct the unit in the header."
-REMOVE = "Remove it from the repeats."
+CORRECT_UNIT, REMOVE = "Correct the unit in the header.", "Remove it from the repeats."
 REMEDIES = {
-    "zero": CLEAR,
-    "code": CLEAR,
+    "code": "Clear it if it is the code of a missing reading.",
     "sign slip": "Correct its sign.",
     "scatter": "Correct the row.",
     "mean row": "Remove it from the table.",
     "mean column": REMOVE,
     "copy": REMOVE,
     "far column": "Correct the columns.",
-    "span": "Correct the unit in the header; a place is its distance along the crack, not its number.",
+    "span": "Correct the unit in the header; a place is a distance along the crack, no number.",
     "dial": CORRECT_UNIT,
     "unit": CORRECT_UNIT,
     "sign": "Correct the header: level counts upward from the face, depth downward.",
@@ -131,7 +128,7 @@ class Filling:
         return -1.1 * self.solid.depth_mm - 1.0 <= level_mm.min() and level_mm.max() <= PLATEAU_MM
 
 
-class Sheet(NamedTuple):
+class SheetAndCrack(NamedTuple):
     """The cells, and the crack as far as it is known."""
 
     cells: ReadCells
@@ -170,10 +167,12 @@ def screens(
     doubts = dict[Any, Doubt]()
     for screen in SCREENS:
         readings_mm = cells.readings_mm.copy()
-        for kind, sentence, i, j in screen(Sheet(cells, depth_mm, length_mm, filling)):
+        for kind, sentence, i, j in screen(SheetAndCrack(cells, depth_mm, length_mm, filling)):
             row, column, names = _cells_of(cells, i, j)
             if names:
                 readings_mm[i, j] = np.nan
+            elif kind not in ("span", "direction"):
+                column = int(cells.columns[0])
             answers = {CONFIRMS: list(names) or [kind], **ANSWERS.get(kind, {})}
             doubts.setdefault(names or kind, Doubt(kind, place(row, column), sentence, REMEDIES[kind], answers, names))
         cells = replace(cells, readings_mm=readings_mm)
@@ -215,17 +214,17 @@ def _last_digit_mm(readings_mm: Floats) -> float:
 
 
 def spread_mm(readings_mm: Floats) -> float:
-    """Return the typical standard deviation of a single reading. Without repeats it follows from the scatter along s."""
+    """Return the typical sd of a single reading. Without repeats it follows from the scatter along s."""
     off_mm = np.diff(readings_mm, axis=1) / np.sqrt(2)
     if (~np.isnan(off_mm)).sum() < 3:
         middle_mm = row_medians(readings_mm)
         middle_mm = middle_mm[~np.isnan(middle_mm)]
         off_mm = np.diff(middle_mm, n=2) / np.sqrt(6) if len(middle_mm) > 3 else np.array([0.34])
-    return max(LEAST_SPREAD_MM, 0.4 * _last_digit_mm(readings_mm), 1.48 * float(np.nanmedian(np.abs(off_mm))))
+    return max(LEAST_SPREAD_MM, 0.4 * _last_digit_mm(readings_mm), 1.48 * np.nanmedian(np.abs(off_mm)))
 
 
 def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
-    """Return the probability that a row is the mean of all others in every column by chance, (n,); infinite if it is not."""
+    """Return how probably each row is the mean of all others by chance, (n,); infinite if it is not their mean."""
     read = ~np.isnan(values_mm)
     others = read.sum(axis=0) - read
     means_mm = (np.nansum(values_mm, axis=0) - np.nan_to_num(values_mm)) / np.maximum(others, 1)
@@ -236,55 +235,69 @@ def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
     return np.where(agree.all(axis=1), chance ** compared.sum(axis=1), np.inf)
 
 
-def mean_rows(sheet: Sheet) -> Iterator[Finding]:
+def other_units(sheet: SheetAndCrack) -> Iterator[Finding]:
+    """Yield places in a small part of the crack, and readings in a dial's unit with too many digits for it."""
+    (cells, _, length_mm, _), s_mm = sheet, sheet.cells.s_mm
+    if length_mm is not None and len(s_mm) > 2:
+        counts, span_mm = np.allclose(np.diff(s_mm), cells.s_unit_mm), np.ptp(s_mm)
+        if span_mm < (COUNTED if counts else SPAN) * length_mm:
+            yield Finding("span", f"all places are within {span_mm:.3g} mm of a crack of {length_mm:.3g} mm.")
+    digit_mm = np.median(cells.digits_mm[~np.isnan(cells.readings_mm)])
+    if digit_mm < FINEST_MM < cells.unit_mm < 1:
+        yield Finding("dial", f"the readings have digits of {digit_mm:.2g} mm, which no caliper shows.")
+
+
+def mean_rows(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the row that is the mean of all other rows in every column."""
-    values_mm, s_mm = sheet.cells.readings_mm, sheet.cells.s_mm
-    sd_mm, mean_mm = spread_mm(values_mm), (s_mm.sum() - s_mm) / max(len(s_mm) - 1, 1)
-    # The first column may agree by chance as close levels do, the others as repeats do.
-    chance = _mean_chances(values_mm, sheet.cells.digits_mm, sd_mm) * sd_mm / max(float(np.nanstd(values_mm)), sd_mm)
-    chance *= np.where(np.abs(s_mm - mean_mm) <= np.maximum(0.07, 0.005 * mean_mm), MEAN_PLACE, len(s_mm))
-    for i in np.flatnonzero(chance < MEAN_CHANCE)[:1].tolist():
+    values_mm, s_mm, rows = sheet.cells.readings_mm, sheet.cells.s_mm, sheet.cells.rows.min(axis=1)
+    sd_mm, mean_mm = spread_mm(values_mm), (s_mm.sum() - s_mm) / (len(s_mm) - 1)
+    in_place = np.abs(s_mm - mean_mm) < 0.07 + 0.005 * mean_mm
+    # A row in the order of s may simply have the level in the middle. Else its place and its level are evidence too.
+    in_place &= (np.roll(rows, 1) - rows) * (rows - np.roll(rows, -1)) < 0
+    evidence = np.where(in_place, MEAN_PLACE * sd_mm / max(np.nanstd(values_mm), sd_mm), 1.0)
+    chance = _mean_chances(values_mm, sheet.cells.digits_mm, sd_mm) * evidence
+    for i in np.flatnonzero(chance < CHANCE)[:1].tolist():
         yield Finding("mean row", f"the row at s = {s_mm[i]:g} mm is the mean of all others in every column.", i)
 
 
-def mean_columns(sheet: Sheet) -> Iterator[Finding]:
+def mean_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the repeat that is the mean of all others."""
     values_mm = sheet.cells.readings_mm
     chance = _mean_chances(values_mm.T, sheet.cells.digits_mm.T, spread_mm(values_mm))
-    for j in np.flatnonzero(chance < MEAN_CHANCE)[:1].tolist():
+    for j in np.flatnonzero(chance < CHANCE)[:1].tolist():
         yield Finding("mean column", "this repeat is the mean of all others at every station.", j=[j])
 
 
-def copied_columns(sheet: Sheet) -> Iterator[Finding]:
+def copied_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield repeats that are copies of another repeat."""
     values_mm = sheet.cells.readings_mm
-    # Probability that repeats with the scatter of a hand are rounded to the same value.
-    rounded = max(0.1, 1 - EQUAL_MM / max(_last_digit_mm(values_mm), EQUAL_MM))
-    differences_mm = [values_mm - each[:, None] for each in values_mm.T]
-    both = np.array([(~np.isnan(each)).sum(axis=0) for each in differences_mm])
-    shares = np.array([(each == 0).sum(axis=0) for each in differences_mm]) / np.maximum(both, 1)
+    off_mm = (values_mm - each_mm[:, None] for each_mm in values_mm.T)
+    both, equal = np.array([[(~np.isnan(each)).sum(axis=0), (each == 0).sum(axis=0)] for each in off_mm]).swapaxes(0, 1)
+    shares = equal / np.maximum(both, 1)
     compared = np.triu(both > 2, 1)
-    usual = shares[compared & (shares < 1)].max(initial=0.0)
-    limit = COPY_CHANCE if usual else ONLY_COPY_CHANCE
-    is_copy = compared & (shares == 1) & (max(rounded, usual) ** both.astype(float) < limit)
+    differ = compared & (shares < 1)
+    # Probability that repeats with the scatter of a hand are rounded to the same value, at the least.
+    rounded = max(0.1, 1 - EQUAL_MM / max(_last_digit_mm(values_mm), EQUAL_MM))
+    chance = shares[differ].max(initial=rounded) ** both
+    is_copy = compared & (shares == 1) & (chance < (CHANCE if differ.any() else ONLY_COPY_CHANCE))
     for j in np.flatnonzero(is_copy.any(axis=0)).tolist():
         yield Finding("copy", "this repeat is a copy of another, reading by reading.", j=[j])
 
 
-def far_columns(sheet: Sheet) -> Iterator[Finding]:
+def far_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield repeats that are far from the others at most stations."""
     values_mm = sheet.cells.readings_mm
     off_mm = np.abs(values_mm - _medians_of_others(values_mm))
     repeats = np.flatnonzero((~np.isnan(off_mm)).sum(axis=0) >= COMPARED).tolist()
     # Of two repeats that differ, the first may be as wrong as the second: one question is enough.
     for j in repeats[-1:] if len(repeats) == 2 else repeats:
-        far_mm = float(np.nanmedian(off_mm[:, j]))
+        far_mm = np.nanmedian(off_mm[:, j])
         if far_mm > ODD_MM and far_mm > SLIP_SD * spread_mm(np.delete(values_mm, j, axis=1)):
             sentence = f"this repeat differs from the others by {far_mm:.3g} mm at half of the stations."
             yield Finding("far column", sentence, j=[j])
 
 
-def odd_readings(sheet: Sheet) -> Iterator[Finding]:
+def odd_readings(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield codes of nines, zeros and other signs, unlike the other readings of the station or its neighbours."""
     cells, values_mm = sheet.cells, sheet.cells.readings_mm
     nines = np.reshape([NINES.fullmatch(f"{abs(value):.8g}") is not None for value in values_mm.flat], values_mm.shape)
@@ -303,76 +316,54 @@ def odd_readings(sheet: Sheet) -> Iterator[Finding]:
     others = (~np.isnan(ordinary_mm)).sum(axis=1, keepdims=True) - ~np.isnan(ordinary_mm)
     is_alone = (np.isnan(values_mm) | (np.sign(values_mm) == np.sign(level_mm)[:, None])).all(axis=1, keepdims=True)
     alone = is_alone | ((others < 2) & (values_mm != 0))
-    slack_mm, peers_mm, padded_mm = (
-        np.zeros_like(level_mm),
-        _medians_of_others(ordinary_mm),
-        np.pad(level_mm, 1, "reflect"),
-    )
+    peers_mm, slack_mm = _medians_of_others(ordinary_mm), np.zeros_like(level_mm)
     slack_mm[[0, -1]] = STEEP * np.abs(np.diff(level_mm)[[1, -2]]) + END_MM
+    padded_mm = np.pad(level_mm, 1, "reflect")
     beside_mm = padded_mm[:-2], padded_mm[2:]
     low_mm = np.where(alone, (np.minimum(*beside_mm) - slack_mm)[:, None], peers_mm)
     high_mm = np.where(alone, (np.maximum(*beside_mm) + slack_mm)[:, None], peers_mm)
-    deep_mm = max(DEEP_MM, 3 * min(sd_mm, 1.0))
     away_mm = np.maximum(low_mm - values_mm, values_mm - high_mm)
     turned_mm = np.maximum(low_mm + values_mm, -values_mm - high_mm)
-    zero = (values_mm == 0) & (away_mm > np.where(alone, deep_mm, max(ODD_MM, ZERO_SD * sd_mm)))
+    zero = (values_mm == 0) & (away_mm > np.where(alone, DEEP_MM, max(ODD_MM, ZERO_SD * sd_mm)))
     # A formula that refers to empty cells gives 0 at s = 0 below the other rows.
     zero |= (values_mm == 0) & is_alone & (cells.s_mm[:, None] == 0) & (cells.rows > cells.rows.min())
     slip = (values_mm * low_mm < 0) & (values_mm * high_mm < 0)
-    slip &= away_mm > np.where(alone, 2 * deep_mm, max(ODD_MM, SLIP_SD * sd_mm))
+    slip &= away_mm > np.where(alone, 2 * DEEP_MM, max(ODD_MM, SLIP_SD * sd_mm))
     slip &= turned_mm < np.maximum(OPPOSITE_SD * sd_mm, OPPOSITE_SHARE * np.abs(values_mm))
-    for kind, cases in {"code": codes, "zero": zero, "sign slip": slip}.items():
+    for kind, cases in {"code": codes | zero, "sign slip": slip}.items():
         for i in np.flatnonzero(cases.any(axis=1)).tolist():
             j = np.flatnonzero(cases[i]).tolist()
             written = ", ".join(f"{value:g}" for value in cells.readings_mm[i, j])
-            expected = f"{low_mm[i, j[0]]:.3g} to {high_mm[i, j[0]]:.3g} mm"
-            sentence = f"{written} mm at s = {cells.s_mm[i]:g} mm differs from the readings around it ({expected})."
+            around_mm = (low_mm + high_mm)[i, j[0]] / 2
+            sentence = f"{written} mm at s = {cells.s_mm[i]:g} mm is unlike the readings around, {around_mm:.3g} mm."
             yield Finding(kind, sentence, i, j)
 
 
-def scattered_stations(sheet: Sheet) -> Iterator[Finding]:
+def scattered_stations(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield stations whose repeats scatter far more than those of their neighbours and of the sheet."""
     values_mm = sheet.cells.readings_mm
     stations = np.flatnonzero((~np.isnan(values_mm)).sum(axis=1) > 1)
     if len(stations) < 4:
         return
     spreads_mm = np.nanstd(values_mm[stations], axis=1, ddof=1)
-    least_mm = max(LEAST_SPREAD_MM, 0.4 * _last_digit_mm(values_mm), float(np.median(spreads_mm)))
     near_mm = np.maximum(np.roll(spreads_mm, 1), np.roll(spreads_mm, -1))
-    usual_mm = np.maximum(least_mm, NEAR_SCATTER * near_mm)
+    usual_mm = np.maximum(spread_mm(values_mm), NEAR_SCATTER * near_mm)
     for k in np.flatnonzero(spreads_mm > SCATTER * usual_mm).tolist():
-        i = int(stations[k])
+        i = stations[k]
         sentence = (
             f"the readings at s = {sheet.cells.s_mm[i]:g} mm scatter by {spreads_mm[k]:.2g} mm, not {usual_mm[k]:.2g}."
         )
         yield Finding("scatter", sentence, i)
 
 
-def short_span(sheet: Sheet) -> Iterator[Finding]:
-    """Yield places in a small part of the crack: in another unit, or only numbered."""
-    (cells, _, length_mm, _), s_mm = sheet, sheet.cells.s_mm
-    if length_mm is not None and len(s_mm) > 2:
-        counts, span_mm = np.allclose(np.diff(s_mm), cells.s_unit_mm), float(np.ptp(s_mm))
-        if span_mm < (COUNTED if counts else SPAN) * length_mm:
-            yield Finding("span", f"all places are within {span_mm:.3g} mm of a crack of {length_mm:.3g} mm.")
-
-
-def fine_dial(sheet: Sheet) -> Iterator[Finding]:
-    """Yield readings in a dial's unit such as 1/10 mm with too many digits: it may be the resolution in mm."""
-    digits_mm = sheet.cells.digits_mm[~np.isnan(sheet.cells.readings_mm)]
-    if digits_mm.size and np.median(digits_mm) < FINEST_MM < sheet.cells.unit_mm < 1:
-        yield Finding("dial", f"the readings have digits of {digits_mm.min():.2g} mm, which no caliper shows.")
-
-
-def impossible_levels(sheet: Sheet) -> Iterator[Finding]:
+def impossible_levels(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield levels that paste does not form, or that the crack's depth makes unlikely."""
     (_, level_mm), (cells, depth_mm, _, _) = sheet.profile_mm(), sheet
     if not level_mm.size:
         return
     in_order, mean_mm = np.sort(level_mm), level_mm.mean()
     if (mean_mm > ABOVE_MM and in_order[0] > -0.1) or (mean_mm > 0 and in_order[-2] > HEAP_MM):
-        share = f"{(level_mm > 0).sum()} of {len(level_mm)}"
-        yield Finding("sign", f"{share} stations are above the face, up to {in_order[-1]:.3g} mm.")
+        yield Finding("sign", f"the stations are {mean_mm:.3g} mm above the face on average.")
     if (highest_mm := in_order[-max(1, len(level_mm) // 4) :].mean()) > PLATEAU_MM:
         yield Finding("datum", f"the highest quarter of the stations is {highest_mm:.3g} mm above the face.")
     if depth_mm is None:
@@ -386,19 +377,16 @@ def impossible_levels(sheet: Sheet) -> Iterator[Finding]:
         yield Finding("unit", f"all readings are within {within_mm:.3g} mm of the face: they may be in centimetres.")
 
 
-def other_volume(sheet: Sheet) -> Iterator[Finding]:
+def other_volume(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the change of sign, unit or datum with which the volume below the readings is the dispensed volume."""
     (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
-    if (
-        filling is None
-        or not s_mm.size
-        or np.ptp(s_mm) < COVERED * filling.outline.length_mm
-        or filling.volume_mm3 <= 0
-    ):
+    if filling is None or filling.volume_mm3 <= 0 or not s_mm.size:
+        return
+    if np.ptp(s_mm) < COVERED * filling.outline.length_mm:
         return
 
     def off(level_mm: Floats) -> float:
-        return float(np.log(max(filling.held_mm3(s_mm, level_mm), 1.0) / filling.volume_mm3))
+        return np.log(max(filling.held_mm3(s_mm, level_mm), 1.0) / filling.volume_mm3)
 
     if abs(as_read := off(level_mm)) < VOLUME_OFF:
         return
@@ -409,51 +397,47 @@ def other_volume(sheet: Sheet) -> Iterator[Finding]:
             yield Finding(kind, f"{volumes}; {words}, it would be {np.exp(other):.2f} times that.")
             return
     offsets_mm = filling.solid.depth_mm * np.linspace(-1, 1, 25)
-    offset_mm = float(np.interp(0.0, [off(level_mm + each) for each in offsets_mm], offsets_mm, 0.0, 0.0))
+    offset_mm = np.interp(0.0, [off(level_mm + each) for each in offsets_mm], offsets_mm, 0.0, 0.0)
     if abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * filling.solid.depth_mm):
         yield Finding("datum", f"{volumes}, or the readings are {-offset_mm:+.2g} mm off.")
 
 
-def other_level(sheet: Sheet) -> Iterator[Finding]:
+def other_level(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the change of direction, sign or unit that brings the readings much closer to the simulated level."""
     (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
     if filling is None or (run := filling.simulated) is None:
         return
-    read_mm, mirrored_mm = (
-        np.interp(each, run.s_mm, run.level_mm, np.nan, np.nan) - level_mm
-        for each in (s_mm, filling.outline.length_mm - s_mm)
-    )
-    both = ~np.isnan(read_mm + mirrored_mm)
+    places_mm = np.stack([s_mm, filling.outline.length_mm - s_mm])
+    errors_mm = np.interp(places_mm, run.s_mm, run.level_mm, np.nan, np.nan) - level_mm
+    both = ~np.isnan(errors_mm).any(axis=0)
     if both.sum() < 4:
         return
-    level_mm, read_mm, mirrored_mm = level_mm[both], read_mm[both], mirrored_mm[both]
+    level_mm, (read_mm, mirrored_mm) = level_mm[both], errors_mm[:, both]
     # A constant offset contains no information on the direction.
-    shapes_mm = (_distance_mm(each - np.median(each)) for each in (mirrored_mm, read_mm))
-    changes = [(*shapes_mm, "direction", "with s from the crack's other end, apart from a constant")]
+    changed_mm, own_mm = (_distance_mm(each - np.median(each)) for each in (mirrored_mm, read_mm))
+    changes = [(changed_mm, own_mm, "direction", "with s from the crack's other end, apart from a constant")]
     for kind, factor, words in TURNED:
         if filling.admits(factor * level_mm):
-            changed_mm = read_mm + (1 - factor) * level_mm
-            changes.append((_distance_mm(changed_mm), _distance_mm(read_mm), kind, words))
+            changes.append((_distance_mm(read_mm + (1 - factor) * level_mm), _distance_mm(read_mm), kind, words))
     changed_mm, own_mm, kind, words = min(changes, key=lambda change: change[0] / max(change[1], 1e-9))
-    if any(changed_mm < share * own_mm and own_mm - changed_mm > gain_mm for share, gain_mm in NEARER):
+    if changed_mm < NEARER * own_mm and own_mm - changed_mm > NEARER_MM:
         yield Finding(
             kind, f"the readings are {own_mm:.2g} mm from the simulated level, but {changed_mm:.2g} mm {words}."
         )
 
 
 def _distance_mm(error_mm: Floats) -> float:
-    return float(np.abs(error_mm).mean())
+    return np.abs(error_mm).mean()
 
 
-SCREENS: tuple[Callable[[Sheet], Iterator[Finding]], ...] = (
+SCREENS: tuple[Callable[[SheetAndCrack], Iterator[Finding]], ...] = (
+    other_units,
     mean_rows,
     copied_columns,
     mean_columns,
     far_columns,
     odd_readings,
     scattered_stations,
-    short_span,
-    fine_dial,
     impossible_levels,
     other_volume,
     other_level,

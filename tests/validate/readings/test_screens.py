@@ -1,0 +1,185 @@
+"""Readings that may not be what was meant: each doubt names its cells and its answer, and no value is changed."""
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.doubtful_sheets import crack
+from sealtwin.core.doubts import Doubt
+from sealtwin.core.records import Floats, Profile
+from tests.places import FIXTURE
+from validate.readings.screens import Filling, ReadCells, screens
+
+TABLE = np.loadtxt(FIXTURE / "caliper.csv", delimiter=",", skiprows=1)
+"""The paper's sheet: s, and three repeats from -16 mm at s = 0 to 1 mm at s = 80."""
+
+
+def cells_of(table: Floats, *, digits: int = 2, **facts: Any) -> ReadCells:
+    """Return the cells of a sheet with one row a station, its header in row 1 and s in column A."""
+    readings_mm = np.round(table[:, 1:], digits)
+    stations, repeats = readings_mm.shape
+    decimals = [[len(f"{value:.{digits}f}".rstrip("0").partition(".")[2]) for value in row] for row in readings_mm]
+    rows = np.repeat(np.arange(2, stations + 2)[:, None], repeats, axis=1)
+    return ReadCells(table[:, 0], readings_mm, rows, np.arange(1, repeats + 1), 10.0 ** -np.array(decimals), **facts)
+
+
+def doubts_of(cells: ReadCells, *, depth_mm: float | None = 16.0, filling: Filling | None = None) -> list[Doubt]:
+    length_mm = None if filling is None else filling.outline.length_mm
+    return screens(cells, depth_mm, length_mm, filling, lambda row, column: f"row {row}, column {column}")
+
+
+def asked_of(
+    table: Floats, *, depth_mm: float | None = 16.0, filling: Filling | None = None, **facts: Any
+) -> list[str]:
+    """Return the entries of ``as_written`` that the doubts ask for, in order."""
+    doubts = doubts_of(cells_of(table, **facts), depth_mm=depth_mm, filling=filling)
+    return [answer for doubt in doubts for answer in doubt.answers["as_written"]]
+
+
+def changed(values: dict[tuple[int, int], float]) -> Floats:
+    table = TABLE.copy()
+    for at, value in values.items():
+        table[at] = value
+    return table
+
+
+def bed(level_mm, *, every_mm: float = 5.0) -> Floats:
+    return np.column_stack([every_mm * np.arange(float(len(level_mm))), level_mm])
+
+
+def shifted(offset_mm: float) -> Floats:
+    return np.column_stack([TABLE[:, 0], TABLE[:, 1:] + offset_mm])
+
+
+def with_mean(repeats: int, digits: int, *, last: bool) -> Floats:
+    table = TABLE[:16, : repeats + 1]
+    mean = np.round(table.mean(axis=0), digits)
+    return np.vstack([table, mean] if last else [mean, table])
+
+
+def paper_filling(*, simulated: Profile | None = None) -> Filling:
+    filling = Filling(*crack(80.0, 16.0), 1.0, simulated)
+    return replace(filling, volume_mm3=filling.held_mm3(TABLE[:, 0], TABLE[:, 1:].mean(axis=1)))
+
+
+MEANS = np.round(TABLE[:, 1:].mean(axis=1), 2)
+COARSE = np.round(TABLE[:8, 1:3] * 2) / 2
+HIGH = bed(np.column_stack([4.0 - 0.25 * np.arange(9), 4.1 - 0.25 * np.arange(9)]))
+IN_CM = TABLE / [1, 10, 10, 10]
+FILLED = paper_filling()
+
+ASKED = {
+    "the paper's sheet": (TABLE, {"filling": paper_filling(simulated=Profile(TABLE[:, 0], TABLE[:, 1] + 1.0))}, []),
+    "zero among deep readings": (changed({(2, 2): 0.0}), {}, ["C4"]),
+    "two zeros of three": (changed({(2, 2): 0.0, (2, 3): 0.0}), {}, ["C4", "D4"]),
+    "-999": (changed({(2, 2): -999}), {"depth_mm": None}, ["C4"]),
+    "99.99": (changed({(2, 2): 99.99}), {"depth_mm": None}, ["C4"]),
+    "-9.99 among tens": (changed({(2, 2): -9.99}), {"depth_mm": None}, []),
+    "zero at a filled end": (changed({(i, j): 0.0 for i in (-2, -1) for j in (1, 2, 3)}), {}, []),
+    "zero at a filled end, once": (changed({(-2, 1): 0.0, (-1, 1): 0.0})[:, :2], {}, []),
+    "zero at a steep end": (bed([-9.0, -9.0, -8.5, -8.5, -6.5, 0.0], every_mm=10.0), {}, []),
+    "a station of zeros between deep ones": (changed({(3, 1): 0.0})[:, :2], {}, ["B5"]),
+    "a level that is zero between its neighbours": (bed([-3.0, -2.0, -1.0, 0.0, 1.0, 1.5]), {}, []),
+    **{f"a sign that slipped, of {n}": (changed({(5, 1): 3.78})[:, : n + 1], {}, ["B7"]) for n in (1, 2, 3)},
+    "the signs of a station": (changed({(5, j): 3.78 + j / 20 for j in (1, 2, 3)}), {}, ["B7", "C7", "D7"]),
+    # Its sign is another than that of the stations below, where the bed steps over the face.
+    "a level that rises above the face": (bed([-1.2, -1.1, -1.2, 1.1, 1.2, 1.1]), {}, []),
+    "a station that scatters tenfold": (changed({(6, 1): -2.3, (6, 2): -4.0, (6, 3): -5.6}), {}, ["8"]),
+    "a mean row, last, of 1, 1 digit": (with_mean(1, 1, last=True), {}, ["18"]),
+    "a mean row, last, of 3, 2 digits": (with_mean(3, 2, last=True), {}, ["18"]),
+    "a mean row, first, of 3, 1 digit": (with_mean(3, 1, last=False), {}, ["2"]),
+    "the middle of a straight bed": (bed(-10 + np.arange(9.0)), {}, []),
+    "a mean of the others, last": (np.column_stack([TABLE, MEANS]), {}, ["E"]),
+    "a mean of the others, first": (np.column_stack([TABLE[:, 0], MEANS, TABLE[:, 1:]]), {}, ["B"]),
+    "copied repeats": (np.column_stack([TABLE, TABLE[:, 2]]), {}, ["E"]),
+    # Of eight stations, two readings in steps of 0.5 mm agree at all of them once in three sheets.
+    "repeats in coarse steps": (np.column_stack([TABLE[:8, 0], COARSE[:, 0], COARSE[:, 0]]), {}, []),
+    "a repeat of another quantity": (np.column_stack([TABLE[:, :3], TABLE[:, 3] + 20]), {"depth_mm": None}, ["D"]),
+    "a repeat of the other sign": (np.column_stack([TABLE[:, :2], -TABLE[:, 2]]), {}, ["C"]),
+    "levels above the face": (HIGH, {"depth_mm": 8.0}, ["sign", "datum"]),
+    "levels below the face": (HIGH * [1, -1, -1], {"depth_mm": 8.0}, []),
+    "depths above the face": (HIGH * [1, -1, -1], {"depth_mm": 8.0, "is_depth": True}, ["sign", "datum"]),
+    "centimetres under millimetres": (IN_CM, {}, ["unit"]),
+    "centimetres, of three digits": (IN_CM[:, :2], {"digits": 3}, ["unit"]),
+    "centimetres without a depth": (IN_CM, {"depth_mm": None}, []),
+    "centimetres, read once": (IN_CM[:, :2], {}, []),
+    "centimetres, read once, in a solid": (IN_CM[:, :2], {"filling": FILLED}, ["unit"]),
+    "a dial's thousandths": (TABLE / [1, 10, 10, 10], {"digits": 3, "unit_mm": 0.1, "depth_mm": None}, ["unit"]),
+    "a dial's hundredths": (TABLE, {"unit_mm": 0.1}, []),
+    "a datum below": (shifted(-3.0), {}, ["datum"]),
+    "a datum above": (shifted(5.0), {"filling": FILLED}, ["sign", "datum"]),
+    "a declared datum": (shifted(-3.0), {"datum_level_mm": 3.0, "filling": FILLED}, []),
+    "places in centimetres": (TABLE / [10, 1, 1, 1], {"filling": FILLED}, ["unit"]),
+    "places that count": (bed(TABLE[:, 1:], every_mm=1.0), {"filling": FILLED}, ["unit"]),
+    "places that count centimetres": (
+        bed(TABLE[:4, 1:], every_mm=10.0),
+        {"s_unit_mm": 10.0, "filling": FILLED},
+        ["unit"],
+    ),
+    "a third of the crack": (TABLE[:6], {"filling": FILLED}, []),
+}
+
+
+@pytest.mark.parametrize(("table", "facts", "asked"), ASKED.values(), ids=ASKED)
+def test_what_may_not_be_meant_is_named_once(table, facts, asked):
+    assert asked_of(table, **facts) == asked
+
+
+def test_a_doubt_has_its_cell_its_answers_and_a_remedy():
+    cells = cells_of(changed({(2, 2): 0.0}))
+    (doubt,) = doubts_of(cells)
+    assert (doubt.kind, doubt.where, doubt.cells) == ("code", "row 4, column 2", ("C4",))
+    assert doubt.answers == {"as_written": ["C4"]}
+    assert "0 mm at s = 10 mm" in doubt.finding
+    assert doubt.remedy
+    assert cells.readings_mm[2].tolist() == [-10.0, 0.0, -10.06]
+    (doubt,) = doubts_of(cells_of(shifted(-3.0)))
+    assert (doubt.where, doubt.cells) == ("row 1, column 1", ())
+    assert doubt.answers == {"datum": "caliper_base", "datum_level_mm": 5.0, "as_written": ["datum"]}
+
+
+def test_zeros_of_a_formula_below_the_table_are_named():
+    cells = cells_of(np.vstack([[0.0, 0.0, 0.0], TABLE[4:8, :3]]))
+    assert doubts_of(cells) == []  # In the first row, the crack may be full at its end
+    (doubt,) = doubts_of(replace(cells, rows=np.roll(cells.rows, 1, axis=0)))
+    assert doubt.cells == ("B6", "C6")
+
+
+def test_a_repeat_without_a_column_is_named_by_its_first_cell():
+    cells = cells_of(np.column_stack([TABLE, TABLE[:, 2]]))
+    rows = np.arange(2, 2 + cells.rows.size).reshape(cells.rows.shape)
+    (doubt,) = doubts_of(replace(cells, rows=rows, columns=np.full(4, 2)))
+    assert doubt.cells == ("C5",)
+
+
+def test_a_flat_bed_is_judged_by_the_volume():
+    flat = bed(np.column_stack([np.full(17, -6.0), np.full(17, -5.9)]))
+    filling = paper_filling()
+    full = replace(filling, volume_mm3=filling.held_mm3(flat[:, 0], flat[:, 1] - 5))
+    assert asked_of(flat) == []
+    assert asked_of(flat, filling=full) == ["datum"]
+    assert asked_of(flat, filling=replace(full, volume_mm3=0.0)) == []  # Undeclared
+
+
+def test_the_direction_of_s_is_judged_by_the_simulated_level():
+    mirrored = np.column_stack([80 - TABLE[:, 0], TABLE[:, 1:]])[::-1]
+    filling = paper_filling(simulated=Profile(TABLE[:, 0], TABLE[:, 1] + 1.0))
+    assert asked_of(mirrored, filling=paper_filling()) == []
+    (doubt,) = doubts_of(cells_of(mirrored), filling=filling)
+    assert doubt.answers == {"columns.s_from": "second", "as_written": ["direction"]}
+    turned = cells_of(mirrored).from_other_end(80.0)
+    assert doubts_of(turned, filling=filling) == []
+    assert turned.s_mm == pytest.approx(TABLE[:, 0])
+    assert turned.levels_mm == pytest.approx(TABLE[:, 1:])
+
+
+def test_a_sheet_of_ten_thousand_stations_takes_no_second():
+    s_mm = np.linspace(0, 80, 10_000)
+    scatter_mm = 0.1 * np.random.default_rng(1).standard_normal((10_000, 3))
+    cells = cells_of(np.column_stack([s_mm, np.interp(s_mm, TABLE[:, 0], TABLE[:, 1])[:, None] + scatter_mm]))
+    began = time.process_time()
+    assert doubts_of(cells, filling=paper_filling()) == []
+    assert time.process_time() - began < 1.0  # 0.05 s; square in stations, it would be over 10 s
