@@ -126,8 +126,8 @@ def _extended(
     for row in rows:
         longer = _names_if_header(grid, span, [*header, row], along)
         texts = {column: cell.text for column, cell in enumerate(grid.rows[row]) if cell.text}
-        known = {column: meaning(name) for column, name in (longer or {}).items()}
-        if longer is None or not all(_is_name(text, known.get(column)) for column, text in texts.items()):
+        meanings = {column: meaning(name) for column, name in (longer or {}).items()}
+        if longer is None or not all(_is_name(text, meanings.get(column)) for column, text in texts.items()):
             break
         header, names = [*header, row], longer
     return Header(tuple(header), names, max(header[-1] + 1, span.top))

@@ -78,8 +78,8 @@ def readings_of(
         filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
     if not table.stands_in and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
-        known = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
-        doubts = screens(cells, *known, grid.place)
+        crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
+        doubts = screens(cells, *crack, grid.place)
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     asked = [doubt for doubt in table.doubts if _is_unanswered(doubt, settings)]
     understood = _understood(table, rows)

@@ -27,7 +27,7 @@ OTHER_KINDS: dict[Kind, tuple[str, str]] = {
     "error": ("an error of the spreadsheet", "Correct the formula, or clear the cell."),
     "date": ("a date; spreadsheets convert numbers such as 16.1 to dates", "Enter the number again."),
 }
-"""What is wrong with a cell of this kind, and what to do."""
+"""Findings about cells of kinds that are no numbers, and remedies."""
 
 
 class Reading(NamedTuple):

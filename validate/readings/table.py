@@ -128,8 +128,8 @@ def _set_roles(table: Table, along: Role) -> None:
         # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
         readings, repeats = repeats, []
     used = {*stations, *readings, *repeats}
-    known = {*meanings} - {*by_role["mass"]} | used
-    unknown = [column for column in numbers if column not in known]
+    named = {*meanings} - {*by_role["mass"]} | used
+    unknown = [column for column in numbers if column not in named]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
     for column in by_role["sample"]:
         _ask_about_samples(table, column)
@@ -176,8 +176,10 @@ def _problems(
 ) -> Iterator[str]:
     """Yield what is not clear about the columns, as parts of a sentence."""
     names = [table.header.names.get(column, "") for column in readings]
-    known = [what for what in map(meaning, names) if what is not None]
-    units, ways = ({*each} - {None} for each in ([what.unit for what in known], [what.quantity for what in known]))
+    meanings = [what for what in map(meaning, names) if what is not None]
+    units, ways = (
+        {*each} - {None} for each in ([what.unit for what in meanings], [what.quantity for what in meanings])
+    )
     if len(stations) != 1 or {*stations} & {*readings}:
         yield f"{_named(table, stations) or 'no column'} is the place along the crack"
     if not readings:
@@ -187,7 +189,7 @@ def _problems(
     if table.chosen.levels is None:
         if len({*map(plain_letters, names)}) < len(names) or len(units) > 1 or len(ways) > 1:
             yield f"{_named(table, readings)} have the same name, or differ in unit or direction"
-        if any(int(what.number or 0) > len(readings) for what in known):
+        if any(int(what.number or 0) > len(readings) for what in meanings):
             yield f"{_named(table, readings)} has a number that counts no repeats"
     if len(repeats) > 1 or (repeats and len(readings) > 1):
         yield f"{_named(table, repeats)} counts repeats by its name, beside other columns"

@@ -8,7 +8,7 @@ import pytest
 from tests.validate.readings.conftest import answered
 
 S = np.arange(0, 60, 4)
-LEVEL = np.round(3 + np.sin(S / 9) + 0.1, 2)
+LEVEL = np.round(3.1 + np.sin(S / 9) + S / 300, 2)
 
 
 def _rows(form: str = "{s};{a};{b}", changed: dict[int, str] | None = None, s_mm: Any = S) -> str:
@@ -38,7 +38,7 @@ SHEETS = {
     ),
     "no direction, far station, zero": (
         NO_WAY + _rows(changed={7: "28;0;0", 14: "560;3.9;3.8"}),
-        {"quantity", "outside", "zero"},
+        {"quantity", "outside", "code"},
     ),
     "direction and short span": (NO_WAY + _rows(s_mm=np.round(S / 10, 1)), {"quantity", "span"}),
     "a cell and another zero": (
