@@ -19,7 +19,7 @@ QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|
 """A number and the unit behind it."""
 
 
-class Span(NamedTuple):
+class SheetPart(NamedTuple):
     """Part of a sheet: columns from 0, rows from 1, the last ones included."""
 
     left: int = 0
@@ -28,7 +28,7 @@ class Span(NamedTuple):
     bottom: int = sys.maxsize
 
     @classmethod
-    def of(cls, text: str | None) -> "Span":
+    def of(cls, text: str | None) -> "SheetPart":
         """Return the part that a range such as "A1:D8", "A:D" or "1:8" means; all without one."""
         if text is None:
             return cls()
@@ -61,7 +61,7 @@ def numeric(cell: Cell) -> tuple[str, str] | None:
     return (match[1], match[2]) if match is not None and is_quantity else None
 
 
-def find_header(grid: Grid, span: Span, along: str = "station") -> Header:
+def find_header(grid: Grid, span: SheetPart, along: str = "station") -> Header:
     """Return the header of the table in a part of a sheet. Without names of columns it has no rows."""
     rows = [row for row in grid.rows if row <= span.bottom]
     inside = [row for row in rows if row >= span.top]
@@ -76,7 +76,7 @@ def find_header(grid: Grid, span: Span, along: str = "station") -> Header:
     return _header_above(grid, span, inside)
 
 
-def names_of(grid: Grid, span: Span, rows: Sequence[int]) -> dict[int, str]:
+def names_of(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str]:
     """Return the names of the columns in the rows of a header.
 
     A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
@@ -107,7 +107,7 @@ def _merged_names(grid: Grid, rows: Sequence[int]) -> dict[tuple[int, int], str]
     }
 
 
-def _names_if_header(grid: Grid, span: Span, rows: Sequence[int], along: str) -> dict[int, str] | None:
+def _names_if_header(grid: Grid, span: SheetPart, rows: Sequence[int], along: str) -> dict[int, str] | None:
     """Return the names in rows if these are a header: with a column of places and one of readings, and no number."""
     if any(sum(bool(cell.text) for cell in grid.rows[row]) < 2 for row in rows):
         return None
@@ -120,7 +120,7 @@ def _names_if_header(grid: Grid, span: Span, rows: Sequence[int], along: str) ->
 
 
 def _extended(
-    grid: Grid, span: Span, header: list[int], names: dict[int, str], rows: Sequence[int], along: str
+    grid: Grid, span: SheetPart, header: list[int], names: dict[int, str], rows: Sequence[int], along: str
 ) -> Header:
     """Return a header with the rows of units and of numbers of repeats below it."""
     for row in rows:
@@ -144,7 +144,7 @@ def _is_name(text: str, what: Meaning | None) -> bool:
     return unit_of(text) is not None or is_number or (what is not None and what.role == "other")
 
 
-def _header_above(grid: Grid, span: Span, inside: Sequence[int]) -> Header:
+def _header_above(grid: Grid, span: SheetPart, inside: Sequence[int]) -> Header:
     """Return the row of texts directly above the first row with numbers in most cells, as far as it has one."""
 
     def is_data(row: int) -> bool:
@@ -172,7 +172,7 @@ def lettered(entry: str) -> range:
     return range(0) if match is None else range(column_of(match[1]), column_of(match[2] or match[1]) + 1)
 
 
-def cells_in(grid: Grid, span: Span, row: int) -> Iterator[tuple[int, Cell]]:
+def cells_in(grid: Grid, span: SheetPart, row: int) -> Iterator[tuple[int, Cell]]:
     """Yield the columns and cells with content of a row within a part of a sheet."""
     for column, cell in enumerate(grid.rows.get(row, ())):
         if cell != BLANK and span.left <= column <= span.right:

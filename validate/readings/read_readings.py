@@ -16,7 +16,7 @@ from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, le
 from validate.readings.header import numeric
 from validate.readings.numbers import number
 from validate.readings.rest import ask_about_rest
-from validate.readings.rows import Rows, check_in_crack, read_rows
+from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.screens import Filling, screens
 from validate.readings.table import Table, find_table
 from validate.settings import Declared, Readings
@@ -139,7 +139,7 @@ def _ask_beyond_range(table: Table) -> None:
             table.ask("range", finding, "Extend the range.", {CONFIRMS: ["range"]}, [f"{row}"], row)
 
 
-def _dialect(table: Table, rows: Rows) -> str:
+def _dialect(table: Table, rows: ReadRows) -> str:
     """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
     units = list(dict.fromkeys(f"{column.unit}" for column in table.readings))
     counting = f"{WAYS[table.quantity]} in {' and '.join(units)} from {LABELS['datums'][table.declared.datum]}"
@@ -154,7 +154,7 @@ def _dialect(table: Table, rows: Rows) -> str:
     return "; ".join((", ".join((*table.grid.written, *mark)), layout, counting, *missing))
 
 
-def _understood(table: Table, rows: Rows) -> ReadSheet:
+def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     """Return the columns with their roles and the first rows, with the cells that are read."""
     roles, several = dict[int, str](), table.repeat is None and len(table.readings) > 1
     for count, column in enumerate(table.readings, start=1):

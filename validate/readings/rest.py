@@ -11,7 +11,7 @@ from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
 from validate.readings.header import numeric, roles_in
 from validate.readings.names import is_note
 from validate.readings.numbers import is_missing
-from validate.readings.rows import Rows
+from validate.readings.rows import ReadRows
 from validate.readings.table import Table
 
 MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
@@ -29,7 +29,7 @@ class Text(NamedTuple):
     place: str = ""  # Default: that of the answer
 
 
-def ask_about_rest(table: Table, rows: Rows) -> None:
+def ask_about_rest(table: Table, rows: ReadRows) -> None:
     """Ask once about the texts that may change the readings, and once about each kind of marks of cells that are read.
 
     The name of the sample is harmless.
@@ -47,7 +47,7 @@ def ask_about_rest(table: Table, rows: Rows) -> None:
     _ask_about_marks(table, rows)
 
 
-def _texts(table: Table, rows: Rows, sample: str) -> Iterator[Text]:
+def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     """Yield the texts of the sheet outside of its header and readings, comments, and texts elsewhere in the file."""
     grid = table.grid
     numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
@@ -102,7 +102,7 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
             yield Text("names", name, place=what)
 
 
-def _ask_about_marks(table: Table, rows: Rows) -> None:
+def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     """Ask about readings that are struck through, hidden, or coloured unlike the others of their column."""
     used = {column.index for column in table.used}
     read = [mark for mark in table.grid.marks if mark.row in rows.read and mark.column in used]

@@ -38,7 +38,7 @@ class Reading(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Rows:
+class ReadRows:
     """Readings of a table, and the rows that have none."""
 
     cells: ReadCells
@@ -55,7 +55,7 @@ class _Reader:
         self.mark: Decimal | None = self._decimal_mark()
         self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
 
-    def read(self) -> Rows:
+    def read(self) -> ReadRows:
         passed = set(self._passed())
         repeat, station = self.table.repeat, self.table.station
         is_long = repeat is not None or bool(self.merged) or "repeats" in (self.declared.as_written or ())
@@ -93,7 +93,7 @@ class _Reader:
             for s_mm, own in sorted(stations.items())
             if not all(math.isnan(each.value_mm) for each in own.values())
         }
-        return Rows(self._arrays(self._at_places(kept)), self.mark, is_long, frozenset(read), frozenset(passed))
+        return ReadRows(self._arrays(self._at_places(kept)), self.mark, is_long, frozenset(read), frozenset(passed))
 
     def _passed(self) -> Iterator[int]:
         """Yield the rows to skip, and the rows of means and other calculated figures."""
@@ -203,7 +203,7 @@ class _Reader:
         )
 
 
-def read_rows(table: Table) -> Rows:
+def read_rows(table: Table) -> ReadRows:
     """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
     return _Reader(table).read()
 

@@ -7,7 +7,7 @@ from typing import Any, get_args
 from sealtwin.core.doubts import CONFIRMS, Doubt
 from validate.readings.beside import changes
 from validate.readings.grid import Grid, letters, listed, quoted
-from validate.readings.header import Header, Span, cells_in, find_header, lettered, names_of, numeric, roles_in
+from validate.readings.header import Header, SheetPart, cells_in, find_header, lettered, names_of, numeric, roles_in
 from validate.readings.names import (
     FACTORS,
     MM,
@@ -40,7 +40,7 @@ class Table:
 
     grid: Grid
     declared: Declared
-    span: Span
+    span: SheetPart
     header: Header
     body: list[int]  # Rows with cells below the header
     doubts: list[Doubt]  # All that is open in the sheet so far, and what may be a mistake
@@ -85,7 +85,7 @@ def find_table(grid: Grid, declared: Declared, along: Role = "station") -> Table
     What the sheet leaves open is added to its doubts, and the likeliest columns stand in for it, so that everything
     else about the sheet can be asked at the same time.
     """
-    span = Span.of((declared.columns or Columns()).range)
+    span = SheetPart.of((declared.columns or Columns()).range)
     header = find_header(grid, span, along)
     body = [row for row in grid.rows if header.first <= row <= span.bottom and any(cells_in(grid, span, row))]
     table = Table(grid, declared, span, header, body, [*grid.doubts])
