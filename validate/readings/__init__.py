@@ -1,11 +1,10 @@
-"""Caliper readings from a lab's sheets: CSV, XLSX and ODS as labs write them.
+"""Caliper readings from a lab's sheets: CSV, XLSX and ODS.
 
-A file becomes cells (``samples``, ``text_table``, ``workbook``, ``open_document``, ``sheet``), the cells a table with a
-header (``table_rows``, ``columns``), and the rows below become stations
-(``stations``; ``read_readings`` is the entry). ``stand_ins`` lets reading go on if the columns are unknown.
-To support a new arrangement of columns, extend ``columns.read_header`` and
-``read_readings.TableReader``, with rows in ``READ`` and ``REFUSED`` of ``tests/validate/readings/test_columns.py``; new
-words go into ``words.toml``, which ``header_words`` applies. ``screens`` and ``whole_sheet`` look for readings that may
-be mistakes, and ``understood`` puts them into words. ``tests/sheet_writers.py`` and ``tests/open_document.py`` write
-sheets for the tests in ``tests/validate/readings/``.
+``files`` makes a ``grid`` of the cells of a file, ``table`` finds its columns by the names in its ``header``
+(``names``), and ``rows`` reads the stations. ``rest`` asks about each text beside these that is not known to be
+harmless (``beside``), and ``screens`` about readings that may be mistakes. ``read_readings`` is the entry.
+
+One shape is read: a header of one to three rows, a row for each station, or for each reading with a column that counts
+repeats, and one sample. All else is asked: to a new form belongs a question, not a reader. New words go into
+``words.toml``. Tests are tables of sheets in ``tests/validate/readings/``.
 """

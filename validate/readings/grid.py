@@ -12,6 +12,7 @@ Kind = Literal["text", "number", "date", "truth", "error", "formula"]
 """Kind of a cell. Cells of a text file are all "text". A "formula" is one without a stored result."""
 MOST_ROWS = 10_100  # 10,000 stations below a header and titles
 MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
+MOST_NAMED = 8  # Cells or columns that a sentence names
 LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted
 SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
 
@@ -107,6 +108,12 @@ def clipped(text: str) -> str:
 def quoted(text: str) -> str:
     """Return the text clipped, in quotation marks and with escapes."""
     return repr(clipped(text))
+
+
+def listed(texts: Sequence[str]) -> str:
+    """Return the first texts in a sentence, and the number of the others."""
+    more = f" and {len(texts) - MOST_NAMED} more" if len(texts) > MOST_NAMED else ""
+    return ", ".join(texts[:MOST_NAMED]) + more
 
 
 def shown(text: str) -> str:

@@ -2,14 +2,14 @@
 
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of
-from validate.readings.names import OF_READING, REPEAT, WORD, Meaning, meaning, unit_of
+from validate.readings.names import OF_READING, REPEAT, UNITS, WORD, Meaning, Role, meaning, unit_of
 from validate.readings.numbers import number, plain_letters
-from validate.settings import Columns
 
 MOST_ROWS = 3  # Rows of a header
 FIRST_ROWS = 60  # Rows among which it begins
@@ -19,7 +19,7 @@ QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|
 """A number and the unit behind it."""
 
 
-class Span(NamedTuple):
+class SheetPart(NamedTuple):
     """Part of a sheet: columns from 0, rows from 1, the last ones included."""
 
     left: int = 0
@@ -28,7 +28,7 @@ class Span(NamedTuple):
     bottom: int = sys.maxsize
 
     @classmethod
-    def of(cls, text: str | None) -> "Span":
+    def of(cls, text: str | None) -> "SheetPart":
         """Return the part that a range such as "A1:D8", "A:D" or "1:8" means; all without one."""
         if text is None:
             return cls()
@@ -39,9 +39,6 @@ class Span(NamedTuple):
             column_of(right) if right else MOST_COLUMNS,
             int(bottom or sys.maxsize),
         )
-
-    def has(self, row: int, column: int) -> bool:
-        return self.top <= row <= self.bottom and self.left <= column <= self.right
 
 
 @dataclass(frozen=True)
@@ -64,28 +61,28 @@ def numeric(cell: Cell) -> tuple[str, str] | None:
     return (match[1], match[2]) if match is not None and is_quantity else None
 
 
-def find_header(grid: Grid, span: Span, declared: Columns, along: str = "station") -> Header:
+def find_header(grid: Grid, span: SheetPart, along: str = "station") -> Header:
     """Return the header of the table in a part of a sheet. Without names of columns it has no rows."""
     rows = [row for row in grid.rows if row <= span.bottom]
     inside = [row for row in rows if row >= span.top]
     # A part without a header has that of the rows above it.
     above = [row for row in reversed(rows) if row < span.top]
     for begin in (*inside[:FIRST_ROWS], *above):
-        following = [row for row in rows if row >= begin][:MOST_ROWS]
+        following = rows[(index := bisect_left(rows, begin)) : index + MOST_ROWS]
         for count in range(1, len(following) + 1):
             header = following[:count]
             if (names := _names_if_header(grid, span, header, along)) is not None:
                 return _extended(grid, span, header, names, following[count:], along)
-    return _header_above(grid, span, inside, declared)
+    return _header_above(grid, span, inside)
 
 
-def names_of(grid: Grid, span: Span, rows: Sequence[int]) -> dict[int, str]:
+def names_of(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str]:
     """Return the names of the columns in the rows of a header.
 
     A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
     """
     names, merged = dict[int, str](), _merged_names(grid, rows)
-    width = max((len(grid.rows[row]) for row in rows), default=0)
+    width = max((*(len(grid.rows[row]) for row in rows), *(column + 1 for _, column in merged)), default=0)
     for column in range(span.left, min(width, span.right + 1)):
         parts = list[str]()
         for count, row in enumerate(rows, start=1):
@@ -110,7 +107,7 @@ def _merged_names(grid: Grid, rows: Sequence[int]) -> dict[tuple[int, int], str]
     }
 
 
-def _names_if_header(grid: Grid, span: Span, rows: Sequence[int], along: str) -> dict[int, str] | None:
+def _names_if_header(grid: Grid, span: SheetPart, rows: Sequence[int], along: str) -> dict[int, str] | None:
     """Return the names in rows if these are a header: with a column of places and one of readings, and no number."""
     if any(sum(bool(cell.text) for cell in grid.rows[row]) < 2 for row in rows):
         return None
@@ -123,14 +120,14 @@ def _names_if_header(grid: Grid, span: Span, rows: Sequence[int], along: str) ->
 
 
 def _extended(
-    grid: Grid, span: Span, header: list[int], names: dict[int, str], rows: Sequence[int], along: str
+    grid: Grid, span: SheetPart, header: list[int], names: dict[int, str], rows: Sequence[int], along: str
 ) -> Header:
     """Return a header with the rows of units and of numbers of repeats below it."""
     for row in rows:
         longer = _names_if_header(grid, span, [*header, row], along)
         texts = {column: cell.text for column, cell in enumerate(grid.rows[row]) if cell.text}
-        known = {column: meaning(name) for column, name in (longer or {}).items()}
-        if longer is None or not all(_is_name(text, known.get(column)) for column, text in texts.items()):
+        meanings = {column: meaning(name) for column, name in (longer or {}).items()}
+        if longer is None or not all(_is_name(text, meanings.get(column)) for column, text in texts.items()):
             break
         header, names = [*header, row], longer
     return Header(tuple(header), names, max(header[-1] + 1, span.top))
@@ -140,31 +137,33 @@ def _is_name(text: str, what: Meaning | None) -> bool:
     """Return whether a cell below a name is its unit or the number of a repeat, or belongs to another quantity."""
     words = set(WORD.findall(plain_letters(text)))
     is_number = (
-        what is not None and bool(words) and all(word.isdigit() or word in REPEAT | OF_READING for word in words)
+        what is not None
+        and bool(words)
+        and all(word.isdigit() or word in REPEAT | OF_READING | {*UNITS} for word in words)
     )
     return unit_of(text) is not None or is_number or (what is not None and what.role == "other")
 
 
-def _header_above(grid: Grid, span: Span, inside: Sequence[int], declared: Columns) -> Header:
+def _header_above(grid: Grid, span: SheetPart, inside: Sequence[int]) -> Header:
     """Return the row of texts directly above the first row with numbers in most cells, as far as it has one."""
-    entries = filter(None, (declared.s, *(declared.levels or ())))
-    chosen = {column for entry in entries for column in lettered(entry)}
 
     def is_data(row: int) -> bool:
-        cells = [cell for column, cell in enumerate(grid.rows[row]) if span.left <= column <= span.right and cell.text]
-        numbers = sum(numeric(cell) is not None for cell in cells)
-        if chosen:
-            return numeric(grid.cell(row, min(chosen))) is not None and numbers > 1
-        return numbers > 1 and 2 * numbers > len(cells)
+        are_numbers = [numeric(cell) is not None for _, cell in cells_in(grid, span, row)]
+        return sum(are_numbers) > max(1, len(are_numbers) / 2)
 
     first = next((row for row in inside if is_data(row)), inside[0] if inside else span.top)
     header = list[int]()
     for row in reversed([row for row in grid.rows if row < first]):
-        texts = [cell for column, cell in enumerate(grid.rows[row]) if span.left <= column <= span.right and cell.text]
+        texts = [*cells_in(grid, span, row)]
         if len(header) == MOST_ROWS or row < first - len(header) - 1 or len(texts) < 2:
             break
         header.insert(0, row)
     return Header(tuple(header), names_of(grid, span, header), first)
+
+
+def roles_in(names: Iterable[str]) -> set[Role]:
+    """Return the roles of columns with these names, as far as they are known."""
+    return {what.role for what in map(meaning, names) if what is not None}
 
 
 def lettered(entry: str) -> range:
@@ -173,7 +172,7 @@ def lettered(entry: str) -> range:
     return range(0) if match is None else range(column_of(match[1]), column_of(match[2] or match[1]) + 1)
 
 
-def cells_in(grid: Grid, span: Span, row: int) -> Iterator[tuple[int, Cell]]:
+def cells_in(grid: Grid, span: SheetPart, row: int) -> Iterator[tuple[int, Cell]]:
     """Yield the columns and cells with content of a row within a part of a sheet."""
     for column, cell in enumerate(grid.rows.get(row, ())):
         if cell != BLANK and span.left <= column <= span.right:

@@ -69,14 +69,14 @@ class Meaning:
 @lru_cache(maxsize=4096)
 def meaning(name: str) -> Meaning | None:
     """Return the meaning of a column's name, or None if a word or a mark of it is unknown."""
-    plain, unit, is_sound = _without_unit(name)
+    plain, unit, is_sound = without_unit(name)
     parts = WORD.findall(plain)
     numbers, words = [part for part in parts if part.isdigit()], {part for part in parts if not part.isdigit()}
     if words & SAMPLE and words <= OF_SAMPLE and not (unit or numbers):
         return Meaning("sample") if is_sound else None
     if words & OTHER or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
         return Meaning("other", unit)
-    if not is_sound or len(numbers) > 1 or REST.search(plain) or OTHER_UNIT.search(plain):
+    if has_rest(name):
         return None
     if words & FACE:
         words -= RELATIVE
@@ -86,6 +86,8 @@ def meaning(name: str) -> Meaning | None:
         words = words - COLUMNS["axis"] | {"s"}
     if words & COLUMNS["along"] and words & COLUMNS["crack"] and words <= OF_STATION:
         words = words | {"s"}
+    if words & SAMPLE and numbers:
+        return None
     if words & STATION:
         return Meaning("station", unit) if words <= STATION | OF_STATION and not numbers else None
     if words & FACE:
@@ -105,7 +107,7 @@ def meaning(name: str) -> Meaning | None:
     return Meaning("repeat" if counts else "reading", unit, quantity, next(iter(numbers), None))
 
 
-def _without_unit(name: str) -> tuple[str, ColumnUnit | None, bool]:
+def without_unit(name: str) -> tuple[str, ColumnUnit | None, bool]:
     """Return a name in plain letters without its unit, the unit, and whether only one unit and no factor is in it."""
     plain = plain_letters(name[: LONGEST_NAME + 1])
     is_sound = len(plain) <= LONGEST_NAME and not any(unicodedata.category(letter) == "No" for letter in name)
@@ -125,26 +127,33 @@ def _without_unit(name: str) -> tuple[str, ColumnUnit | None, bool]:
 
 def unit_in(name: str) -> ColumnUnit | None:
     """Return the unit in a name, whose other words may be unknown; None without one, or with several."""
-    return _without_unit(name)[1]
+    return without_unit(name)[1]
 
 
 def unit_of(text: str) -> ColumnUnit | None:
     """Return the unit of a text that contains only a unit, such as "[mm]"; else None."""
-    plain, unit, is_sound = _without_unit(f"[{text.strip().strip('[](){}/. ')}]")
+    plain, unit, is_sound = without_unit(f"[{text.strip().strip('[](){}/. ')}]")
     return unit if is_sound and not WORD.search(plain) else None
 
 
 def is_no_length(name: str) -> bool:
     """Return whether a name says that its numbers are no lengths: [-], %, a degree, a ratio."""
-    words = set(WORD.findall(plain_letters(name[:LONGEST_NAME])))
-    is_ratio = NO_LENGTH.search(DIAL_UNIT.sub(" ", ORDINAL.sub(" ", plain_letters(name[:LONGEST_NAME])))) is not None
-    return is_ratio or bool(words & RELATIVE and not words & FACE)
+    plain = plain_letters(name[:LONGEST_NAME])
+    words, ratio = {*WORD.findall(plain)}, NO_LENGTH.search(DIAL_UNIT.sub(" ", ORDINAL.sub(" ", plain)))
+    return ratio is not None or bool(words & RELATIVE and not words & FACE)
 
 
 def has_rest(name: str) -> bool:
     """Return whether more than letters, brackets and one number remains of a name without its unit."""
-    plain, _, is_sound = _without_unit(name)
-    return not is_sound or len(re.findall("[0-9]+", plain)) > 1 or REST.search(plain) is not None
+    plain, _, is_sound = without_unit(name)
+    return (
+        not is_sound or len(re.findall("[0-9]+", plain)) > 1 or any(mark.search(plain) for mark in (REST, OTHER_UNIT))
+    )
+
+
+def is_note(name: str) -> bool:
+    """Return whether a column has remarks: a number in it may be a reading."""
+    return bool({*WORD.findall(plain_letters(name))} & COLUMNS["notes"])
 
 
 def is_calculated(text: str) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,9 @@ from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, le
 from validate.readings.header import numeric
 from validate.readings.numbers import number
 from validate.readings.rest import ask_about_rest
-from validate.readings.rows import Rows, check_in_crack, read_rows
+from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.screens import Filling, screens
-from validate.readings.table import Questions, Table, find_table
+from validate.readings.table import Table, find_table
 from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
@@ -40,8 +41,8 @@ def read_readings(
     Facts that the sheet leaves open must be declared in ``settings``. If the depth of the crack is given, stations
     outside the crack and impossible levels are faults too; its length may still be unknown. A possible but suspicious
     reading, or a text that may change readings, becomes a doubt of the profile, unless ``settings.as_written`` confirms
-    it; ``filling`` gives further data for these checks. If the sheet counts s from the crack's second end, s is reversed
-    once the length is given.
+    it; ``filling`` gives further data for these checks. If the sheet counts s from the crack's second end, s is
+    reversed once the length is given.
 
     Raises:
         SheetFaults: The sheet leaves something open; the error has all of it, each with its place, value and remedy.
@@ -58,28 +59,29 @@ def readings_of(
     filling: Filling | None = None,
 ) -> Profile:
     """Read the cells of a sheet, with the checks and doubts of ``read_readings``."""
-    questions = Questions([*grid.doubts])
-    table = find_table(grid, settings, questions)
-    rows = read_rows(table, settings, questions)
+    table = find_table(grid, settings)
+    rows = read_rows(table)
     cells = rows.cells
-    if not table.stands_in:
-        _ask_beyond_range(table, questions)
-    if length_mm is not None and settings.columns is not None and settings.columns.s_from == "second":
+    _ask_beyond_range(table)
+    if length_mm is not None and table.chosen.s_from == "second":
         cells = cells.from_other_end(length_mm)
-    if len(cells.s_mm) < 2 and not questions.kinds():
+    if len(cells.s_mm) < 2 and not table.is_open():
         finding = f"{counted(len(cells.s_mm), 'station')} with a reading; at least two are needed."
-        questions.ask("stations", grid.place(), finding, "Add stations, or name another sheet or range.")
-    is_understood = not questions.kinds() & {"columns", "unit", "quantity", "no length", "decimal", "range"}
-    if depth_mm is not None and is_understood:
-        check_in_crack(table, cells, length_mm, depth_mm, questions)
-    ask_about_rest(table, rows, settings.sample or grid.path.stem, questions)
+        table.ask("stations", finding, "Add stations, or name another sheet or range.")
+    # What only follows from a stand-in for another answer is not asked.
+    has_places = not table.is_open("columns", "unit", "no length", "decimal", "range", "places")
+    has_levels = has_places and not table.is_open("quantity")
+    if depth_mm is not None and has_places:
+        check_in_crack(table, cells, length_mm, depth_mm if has_levels else None)
+    ask_about_rest(table, rows)
     if isinstance(settings, Readings) and filling is not None:
         filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
     if not table.stands_in and len(cells.s_mm) > 1:
-        known = (depth_mm, length_mm, filling) if not questions.kinds() else (None, None, None)
-        doubts = screens(cells, *known, grid.place)
-        questions.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or not questions.kinds()]
-    asked = [doubt for doubt in questions.doubts if _is_unanswered(doubt, settings)]
+        has_levels = has_levels and not table.is_open("outside", "deep")
+        crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
+        doubts = screens(cells, *crack, grid.place)
+        table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
+    asked = [doubt for doubt in table.doubts if _is_unanswered(doubt, settings)]
     understood = _understood(table, rows)
     if any(doubt.is_open for doubt in asked):
         raise SheetFaults(asked, understood)
@@ -89,7 +91,7 @@ def readings_of(
         cells.levels_mm,
         settings.data if isinstance(settings, Readings) else "undeclared",
         grid.path.name,
-        _dialect(table, rows, settings),
+        _dialect(table, rows),
         doubts=tuple(map(str, asked)),
         questions=tuple(asked),
         understood=understood,
@@ -105,9 +107,7 @@ def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
 def _cell(value: Any) -> Cell:
     if value is None or value != value:
         return BLANK
-    if isinstance(value, bool | np.bool_):
-        return Cell(f"{value}".upper(), "truth")
-    if isinstance(value, int | float | np.number):
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         if not np.isfinite(value):
             raise InputError(f"readings: {value} is not a finite number; use NaN for a missing reading.")
         return Cell(f"{value:.15g}", "number")
@@ -117,44 +117,44 @@ def _cell(value: Any) -> Cell:
 def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
     """Return whether ``as_written`` leaves an entry of a doubt open: the cell, its row or its column confirms it."""
     answered = set(settings.as_written or ())
-    entries = doubt.answers.get(CONFIRMS, ())
     if doubt.kind == "datum" and settings.datum != "sample_surface":
         return False
-    open_entries = [
-        entry
-        for entry in entries
-        if not answered & {entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""}
-    ]
-    return doubt.is_open or bool(open_entries)
+    return doubt.is_open or not all(
+        answered & ({entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""})
+        for entry in doubt.answers[CONFIRMS]
+    )
 
 
-def _ask_beyond_range(table: Table, questions: Questions) -> None:
-    """Ask about a place that follows those of a range, in the row below it."""
-    beyond = next((row for row in table.grid.rows if row > table.span.bottom), None)
-    if table.station is None or beyond is None or not table.body:
-        return
-    texts = [numeric(table.grid.cell(row, table.station.index)) for row in (table.body[-1], beyond)]
-    last, following = (number(text[0]) if text else None for text in texts)
-    if last is not None and following is not None and following > last:
-        finding, answer = "this place follows those of the range.", {CONFIRMS: ["range"]}
-        questions.ask("range", table.grid.place(beyond), finding, "Extend the range.", answer, [f"{beyond}"])
+def _ask_beyond_range(table: Table) -> None:
+    """Ask about a place of the same sample that goes on beyond those that are read, in the next row."""
+    grid, below, station = table.grid, max(table.header.rows, default=0), table.station
+    samples, body = [column for column, role in table.others.items() if role == "sample"], {*table.body}
+    for pair in pairwise(row for row in grid.rows if row > below):
+        texts = [numeric(grid.cell(row, station.index)) if station is not None else None for row in pair]
+        before, after = (number(text[0]) if text is not None else None for text in texts)
+        is_one = len({grid.cell(row, column).text for row in pair for column in samples} - {""}) < 2
+        beyond = {*pair} - body
+        if len(beyond) == 1 and before is not None and after is not None and before < after and is_one:
+            finding, row = "this place goes on beyond those of the range.", beyond.pop()
+            table.ask("range", finding, "Extend the range.", {CONFIRMS: ["range"]}, [f"{row}"], row)
 
 
-def _dialect(table: Table, rows: Rows, declared: Declared) -> str:
+def _dialect(table: Table, rows: ReadRows) -> str:
     """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
     units = list(dict.fromkeys(f"{column.unit}" for column in table.readings))
-    counting = f"{WAYS[table.quantity]} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
-    if declared.datum != "sample_surface":
-        counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
+    counting = f"{WAYS[table.quantity]} in {' and '.join(units)} from {LABELS['datums'][table.declared.datum]}"
+    if table.declared.datum != "sample_surface":
+        counting += f", {table.declared.datum_level_mm or 0.0:+g} mm from the sample surface"
     if table.station is not None and units != [table.station.unit]:
         counting += f", places in {table.station.unit}"
     mark = () if rows.mark is None else (f"decimal {rows.mark}",)
     layout = f"{'long' if rows.is_long else 'wide'}, {counted(rows.cells.levels_mm.shape[1], 'repeat')}"
-    missing = (f"{counted(rows.missing, 'reading')} missing",) if rows.missing else ()
+    blank = int(np.isnan(rows.cells.readings_mm).sum())
+    missing = (f"{counted(blank, 'reading')} missing",) if blank else ()
     return "; ".join((", ".join((*table.grid.written, *mark)), layout, counting, *missing))
 
 
-def _understood(table: Table, rows: Rows) -> ReadSheet:
+def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     """Return the columns with their roles and the first rows, with the cells that are read."""
     roles, several = dict[int, str](), table.repeat is None and len(table.readings) > 1
     for count, column in enumerate(table.readings, start=1):

@@ -1,118 +1,108 @@
 """Everything in a file of readings besides header, places and readings: harmless, or quoted in one question."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
-from validate.readings.grid import Grid, Mark, letters, quoted, shown
-from validate.readings.header import numeric
-from validate.readings.names import meaning
+from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
+from validate.readings.header import numeric, roles_in
+from validate.readings.names import is_note
 from validate.readings.numbers import is_missing
-from validate.readings.rows import Rows
-from validate.readings.table import Questions, Table
+from validate.readings.rows import ReadRows
+from validate.readings.table import Table
 
-MOST_QUOTED = 12
 MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
 REMEDY = "If it does, declare it: unit, direction, zero, the end of s, or rows to skip."
 MARKS = {"struck": "struck through", "hidden": "hidden", "coloured": "coloured unlike the others"}
+LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat with its word, or a letter
 
 
 class Text(NamedTuple):
     """A text beside the readings."""
 
-    place: str
     answer: str  # Entry of as_written that confirms it
     text: str
     beside: str = ""  # Place and readings of its row
+    place: str = ""  # Default: that of the answer
 
 
-def ask_about_rest(table: Table, rows: Rows, sample: str, questions: Questions) -> None:
-    """Add one question about the texts that may change the readings, and one about marks of cells that are read.
+def ask_about_rest(table: Table, rows: ReadRows) -> None:
+    """Ask once about the texts that may change the readings, and once about each kind of marks of cells that are read.
 
-    ``sample`` is the name of the sample, which is harmless.
+    The name of the sample is harmless.
     """
+    sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
-    texts += [text for text in _names(table.grid, sample) if changes(text.text)]
-    columns = Counter(text.answer.rstrip("0123456789") for text in texts if text.beside)
-    full = {column for column, count in columns.items() if count > MOST_CELLS}
-    quotes, answers = list[str](), list[str]()
-    for text in texts:
-        column = text.answer.rstrip("0123456789")
-        answers.append(column if text.beside and column in full else text.answer)
-        quotes.append(f"{text.place} {quoted(text.text)}{text.beside}")
-    if quotes:
-        more = f"; and {len(quotes) - MOST_QUOTED} more" if len(quotes) > MOST_QUOTED else ""
-        finding = f"does this change the readings? {'; '.join(quotes[:MOST_QUOTED])}{more}."
-        confirms = list(dict.fromkeys(answers))
-        questions.ask("remark", table.grid.place(), finding, REMEDY, {CONFIRMS: confirms}, confirms)
-    _ask_about_marks(table, rows, questions)
+    texts += [text for text in _names(table.grid, table.declared.sample) if changes(text.text)]
+    columns = [text.answer.rstrip("0123456789") if text.beside else "" for text in texts]
+    many = {column for column, count in Counter(columns).items() if column and count > MOST_CELLS}
+    if texts:
+        answers = [column if column in many else text.answer for text, column in zip(texts, columns, strict=True)]
+        quotes = [f"{text.place or text.answer} {quoted(text.text)}{text.beside}" for text in texts]
+        confirms = [*dict.fromkeys(answers)]
+        table.ask("remark", f"does this change the readings? {listed(quotes)}.", REMEDY, {CONFIRMS: confirms}, confirms)
+    _ask_about_marks(table, rows)
 
 
-def _texts(table: Table, rows: Rows, sample: str) -> Iterator[Text]:
+def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     """Yield the texts of the sheet outside of its header and readings, comments, and texts elsewhere in the file."""
     grid = table.grid
-    used = {column.index for column in table.used}
     numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
+    samples = {column for column, role in table.others.items() if role == "sample"}
     for row, cells in grid.rows.items():
-        if row in rows.passed or (row not in table.header.rows and row not in rows.read and _is_header(table, row)):
-            continue
-        if row not in rows.read and row not in table.header.rows:
-            filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
-            if filled and not all(numeric(cell) for _, cell in filled):
-                yield Text(f"{letters(filled[0][0])}{row}", f"{letters(filled[0][0])}{row}", _joined(table, filled))
-            continue
-        for column, cell in enumerate(cells):
-            if not cell.text or column in used or numeric(cell) or not _may_change(table, row, column, numbers, sample):
-                continue
+        filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
+        if row in rows.read or row in table.header.rows:
+            beside = _beside(table, row) if row in rows.read else ""
+            for column, cell in filled:
+                if _may_change(table, row, column, numbers, sample):
+                    yield Text(f"{letters(column)}{row}", cell.text, beside)
+        elif row not in rows.passed and not {"station", "reading"} <= roles_in(cell.text for cell in cells):
+            # The name of a sample beside numbers is that of another one.
+            words = {column for column, cell in filled if not numeric(cell)}
+            words -= samples if len(words) < len(filled) else set()
+            if words or (filled and table.span.top <= row < table.header.first):
+                yield Text(f"{letters(filled[0][0])}{row}", " ".join(cell.text for _, cell in filled))
+    for row, column, kind, text in grid.marks:
+        if kind == "comment":
             name = f"{letters(column)}{row}"
-            yield Text(name, name, cell.text, _beside(table, row) if row in rows.read else "")
-    for mark in grid.marks:
-        if mark.kind == "comment":
-            name = f"{letters(mark.column)}{mark.row}"
-            yield Text(f"comment in {name}", name, mark.text)
+            yield Text(name, text, place=f"comment in {name}")
     for place, text in grid.elsewhere:
-        yield Text(place, "worksheets", text)
-
-
-def _joined(table: Table, filled: Sequence[tuple[int, object]]) -> str:
-    return " ".join(getattr(cell, "text", "") for _, cell in filled)
-
-
-def _is_header(table: Table, row: int) -> bool:
-    """Return whether a row outside of the table is the header of another one."""
-    known = [what for cell in table.grid.rows[row] if (what := meaning(cell.text)) is not None]
-    return len(known) > 1 and any(what.role == "station" for what in known)
+        yield Text("worksheets", text, place=place)
 
 
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
     """Return whether a text in the header, or beside readings, is neither a known name nor a word for nothing."""
-    text = table.grid.cell(row, column).text
+    cell, name = table.grid.cell(row, column), table.header.names.get(column, "")
+    is_used = any(column == each.index for each in table.used)
     if row in table.header.rows:
         # A column of numbers under an unknown name is asked about.
-        return column not in table.others and column not in numbers
-    name = table.header.names.get(column, "")
-    return not is_missing(text) and not (column in table.others and is_harmless(f"{name}: {text}", sample))
+        return not (is_used or column in table.others or column in numbers)
+    if is_used:
+        # The number of a repeat is no reading, and no word.
+        return table.repeat is not None and column == table.repeat.index and LABEL.fullmatch(cell.text) is None
+    if is_missing(cell.text) or (numeric(cell) and not is_note(name)):
+        return False
+    return column not in table.others or not is_harmless(f"{name}: {cell.text}", sample)
 
 
 def _beside(table: Table, row: int) -> str:
     """Return the place and the readings of a row in words."""
-    texts = [
-        table.grid.cell(row, column.index).text for column in (table.station, *table.readings) if column is not None
-    ]
+    texts = [table.grid.cell(row, column.index).text for column in table.used if column is not table.repeat]
     return f" beside {' '.join(map(shown, texts[:5]))}"
 
 
-def _names(grid: Grid, sample: str) -> Iterator[Text]:
+def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without that of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
     for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
         if name.strip():
-            yield Text(what, "names", name)
+            yield Text("names", name, place=what)
 
 
-def _ask_about_marks(table: Table, rows: Rows, questions: Questions) -> None:
+def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     """Ask about readings that are struck through, hidden, or coloured unlike the others of their column."""
     used = {column.index for column in table.used}
     read = [mark for mark in table.grid.marks if mark.row in rows.read and mark.column in used]
@@ -126,9 +116,8 @@ def _ask_about_marks(table: Table, rows: Rows, questions: Questions) -> None:
             answers = [letters(column) for column in sorted(columns)]
         else:
             answers = [f"{row}" for row in sorted({mark.row for mark in marks})]
-        finding = f"{words}, but read: {', '.join(answers[:MOST_QUOTED])}."
-        place = table.grid.place()
-        questions.ask(kind, place, finding, "Skip rows that do not count.", {CONFIRMS: answers}, answers)
+        finding = f"{words}, but read: {listed(answers)}."
+        table.ask(kind, finding, "Skip rows that do not count.", {CONFIRMS: answers}, answers)
 
 
 def _unlike(marks: Sequence[Mark], count: int, used: set[int]) -> list[Mark]:

@@ -3,24 +3,31 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS
-from validate.readings.grid import Cell, letters, quoted
+from validate.readings.grid import Cell, Kind, letters, listed, quoted
 from validate.readings.header import cells_in, numeric
 from validate.readings.names import FACTORS, is_calculated
 from validate.readings.numbers import common_mark, decimals_of, is_ambiguous, is_missing, number, plain_letters
 from validate.readings.screens import ReadCells
-from validate.readings.table import Column, Questions, Table
-from validate.settings import Columns, Decimal, Declared
+from validate.readings.table import Column, Table
+from validate.settings import Decimal
 
 CLOSEST_MM = 0.01
 """Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
 SLACK_MM = 2.0
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
-MOST_NAMED = 8
+
+
+OTHER_KINDS: dict[Kind, tuple[str, str]] = {
+    "formula": ("a formula without a stored result", "Open the workbook in a spreadsheet program and save it."),
+    "error": ("an error of the spreadsheet", "Correct the formula, or clear the cell."),
+    "date": ("a date; spreadsheets convert numbers such as 16.1 to dates", "Enter the number again."),
+}
+"""Findings about cells of kinds that are no numbers, and remedies."""
 
 
 class Reading(NamedTuple):
@@ -31,38 +38,37 @@ class Reading(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Rows:
+class ReadRows:
     """Readings of a table, and the rows that have none."""
 
     cells: ReadCells
     mark: Decimal | None
-    missing: int  # Number of missing readings
     is_long: bool  # True if repeats are in rows of their own
     read: frozenset[int]  # Rows with a place and a reading
-    passed: frozenset[int]  # Rows to skip, and rows of means
+    passed: frozenset[int]  # Rows to skip, rows of means, and rows that are asked about
 
 
 class _Reader:
-    def __init__(self, table: Table, declared: Declared, questions: Questions) -> None:
-        self.table, self.grid, self.declared, self.questions = table, table.grid, declared, questions
-        self.chosen = declared.columns or Columns()
+    def __init__(self, table: Table) -> None:
+        self.table, self.grid, self.declared, self.chosen = table, table.grid, table.declared, table.chosen
         self.merged = _merged_places(table)
-        self.mark = self._decimal_mark()
+        self.mark: Decimal | None = self._decimal_mark()
         self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
 
-    def read(self) -> Rows:
-        passed = frozenset(self._passed())
+    def read(self) -> ReadRows:
+        passed = set(self._passed())
         repeat, station = self.table.repeat, self.table.station
         is_long = repeat is not None or bool(self.merged) or "repeats" in (self.declared.as_written or ())
         stations = dict[float, dict[str, Reading]]()
-        read, order, twice, places = set[int](), dict[float, int](), list[str](), dict[int, float]()
-        for row in self.table.body if station is not None else ():
-            if row in passed or not self._has_readings(row):
+        read, twice, places = set[int](), list[str](), dict[int, float]()
+        for row in self.table.body:
+            if station is None or row in passed or not self._has_readings(row):
                 continue
             place = self.merged.get(row, self.grid.cell(row, station.index))
             s_mm = self._in_mm(row, station, place)
             readings = [self._reading(row, column) for column in self.table.readings]
             if s_mm is None:
+                passed.add(row)
                 continue
             read.add(row)
             cell = f"{letters(station.index)}{row}"
@@ -71,44 +77,48 @@ class _Reader:
             if own and not is_long:
                 twice.append(cell)
                 continue
-            order.setdefault(s_mm, row)
             for reading in readings:
                 label = self.grid.cell(row, repeat.index).text if repeat is not None else f"{len(own) + 1}"
                 if repeat is not None and (label in own or is_missing(label)):
                     twice.append(cell)
                 own[label] = reading
         self._report()
-        self._report_twice(twice)
+        if twice:
+            finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
+            remedy = "Correct them, or name the column that numbers the repeats (repeat)."
+            answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(self.table, twice)
+            self.table.ask("twice", finding, remedy, answers, twice)
         kept = {
             s_mm: own
             for s_mm, own in sorted(stations.items())
             if not all(math.isnan(each.value_mm) for each in own.values())
         }
-        cells = self._arrays(self._at_places(kept), [order[s_mm] for s_mm in kept])
-        missing = sum(math.isnan(each.value_mm) for own in stations.values() for each in own.values())
-        return Rows(cells, self.mark, missing, is_long, frozenset(read), passed)
+        return ReadRows(self._arrays(self._at_places(kept)), self.mark, is_long, frozenset(read), frozenset(passed))
 
     def _passed(self) -> Iterator[int]:
         """Yield the rows to skip, and the rows of means and other calculated figures."""
         entries = {f"{entry}".strip() for entry in self.chosen.skip}
         met = set[str]()
         for row in self.table.body:
-            first = next((cell.text for _, cell in cells_in(self.grid, self.table.span, row)), "")
-            names = {f"{row}", f"row {row}", plain_letters(first), f"cell {plain_letters(first)}"}
-            meant = {entry for entry in entries if plain_letters(entry) in names}
+            first = plain_letters(next((cell.text for _, cell in cells_in(self.grid, self.table.span, row)), ""))
             # A number alone is that of the row.
-            meant -= {first} if first.isdecimal() and first != f"{row}" else set()
+            names = {f"{row}", f"row {row}", f"cell {first}", f"{row}" if first.isdecimal() else first}
+            meant = {entry for entry in entries if plain_letters(entry) in names}
             met |= meant
-            if meant or is_calculated(first):
+            label = "" if self.table.repeat is None else self.grid.cell(row, self.table.repeat.index).text
+            if meant or is_calculated(first) or is_calculated(label):
                 yield row
         if entries - met:
-            finding = f"skip has {', '.join(map(quoted, sorted(entries - met)))}, which is no row of the table."
-            self.questions.ask("skip", self.grid.place(), finding, "Correct skip; rows are counted from 1.")
+            finding = f"skip has {listed([*map(quoted, sorted(entries - met))])}, which is no row of the table."
+            self.table.ask("skip", finding, "Correct skip; rows are counted from 1.")
 
     def _has_readings(self, row: int) -> bool:
         """Return whether a row has a place or a number: rows of texts alone are remarks."""
         used = [self.grid.cell(row, column.index) for column in self.table.used]
-        return any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
+        # A date may be a number that a spreadsheet has converted.
+        is_place = used[0].kind == "date" or used[0].text[:1].isdigit()
+        is_place = is_place and any(cell.text for cell in used[1:])
+        return is_place or any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
 
     def _decimal_mark(self) -> Decimal | None:
         if self.declared.decimal is not None:
@@ -119,13 +129,13 @@ class _Reader:
         mark = common_mark(texts, self.grid.separator)
         if mark is None and (doubtful := [text for text in texts if is_ambiguous(text)]):
             finding = f"the mark in {quoted(doubtful[0])} is a decimal mark, or separates thousands."
-            self.questions.ask("decimal", self.grid.place(), finding, answers={"decimal": "point"})
+            self.table.ask("decimal", finding, answers={"decimal": "comma" if "," in doubtful[0] else "point"})
         return mark
 
     def _reading(self, row: int, column: Column) -> Reading:
         cell = self.grid.cell(row, column.index)
         missing = {plain_letters(word) for word in self.chosen.missing}
-        if cell.kind == "text" and (is_missing(cell.text) or plain_letters(cell.text) in missing):
+        if (cell.kind == "text" and is_missing(cell.text)) or plain_letters(cell.text) in missing:
             return Reading(math.nan, row, column.index)
         value_mm = self._in_mm(row, column, cell)
         text = (numeric(cell) or ("", ""))[0]
@@ -150,20 +160,11 @@ class _Reader:
         """Ask about cells that are no numbers, with one question for each kind of mistake."""
         for (what, remedy), cells in self.unread.items():
             names = [name for name, _ in cells]
-            texts = ", ".join(dict.fromkeys(f"{name} {quoted(text)}" for name, text in cells[:MOST_NAMED]))
-            more = f" and {len(cells) - MOST_NAMED} more" if len(cells) > MOST_NAMED else ""
-            words = [text for _, text in cells if text and number(text) is None]
-            answers = {"columns.missing": list(dict.fromkeys(words))} if "word" in what else {}
-            rows = sorted({int(name.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")) for name in names})
-            answers = answers or {"columns.skip": rows[:MOST_NAMED]}
-            self.questions.ask("cell", self.grid.place(), f"{texts}{more}: {what}.", remedy, answers, names)
-
-    def _report_twice(self, cells: Sequence[str]) -> None:
-        if cells:
-            finding = f"the places in {', '.join(cells[:MOST_NAMED])} occur twice, or with the same number of a repeat."
-            remedy = "Correct them, or name the column that numbers the repeats (repeat)."
-            answers = {CONFIRMS: ["repeats"]} if self.table.repeat is None else {}
-            self.questions.ask("twice", self.grid.place(), finding, remedy, answers, cells)
+            answers: dict[str, Any] = skipping(self.table, names)
+            if "word" in what:
+                answers = {"columns.missing": [*dict.fromkeys(text for _, text in cells)]}
+            texts = listed([f"{name} {quoted(text)}" for name, text in cells])
+            self.table.ask("cell", f"{texts}: {what}.", remedy, answers, names)
 
     def _at_places(self, stations: dict[float, dict[str, Reading]]) -> dict[float, dict[str, Reading]]:
         """Return numbered stations at the places that the settings give for their numbers."""
@@ -173,16 +174,16 @@ class _Reader:
         numbers = list(stations)
         if len(places) not in (2, len(numbers)):
             finding = f"places has {len(places)} numbers, but {len(numbers)} places have readings."
-            self.questions.ask("places", self.grid.place(), finding, "Give the first and the last place, or all.")
+            self.table.ask("places", finding, "Give the first and the last place, or all.")
             return stations
         written = numbers if len(places) == len(numbers) else [numbers[0], numbers[-1]]
         return dict(zip(np.interp(numbers, written, places).tolist(), stations.values(), strict=True))
 
-    def _arrays(self, stations: dict[float, dict[str, Reading]], rows: Sequence[int]) -> ReadCells:
+    def _arrays(self, stations: dict[float, dict[str, Reading]]) -> ReadCells:
         labels = sorted({label for own in stations.values() for label in own}, key=_by_number)
         table = [
-            [own.get(label) or Reading(math.nan, row, -1) for label in labels]
-            for own, row in zip(stations.values(), rows, strict=True)
+            [own.get(label) or Reading(math.nan, next(iter(own.values())).row, -1) for label in labels]
+            for own in stations.values()
         ]
         parts = np.array(table, dtype=float).reshape(len(stations), len(labels), len(Reading._fields))
         readings_mm, columns = parts[..., 0], parts[..., 2]
@@ -202,9 +203,9 @@ class _Reader:
         )
 
 
-def read_rows(table: Table, declared: Declared, questions: Questions) -> Rows:
-    """Return the readings of a table, sorted along s; what cannot be read is added to ``questions``."""
-    return _Reader(table, declared, questions).read()
+def read_rows(table: Table) -> ReadRows:
+    """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
+    return _Reader(table).read()
 
 
 def _merged_places(table: Table) -> dict[int, Cell]:
@@ -218,15 +219,8 @@ def _merged_places(table: Table) -> dict[int, Cell]:
 
 def _complaint(cell: Cell, column: Column, mark: Decimal | None) -> tuple[str, str]:
     """Return what is wrong with a cell, and what to do."""
-    if cell.kind == "formula":
-        return "a formula without a stored result", "Open the workbook in a spreadsheet program and save it."
-    if cell.kind == "error":
-        return "an error of the spreadsheet", "Correct the formula, or clear the cell."
-    if cell.kind == "date":
-        return (
-            "a date; spreadsheets convert numbers such as 16.1 to dates",
-            "Enter the number again, in a cell of numbers.",
-        )
+    if cell.kind in OTHER_KINDS:
+        return OTHER_KINDS[cell.kind]
     if not cell.text:
         return "no place beside the readings", "Write a place into every row."
     if number(cell.text) is not None:
@@ -242,21 +236,26 @@ def _by_number(label: str) -> tuple[bool, float, str]:
     return value is None, value or 0.0, label
 
 
-def check_in_crack(
-    table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float, questions: Questions
-) -> None:
+def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[int]]:
+    """Return the answer that skips the rows of some cells; none if these are half of all."""
+    rows = sorted({int(cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")) for cell in cells})
+    return {"columns.skip": rows} if 2 * len(rows) < len(table.body) else {}
+
+
+def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:
     """Ask about places outside the crack, (n,), and about impossible levels, (n, r)."""
     # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
     # be at the crack's end. At the beginning the scale has no effect.
     furthest_mm = LONGEST_MM if length_mm is None else length_mm + max(SLACK_MM, 0.03 * length_mm)
     outside = np.flatnonzero((cells.s_mm < -SLACK_MM) | (cells.s_mm > furthest_mm))
-    place = table.grid.place()
     if outside.size:
         names = [f"{letters(cells.station_column)}{cells.rows[i].min()}" for i in outside]
         extent = f"at most {LONGEST_MM:g} mm" if length_mm is None else f"{length_mm:.1f} mm along its centreline"
-        finding = f"{cells.s_mm[outside[0]]:.12g} mm in {_listed(names)} is outside the crack, 0 to {extent}."
+        finding = f"{cells.s_mm[outside[0]]:.12g} mm in {listed(names)} is outside the crack, 0 to {extent}."
         remedy = "Check the unit, the end at which s is 0, and that the whole crack was traced."
-        questions.ask("outside", place, finding, remedy, cells=names)
+        table.ask("outside", finding, remedy, skipping(table, names), names)
+    if depth_mm is None:
+        return
     # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste are a few millimetres high.
     lowest_mm, highest_mm = -1.25 * depth_mm - 1.0, max(5.0, depth_mm / 2)
     wrong = np.argwhere((cells.levels_mm < lowest_mm) | (cells.levels_mm > highest_mm))
@@ -264,13 +263,8 @@ def check_in_crack(
         names = [f"{letters(int(cells.columns[j]))}{cells.rows[i, j]}" for i, j in wrong]
         i, j = wrong[0]
         finding = (
-            f"{cells.readings_mm[i, j]:g} mm in {_listed(names)} is a level of {cells.levels_mm[i, j]:g} mm from the "
+            f"{cells.readings_mm[i, j]:g} mm in {listed(names)} is a level of {cells.levels_mm[i, j]:g} mm from the "
             f"face; in a crack {depth_mm:g} mm deep, {lowest_mm:g} to {highest_mm:g} mm is possible."
         )
         remedy = "Level counts upward, depth downward: check the column's name, its unit and the zero."
-        questions.ask("deep", place, finding, remedy, cells=names)
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more
+        table.ask("deep", finding, remedy, skipping(table, names), names)

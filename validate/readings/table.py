@@ -2,27 +2,27 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Any, get_args
 
 from sealtwin.core.doubts import CONFIRMS, Doubt
-from validate.readings.grid import Grid, letters, quoted
-from validate.readings.header import Header, Span, cells_in, find_header, lettered, names_of, numeric
+from validate.readings.beside import changes
+from validate.readings.grid import Grid, letters, listed, quoted
+from validate.readings.header import Header, SheetPart, cells_in, find_header, lettered, names_of, numeric, roles_in
 from validate.readings.names import (
+    FACTORS,
+    MM,
     ColumnUnit,
     Role,
     has_rest,
     is_calculated,
     is_no_length,
     meaning,
-    unit_in,
+    sample_key,
     unit_of,
+    without_unit,
 )
-from validate.readings.numbers import number, plain_letters
+from validate.readings.numbers import plain_letters
 from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
-
-MOST_NAMED = 8  # Columns or rows that a sentence names
-DIAL_UNITS = get_args(DialUnit)
 
 
 @dataclass(frozen=True)
@@ -32,29 +32,6 @@ class Column:
     role: Role
     unit: ColumnUnit | None = None
     quantity: Quantity | None = None
-    is_declared: bool = False  # True if only the settings give the unit
-
-
-@dataclass
-class Questions:
-    """All that is open in a sheet so far, and what may be a mistake."""
-
-    doubts: list[Doubt] = field(default_factory=list[Doubt])
-
-    def ask(
-        self,
-        kind: str,
-        place: str,
-        finding: str,
-        remedy: str = "",
-        answers: Mapping[str, Any] | None = None,
-        cells: Sequence[str] = (),
-    ) -> None:
-        """Add a question; with an answer ``as_written`` it is a doubt."""
-        self.doubts.append(Doubt(kind, place, finding, remedy, answers or {}, tuple(cells)))
-
-    def kinds(self) -> set[str]:
-        return {doubt.kind for doubt in self.doubts if doubt.is_open}
 
 
 @dataclass
@@ -62,14 +39,20 @@ class Table:
     """The table of readings in a sheet. Its columns may be stand-ins while a question asks for them."""
 
     grid: Grid
-    span: Span
+    declared: Declared
+    span: SheetPart
     header: Header
-    station: Column | None
-    readings: list[Column]
-    repeat: Column | None
-    others: dict[int, Column]  # Columns that are known to be something else
     body: list[int]  # Rows with cells below the header
-    stands_in: bool  # True if a question asks for the columns
+    doubts: list[Doubt]  # All that is open in the sheet so far, and what may be a mistake
+    station: Column | None = None
+    readings: list[Column] = field(default_factory=list[Column])
+    repeat: Column | None = None
+    others: dict[int, Role] = field(default_factory=dict[int, Role])  # Columns that are known to be something else
+    stands_in: bool = False  # True if a question asks for the columns
+
+    @property
+    def chosen(self) -> Columns:
+        return self.declared.columns or Columns()
 
     @property
     def used(self) -> list[Column]:
@@ -79,78 +62,87 @@ class Table:
     def quantity(self) -> Quantity | None:
         return self.readings[0].quantity if self.readings else None
 
+    def ask(
+        self,
+        kind: str,
+        finding: str,
+        remedy: str = "",
+        answers: Mapping[str, Any] | None = None,
+        cells: Sequence[str] = (),
+        row: int | None = None,
+    ) -> None:
+        """Add a question about the sheet or one of its rows; with an answer ``as_written`` it is a doubt."""
+        self.doubts.append(Doubt(kind, self.grid.place(row), finding, remedy, answers or {}, tuple(cells)))
 
-def find_table(grid: Grid, declared: Declared, questions: Questions, along: Role = "station") -> Table:
+    def is_open(self, *kinds: str) -> bool:
+        """Return whether a question of these kinds, or any without kinds, must be answered."""
+        return any(doubt.is_open and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
+
+
+def find_table(grid: Grid, declared: Declared, along: Role = "station") -> Table:
     """Return the table with the columns of places (or of masses, ``along``) and of readings.
 
-    What the sheet leaves open is added to ``questions``, and the likeliest columns stand in for it, so that everything
+    What the sheet leaves open is added to its doubts, and the likeliest columns stand in for it, so that everything
     else about the sheet can be asked at the same time.
     """
-    chosen = declared.columns or Columns()
-    span = Span.of(chosen.range)
-    header = find_header(grid, span, chosen, along)
+    span = SheetPart.of((declared.columns or Columns()).range)
+    header = find_header(grid, span, along)
     body = [row for row in grid.rows if header.first <= row <= span.bottom and any(cells_in(grid, span, row))]
-    body = _before_next_table(grid, span, body, questions, along)
-    table = Table(grid, span, header, None, [], None, {}, body, stands_in=False)
-    _set_roles(table, chosen, questions, along)
-    _ask_for_units(table, declared, questions)
-    _ask_for_direction(table, declared, questions)
+    table = Table(grid, declared, span, header, body, [*grid.doubts])
+    _end_before_next_table(table, along)
+    _set_roles(table, along)
+    _ask_for_units(table)
+    _ask_for_direction(table)
     return table
 
 
-def _before_next_table(grid: Grid, span: Span, body: list[int], questions: Questions, along: str) -> list[int]:
-    """Return the rows of the first of several tables one below the other, and ask for a range."""
-    for count, row in enumerate(body):
-        roles = {what.role for name in names_of(grid, span, [row]).values() if (what := meaning(name))}
+def _end_before_next_table(table: Table, along: Role) -> None:
+    """Take the first of several tables one below the other, and ask for a range."""
+    for count, row in enumerate(table.body):
+        roles = roles_in(names_of(table.grid, table.span, [row]).values())
         if count and along in roles and roles & {"reading", "repeat"}:
-            last = max((each for each in body[:count] if any(map(numeric, grid.rows[each]))), default=row)
-            right = max(len(grid.rows[each]) for each in body[:count])
-            _ask_for_range(grid, questions, f"another table begins in row {row}.", (0, body[0], right - 1, last))
-            return body[:count]
-    return body
+            rows = [each for each in table.body[:count] if any(map(numeric, table.grid.rows[each]))] or [row]
+            _ask_for_range(table, f"another table begins in row {row}.", rows)
+            table.body = table.body[:count]
+            return
 
 
-def _ask_for_range(grid: Grid, questions: Questions, finding: str, part: tuple[int, int, int, int]) -> None:
-    left, top, right, bottom = part
-    answer = {"columns.range": f"{letters(left)}{top}:{letters(right)}{bottom}"}
-    questions.ask("range", grid.place(), finding, "Name the cells of the table of this sample.", answer)
+def _ask_for_range(table: Table, finding: str, rows: Sequence[int], left: int = 0, right: int | None = None) -> None:
+    right = max(len(table.grid.rows[row]) for row in (*rows, *table.header.rows)) - 1 if right is None else right
+    answer = {"columns.range": f"{letters(left)}{rows[0]}:{letters(right)}{rows[-1]}"}
+    table.ask("range", finding, "Name the cells of the table of this sample.", answer)
 
 
-def _set_roles(table: Table, chosen: Columns, questions: Questions, along: Role) -> None:
+def _set_roles(table: Table, along: Role) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
-    names, numbers = table.header.names, _columns_of_numbers(table)
+    chosen, names, numbers = table.chosen, table.header.names, _columns_of_numbers(table)
     meanings = {column: what for column, name in names.items() if (what := meaning(name)) is not None}
-    by_role: dict[Role, list[int]] = {role: [] for role in get_args(Role)}
-    for column, what in meanings.items():
-        by_role[what.role].append(column)
+    by_role = {role: [k for k, what in meanings.items() if what.role == role] for role in get_args(Role)}
     stations, readings, repeats = by_role[along], by_role["reading"], by_role["repeat"]
-    stations = stations if chosen.s is None else _chosen(table, chosen.s, numbers, questions)
-    repeats = repeats if chosen.repeat is None else _chosen(table, chosen.repeat, numbers, questions)
+    stations = stations if chosen.s is None else _chosen(table, [chosen.s], numbers)
+    repeats = repeats if chosen.repeat is None else _chosen(table, [chosen.repeat], numbers)
     if chosen.levels is not None:
-        readings = [column for entry in chosen.levels for column in _chosen(table, entry, numbers, questions)]
+        readings = _chosen(table, chosen.levels, numbers)
         repeats = [] if len(readings) > 1 else [column for column in repeats if column not in readings]
     if not readings:
         # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
         readings, repeats = repeats, []
     used = {*stations, *readings, *repeats}
-    unknown = [column for column in numbers if column not in meanings and column not in used]
+    named = {*meanings} - {*by_role["mass"]} | used
+    unknown = [column for column in numbers if column not in named]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
-    problems = list(_problems(table, stations, readings, repeats, unknown, is_chosen=chosen.levels is not None))
     for column in by_role["sample"]:
-        _ask_about_samples(table, column, questions)
+        _ask_about_samples(table, column)
+    problems = [*_problems(table, stations, readings, repeats, unknown)]
     if problems:
-        table.stands_in = True
-        stations, readings = _stand_ins(table, stations, readings, unknown, problems, questions)
-        repeats = []
-    table.station = next((_column(table, column, along, questions) for column in stations), None)
-    table.readings = [_column(table, column, "reading", questions) for column in readings]
-    table.repeat = next((_column(table, column, "repeat", questions) for column in repeats), None)
+        table.stands_in, repeats = True, []
+        stations, readings = _stand_ins(table, stations, readings, unknown or numbers, "; ".join(problems))
+    table.station = next((_column(table, column, along) for column in stations), None)
+    table.readings = [_column(table, column, "reading") for column in readings]
+    table.repeat = next((_column(table, column, "repeat") for column in repeats), None)
     used = {column.index for column in table.used}
-    table.others = {
-        column: Column(column, names[column], "other")
-        for column in (*by_role["other"], *by_role["repeat"], *by_role["sample"])
-        if column not in used
-    }
+    others: tuple[Role, ...] = "other", "repeat", "sample"
+    table.others = {column: role for role in others for column in by_role[role] if column not in used}
 
 
 def _columns_of_numbers(table: Table) -> list[int]:
@@ -163,160 +155,149 @@ def _columns_of_numbers(table: Table) -> list[int]:
     return sorted(columns)
 
 
-def _chosen(table: Table, entry: str, numbers: Sequence[int], questions: Questions) -> list[int]:
+def _chosen(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> list[int]:
     """Return the columns that a setting names, by letter or by name; a question asks for one that is missing."""
-    names = table.header.names
-    by_name = [column for column, name in names.items() if plain_letters(name) == plain_letters(entry)]
-    by_letter = [column for column in lettered(entry) if column in {*names, *numbers}]
-    if bool(by_name) == bool(by_letter) and by_name != by_letter[:1]:
-        what = "is a letter and also a name" if by_name else "is not a column"
-        finding = f"{quoted(entry)} {what}; the columns are {_named(table, [*names])}."
-        questions.ask("columns", table.grid.place(), finding, 'Name it by its letter, such as "B:B".')
-    return by_letter or by_name
+    names, columns = table.header.names, dict[int, None]()
+    for entry in entries:
+        by_letter = [column for column in lettered(entry) if column in {*names, *numbers}]
+        by_name = [column for column, name in names.items() if name == entry]
+        if not by_letter + by_name:
+            by_name = [column for column, name in names.items() if plain_letters(name) == plain_letters(entry)]
+        if not by_name + by_letter or (by_name and by_letter and by_name != by_letter[:1]):
+            what = "is a letter and also a name" if by_name else "is not a column"
+            finding = f"{quoted(entry)} {what}; the columns are {_named(table, [*names])}."
+            table.ask("columns", finding, 'Name it by its letter, such as "B:B".')
+        columns |= dict.fromkeys(by_letter or by_name)
+    return [*columns]
 
 
 def _problems(
-    table: Table,
-    stations: Sequence[int],
-    readings: Sequence[int],
-    repeats: Sequence[int],
-    unknown: Sequence[int],
-    *,
-    is_chosen: bool,
+    table: Table, stations: Sequence[int], readings: Sequence[int], repeats: Sequence[int], unknown: Sequence[int]
 ) -> Iterator[str]:
     """Yield what is not clear about the columns, as parts of a sentence."""
     names = [table.header.names.get(column, "") for column in readings]
-    if len(stations) != 1:
+    meanings = [what for what in map(meaning, names) if what is not None]
+    units, ways = (
+        {*each} - {None} for each in ([what.unit for what in meanings], [what.quantity for what in meanings])
+    )
+    if len(stations) != 1 or {*stations} & {*readings}:
         yield f"{_named(table, stations) or 'no column'} is the place along the crack"
     if not readings:
         yield "no column is named as a reading"
     if unknown:
         yield f"{_named(table, unknown)} has numbers under an unknown name"
-    if not is_chosen:
-        if len(set(map(plain_letters, names))) < len(names):
-            yield f"{_named(table, readings)} have the same name"
-        parts = [(unit_in(name), what.quantity) for name in names if (what := meaning(name)) is not None]
-        if any(len({*part} - {None}) > 1 for part in zip(*parts, strict=True)):
-            yield f"{_named(table, readings)} differ in unit or direction"
-    labels = {table.grid.cell(row, column).text for row in table.body for column in repeats}
-    if len(repeats) > 1 or (repeats and len(readings) > 1) or any((number(text) or 0) % 1 for text in labels):
-        yield f"{_named(table, repeats)} counts repeats by its name, but not by its cells or beside other columns"
+    if table.chosen.levels is None:
+        if len({*map(plain_letters, names)}) < len(names) or len(units) > 1 or len(ways) > 1:
+            yield f"{_named(table, readings)} have the same name, or differ in unit or direction"
+        if any(int(what.number or 0) > len(readings) for what in meanings):
+            yield f"{_named(table, readings)} has a number that counts no repeats"
+    if len(repeats) > 1 or (repeats and len(readings) > 1):
+        yield f"{_named(table, repeats)} counts repeats by its name, beside other columns"
 
 
 def _named(table: Table, columns: Sequence[int]) -> str:
     names = table.header.names
-    texts = [f"{letters(k)} {quoted(names[k])}" if k in names else letters(k) for k in columns[:MOST_NAMED]]
-    more = f" and {len(columns) - MOST_NAMED} more" if len(columns) > MOST_NAMED else ""
-    return f"column {', '.join(texts)}{more}" if columns else ""
+    return listed([f"column {letters(k)}{f' {quoted(names[k])}' if k in names else ''}" for k in columns])
 
 
 def _stand_ins(
-    table: Table,
-    stations: list[int],
-    readings: list[int],
-    unknown: Sequence[int],
-    problems: Sequence[str],
-    questions: Questions,
+    table: Table, stations: list[int], readings: list[int], likely: Sequence[int], finding: str
 ) -> tuple[list[int], list[int]]:
     """Return the likeliest columns, and ask for them."""
-    finding = f"{'; '.join(problems)}."
-    if len(stations) > 1 and len(readings) > 1:
-        last = stations[1] - 1
-        while last > stations[0] and not any(numeric(table.grid.cell(row, last)) for row in table.body):
-            last -= 1
-        part = stations[0], min((*table.header.rows, *table.body)), last, table.body[-1]
-        _ask_for_range(table.grid, questions, f"{finding} Are there several tables?", part)
-        return stations[:1], [column for column in readings if column <= last]
-    likely = sorted({*unknown, *readings})
-    stations = stations or [column for column in likely if _is_monotonic(table, column)]
+    names, cells = table.header.names, [table.grid.cell(row, table.span.left).text for row in table.body]
+    beside = [column for column in readings if stations[1:] and column < stations[1]]
+    if beside and beside != readings:
+        rows = [min((*table.header.rows, *table.body)), *table.body]
+        _ask_for_range(table, f"{finding}. Are there several tables?", rows, stations[0], beside[-1])
+        return stations[:1], beside
+    if {"station", "reading"} <= roles_in(cells):
+        table.ask("columns", "places are side by side.", "Transpose the table in a copy: one row for each place.")
+        return [], []
+    stations = stations or [column for column in likely if column not in readings]
     readings = [column for column in readings or likely if column not in stations[:1]]
-    levels = [letters(column) for column in readings] or ["B"]
-    is_run = len(readings) > 1 and readings[-1] - readings[0] == len(readings) - 1
-    answers = {
-        "columns.s": letters(stations[0]) if stations else "A",
-        "columns.levels": [f"{levels[0]}:{levels[-1]}"] if is_run else levels,
-    }
+    kinds = [(what.unit, what.quantity) if (what := meaning(names.get(k, ""))) else None for k in readings]
+    readings = [column for column, kind in zip(readings, kinds, strict=True) if kind == kinds[0]]
+    entries = [f"{k}:{k}" if k in names.values() else k for k in map(letters, [*stations[:1], *readings])]
+    answers = {"columns.s": entries[0], "columns.levels": entries[1:]} if readings and stations else {}
     remedy = "Name the columns of places and of readings by their letters; others are not read then."
-    questions.ask("columns", table.grid.place(), finding, remedy, answers)
+    table.ask("columns", f"{finding}.", remedy, answers)
     return stations[:1], readings
 
 
-def _is_monotonic(table: Table, column: int) -> bool:
-    texts = [numeric(table.grid.cell(row, column)) for row in table.body]
-    values = [value for text in texts if text and (value := number(text[0])) is not None]
-    steps = [after - before for before, after in pairwise(values)]
-    return bool(steps) and (min(steps) > 0 or max(steps) < 0)
-
-
-def _column(table: Table, column: int, role: Role, questions: Questions) -> Column:
+def _column(table: Table, column: int, role: Role) -> Column:
     """Return a column; ask about marks of its name that may change what is read, whatever is declared."""
-    name = table.header.names.get(column, "")
-    place, answer = table.grid.place(max(table.header.rows, default=1), column), letters(column)
-    if role != "repeat" and is_no_length(name):
-        finding = f"{quoted(name)} is no length: a share, an angle or a ratio."
-        questions.ask("no length", place, finding, "Name other columns, or write lengths into the sheet.")
-    elif has_rest(name):
+    name, what = table.header.names.get(column, ""), meaning(table.header.names.get(column, ""))
+    rest, unit, _ = without_unit(name)
+    row, answer = max(table.header.rows, default=1), [letters(column)]
+    if role not in ("repeat", "mass") and (is_no_length(name) or unit in ("g", "kg")):
+        finding = f"{quoted(name)} is no length, but a share, an angle, a ratio or a mass."
+        table.ask("no length", finding, "Name other columns, or write lengths into the sheet.", row=row)
+    elif has_rest(name) or (what is None and changes(rest)):
         remedy = "If it does, write the readings that are meant under a plain name."
-        questions.ask(
-            "name", place, f"does {quoted(name)} change the readings?", remedy, {CONFIRMS: [answer]}, [answer]
-        )
-    what = meaning(name)
-    return Column(column, name, role, unit_in(name), None if what is None else what.quantity)
+        table.ask("name", f"does {quoted(name)} change the readings?", remedy, {CONFIRMS: answer}, answer, row)
+    return Column(column, name, role, unit, None if what is None else what.quantity)
 
 
-def _ask_about_samples(table: Table, column: int, questions: Questions) -> None:
-    """Ask for a range if a column names several samples."""
-    names = dict[str, list[int]]()
+def _ask_about_samples(table: Table, column: int) -> None:
+    """Take the rows of one sample, and ask for a range, if a column names several."""
+    names, name, sample = dict[str, list[int]](), "", table.declared.sample or table.grid.path.stem
     for row in table.body:
-        if text := table.grid.cell(row, column).text:
-            names.setdefault(text, []).append(row)
+        name = table.grid.cell(row, column).text or name
+        names.setdefault(name, []).append(row)
     if len(names) > 1:
-        several, rows = ", ".join(map(quoted, [*names][:MOST_NAMED])), next(iter(names.values()))
-        part = 0, rows[0], max(len(table.grid.rows[row]) for row in rows) - 1, rows[-1]
-        finding = f"column {letters(column)} names {len(names)} samples: {several}."
-        _ask_for_range(table.grid, questions, finding, part)
+        finding = f"column {letters(column)} names several samples: {listed([*map(quoted, names)])}."
+        rows = names[min(names, key=lambda name: sample_key(name) != sample_key(sample))]
+        if table.body.index(rows[-1]) - table.body.index(rows[0]) == len(rows) - 1:
+            _ask_for_range(table, finding, rows)
+        else:
+            table.ask("range", finding, "Sort the rows by sample in a copy, and name the cells of this one.")
+        table.body = rows
 
 
-def _ask_for_units(table: Table, declared: Declared, questions: Questions) -> None:
+def _ask_for_units(table: Table) -> None:
     """Set the unit of each column by its name, its cells or the settings, and ask for one that is open."""
-    grid, places = table.grid, (declared.columns or Columns()).places
-    lacking = list[str]()
+    declared, places = table.declared.unit, table.chosen.places
+    by_source: dict[str, list[str]] = {source: [] for source in ("none", "setting", "another", "header")}
 
     def with_unit(column: Column) -> Column:
-        values = [value for row in table.body if (value := numeric(grid.cell(row, column.index)))]
-        texts = {unit for _, unit in values}
-        units = {unit_of(text) for text in texts if text} | ({column.unit} if column.unit else set())
-        if None in units or len(units) > 1 or (units and "" in texts and column.unit is None):
-            finding = f"column {letters(column.index)} has {', '.join(sorted(filter(None, texts)))} in its cells"
-            finding += "." if column.unit is None else f", and {column.unit} in its name."
-            questions.ask("unit", grid.place(), finding, "Write all its numbers in one unit of length.")
-        setting: ColumnUnit | None = declared.unit
+        values = [numeric(table.grid.cell(row, column.index)) for row in table.body]
+        texts = dict.fromkeys(value[1] for value in values if value is not None)
+        units: set[ColumnUnit | None] = {unit_of(text) for text in texts if text}
+        allowed = {*FACTORS} if column.role == "mass" else {*MM}
+        all_units = {*units, column.unit} - {None}
+        if units - allowed or len(all_units) > 1 or (units and "" in texts and column.unit is None):
+            finding = f"column {letters(column.index)} has {' and '.join(filter(None, texts))} in its cells"
+            table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
+        setting: ColumnUnit | None = declared
         if column.role == "station" and places is not None:
             setting = places if isinstance(places, str) else "mm"
-        elif column.role == "mass" or (column.role == "station" and setting in DIAL_UNITS):
+        elif column.role == "mass" or (column.role == "station" and declared in get_args(DialUnit)):
             setting = None
-        unit = next(iter(units - {None}), None)
-        if unit is not None and setting is not None and unit != setting and places is None:
-            finding = f"column {letters(column.index)} is in {unit}, but readings.unit is {setting}."
-            questions.ask("unit", grid.place(), finding, "Remove the setting, or correct the header.")
-        lacking.extend([letters(column.index)] if unit is None and setting is None else [])
-        return replace(column, unit=unit or setting, is_declared=unit is None)
+        unit = column.unit or next(iter(all_units), None)
+        source = "header" if setting in (None, unit) or unit not in MM else "another"
+        if unit is None:
+            source = "none" if setting is None else "setting"
+        by_source[source].append(letters(column.index))
+        return replace(column, unit=unit or setting)
 
     table.station = None if table.station is None else with_unit(table.station)
-    table.readings = [with_unit(column) for column in table.readings]
-    if lacking:
-        finding, remedy = f"column {', '.join(lacking)} has no unit.", f"Units are {', '.join(get_args(Unit))}."
-        questions.ask("unit", grid.place(), finding, remedy, {"unit": "mm"}, lacking)
+    table.readings = [*map(with_unit, table.readings)]
+    if by_source["another"] and places is None and not by_source["setting"]:
+        finding = f"column {listed(by_source['another'])} has another unit than the settings, {declared}."
+        table.ask("unit", finding, "Remove the setting, or correct the header.")
+    if lacking := by_source["none"]:
+        answer = {"unit" if declared is None else "columns.places": "mm"}
+        remedy = f"Units are {', '.join(get_args(Unit))}."
+        table.ask("unit", f"column {listed(lacking)} has no unit.", remedy, answer, lacking)
 
 
-def _ask_for_direction(table: Table, declared: Declared, questions: Questions) -> None:
-    written = {column.quantity for column in table.readings} - {None}
-    quantity = declared.quantity or next(iter(written), None)
-    place = table.grid.place()
-    if declared.quantity is not None and written - {declared.quantity}:
-        finding = f"the header has {next(iter(written))}, but the settings have {declared.quantity}."
-        questions.ask("quantity", place, finding, "Remove the setting, or correct the header.")
+def _ask_for_direction(table: Table) -> None:
+    written = {column.quantity for column in table.readings if column.quantity is not None}
+    quantity = table.declared.quantity or next(iter(written), None)
+    if written - {quantity}:
+        finding = f"the header has {' and '.join(sorted(written))}, of which one is read."
+        table.ask("quantity", finding, "Remove the setting, or choose other columns.")
     elif quantity is None and table.readings:
         finding = "nothing says whether the readings count upward from the face (level) or downward (depth)."
-        questions.ask("quantity", place, finding, answers={"quantity": "depth"})
+        table.ask("quantity", finding, answers={"quantity": "depth"})
     table.readings = [replace(column, quantity=quantity) for column in table.readings]

@@ -104,7 +104,12 @@ def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: s
         for row, entries in sorted(sheet.rows.items())
     }
     # Sheets that may have the readings of another sample are no remarks on this one.
-    others = (text for other in sheets if other is not sheet and (other.hidden or other not in tables) for text in other.texts())
+    others = (
+        text
+        for other in sheets
+        if other is not sheet and (other.hidden or other not in tables)
+        for text in other.texts()
+    )
     return Grid(
         path,
         rows,

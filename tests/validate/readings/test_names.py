@@ -1,0 +1,89 @@
+"""Names of columns and of samples, understood as a whole or not at all."""
+
+import pytest
+
+from validate.readings.names import Meaning, has_rest, is_calculated, is_no_length, meaning, sample_key, unit_of
+
+NAMES = {
+    Meaning("station", "mm"): "s_mm|s/mm|x / mm|distanza dall'inizio, mm|lungo la fessura [mm]|"
+    "position le long de la fissure [mm]|distancia desde el inicio (mm)|Distance along crack [mm]",
+    Meaning("station", "cm"): "Position entlang Riss (cm)",
+    Meaning("station", "m"): "distance from start in m",
+    Meaning("station"): "Abstand|Along crack|a lo largo de la grieta",
+    Meaning("station", "1/10 mm"): "s [1/10 mm]",
+    Meaning("reading", "mm", "level", "1"): "level_1_mm|Level up 1 [mm]",
+    Meaning("reading", "mm", "level"): "h in mm|Pegel nach oben [mm]|Niveau vers le haut (mm)|nivel (milímetros)",
+    Meaning("reading", "inch", "level", "2"): "Höhe 2 / Zoll",
+    Meaning("reading", None, "level"): "Ho\u0308he|HOEHE",
+    Meaning("reading", "mm", "depth"): "depth [mm]|Tiefe unter Oberkante [mm]|Höhe abwärts [mm]|"
+    "Messwert_nach_unten_mm|Hauteur vers le bas (mm)|Altura hacia abajo (mm)|profondeur sous la surface en mm",
+    Meaning("reading", "mm", "depth", "3"): "Tiefe unter Oberfläche Messung 3 [mm]",
+    Meaning("reading", "inch", "depth", "12"): "depth_12_in",
+    Meaning("reading", "inch", "depth"): "depth [in]",
+    Meaning("reading", "µm", "depth"): "depth [µm]|Tiefe / \u03bcm|Tiefe in um|Einsinktiefe (micron)",
+    Meaning("reading", None, "depth"): "Tiefenmaß|profondeur par rapport à la surface|hundimiento",
+    Meaning("reading", "mm", "level", "3"): "Level rel. to surface #3, mm|altezza 3 rispetto al bordo / mm",
+    Meaning("reading", "1/10 mm", "depth"): "Tiefe [1/10 mm]",
+    Meaning("reading", "1/100 mm", "depth", "2"): "Tiefe 2 (mm/100)",
+    Meaning("reading", "mm", None, "2"): "2. Messung (mm)",
+    Meaning("reading", "mm", None, "3"): "Mesure n° 3 [mm]",
+    Meaning("reading"): "value|lectura",
+    Meaning("repeat"): "Messung|Reading No.|Lauf|Zyklus Nr.",
+    Meaning("mass", "g"): "Masse [g]",
+    Meaning("sample"): "Muestra Nº|Sample ID|Prüfkörper Nr.",
+    Meaning("other", "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
+    Meaning("other"): "Nr.|Temperatur [°C]|Station Nr|Opérateur",
+}
+# The depth of the crack is not that of the sealant, and a sign or a factor may change readings.
+UNKNOWN = (
+    "|x|t|d [mm]|12|Länge [mm]|crack depth [mm]|Füllhöhe [mm]|height above floor [mm]|depth level [mm]|"
+    "level below surface [mm]|level up and down [mm]|depth upward [mm]|Tiefe aufwärts [mm]|Pegel unten [mm]|"
+    "Pegel nach 24 h [mm]|Niveau vers le mur [mm]|depth [mm] (cm)|depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|"
+    "$depth$ of $\\alpha$|=depth+gap|profondeur de la fissure [mm]|profundidad de la grieta [mm]|Probe 1 [mm]|16.1|"
+    "\u2212Tiefe [mm]|X_Value [s]|Y [mm]|x1|Level [mm] (- = above)|Tiefe ab Messschieber [mm]|Probe 1 Tiefe [mm]|"
+    "Tiefe \u2152 mm|Tiefe (0,1 mm)|Masse 10 g"
+)
+NO_LENGTHS = (
+    "s [-]|s [1]|s/L|depth/D [-]|s [%]|Tiefe [\u2030]|Position rel.|relative position|Tiefe [°]|1/depth [1/mm]|Tiefe/2"
+)
+LENGTHS = "s/mm|Tiefe / mm|Tiefe [1/10 mm]|depth [mm/100]|Level rel. to face|1° Lettura [mm]"
+RESTS = "depth (+5 mm)|depth -5 [mm]|depth [mm-5]|± depth [mm]|depth [mm²]|depth² [mm]|Tiefe x 10 2|depth [nm]|[10 mm]"
+KEYS = {"P01": "p 01|P-01|p_01|P.01", "1-11": "1 11|1_11"}
+OTHER_KEYS = [("P01", each) for each in ("P01'", "P01*", "P01+", "(P01)", "P01?", "P1")] + [
+    ("1-11", "11-1"),
+    ("+5", "-5 "),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"), [(name, key) for key, names in NAMES.items() for name in names.split("|")]
+)
+def test_names_of_labs_are_understood(name, expected):
+    assert meaning(name) == expected
+
+
+@pytest.mark.parametrize("name", UNKNOWN.split("|"))
+def test_what_says_nothing_is_not_guessed(name):
+    assert meaning(name) is None
+
+
+def test_marks_of_a_name_that_are_no_words_count():
+    assert [name for name in NO_LENGTHS.split("|") if not is_no_length(name)] == []
+    assert [name for name in LENGTHS.split("|") if is_no_length(name)] == []
+    assert [name for name in RESTS.split("|") if not has_rest(name)] == []
+    assert not any(has_rest(name) for what, names in NAMES.items() if what.role != "other" for name in names.split("|"))
+
+
+def test_a_cell_is_a_unit_only_as_a_whole():
+    texts = {"[mm]": "mm", "mm": "mm", '"': "inch", "(cm)": "cm", "mil": None, "mm mm2": None, "10 mm": None, "": None}
+    assert {text: unit_of(text) for text in texts} == texts
+
+
+def test_rows_of_means_are_known_by_their_first_cell():
+    assert all(map(is_calculated, ("Mittelwert", "Ø", "Mean depth", "Stabw.", "max", "Mittel 1")))
+    assert not any(map(is_calculated, ("", "Müller", "Mittel ohne Ausreißer", "Messung 1", "12")))
+
+
+def test_spellings_of_a_sample_differ_in_blanks_and_case_alone():
+    assert all(sample_key(name) == sample_key(other) for name, others in KEYS.items() for other in others.split("|"))
+    assert [pair for pair in OTHER_KEYS if sample_key(pair[0]) == sample_key(pair[1])] == []

@@ -1,0 +1,124 @@
+"""Everything besides header, places and readings: harmless, or quoted once, with the entry that confirms it."""
+
+from typing import Any
+
+import openpyxl
+import pytest
+from openpyxl.comments import Comment
+from openpyxl.styles import Font, PatternFill
+
+from validate.readings.read_readings import read_readings
+from validate.settings import Columns, Declared
+
+H = "s [mm];Tiefe [mm]"
+ROWS = "0;1\n5;2\n10;3\n"
+OF = "{0};0;1\n{0};5;2\n{0};10;3\n"
+NOTED = H + ";{}\n0;1;{}\n5;2;{}\n10;3;{}\n"
+
+HARMLESS = {
+    "the sample": f"lab\n{H}\n{ROWS}",
+    "date and operator": f"Datum;3.5.2026\nPrüfer;Meier\n{H}\n{ROWS}Geprüft: Kunz, 4.5.2026\n",
+    "the sample in a column": f"Probe;{H}\n{OF.format('lab')}",
+    "operators and pictures": H + ";Prüfer;Foto\n0;1;Meier;IMG_1\n5;2;Kunz;IMG_2\n10;3;;\n",
+    "other quantities": H + ";Temp. [°C];Breite [mm]\n0;1;20;9\n5;2;20;8\n10;3;21;9\n",
+    "empty remarks": NOTED.format("Bemerkung", "", "-", "keine"),
+    "a row of means": f"{H}\n{ROWS}Mittel;2\n",
+}
+ASKED = {
+    "above": (f"Fuß auf 5 mm Klotz\n{H}\n{ROWS}", ["A1"]),
+    "above, in two cells": (f"Nullpunkt;5 mm\n{H}\n{ROWS}", ["A1"]),
+    "a number above": (f"12\n{H}\n{ROWS}", ["A1"]),
+    "numbers above": (f"5;0,1\n{H}\n{ROWS}", ["A1"]),
+    "between": (f"{H}\n0;1\nab hier in Zoll\n5;2\n10;3\n", ["A3"]),
+    "units between": (f"{H}\n0;1\ncm;cm\n5;2\n10;3\n", ["A3"]),
+    "below": (f"{H}\n{ROWS}\nvom rechten Ende gemessen\n", ["A6"]),
+    "a comment": (f"# Werte in Zehntel\n{H}\n{ROWS}", ["A1"]),
+    "another sample": (f"P02\n{H}\n{ROWS}", ["A1"]),
+    "another sample's rows": (f"Probe;{H}\n{OF.format('P02')}", ["A2", "A3", "A4"]),
+    "beside, in a column of remarks": (NOTED.format("Bemerkung", "", "Ausreißer", ""), ["C3"]),
+    "beside, without a name": (NOTED.format("", "", "wiederholt", ""), ["C3"]),
+    "a number in a column of remarks": (NOTED.format("Bemerkung", "", "2,7", ""), ["C3"]),
+    "a flag": (NOTED.format("ok", "ja", "nein", "ja"), ["C2", "C3", "C4"]),
+    "a flag in many rows": (f"{H};ok\n" + "".join(f"{s};1;ja\n" for s in range(0, 12, 2)), ["C"]),
+    "a side in each row": (NOTED.format("Seite", *["links"] * 3), ["C1", "C2", "C3", "C4"]),
+    "a unit in each row": (NOTED.format("Einheit", *["cm"] * 3), ["C1", "C2", "C3", "C4"]),
+    "a word for a repeat": ("s_mm;Wdh;depth_mm\n0;gut;1\n0;verworfen;9\n5;gut;2\n", ["B2", "B3", "B4"]),
+    "a number that counts no repeat": ("s_mm;Messung;depth_mm\n0;1,5;1\n5;2,5;2\n10;3;3\n", ["B2", "B3"]),
+}
+
+
+@pytest.mark.parametrize("text", HARMLESS.values(), ids=HARMLESS)
+def test_what_changes_no_reading_is_not_asked_about(read, text):
+    profile = read(text)
+    assert not profile.questions
+    assert len(profile.s_mm) == 3
+
+
+@pytest.mark.parametrize(("text", "entries"), ASKED.values(), ids=ASKED)
+def test_a_text_that_may_change_readings_is_quoted_once(read, text, entries):
+    """Each entry settles its part: a cell, its row, or its column. All of them settle the question."""
+    (doubt,) = read(text).questions
+    assert (doubt.kind, doubt.answers) == ("remark", {"as_written": entries})
+    assert read(text, as_written=tuple(entries)).questions == ()
+    assert read(text, as_written=tuple({entry.strip("0123456789") for entry in entries})).questions == ()
+    assert len(read(text, as_written=("Z9", *entries[1:])).questions) == 1
+    if entries[0][1:]:
+        assert read(text, as_written=tuple(entry[1:] for entry in entries)).questions == ()
+
+
+def test_a_remark_is_quoted_beside_its_readings(read):
+    (doubt,) = read(NOTED.format("Bemerkung", "", "Ausreißer", "")).questions
+    assert "C3 'Ausreißer' beside 5 2" in doubt.finding
+
+
+def test_rows_that_are_skipped_are_not_quoted(read):
+    assert not read(f"{H}\n0;1\n5;2\n7;9;verrutscht\n10;3\n", columns={"skip": [4]}).questions
+
+
+def _colour(sheet: Any, *cells: str) -> None:
+    for cell in cells:
+        sheet[cell].fill = PatternFill("solid", fgColor="FFFF0000")
+
+
+WORKBOOKS = {
+    "nothing": (lambda sheet: None, {}, {}),
+    "another worksheet": (lambda sheet: sheet.parent.create_sheet().append(["in cm"]), {}, {"remark": ["worksheets"]}),
+    "a harmless worksheet": (lambda sheet: sheet.parent.create_sheet().append(["Prüfer: Meier"]), {}, {}),
+    "a comment": (lambda sheet: setattr(sheet["B3"], "comment", Comment("slipped", "M")), {}, {"remark": ["B3"]}),
+    "a comment above": (lambda sheet: setattr(sheet["B1"], "comment", Comment("inch!", "M")), {}, {"remark": ["B1"]}),
+    "struck through": (lambda sheet: setattr(sheet["B3"], "font", Font(strike=True)), {}, {"struck": ["3"]}),
+    "a hidden row": (lambda sheet: setattr(sheet.row_dimensions[4], "hidden", True), {}, {"hidden": ["4"]}),
+    "a hidden column": (lambda sheet: setattr(sheet.column_dimensions["B"], "hidden", True), {}, {"hidden": ["B"]}),
+    "a red cell": (lambda sheet: _colour(sheet, "B3"), {}, {"coloured": ["3"]}),
+    "a red header": (lambda sheet: _colour(sheet, "A1", "B1"), {}, {}),
+    "a red column": (lambda sheet: _colour(sheet, *(f"B{row}" for row in range(2, 8))), {}, {}),
+    "a red row that is skipped": (lambda sheet: _colour(sheet, "B3"), {"columns": Columns(skip=(3,))}, {}),
+    "the name of the worksheet": (lambda sheet: setattr(sheet, "title", "in inch"), {}, {"remark": ["names"]}),
+    "the name of the file": (lambda sheet: None, {"name": "lab inch.xlsx"}, {"remark": ["names"]}),
+    "the name of the sample": (lambda sheet: None, {"name": "left.xlsx", "sample": "left"}, {}),
+}
+
+
+@pytest.mark.parametrize(("change", "declared", "entries"), WORKBOOKS.values(), ids=WORKBOOKS)
+def test_marks_and_texts_of_a_workbook_are_asked_about(tmp_path, change, declared, entries):
+    book, declared = openpyxl.Workbook(), {**declared}
+    sheet, path = book.worksheets[0], tmp_path / declared.pop("name", "lab.xlsx")
+    for row in (H.split(";"), *([s, 1 + (s % 3) / 10] for s in range(0, 60, 10))):
+        sheet.append(row)
+    change(sheet)
+    book.save(path)
+    doubts = read_readings(path, Declared(**declared)).questions
+    assert {doubt.kind: doubt.answers["as_written"] for doubt in doubts} == entries
+    confirmed = tuple(entry for doubt in doubts for entry in doubt.answers["as_written"])
+    assert not read_readings(path, Declared(**declared, as_written=confirmed)).questions
+
+
+def test_a_zero_that_is_no_face_is_answered_by_the_datum(read):
+    text = H + "\n" + "".join(f"{s};{-4 - s / 100}\n" for s in range(0, 12, 2))
+    assert {doubt.kind for doubt in read(text, 20.0, as_written=("sign",)).questions} == {"datum"}
+    assert not read(text, 20.0, as_written=("sign",), datum="caliper_base", datum_level_mm=-5.0).questions
+
+
+def test_doubts_do_not_hide_faults(doubts_of):
+    doubts = doubts_of(f"Nullpunkt: Fuß\n{H};Bemerkung\n0;1;\n5;?!;Ausreißer\n10;3;\n")
+    assert {doubt.kind: doubt.is_open for doubt in doubts} == {"cell": True, "remark": False}

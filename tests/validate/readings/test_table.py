@@ -1,0 +1,129 @@
+"""Headers, columns, units and direction: read as they are meant, or asked about."""
+
+import pytest
+
+from tests.validate.readings.conftest import brief, listed
+
+TWO = [[-1.5, -1.6], [-2.0, -2.1], [-3.0, -3.1]]
+ONE = [[-1.5], [-2.0], [-3.0]]
+ROWS = "0;1,5;1,6\n5;2;2,1\n10;3;3,1\n"
+SINGLE = "0;1,5\n5;2\n10;3\n"
+H = "s [mm];Tiefe 1 [mm];Tiefe 2 [mm]\n"
+BY_LETTER = {"s": "A", "levels": ["B", "C"]}
+MM_DOWN = {"unit": "mm", "quantity": "depth"}
+BESIDE = "s [mm];Tiefe [mm];;s [mm];Tiefe [mm]\n0;1,5;;0;7\n5;2;;5;8\n10;3;;10;9\n"
+BELOW = H + ROWS + "\nP02\n" + H + "0;7;7\n5;8;8\n"
+SAMPLES = "Probe;s [mm];Tiefe [mm]\nP00;0;7\n;5;8\nlab;0;1,5\n;5;2\n;10;3\nP02;0;9\nP02;5;9\n"
+
+READ = {
+    "a header of one row": (H + ROWS, {}, TWO),
+    "names and units": ("Abstand;Tiefe;Tiefe\n[mm];1 [mm];2 [mm]\n" + ROWS, {}, TWO),
+    "names, numbers and units": ("Probe lab;;\nOrt;Tiefe;\n;1. Messung;2. Messung\nmm;mm;mm\n" + ROWS, {}, TWO),
+    "a name above its repeats": ("Abstand [mm];Tiefe unter Oberkante [mm];\n;1;2\n" + ROWS, {}, TWO),
+    "units of other quantities": ("s;Tiefe;Temp.\nmm;mm;[°C]\n0;1,5;20\n5;2;20\n10;3;21\n", {}, ONE),
+    "blank columns": ((H + ROWS).replace(";", ";;"), {}, TWO),
+    "blank rows": ((H + ROWS).replace("\n", "\n;;\n"), {}, TWO),
+    "particulars above": ("Probe;lab\nDatum;3.5.2026\nPrüfer;Meier\n\n" + H + ROWS, {}, TWO),
+    "no readings": ("Nr.;s [mm];Risstiefe;Tiefe [mm];Mittel\n1;0;9;1,5;5\n2;5;9;2;5\n3;10;9;3;5\n", {}, ONE),
+    "units of their own": ("s [m],depth [cm]\n0,0.15\n0.005,0.2\n0.01,0.3\n", {}, ONE),
+    "micrometres": ("s;Tiefe\nmm;um\n0;1500\n5;2000\n10;3000\n", {}, ONE),
+    "inches": ("s in;depth in\n0;0.0590551181102362\n0.196850393700787;0.078740157480315\n", {}, [[-1.5], [-2.0]]),
+    "units behind all numbers": ("Position;depth\n0 mm;0,15 cm\n5 mm;0,2 cm\n10 mm;0,3 cm\n", {}, ONE),
+    "a dial": ("s [mm];Tiefe [1/10 mm]\n0;15\n5;20\n10;30\n", {}, ONE),
+    "a declared unit, of names without one": ("Ort;Tiefe [mm]\n0;1,5\n0,5;2\n1;3\n", {"unit": "cm"}, ONE),
+    "a dial, declared": ("s;Tiefe\n0;15\n0,5;20\n1;30\n", {"unit": "mm/10", "columns": {"places": "cm"}}, ONE),
+    "a declared direction": ("s [mm];Messung 1 [mm];Messung 2 [mm]\n" + ROWS, {"quantity": "depth"}, TWO),
+    "a bare Messung": ("s [mm];Messung\n" + SINGLE, MM_DOWN, ONE),
+    "a datum": (H + ROWS, {"datum": "caliper_base", "datum_level_mm": 1.5}, [[0, -0.1], [-0.5, -0.6], [-1.5, -1.6]]),
+    "no header": (ROWS, {"columns": BY_LETTER, **MM_DOWN}, TWO),
+    "columns by letter": ("i;a;b;c\n" + ROWS.replace("\n", ";9\n"), {"columns": BY_LETTER, **MM_DOWN}, TWO),
+    "columns by name": ("Stelle;u;v\n" + ROWS, {"columns": {"s": "stelle", "levels": ["u", "V"]}, **MM_DOWN}, TWO),
+    "a span of columns": ("u;v;w\n" + ROWS, {"columns": {"s": "A", "levels": ["B:C"]}, **MM_DOWN}, TWO),
+    "a declared column of means": ("s_mm;mean_mm\n" + SINGLE, {"columns": {"levels": ["B"]}, **MM_DOWN}, ONE),
+    "a table beside another": (BESIDE, {"columns": {"range": "A:B"}}, ONE),
+    "a table below another": (BELOW, {"columns": {"range": "A1:C4"}, "as_written": ("A6",)}, TWO),
+    "one of several samples": (SAMPLES, {"columns": {"range": "A4:C6"}}, ONE),
+    "a merged sample": ("Probe;s [mm];Tiefe [mm]\nlab;0;1,5\n;5;2\n;10;3\n", {}, ONE),
+    "the other end": (H + ROWS, {"columns": {"s_from": "second"}}, TWO[::-1]),
+}
+
+
+@pytest.mark.parametrize(("text", "declared", "repeats_mm"), READ.values(), ids=READ)
+def test_a_table_is_read_as_it_is_meant(read, text, declared, repeats_mm):
+    profile = read(text, **declared)
+    assert not profile.questions
+    assert listed(profile) == [pytest.approx(row) for row in repeats_mm]
+    s_mm = [2, 7, 12] if repeats_mm == TWO[::-1] else [0, 5, 10]
+    assert profile.s_mm == pytest.approx(s_mm[: len(repeats_mm)])
+
+
+UNIT, B, S = {"unit": "mm"}, {"columns": {"levels": ["B"]}}, "s [mm];"
+ASKED = {
+    "no header": (ROWS, {}, "columns = A B C; unit A B C = mm; quantity = depth"),
+    "an unknown name": (S + "Tiefe [mm];z\n" + ROWS, {}, "columns = A B"),
+    "no name": (S + "Tiefe [mm]\n" + ROWS, {}, "columns = A B"),
+    "weights": (S + "Tiefe [mm];Gewicht\n" + ROWS, {}, "columns = A B"),
+    "equal names": (S + "Tiefe [mm];Tiefe [mm]\n" + ROWS, {}, "columns = A B C"),
+    "up and down": (S + "Tiefe [mm];Level [mm]\n" + ROWS, {}, "columns = A B"),
+    "up and down, chosen": (S + "Tiefe [mm];Level [mm]\n" + ROWS, {"columns": BY_LETTER}, "quantity"),
+    "other units": (S + "Tiefe 1 [mm];Tiefe 2 [cm]\n" + ROWS, {}, "columns = A B"),
+    "a number that counts nothing": (S + "Tiefe 5 mm\n" + SINGLE, {}, "columns = A B"),
+    "the crack's own depth": (S + "Risstiefe [mm]\n" + SINGLE, {}, "columns = A B; quantity = depth"),
+    "numbers of samples": (S + "Probe 1 Tiefe;Probe 2 Tiefe\n" + ROWS, UNIT, "columns = A B C; quantity = depth"),
+    "numbers of places": ("Position Nr.;Tiefe [mm]\n" + SINGLE, UNIT, "columns = A B"),
+    "places twice": ("Ort [mm];s [mm];Tiefe [mm]\n" + ROWS, {}, "columns = A C"),
+    "names that are letters": ("Ort;A;B\n" + ROWS, MM_DOWN, "columns = A:A B:B C"),
+    "a letter that is a name": ("u;A;b\n" + ROWS, {"columns": {"s": "A", "levels": ["C"]}, **MM_DOWN}, "columns"),
+    "no such column": (H + ROWS, {"columns": {"s": "Q"}}, "columns; columns = A B C"),
+    "a place that is a reading": (H + ROWS, {"columns": {"s": "A", "levels": ["A:C"]}}, "columns = A B C"),
+    "places side by side": (S + "0;5\nTiefe [mm];1;2\n", {}, "columns; remark A1 A2 = A1 A2"),
+    "a table beside": (BESIDE, {}, "range = A1:B4"),
+    "a table below": (BELOW, {}, "range = A2:C4; remark A6 = A6"),
+    "several samples": (SAMPLES, {}, "range = A4:C6"),
+    "several samples in turn": ("Probe;s [mm];Tiefe [mm]\nlab;0;1\nP2;0;2\nlab;5;1\nP2;5;2\n", {}, "range"),
+    "two spellings": ("Probe;s [mm];Tiefe [mm]\nlab;0;1\nlab;5;1\nlab';10;2\n", {}, "range = A2:C3"),
+    "a range that ends early": (H + ROWS, {"columns": {"range": "A1:C3"}}, "range 4 = range"),
+    "a range that begins late": (H + ROWS, {"columns": {"range": "A3:C4"}}, "range 2 = range"),
+    "no unit": ("s;Tiefe\n" + SINGLE, {}, "unit A B = mm"),
+    "a dial of readings alone": ("s;Tiefe\n" + SINGLE, {"unit": "1/10 mm"}, "unit A = mm"),
+    "a unit of another kind": (S + "Tiefe [cm]\n" + SINGLE, UNIT, "unit"),
+    "units in some cells": (S + "Tiefe\n0;1,5 mm\n5;2\n10;3 mm\n", UNIT, "unit"),
+    "another unit in a cell": (S + "Tiefe [mm]\n0;1,5\n5;2 cm\n10;3\n", {}, "unit"),
+    "a share in a cell": (S + "Tiefe [mm]\n0;1,5\n5;2 %\n10;3\n", {}, "unit"),
+    "no direction": (S + "x 1 [mm]\n" + SINGLE, B, "name B = B; quantity = depth"),
+    "another direction": (S + "Tiefe [mm]\n" + SINGLE, {"quantity": "level"}, "quantity"),
+    **{
+        f"no length: {name}": (f"{name};Tiefe [mm]\n" + SINGLE, {"columns": {"s": "A"}}, "no length")
+        for name in ("s [-]", "s/L", "s [%]", "s rel. [mm]", "Masse [g]")
+    },
+    **{
+        f"a mark in {name}": (f"{S}{name}\n" + SINGLE, {**B, **MM_DOWN}, "name B = B")
+        for name in [
+            "depth (+5 mm)",
+            "depth [mm-5]",
+            "depth [mm²]",
+            "depth [nm]",
+            "Tiefe x10 [mm]",
+            "Tiefe rechts [mm]",
+        ]
+    },
+}
+
+
+@pytest.mark.parametrize(("text", "declared", "questions"), ASKED.values(), ids=ASKED)
+def test_what_may_mean_something_else_is_asked_about(doubts_of, text, declared, questions):
+    doubts = [doubt for doubt in doubts_of(text, **declared) if (doubt.kind, questions) != ("unit", "no length")]
+    assert brief(doubts) == questions
+
+
+def test_places_of_numbered_stations_are_declared(read):
+    text = "Ort;Tiefe [mm]\n1;1,5\n2;2\n3;3\n"
+    assert read(text, columns={"places": [0, 10]}).s_mm.tolist() == [0, 5, 10]
+    assert read(text, columns={"places": [0, 4, 10]}).s_mm.tolist() == [0, 4, 10]
+
+
+def test_the_roles_of_columns_are_shown(read):
+    understood = read("Nr.;s [mm];Tiefe 1 [mm];Tiefe 2 [mm];Foto\n1;0;1,5;1,6;a1\n2;5;2;2,1;a2\n").understood
+    down = [("C", "depth downward 1, mm"), ("D", "depth downward 2, mm")]
+    assert understood.roles == (("A", "not read"), ("B", "s, mm"), *down, ("E", "not read"))
+    assert (understood.header, understood.read) == ({1}, {(row, column) for row in (2, 3) for column in (1, 2, 3)})
