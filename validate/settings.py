@@ -21,7 +21,9 @@ DialUnit = Literal["1/10 mm", "1/100 mm"]
 """Divisions of a dial gauge, in which only readings are."""
 DIAL = re.compile(r"1\s*/\s*(100?)\s*mm|mm\s*/\s*(100?)", re.IGNORECASE)
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
-AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|worksheets|names")
+AS_WRITTEN = re.compile(
+    r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|worksheets|names"
+)
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
 

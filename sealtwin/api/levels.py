@@ -20,7 +20,6 @@ from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
 from validate.result import Comparison
 from validate.settings import (
-    Columns,
     Datum,
     Decimal,
     Gate,
@@ -118,9 +117,9 @@ def read_readings(
     """
     given = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
-    from validate.readings.files import read_grid
     from validate.readings.grid import SheetFaults
-    from validate.readings.read_readings import readings_of
+    from validate.readings.read_readings import read_readings as from_file
+    from validate.readings.read_readings import readings_of, take_readings
 
     if unknown := [name for name in fitted or () if name not in SETTINGS]:
         raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
@@ -130,19 +129,20 @@ def read_readings(
     settings = settings_from(Readings, "read_readings", given, file=file, columns=columns if names is None else None)
     # The readings stay if the solid is made again: they are of the sample.
     made_of = of_one_crack("read_readings", crack, solid)[:1]
+    limits_mm = None if crack is None else crack.length_mm, None if solid is None else solid.depth_mm
     try:
         if is_file:
             if names is not None:
                 raise InputError('read_readings: columns of a file is a table, such as {"s": "A", "levels": ["B:D"]}.')
-            grid, digest = read_grid(file, settings.sheet, settings.separator), sha256_of(file)
-        elif names is None:
+            profile, digest = from_file(file, settings, *limits_mm), sha256_of(file)
+        elif names is not None:
+            grid, digest = _named_rows(readings, names)
+            profile = readings_of(grid, settings, *limits_mm)
+        else:
             if useless := [name for name in OF_A_FILE if given[name] not in (None, "mm")]:
                 raise InputError(f"read_readings: {useless[0]} describes a file, but an array has no format. Omit it.")
-            grid, digest, settings = _numbers(readings, settings)
-        else:
-            grid, digest = _named_rows(readings, names)
-        length_mm, depth_mm = None if crack is None else crack.length_mm, None if solid is None else solid.depth_mm
-        profile = readings_of(grid, settings, length_mm, depth_mm)
+            table = _as_numbers(readings)
+            profile, digest = take_readings(table, settings, *limits_mm), sha256_of(table)
     except SheetFaults as fault:
         raise InputError("\n".join(doubt.in_words("python") for doubt in fault.doubts)) from None
     doubts = tuple(doubt.in_words("python") for doubt in profile.questions)
@@ -151,22 +151,14 @@ def read_readings(
     return LevelReadings(**content_of(profile), settings=settings, sha256=digest)
 
 
-def _numbers(rows: Any, settings: Readings) -> "tuple[Grid, str, Readings]":
-    """Return an array as a sheet without a header, its hash, and the settings that name its columns."""
-    from validate.readings.read_readings import grid_of_rows
-
+def _as_numbers(rows: Any) -> NDArray[np.float64]:
     try:
-        table = np.asarray(rows, dtype=np.float64)
+        return np.asarray(rows, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
             "read_readings: the rows are not all numbers of the same length. Use NaN for a missing reading, or give "
             "columns."
         ) from None
-    if table.ndim != 2 or table.shape[1] < 2:
-        raise InputError(f"readings: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
-    columns = Columns(s="A:A", levels=("B:IV",))
-    named = {"columns": columns, "unit": "mm", "quantity": settings.quantity or "level"}
-    return grid_of_rows("readings", table.tolist()), sha256_of(table), settings.model_copy(update=named)
 
 
 def _named_rows(rows: Any, names: list[Any]) -> "tuple[Grid, str]":

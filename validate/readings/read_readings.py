@@ -10,7 +10,7 @@ import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS, Doubt
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Floats, Profile
 from validate.readings.files import read_grid
 from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, letters
 from validate.readings.header import numeric
@@ -19,7 +19,7 @@ from validate.readings.rest import ask_about_rest
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.screens import Filling, screens
 from validate.readings.table import Table, find_table
-from validate.settings import Declared, Readings
+from validate.settings import Columns, Declared, Readings
 from validate.units import LABELS, counted
 
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
@@ -99,6 +99,23 @@ def readings_of(
     )
 
 
+def take_readings(
+    table: Floats, settings: Readings, length_mm: float | None = None, depth_mm: float | None = None
+) -> Profile:
+    """Return readings of an array, with the checks and doubts of ``read_readings``.
+
+    ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths if
+    ``settings.quantity`` is "depth". NaN marks a missing reading. Doubts name cells as a spreadsheet without a header
+    would: B4 is the reading [3, 1]. Raises InputError.
+    """
+    if table.ndim != 2 or table.shape[1] < 2:
+        raise InputError(f"{settings.file}: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
+    columns = Columns(s="A:A", levels=(f"B:{letters(table.shape[1] - 1)}",))
+    named = {"columns": columns, "unit": "mm", "quantity": settings.quantity or "level"}
+    grid = grid_of_rows(f"{settings.file}", table.tolist())
+    return readings_of(grid, settings.model_copy(update=named), length_mm, depth_mm)
+
+
 def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
     """Return rows of values as the cells of a sheet, in which "A1" is the first one; None and NaN are blank."""
     return Grid(Path(name), {number: tuple(map(_cell, row)) for number, row in enumerate(rows, start=1)}, ("rows",))
@@ -109,7 +126,7 @@ def _cell(value: Any) -> Cell:
         return BLANK
     if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         if not np.isfinite(value):
-            raise InputError(f"readings: {value} is not a finite number; use NaN for a missing reading.")
+            raise InputError(f"{value} is not a finite number; use NaN for a missing reading.")
         return Cell(f"{value:.15g}", "number")
     return Cell(f"{value}".strip())
 
