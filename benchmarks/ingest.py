@@ -69,7 +69,7 @@ def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
     again_s = time.perf_counter() - began
 
     began = time.perf_counter()
-    _, unready = check_runs(first, folder, Progress())
+    _, unready = check_runs(first, Progress())
     checked_s = time.perf_counter() - began
 
     print("Read as:")

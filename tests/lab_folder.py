@@ -69,7 +69,7 @@ HANDS = {
         unit="cm")),
 }
 """Of each sample, its sheet and how that is written."""
-PHOTOS = {"P03": "P03_Foto.PNG", "P05": "P05/IMG_2041.png", "P07": "photos/P07.png", "P09": "P09_top.png"}
+PHOTOS = {"P03": "P03_Foto.PNG", "P05": "P05/photo.png", "P07": "photos/P07.png", "P09": "P09_top.png"}
 ENDS = "[[40.0, 101.0], [160.0, 98.0]]"
 DEEP = f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"
 NOTES: dict[str, tuple[str, str]] = {

@@ -1,12 +1,13 @@
 """Answers about folders: a batch of photos, the ingest of a lab's folder, the catalogue of a lab."""
 
 from collections.abc import Sequence, Set
-from dataclasses import asdict, astuple
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from sealtwin.cli.answer import BAD_INPUT, BUG, GATE_FAILED, SOME_FAILED, Answer
 from sealtwin.cli.trial_answer import SAY_ORIGIN
+from sealtwin.core.doubts import CONFIRMS
 from sealtwin.lab.catalogue import (
     RUN,
     Catalogue,
@@ -17,15 +18,13 @@ from sealtwin.lab.catalogue import (
     read_run,
     revisions,
 )
-from sealtwin.lab.file_parts import Piece
-from sealtwin.lab.found_files import TRIAL, few, plain
+from sealtwin.lab.files import TRIAL, few, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.run_samples import SampleRun
-from sealtwin.lab.sample_outcome import SampleOutcome
+from sealtwin.lab.sample import SampleOutcome
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
-from validate.readings.understood import OR_ANSWER
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
@@ -194,32 +193,30 @@ def _sample(outcome: SampleOutcome, not_sound: Set[str]) -> dict[str, Any]:
         "state": outcome.fate,
         "sound": not outcome.faults and outcome.sample.name not in not_sound,
         "files": {role: file.as_posix() for role, file in sample.files.items()},
-        "part": sample.part and str(sample.part),
-        "questions": sample.questions,
-        "faults": outcome.faults,
+        "notes": [file.as_posix() for file in sample.notes],
+        "faults": list(map(str, outcome.faults)),
         "remarks": outcome.remarks,
         "dialect": outcome.dialect,
-        "columns": [asdict(column) for column in outcome.columns.get("readings", ())],
+        "columns": dict(outcome.understood.roles) if outcome.understood else {},
         "folder": outcome.trial,
         "revision": outcome.revision,
     }
 
 
 def _pairing_row(outcome: SampleOutcome, not_sound: Set[str]) -> list[str]:
-    files, none = outcome.sample.files, "?" if outcome.sample.questions else "-"
+    sample = outcome.sample
     state = outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}"
     return [
-        outcome.sample.name or "?",
-        str(files.get("photo", none)),
-        str(Piece(files["readings"], outcome.sample.part)) if "readings" in files else none,
-        str(files.get("note", none)),
-        f"{state}, not sound" if outcome.sample.name in not_sound and not outcome.faults else state,
+        sample.name if sample.has_photo else "?",
+        *(str(sample.files.get(role, "?" if sample.questions else "-")) for role in ("photo", "readings")),
+        few(sample.notes, 1) or "-",
+        f"{state}, not sound" if sample.name in not_sound and not outcome.faults else state,
     ]
 
 
 def _begin(sentence: str) -> str:
     """Return the words that begin the line of a fault: "in doubt" if the readings can be confirmed, else "failed"."""
-    return "in doubt: " if OR_ANSWER in sentence else "failed: "
+    return "in doubt: " if f"{CONFIRMS} = " in sentence else "failed: "
 
 
 def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
@@ -236,16 +233,23 @@ def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
 
 
 def _understood(outcome: SampleOutcome) -> list[str]:
-    """Return how sheets were read: a sentence, and a table of the columns and of rows that are not read."""
-    name, lines = outcome.sample.name, list[str]()
-    if outcome.fate == "unchanged":
-        return [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
-    for role, columns in outcome.columns.items():
-        read_as = f", read as {outcome.dialect}." if role == "readings" and outcome.dialect else ", as it was read:"
-        lines.append(f"{name}: {outcome.sample.files[role]}{read_as}")
-        table = _table(("column", "name", "role", "unit", "first value"), [list(astuple(one)) for one in columns])
-        lines += [f"  {line}" for line in table if columns]
-    return lines
+    """Return how a sheet was read: a sentence; if it is in question, its first rows with unused cells in brackets."""
+    name, sheet = outcome.sample.name, outcome.understood
+    lines = [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
+    if sheet is None or not outcome.faults:
+        return lines
+    head = ["row", *(f"{letter}: {role}" for letter, role in sheet.roles)]
+    broad = max(len(head) - 1, *(len(texts) for _, texts in sheet.rows))
+    rows = [
+        [
+            f"{number}",
+            *(text if (number, at) in sheet.read or not text else f"({text})" for at, text in enumerate(texts)),
+            *[""] * (broad - len(texts)),
+        ]
+        for number, texts in sheet.rows
+    ]
+    head += [""] * (broad + 1 - len(head))
+    return [*lines, f"{name}: its sheet as it was understood; cells in brackets are not read:", *_table(head, rows)]
 
 
 def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
@@ -256,7 +260,7 @@ def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if not sound:
         lines = [f"No sample is sound yet, of {counted(every, 'sample')}."]
-    lab, questions = shown(ingested.lab), any(each.sample.questions or each.asked for each in ingested.outcomes)
+    lab, questions = shown(ingested.lab), any(each.faults for each in ingested.outcomes)
     if ingested.dry_run:
         where = (
             f" To answer the questions, repeat the command without --dry-run and edit {lab}/{PAIRING}."

@@ -11,11 +11,11 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Result, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
-from sealtwin.lab.file_owners import Decisions
-from sealtwin.lab.found_files import TRIAL, FilePlace, Role
-from sealtwin.lab.sample_outcome import KeptFile
+from sealtwin.lab.files import TRIAL, FilePlace, Role
+from sealtwin.lab.pairing import Placed
+from sealtwin.lab.sample import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
-from validate.readings.header_words import sample_key
+from validate.readings.names import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
 CATALOGUE = "catalogue.json"
@@ -26,7 +26,7 @@ COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", *COMPARED, "ingested_utc", "folder", "reason",
 )  # fmt: skip
-VERSION: Literal[3] = 3
+VERSION: Literal[4] = 4
 REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
 
 
@@ -61,8 +61,8 @@ class CatalogueFault:
 class SourceFile(Result):
     """A lab's folder in catalogue.json."""
 
-    decisions: list[tuple[str, str, Role, str, dict[str, str]]]
-    """The user's decisions. Each has the file, part, role and sample of a row, and the other cells of the row."""
+    decisions: list[tuple[str, str, Role, dict[str, str]]]
+    """The user's decisions. Each has the file, sample and role of a row, and the other cells of the row."""
     faults: list[tuple[str, str]]
 
 
@@ -71,7 +71,7 @@ class CatalogueFile(Result):
 
     model_config = ConfigDict(frozen=False)
 
-    version: Literal[3]
+    version: Literal[4]
     pairing: str
     """Hash of the pairing file as the last ingest wrote it. If the file has another hash, the user has edited it."""
     checked: dict[str, tuple[str, list[str]]]
@@ -88,10 +88,10 @@ class Catalogue:
     def __init__(self, lab: Path) -> None:
         """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
         self.lab, self.path = lab, lab / CATALOGUE
-        self.records = sorted(
-            (_read_record(path) for path in lab.glob(f"*/{RECORD}")),
-            key=lambda record: (record.sample, record.revision),
-        )
+        records = sorted(map(_read_record, lab.glob(f"*/{RECORD}")), key=lambda each: (each.sample, each.revision))
+        self._trials: dict[str, dict[str, Record]] = {}  # By sample, then by folder
+        for record in records:
+            self.put(record)
         self.content = CatalogueFile(version=VERSION, pairing="", checked={}, sources={})
         if self.path.is_file():
             self.content = read_record(CatalogueFile, self.path, REMEDY)
@@ -108,8 +108,21 @@ class Catalogue:
     def save(self) -> None:
         files.write_json(self.path, self.content.model_dump())
 
+    @property
+    def records(self) -> list[Record]:
+        return [record for trials in self._trials.values() for record in trials.values()]
+
+    @property
+    def latest(self) -> list[Record]:
+        """The latest trial of each sample."""
+        return [[*trials.values()][-1] for trials in self._trials.values()]
+
     def of_sample(self, key: str) -> list[Record]:
-        return [record for record in self.records if record.sample == key]
+        return [*self._trials.get(key, {}).values()]
+
+    def put(self, record: Record) -> None:
+        """Add a sample's latest trial, or replace it."""
+        self._trials.setdefault(record.sample, {})[record.folder] = record
 
     def faults(self) -> list[CatalogueFault]:
         """Return the faults of the last ingest of each source."""
@@ -123,16 +136,19 @@ class Catalogue:
         state, sentences = self.content.checked.get(record.folder, ("", []))
         return sentences if sentences and state == state_of(self.lab / record.folder) else []
 
-    def decisions(self, source: str) -> Decisions:
+    def decisions(self, source: str) -> Placed:
         """Return the user's decisions on the files of a source."""
-        rows = self.content.sources[source].decisions if source in self.content.sources else []
-        return {(PurePath(file), part): FilePlace(name, role, answers=given) for file, part, role, name, given in rows}
+        decisions: Placed = {}
+        for file, *place in self.content.sources[source].decisions if source in self.content.sources else ():
+            decisions.setdefault(PurePath(file), []).append(FilePlace(*place))
+        return decisions
 
-    def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
+    def state(self, source: str, decisions: Placed, faults: Iterable[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
-        rows: list[tuple[str, str, Role, str, dict[str, str]]] = [
-            (file.as_posix(), part, place.role, place.sample, dict(place.answers))
-            for (file, part), place in decisions.items()
+        rows = [
+            (file.as_posix(), place.sample, place.role, dict(place.answers))
+            for file, places in decisions.items()
+            for place in places
         ]
         self.content.sources[source] = SourceFile(decisions=rows, faults=[astuple(fault) for fault in faults])
 
@@ -155,8 +171,7 @@ def _read_record(path: Path) -> Record:
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
     """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults of the lab's last ingests."""
     catalogue = Catalogue.of(lab)
-    latest = {record.sample: record for record in catalogue.records}
-    return [_row(catalogue, record) for record in latest.values()], catalogue.faults()
+    return [_row(catalogue, record) for record in catalogue.latest], catalogue.faults()
 
 
 def export(lab: Path, out: Path) -> int:

@@ -1,350 +1,265 @@
-"""Pair files with samples by their names and by the user's corrections. Doubtful cases become questions."""
+"""Pair files with photos by their names and by the user's rows in the pairing file. All else is a question there."""
 
 import re
-import unicodedata
-from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+import tomllib
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path, PurePath
-from typing import get_args
+from textwrap import shorten
+from typing import Any
 
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
-from sealtwin.lab.file_owners import Decisions
-from sealtwin.lab.file_parts import Piece, texts_of, without_name
-from sealtwin.lab.found_files import DIGIT, TABLES, UNREAD_TABLES, WORD, FilePlace, Role, as_label, few, possible_roles
-from sealtwin.lab.pairing_columns import ANSWERS, COLUMNS, OPTIONAL, columns_asked, possible_answers
-from validate.readings.header_words import sample_key
-from validate.readings.samples import RANGE_PART, SamplePart, named_cells, read_table
-from validate.readings.sheet import SheetGrid, quoted
+from sealtwin.lab.files import ROLES, TABLES, UNREAD_TABLES, FilePlace, Role, as_label, few, possible_roles
+from sealtwin.lab.notes import COLUMNS as COLUMNS_TABLE
+from sealtwin.lab.notes import Note, shown
+from sealtwin.lab.sheets import texts_of
+from validate.readings.names import sample_key
+from validate.readings.numbers import number
+from validate.settings import Columns, Declared
 
 PAIRING = "pairing.csv"
 MOST_PHOTOS = 12  # Photos in one question
-OF_SEVERAL = (
-    "add a row of this file for each, with its range, its columns in s and levels, such as A and B:D, its sheet, or "
-    "with 'rows of NAME' in the column part if a column names samples"
-)
-CODE = re.compile(r"[^\W\d_]{1,2}[0-9]{1,4}[^\W\d_]?")  # Key of a sample's name
-LOOKALIKES = str.maketrans("oil", "011")
-LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
-UNKNOWN: tuple[Role, ...] = ("text", "readings")  # Roles of a text with another ending
-ROLES: tuple[Role, ...] = get_args(Role)
+LONGEST_QUESTION = 1500  # Letters of a cell of the pairing file
+SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"
+"""B, or B:D; several lower-case letters are more likely a name."""
+SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
+CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
+SETTINGS = "settings"
+
+Placed = dict[PurePath, list[FilePlace]]
+"""Samples and roles by file. A file of several samples has several, each with the answers that say what is read."""
+
+
+def _column(reference: str) -> str:
+    """Return a column's letter as the span "B:B", which cannot be the name of a column."""
+    return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
+
+
+def _levels(text: str) -> list[str]:
+    return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
+
+
+def _places(text: str) -> str | list[float]:
+    numbers = [number(part) for part in re.split(r"[\s;]+", text)]
+    return text.lower() if None in numbers else [one for one in numbers if one is not None]
+
+
+def _as_written(text: str) -> list[str]:
+    cells = re.split(r'[\s,;"]+', text.strip('" ,;'))
+    return [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
+
+
+def _number(text: str) -> int | float | str:
+    value = number(text)
+    return text if value is None else int(value) if value.is_integer() else value
+
+
+READ_AS: Mapping[str, Callable[[str], Any]] = {
+    "s": _column,
+    "places": _places,
+    "levels": _levels,
+    "repeat": _column,
+    "unit": str.lower,
+    "sign": str.lower,
+    "s_from": str.lower,
+    "range": str.upper,
+    "header_rows": _number,
+    "skip": lambda text: [int(part) if part.isdecimal() else part for part in re.split(r"\s*[;,]\s*", text)],
+    "missing": lambda text: re.split(r"\s*;\s*", text),
+    "datum_level_mm": _number,
+    "as_written": _as_written,
+}
+"""Functions that read the text of a column of the pairing file. Texts of other columns are values as they are."""
+OF_SHEETS = tuple(dict.fromkeys([*Columns.model_fields, *Declared.model_fields]))
+OF_SHEETS = tuple(name for name in OF_SHEETS if name not in ("columns", "quantity", "sample"))
+"""Columns of the pairing file that describe a sheet, with the names of the settings of [readings]."""
+ANSWERS = (*OF_SHEETS, "crack", "mass", SETTINGS)
+"""Columns for the user's answers: about a sheet, the number of the crack in a photo, the masses of a fill, and other
+settings. The pairing file has those that are needed; a user may add any of them."""
+NAMES = ("file", "role", "sample")
+COLUMNS = (*NAMES, *ANSWERS, "question")
+PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a file a row is about
+
+
+def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
+    """Return the settings in the answers of a row. Those in its column of settings are TOML, separated by semicolons."""
+    note, text = Note(), answers.get(SETTINGS, "")
+    for name in (name for name in OF_SHEETS if answers.get(name)):
+        table = COLUMNS_TABLE if name in Columns.model_fields else "readings"
+        note.take(f"{table}.{name}", READ_AS.get(name, str)(answers[name]), where)
+    if "crack" in answers:
+        note.take("photo.crack", _number(answers["crack"]), where)
+    try:
+        note.take_tables(tomllib.loads(text.replace(";", "\n")), where)
+    except (ValueError, RecursionError) as fault:
+        example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
+        note.faults.append(
+            f"{where}: settings = {shown(text)} is not valid TOML ({fault}); write for example {example}."
+        )
+    return note
 
 
 @dataclass(frozen=True)
 class SampleFiles:
-    """Files of one sample, and questions about them."""
+    """Files of one photo. A file that belongs to no photo is one of these alone, with the question about it."""
 
     name: str
-    files: Mapping[Role, PurePath]  # One for each role; includes a photo if ``questions`` is empty
-    questions: tuple[str, ...]
-    part: SamplePart | None = None  # Part of the file of readings, if samples share it
-    texts: Mapping[PurePath, Mapping[str, str]] = field(default_factory=dict)
-    """Other texts about it, each with its answers from the pairing file."""
-    answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # From the pairing file, by role
-    awaits: tuple[str, ...] = ()  # Questions about files that may be its own; the sample is not sound before an answer
-    sheets: Mapping[Piece, Mapping[str, str]] = field(default_factory=dict)
-    """Readings that may be its own, with the answers about them, if ``questions`` keep the sample from being read."""
+    files: Mapping[Role, PurePath] = field(default_factory=dict)  # One for each role but notes
+    notes: tuple[PurePath, ...] = ()
+    answers: Mapping[PurePath, Mapping[str, str]] = field(default_factory=dict)  # Of rows of the pairing file
+    rivals: Mapping[PurePath, Role] = field(default_factory=dict)  # Files in a role that has several
+    questions: tuple[Doubt, ...] = ()
+    is_held: bool = False  # True if it has no readings and a sheet without a photo may be its own
 
     @property
     def key(self) -> str:
         return sample_key(self.name)
 
+    @property
+    def has_photo(self) -> bool:
+        """True unless this is a file that belongs to no photo."""
+        return "photo" in self.files or "photo" in self.rivals.values()
 
-def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
-    """Return the samples with their files, sorted by name. Ignored files and texts without a sample are omitted."""
-    groups: dict[str, dict[Piece, FilePlace]] = defaultdict(dict)
-    texts: dict[str, dict[PurePath, Mapping[str, str]]] = defaultdict(dict)
-    for piece, place in placed.items():
-        if place.role == "text":
-            texts[sample_key(place.sample)][piece.file] = place.answers
-        elif place.role != "ignore":
-            groups[sample_key(place.owner)][piece] = place
-    samples = [_sample(key, group, groups) for key, group in sorted(groups.items())]
-    samples = [replace(sample, texts=texts.get(sample.key, {})) for sample in samples]
-    for key, group in groups.items():
-        has_owner = bool(key) and any(place.role == "photo" for place in group.values())
-        for piece, place in group.items():
-            if place.likely or (place.role in TABLES and not has_owner):
-                # The same words as the question of the group, so that they are shown once.
-                pieces = [piece] if has_owner or not key else [*group]
-                samples = awaiting(samples, place, _unpaired(pieces, group[pieces[0]], groups))
+
+def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
+    """Return the samples, sorted by name, and behind them the files without a photo. Ignored files are omitted.
+
+    ``lost`` names files that cannot be read. While a sheet has no photo, or one of these may be a sheet, photos without
+    a sheet are held back.
+    """
+    groups: dict[str, dict[Role, list[tuple[PurePath, FilePlace]]]] = defaultdict(lambda: defaultdict(list))
+    for file, places in placed.items():
+        for place in (place for place in places if place.role != "ignore"):
+            groups[place.key][place.role].append((file, place))
+    photos = {key: group for key, group in sorted(groups.items()) if "photo" in group}
+    alone = [each for key, group in groups.items() if key not in photos for each in sum(group.values(), [])]
+    lacking = [str(group["photo"][0][0]) for group in photos.values() if "readings" not in group]
+    without = f"Photos without a sheet: {few(lacking, MOST_PHOTOS)}." if lacking else "Every photo has its sheet."
+    waiting = [*lost, *(str(file) for file, place in alone if place.role in TABLES)]
+    samples = [_sample(group, waiting) for group in photos.values()]
+    for file, place in sorted(alone, key=lambda each: each[0]):
+        name = f"no photo is called {place.sample!r}." if place.key else "its name gives no sample."
+        remedy = (
+            f"{without} Write its sample into the column sample; if it has several, add a row of this file for each, "
+            "with its own range, sheet or levels; if it has none, set the role to ignore."
+        )
+        question = Doubt("pairing", str(file), name, remedy)
+        notes = (file,) if place.role == "note" else ()
+        own: Mapping[Role, PurePath] = {} if notes else {place.role: file}
+        samples.append(SampleFiles(place.sample or str(file), own, notes, {file: place.answers}, questions=(question,)))
     return samples
 
 
-def naming_others(folder: Path, samples: Sequence[SampleFiles]) -> list[SampleFiles]:
-    """Return the samples, with a question about each whole file of readings in which another sample's name is.
-
-    The samples that are named wait for the answer too, unless they have other readings.
-    """
-    photographed = [one for one in samples if one.key and "photo" in one.files]
-    asked = defaultdict[str, list[str]](list)
-    last = {one.key: sample_key(WORD.findall(one.name)[-1]) for one in photographed}
-    for sample in photographed:
-        file, given = sample.files.get("readings"), sample.answers.get("readings", {})
-        is_answered = given.keys() & {"range", "levels"} or "readings.sample" in given.get("settings", "")
-        if file is None or sample.part is not None or is_answered or (folder / file).is_symlink():
-            continue
-        named = dict[str, str]()
-        for text in texts_of(folder / file, given.get("sheet")):
-            rest, plain = without_name(text, sample.name), sample_key(text).replace("-", "")
-            # Few names end in a word of the text: looking for all of each would take a minute in large labs.
-            likely = (one for one in photographed if last[one.key] in plain and one is not sample)
-            others = (one.key for one in likely if without_name(rest, one.name) != rest)
-            named |= {key: named.get(key, text) for key in others}
-        if named:
-            question = (
-                f"{file}: {quoted(next(iter(named.values())))} names another sample. If all of it is of {sample.name}, "
-                f"write its rows into the column range, such as 1:20; if it is of several, {OF_SEVERAL}."
-            )
-            waiting = [one.key for one in photographed if one.key in named and "readings" not in one.files]
-            for key in (sample.key, *waiting):
-                asked[key].append(question)
-    return [replace(one, awaits=(*one.awaits, *asked[one.key])) for one in samples]
-
-
-def awaiting(samples: Sequence[SampleFiles], place: FilePlace, question: str) -> list[SampleFiles]:
-    """Return the samples, with a question about a file in those that it may belong to.
-
-    These are samples with a photo and without a file of this role, except for the one as whose the file is read: that
-    of its name or the likely ones; else those with a number in common, if its name is the code of a sample, such as
-    Z99, or has the words of a photo's name; else all.
-    """
-    photos = {one.key: one for one in samples if "photo" in one.files}
-    names = [sample_key(name) for name in (place.sample, *place.likely) if sample_key(name) in photos]
-    rest_of = {sample_key(place.read_as), *map(sample_key, place.rest_of)}
-    words = {_words(one.name) for one in photos.values()}
-    if names:
-        owners = set(names)
-    elif place.sample and (CODE.fullmatch(sample_key(place.sample)) or _words(place.sample) in words):
-        owners = {key for key in photos if _numbers(key) & _numbers(sample_key(place.sample))}
-    else:
-        owners = set(photos)
-    return [
-        replace(one, awaits=(*one.awaits, question))
-        if one.key in owners and (place.role not in one.files or one.key in rest_of)
-        else one
-        for one in samples
-    ]
-
-
-def _words(name: str) -> str:
-    return " ".join(WORD.findall(DIGIT.sub(" ", name.casefold())))
-
-
-def _numbers(key: str) -> set[int]:
-    """Return the numbers in the key of a name. An O, I or l beside a digit may be one."""
-    return {int(digits.translate(LOOKALIKES)) for digits in re.findall("[oil0-9]*[0-9][oil0-9]*", key)}
-
-
-def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Mapping[Piece, FilePlace]]) -> SampleFiles:
-    """Return the sample with the files ``group``, and questions about them. ``groups`` has the files of all samples."""
-    by_role: dict[Role, list[Piece]] = defaultdict(list)
-    for piece, place in group.items():
-        by_role[place.role].append(piece)
-    for role, pieces in by_role.items():
+def _sample(group: Mapping[Role, list[tuple[PurePath, FilePlace]]], waiting: Sequence[str]) -> SampleFiles:
+    files, rivals, questions = dict[Role, PurePath](), dict[PurePath, Role](), list[Doubt]()
+    answers = {file: place.answers for placed in group.values() for file, place in placed}
+    for role in group.keys() - {"note"}:
         # A copy in a format that is read replaces it: P01.csv for P01.xls.
-        by_role[role] = [piece for piece in pieces if piece.file.suffix.lower() not in UNREAD_TABLES] or pieces
-    name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].owner
-    files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
-    questions = [
-        f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; keep one, and set the "
-        "role of the others to ignore."
-        for role, pieces in by_role.items()
-        if len(pieces) > 1
-    ]
-    if not key:
-        questions = [_unpaired([piece], place, groups) for piece, place in group.items()]
-    elif "photo" not in by_role:
-        questions.append(_unpaired(list(group), next(iter(group.values())), groups))
-    part = by_role["readings"][0].part if "readings" in files else None
-    answers: dict[Role, Mapping[str, str]] = {role: group[by_role[role][0]].answers for role in files}
-    sheets = {piece: group[piece].answers for piece in by_role["readings"] if questions}
-    return SampleFiles(name, files, tuple(questions), part, answers=answers, sheets=sheets)
-
-
-def _unpaired(pieces: Sequence[Piece], place: FilePlace, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> str:
-    """Return the question of which sample the files are that have no photo. ``place`` is that of the first one.
-
-    It names the photos that the name of the file fits, otherwise all photos that have no file of this role.
-    """
-    lacking, key = _lacking(place.role, groups), sample_key(place.sample)
-    likely = [sample_key(name) for name in place.likely] or get_close_matches(key, lacking, cutoff=LIKENESS)
-    photos = {piece: groups[one][piece].sample for one in likely or lacking for piece in _photos(groups[one])}
-    names = few([*photos], MOST_PHOTOS)
-    samples = dict.fromkeys(photos.values())
-    which = next(iter(samples)) if len(samples) == 1 else "its sample"
-    if likely:
-        likely_owner = f"Is it of {names}? If so, write {which} into the column sample"
-    elif lacking:
-        likely_owner = f"Photos without {place.role}: {names}. If it is of one, write its sample into the column sample"
-        if place.role == "readings":
-            likely_owner += f"; if it is of several, {OF_SEVERAL}"
-    else:
-        photo = f"as {place.sample}.jpg" if key else f"and write its sample into the column sample of {PAIRING}"
-        likely_owner = f"Every photo has its {place.role}. If its photo is missing, add it to the folder {photo}"
-    if key:
-        return f"{few(pieces)}: no photo of sample {place.sample}. {likely_owner}; if not, set role to ignore."
-    fault = "its name gives no sample"
-    if place.rest_of:
-        fault = f"outside of the range of {few(place.rest_of)}; if it is of the same sample, extend that range"
-    return f"{few(pieces)}: {fault}. {likely_owner}; if not, set role to ignore."
-
-
-def _lacking(role: Role, groups: Mapping[str, Mapping[Piece, FilePlace]]) -> list[str]:
-    """Return the keys of the samples with a photo and without a file of this role."""
-    of_roles = {one: {other.role for other in group.values()} for one, group in groups.items()}
-    return [one for one, roles in of_roles.items() if one and "photo" in roles and role not in roles]
-
-
-def _photos(group: Mapping[Piece, FilePlace]) -> list[Piece]:
-    return [piece for piece, place in group.items() if place.role == "photo"]
-
-
-def _twins(pieces: Sequence[Piece]) -> str:
-    """Return a remark if names look equal but differ in their bytes; otherwise ""."""
-    names = list(dict.fromkeys(str(piece.file) for piece in pieces))
-    if len({unicodedata.normalize("NFC", name) for name in names}) == len(names):
-        return ""
-    apart = next(name for name in names if unicodedata.normalize("NFC", name) != name)
-    number = names.index(apart) + 1
-    return f" (these names look equal: file {number} has its accents as separate characters, as macOS writes them)"
+        every = [file for file, _ in group[role]]
+        read = [file for file in every if file.suffix.lower() not in UNREAD_TABLES] or every
+        if len(read) == 1:
+            files[role] = read[0]
+            continue
+        rivals |= dict.fromkeys(read, role)
+        finding = f"{len(read)} files are its {role}: {few(read)}."
+        remedy = "Keep one, and set the role of the others to ignore."
+        questions += [Doubt("pairing", str(file), finding, remedy) for file in dict.fromkeys(read)]
+    is_held = bool(waiting) and "readings" not in group
+    if is_held:
+        finding = f"{few(waiting)} may be the sheet of a photo that has none, so these photos wait for the answers."
+        questions.append(Doubt("pairing", PAIRING, finding))
+    notes, name = tuple(file for file, _ in group.get("note", ())), group["photo"][0][1].sample
+    return SampleFiles(name, files, notes, answers, rivals, tuple(questions), is_held)
 
 
 @dataclass(frozen=True)
-class PairingRow:
-    """A row of the pairing file, as the user wrote it."""
+class Question:
+    sentence: str
+    file: PurePath  # File in whose row it is written
+    columns: tuple[str, ...] = ()  # Columns for the answer
 
-    where: str  # The file and the line
-    file: str
-    role: str
-    sample: str
-    part: str = ""
-    answers: Mapping[str, str] = field(default_factory=dict)
+    def __str__(self) -> str:
+        return self.sentence
 
 
-def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFiles], about: Mapping[Piece, str]) -> str:
-    """Return the text of the pairing file: a row for each piece, sorted by sample, with the question about it.
+def pairing_text(placed: Placed, asked: Iterable[tuple[str, Question]]) -> str:
+    """Return the text of the pairing file: a row for each file and sample, sorted by sample, with its questions.
 
-    ``about`` has questions about the content of single pieces. Of the columns for replies the file has those that a
-    question asks for and those that have content.
+    ``asked`` has pairs of a sample's key and a question.
     """
-    by_key = {sample.key: sample for sample in samples}
-    used = {"part"} if any(piece.part_name for piece in placed) else set[str]()
-    rows = list[tuple[tuple[str, int, PurePath, str], dict[str, str]]]()
-    for piece, place in placed.items():
-        key, file, asked = sample_key(place.owner), piece.file, about.get(piece, "")
-        row = {"file": file.as_posix(), "role": place.role, "sample": place.sample, "part": piece.part_name}
-        row |= {name: text for name, text in place.answers.items() if text}
-        if place.role != "ignore":
-            sample = by_key.get(key, SampleFiles("", {}, ()))
-            of_piece = [one for one in (*sample.questions, *sample.awaits) if one.startswith(f"{piece}:")]
-            of_piece = of_piece or sample.questions
-            asks_owner = not asked or piece in sample.sheets
-            row["question"] = " ".join([*(of_piece if asks_owner else ()), *([asked] if asked else ())])
-            used.update(columns_asked(asked, possible_answers(place.role), PAIRING))
-        used.update(row.keys() & ANSWERS)
-        rows.append(((key, ROLES.index(place.role), file, piece.part_name), row))
-    columns = [name for name in COLUMNS if name in used or name not in OPTIONAL]
+    questions, used = defaultdict[tuple[PurePath, str], dict[str, None]](dict), set[str]()
+    for key, question in asked:
+        questions[question.file, key][question.sentence] = None
+        used.update(column if column in ANSWERS else SETTINGS for column in question.columns)
+    rows = list[tuple[Any, dict[str, str]]]()
+    for file, places in placed.items():
+        for place in places:
+            row = {name: text for name, text in place.answers.items() if text}
+            used.update(row)
+            row |= {"file": file.as_posix(), "role": place.role, "sample": place.sample}
+            question = " ".join(questions.get((file, place.key), {}) if place.role != "ignore" else ())
+            row["question"] = shorten(question, LONGEST_QUESTION, placeholder="...")
+            rows.append(((place.key, ROLES.index(place.role), file), row))
+    columns = [name for name in COLUMNS if name in used or name not in ANSWERS]
     order = [row for _, row in sorted(rows, key=lambda row: row[0])]
     return sheet_text(columns, [[row.get(name, "") for name in columns] for row in order])
 
 
-def decided(
-    rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace], left_out: Mapping[str, str] | None = None
-) -> Decisions:
-    """Return the user's decisions: the rows that differ from what the names of the files give.
+def read_decisions(path: Path, named: Mapping[PurePath, FilePlace], unused: Mapping[str, str]) -> Placed:
+    """Return the user's decisions: the rows of a pairing file that differ from what the names of the files give.
 
-    ``left_out`` has the reasons why other files of the folder are not used.
-    Raises InputError with every fault: a file or a part that does not exist or has two rows, or an invalid role or
-    sample.
+    ``unused`` has the reasons why other files of the folder are not used. The file may be as any spreadsheet program
+    saves it. Raises InputError with every fault: an unknown column, a file that does not exist, a part of one that has
+    two rows, a role or a sample that is not possible.
     """
-    pieces = {piece.file: place for piece, place in named.items()}
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
+    (_, head), *rows = [*texts_of(path).items()] or [(1, ())]
+    faults = [
+        f"{path}: no such column {name!r:.80}; {_nearest(name)}" for name in head if name and name not in COLUMNS
+    ] + [f"{path}: no column {name}." for name in NAMES if name not in head]
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
-    by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
-    decisions: dict[tuple[PurePath, str], FilePlace] = {}
-    rowed: set[tuple[PurePath, str]] = set()
-    several = {file for file, count in Counter(row.file for row in rows).items() if count > 1}
-    rows = [_of_own_part(row) if row.file in several else row for row in rows]
-    parted = {row.file for row in rows if row.part}
-    faults = []
-    for row in rows:
-        file = by_cell.get(row.file)
-        if file is None:
-            unused = (left_out or {}).get(row.file)
-            fault = f"{row.file!r:.80} is not used: {unused} Save it in one of these forms" if unused else ""
-            fault = fault or f"no file {row.file!r:.80} in the lab's folder; delete the row, or correct it"
-            faults.append(f"{row.where}: {fault}.")
+    by_cell = {as_text_cell(file.as_posix()): file for file in named} | {file.as_posix(): file for file in named}
+    decisions: Placed = {}
+    for line, texts in rows if not faults else ():
+        where, cells = f"{path}, line {line}", {name: text for name, text in zip(head, texts, strict=False) if name}
+        faults += [f"{where}: {text!r:.80} is in a column without a name." for text in texts[len(head) :] if text]
+        faults += [
+            f"{where}: {text!r:.80} is in a column without a name."
+            for name, text in zip(head, texts, strict=False)
+            if text and not name
+        ]
+        written, role, sample = (cells.get(name, "") for name in NAMES)
+        if (file := by_cell.get(written)) is None:
+            reason = f"is not used: {unused[written]}" if written in unused else "is no file of the lab's folder."
+            faults.append(f"{where}: {written!r:.80} {reason} Correct or delete the row.")
             continue
-        part, fault = row.part, _fault(file, row.part, row)
-        if (file, part) in rowed:
-            fault = f"{file} has two rows; keep one, or give each its own range, levels or sheet."
-        elif not part and row.file in parted:
-            fault = f"{file} has rows for its parts too; delete this row, or write its part into range or levels."
-        rowed.add((file, part))
-        if fault is not None:
-            faults.append(f"{row.where}: {fault}")
-            continue
-        place = FilePlace(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
-        if part or place != pieces[file]:
-            decisions[file, part] = place
+        answers = {name: text for name, text in cells.items() if name in ANSWERS and text}
+        others = decisions.setdefault(file, [])
+        possible = (*possible_roles(file.suffix.lower()), "ignore")
+        if role not in possible:
+            faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")
+        elif as_label(sample) != sample:
+            faults.append(f"{where}: {file}: a sample {sample!r:.80}; leave out marks such as / and $.")
+        elif role in ("photo", "mask") and not sample:
+            faults.append(f"{where}: {file} has no sample; write the sample's name, or the role ignore.")
+        elif any(_part(answers) == _part(other.answers) for other in others):
+            faults.append(f"{where}: {file} has two rows; keep one, or give each its own range, sheet or levels.")
+        else:
+            others.append(FilePlace(sample, ROLES[ROLES.index(role)], answers))
     if faults:
         raise InputError("\n".join(faults))
-    return decisions
+    return {file: places for file, places in decisions.items() if places != [named[file]]}
 
 
-def _of_own_part(row: PairingRow) -> PairingRow:
-    """Return one of several rows of a file as the part that its range, columns of readings or worksheet give."""
-    names = {"range": "{}", "levels": "columns {}", "sheet": "sheet {}"}
-    key = next((key for key in names if key in row.answers), None)
-    if row.part or key is None:
-        return row
-    sheet = f"sheet {row.answers['sheet']}, " if "sheet" in row.answers and key != "sheet" else ""
-    name = names[key].format(row.answers[key].upper() if key == "range" else row.answers[key])
-    answers = {other: text for other, text in row.answers.items() if other not in (key, "sheet")}
-    return replace(row, part=f"{sheet}{name}", answers=answers)
+def _part(answers: Mapping[str, str]) -> list[str]:
+    return [answers.get(name, "").upper() for name in PART]
 
 
-def read_pairing(path: Path) -> list[PairingRow]:
-    """Read a pairing file as any spreadsheet program saves it. Raises InputError if it is not a pairing file."""
-    table = read_table(path, f"'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}")
-    _refuse_other_columns(table)
-    rows = []
-    for place, cells in named_cells(table, COLUMNS[:3], OPTIONAL):
-        answers = {key: text for key in ANSWERS if (text := cells.pop(key, ""))}
-        rows.append(PairingRow(str(place), **cells, answers=answers))
-    return rows
-
-
-def _refuse_other_columns(table: SheetGrid) -> None:
-    """Raise InputError for a column without a known name: an answer in it would not be read."""
-    names = [cell.text for cell in table.rows[0].cells] if table.rows else []
-    faults = list[str]()
-    for name in (name for name in names if name and name not in COLUMNS):
-        close = get_close_matches(name.lower(), COLUMNS, n=1)
-        allowed = f"did you mean {close[0]!r}?" if close else f"delete it; allowed are {', '.join(COLUMNS)}."
-        faults.append(f"{table.path}: no such column {name!r:.80}; {allowed}")
-    for row in table.rows[1:]:
-        for at, cell in enumerate(row.cells):
-            if cell.text and not (at < len(names) and names[at]):
-                faults.append(f"{table.place(row.number, at)}: {cell.text!r:.80} is in a column without a name.")
-    if faults:
-        raise InputError("\n".join(faults))
-
-
-def _fault(file: PurePath, part: str, row: PairingRow) -> str | None:
-    if part and not RANGE_PART.fullmatch(part):
-        return f"{file}: a part {part!r:.80}; write a range, such as A1:D20, or rows of NAME."
-    possible = (*(("readings",) if part else possible_roles(file.suffix.lower()) or UNKNOWN), "ignore")
-    if row.role not in possible:
-        return f"{file}{part and ', '}{part} cannot be {row.role!r:.40}; write one of {', '.join(possible)}."
-    if row.role == "ignore":
-        return None
-    if not sample_key(row.sample):
-        if part:
-            return None  # The question about this row is still open.
-        return f"{file} has no sample; write the sample's name, or the role ignore."
-    if as_label(row.sample) != row.sample:
-        return f"{file}: a sample {row.sample!r:.80}; names may have letters, digits, spaces and -_. only."
-    return None
+def _nearest(name: str) -> str:
+    close = get_close_matches(name.lower(), COLUMNS, n=1)
+    return f"did you mean {close[0]!r}?" if close else f"delete it; allowed are {', '.join(COLUMNS)}."

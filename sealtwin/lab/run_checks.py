@@ -3,7 +3,7 @@
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,22 +12,24 @@ from typing import Any
 
 from digitise.settings import CHOICE, CrackShape
 from sealtwin.core import files
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, RunFolder, holding, look_into, open_folder
 from sealtwin.core.stage_keys import content_key
 from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
-from sealtwin.lab.found_files import TRIAL
+from sealtwin.lab.files import TRIAL, folder_of
 from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
 from sealtwin.lab.notes import DEPTH, SCALE
 from sealtwin.lab.pairing import PAIRING
-from sealtwin.lab.sample_outcome import SampleOutcome
-from sealtwin.lab.sample_trials import NEEDED
+from sealtwin.lab.sample import NEEDED, SampleOutcome
+from sealtwin.lab.sheets import doubts_in, questions_of
 from sealtwin.study.photos import Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.trial.digitise_stage import tracing_key
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
-from sealtwin.trial.trial_file import Trial, folder_name, load_trial
+from sealtwin.trial.trial_file import Trial, load_trial
+from validate.readings.grid import ReadSheet
 
 PICTURE = re.compile(r" Look at [^\n]+?\.png\.")
 WAITING = ".traced"  # Folder in a lab with the tracings of samples that have no trial yet
@@ -42,10 +44,8 @@ class _Check:
     run: str  # Run folder, in the folder of the batch
 
 
-def check_runs(
-    ingested: Ingested, folder: Path, progress: Progress, jobs: int = 1
-) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace the crack of each sample of ``folder`` that has a scale, and check its trial as its run would.
+def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> tuple[Batch, list[CatalogueFault]]:
+    """Trace the crack of each sample that has a scale, and check its trial as its run would.
 
     Each trial in the lab is traced into the folder of its run. A contact sheet of all trials is written at the top of
     the lab. Samples in doubt are traced too, so that all questions are asked together; the lab keeps their tracings in
@@ -59,10 +59,10 @@ def check_runs(
         for outcome in ingested.outcomes:
             if outcome.trial is not None or outcome.settings is None or SCALE in outcome.stand_ins:
                 continue
-            name = folder_name(outcome.sample.name)
+            name = folder_of(outcome.sample.name)
             check = _Check(outcome, Path(scratch, name), name)
             try:
-                write_trial(outcome, _without_doubts(outcome, outcome.settings), folder, check.source)
+                write_trial(outcome, _without_doubts(outcome, outcome.settings), check.source)
                 doubtful.append(check)
             except InputError as fault:
                 faults.append(CatalogueFault(outcome.sample.name, str(fault)))
@@ -77,9 +77,14 @@ def check_runs(
             return replace(batch, rows=rows), faults
         # The page shows samples that failed too: otherwise they would not be missed.
         missed = [
-            BatchRow(str(outcome.sample.files["photo"]), outcome.sample.name, "failed", reason=" ".join(outcome.faults))
+            BatchRow(
+                str(outcome.sample.files["photo"]),
+                outcome.sample.name,
+                "failed",
+                reason=" ".join(map(str, outcome.faults)),
+            )
             for outcome in ingested.outcomes
-            if outcome.fate in ("failed", "bug") and "photo" in outcome.sample.files
+            if outcome.trial is None and "photo" in outcome.sample.files
         ]
         taken = [
             _Check(outcome, lab / outcome.trial, f"{outcome.trial}/{RUN}")
@@ -88,7 +93,12 @@ def check_runs(
         ]
         catalogue = Catalogue(lab)
         shown = _LabNames(progress, taken, Path(scratch))
-        batch, more = _checked(lab, taken, tracings, shown, jobs, missed, catalogue)
+        sheets = {
+            f"{outcome.sample.files['readings']}": outcome.understood
+            for outcome in ingested.outcomes
+            if outcome.faults and outcome.understood is not None and "readings" in outcome.sample.files
+        }
+        batch, more = _checked(lab, taken, tracings, shown, jobs, missed, catalogue, sheets)
         _remove_unused(waiting, doubtful)
         # Do not overwrite edits since the ingest; the next ingest reads them.
         if files.sha256(lab / PAIRING) == catalogue.content.pairing:
@@ -136,9 +146,9 @@ class _LabNames(Progress):
 def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
     """Return the trial of a sample without what is in doubt.
 
-    It has no readings if the sample has faults, upright walls if the depth is missing, and no fill if the tilt is.
+    It has no readings if they cannot be read, upright walls if the depth is missing, and no fill if the tilt is.
     """
-    changed: dict[str, Any] = dict.fromkeys(("readings", "gate")) if outcome.faults else {}
+    changed: dict[str, Any] = {} if outcome.is_read else dict.fromkeys(("readings", "gate"))
     if DEPTH in outcome.stand_ins:
         # Upright walls are possible at any depth.
         changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH].stand_in, tilt="vertical")
@@ -155,47 +165,52 @@ def _checked(
     jobs: int,
     missed: Sequence[BatchRow] = (),
     catalogue: Catalogue | None = None,
+    sheets: Mapping[str, ReadSheet] | None = None,
 ) -> tuple[Batch, list[CatalogueFault]]:
     """Trace and check trials with run folders in ``out``, and ask about their faults.
 
     A lab's ``catalogue`` stores the faults. A trial that had none is not checked again until it changes.
     """
-    if not checks:
+    if not checks and catalogue is None:
         return Batch(out), []
     for check in checks:
         with suppress(InputError):  # Reported when the photo is digitised.
             tracings.give(check.source, out / check.run)
     planned = [PlannedPhoto(check.source / TRIAL, check.run, {}) for check in checks]
-    batch, by_run = digitise_many(planned, out, progress, jobs, missed, locked=True), {one.run: one for one in checks}
+    batch = digitise_many(planned, out, progress, jobs, missed, locked=True, sheets=sheets)
+    by_run = {one.run: one for one in checks}
     progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
     faults = list[CatalogueFault]()
     for number, row in enumerate(batch.rows, start=1):
         check = by_run[row.folder]
         outcome, folder, state = check.outcome, check.source.name, state_of(check.source)
-        sentences: list[str] = []
+        before, doubts = len(outcome.faults), list[Doubt]()
         if row.status != "ok":
-            sentences = [row.reason.replace(CHOICE, f"a 2 in the column crack of {PAIRING}")]
+            place, _, finding = row.reason.replace(CHOICE, f"a 2 in the column crack of {PAIRING}").partition(": ")
+            doubts = [Doubt("photo", place, finding, answers={"crack": 2} if CHOICE in row.reason else {})]
         elif DEPTH not in outcome.stand_ins and (
             catalogue is None or catalogue.content.checked.get(folder) != (state, [])
         ):
-            sentences = _faults_of(check.source, out / check.run)
-        sentences = [progress.clean(sentence) for sentence in sentences]
+            doubts = _doubts_of(check.source, out / check.run)
+        clean = progress.clean
+        outcome.ask(*(replace(one, where=clean(one.where), finding=clean(one.finding)) for one in doubts))
+        sentences = [str(fault) for fault in outcome.faults[before:]]
         if catalogue is not None:
             catalogue.content.checked[folder] = (state, sentences)
-        outcome.ask(sentences)
         faults += [CatalogueFault(outcome.sample.name, sentence) for sentence in sentences]
         progress.advance(number, row.folder)
     return batch, faults
 
 
-def _faults_of(source: Path, run: Path) -> list[str]:
+def _doubts_of(source: Path, run: Path) -> Sequence[Doubt]:
     """Return the faults that prevent the run of a traced trial, and doubts about its readings."""
     trial = load_trial(source / TRIAL)
     try:
         with open_folder(run, create=True) as opened:
-            return list(check_run(start_job(trial, source, opened, "cpu", Progress())))
+            readings = check_run(start_job(trial, source, opened, "cpu", Progress()))
     except InputError as fault:
-        return str(fault).splitlines()
+        return doubts_in(fault)
+    return () if readings is None else questions_of(readings)
 
 
 def waiting_folder(lab: Path, source: str) -> Path:

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from sealtwin.core import record_files
+from sealtwin.core import files, record_files
 from sealtwin.core.cluster import Lost
 from sealtwin.core.errors import InputError, SealtwinError
 from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
-from sealtwin.lab.found_files import TRIAL
+from sealtwin.lab.files import TRIAL
 from sealtwin.study.estimate import SETUP_S, RunSize, checked_size, estimate
 from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.photos import write_trace
@@ -19,8 +19,9 @@ from sealtwin.study.runner import Computing, launch
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.job import STAGES, shown
 from sealtwin.trial.pipeline import run_trial
+from sealtwin.trial.simulate_stage import PROGRESS
 from sealtwin.trial.trial_file import load_trial
-from validate.readings.header_words import sample_key
+from validate.readings.names import sample_key
 
 REPORT_S = 4.0  # Time to compare a run and to draw its report, on one core
 
@@ -51,7 +52,7 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
     left_out = [SampleRun(fault.name, "left out", reason=fault.sentence) for fault in catalogue.faults()]
     asked = {sample_key(one.name) for one in left_out}
     trials = list[Record]()
-    for record in {record.sample: record for record in catalogue.records}.values():
+    for record in catalogue.latest:
         if unready := catalogue.unready(record):
             left_out.append(SampleRun(record.name, "left out", record.folder, reason=" ".join(unready)))
         elif record.sample not in asked:
@@ -126,8 +127,17 @@ def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Prog
         expected = estimate(new, largest, how.jobs, 1, keep_runs=True)
         progress.note(f"{shown(lab)}: {largest.particles:,} particles at most. {expected.sentence}")
     work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep
-    launch(runs, how, "Running", progress, work)
+    began_s = time.time()
+    launch(runs, how, "Running", progress, work, left_s=lambda run: _left_s(lab / run.key / RUN / PROGRESS, began_s))
     return list(results.values())
+
+
+def _left_s(path: Path, began_s: float) -> float | None:
+    """Return the time that a run needs still, as it has written it, or None if it has not."""
+    try:
+        return files.read_json(path)["eta_s"] if path.stat().st_mtime > began_s else None
+    except (InputError, OSError, KeyError, TypeError):
+        return None
 
 
 def _size(lab: Path, record: Record) -> RunSize:

@@ -1,68 +1,94 @@
-"""Recognise the kinds of a lab's tables and texts, and read the masses and levels of a fill."""
+"""The readers of sheets, as a lab uses them: readings, a fill, and the cells of a table."""
 
+import re
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from digitise.weighing.fill import WeighedFill
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import ReadColumn
+from sealtwin.core.records import Profile, ReadColumn
 from sealtwin.core.settings import checked
+from validate.readings import sheet as old
 from validate.readings.columns import Mass, read_header
-from validate.readings.header_rows import find_header
-from validate.readings.header_words import meaning, unit_of
+from validate.readings.grid import ReadSheet, SheetFaults, column_of
+from validate.readings.numbers import number
+from validate.readings.read_readings import read_readings
 from validate.readings.samples import read_cells
-from validate.readings.sheet import FaultList, SheetGrid
 from validate.readings.table_reader import TableReader
-from validate.readings.table_rows import is_a_number
-from validate.readings.understood import WAYS, understood
+from validate.readings.understood import WAYS
 from validate.settings import Columns, Declared
 
-LEAST_STEPS = 2
+FIRST_ROWS = 8  # Rows that are shown
+CONFIRMED = re.compile(r"as_written = (\[[^]]*\])")
 
 
-def kind_of_text(path: Path) -> Literal["readings", "fill", "text"]:
-    """Return the kind of a file: a table of readings or of a fill, or another text."""
-    try:
-        grid = read_cells(path, Declared())
-    except InputError:
-        return "text"
-    if _is_fill(grid):
-        return "fill"
-    numbers = sum(sum(map(is_a_number, row.cells)) > 1 for row in grid.rows)
-    if grid.is_note:
-        # "- 0 mm: 11.1 / 11.0" has its unit behind the place; "3 beads: 12" has no place.
-        places = [row.cell(0).text.split(" ") for row in grid.rows if row.width > 1]
-        numbers = sum(unit_of(unit) is not None for _, *units in places for unit in units) + numbers
-    return "readings" if numbers > 1 and path.suffix.lower() != ".md" else "text"
+def look_at(
+    path: Path, declared: Declared, depth_mm: float | None = None
+) -> tuple[Profile | None, tuple[Doubt, ...], ReadSheet | None]:
+    """Read a sheet as a run does, without the crack's length.
 
-
-def _is_fill(grid: SheetGrid) -> bool:
-    """Return True if a sheet is a fill.
-
-    A fill has a column of masses, at most one other column of numbers, and no column of stations.
+    Returns the readings, or None if they cannot be read; what is open or in doubt; and the sheet as it was understood,
+    or None if it cannot be opened.
     """
-    header = find_header(grid.rows, grid.merged, Columns())
-    roles = {at: column.role for at, name in header.names.items() if (column := meaning(name)) is not None}
-    body = grid.rows[header.first + header.count :]
-    masses = [sum(is_a_number(row.cell(at)) for row in body) for at, role in roles.items() if role == "mass"]
-    numeric = {at for row in body for at, cell in enumerate(row.cells) if is_a_number(cell)}
-    others = [at for at in numeric if roles.get(at) not in ("mass", "skipped")]
-    return max(masses, default=0) >= LEAST_STEPS and len(others) <= 1 and "station" not in roles.values()
+    try:
+        profile = read_readings(path, declared, None, depth_mm)
+    except InputError as fault:
+        columns = fault.columns if isinstance(fault, old.SheetFaults) else ()
+        return None, doubts_in(fault), _understood(path, declared, columns)
+    return profile, questions_of(profile), _understood(path, declared, profile.columns)
 
 
-def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str, Any], str, tuple[ReadColumn, ...]]:
+def questions_of(profile: Profile) -> tuple[Doubt, ...]:
+    """Return the doubts about readings."""
+    return tuple(map(_doubt, profile.doubts))
+
+
+def doubts_in(fault: InputError) -> tuple[Doubt, ...]:
+    """Return the parts of an error: those of a sheet, or a sentence of any other one each."""
+    return fault.doubts if isinstance(fault, SheetFaults) else tuple(map(_doubt, str(fault).splitlines()))
+
+
+def _doubt(sentence: str) -> Doubt:
+    where, _, finding = sentence.partition(": ")
+    answers: dict[str, Any] = {
+        name: "..." for name in Columns.model_fields if re.search(rf"\b(?:columns\.|in ){name}\b", finding)
+    }
+    answers |= {"unit": "mm"} if "no unit" in finding else {}
+    if (confirmed := CONFIRMED.search(finding)) is not None:
+        answers["as_written"] = re.findall('"([^"]+)"', confirmed[1])
+    return Doubt("old", where, finding, answers=answers)
+
+
+def _understood(path: Path, declared: Declared, columns: tuple[ReadColumn, ...]) -> ReadSheet | None:
+    try:
+        rows = texts_of(path, declared)
+    except InputError:
+        return None
+    roles = tuple((one.place, f"{one.role} {one.unit}".strip()) for one in columns if one.place.isalpha())
+    used = {column_of(letter) for letter, role in roles if "not" not in role}
+    first = list(rows.items())[:FIRST_ROWS]
+    read = {(row, at) for row, texts in first for at, text in enumerate(texts) if at in used and number(text)}
+    return ReadSheet(roles, tuple(first), frozenset(read))
+
+
+def texts_of(path: Path, declared: Declared | None = None) -> dict[int, tuple[str, ...]]:
+    """Return the texts of the cells of a table by row number from 1. Raises InputError if it cannot be read."""
+    grid = read_cells(path, declared or Declared())
+    return {row.number: tuple(cell.text for cell in row.cells) for row in grid.rows}
+
+
+def read_fill(path: Path, declared: Declared, unit: Mass = "") -> tuple[dict[str, Any], str]:
     """Read the sheet of a liquid weighed into a crack. It is read like readings, with masses in place of stations.
 
-    Returns the columns of a trial's [crack.fill], a sentence on how the sheet was read, and the sheet's columns.
-    ``mass`` is the unit of the masses if the sheet lacks it. Raises InputError with file, row, column, value and the
-    remedy.
+    Returns the columns of a trial's [crack.fill], and a sentence on how the sheet was read. ``unit`` is that of the
+    masses if the sheet lacks it. Raises InputError with file, row, column, value and the remedy.
     """
-    faults = FaultList()
+    faults = old.FaultList()
     grid = read_cells(path, declared)
-    header = read_header(grid, declared, faults, mass)
-    faults.columns = understood(header, "mass")
+    header = read_header(grid, declared, faults, unit)
     table = TableReader(grid, header, declared, None, faults)
     steps = [step for row in header.body if (step := table.station(row, {})) is not None]
     faults.raise_if_any()
@@ -78,8 +104,4 @@ def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str
     }
     checked(WeighedFill, path, content)
     last = f"{content['mass_g'][-1]:g} g at {content['level_mm'][-1]:g} mm"
-    return (
-        content,
-        f"{path}: read as a fill of {len(levels)} steps, up to {last}; {WAYS[header.quantity]}.",
-        faults.columns,
-    )
+    return content, f"{path}: read as a fill of {len(levels)} steps, up to {last}; {WAYS[header.quantity]}."

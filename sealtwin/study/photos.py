@@ -22,6 +22,7 @@ from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
+from validate.readings.grid import ReadSheet
 from validate.readings.samples import named_cells, read_table
 
 BUG, SOME_FAILED = 1, 6
@@ -142,12 +143,14 @@ def digitise_many(
     held_back: Sequence[BatchRow] = (),
     *,
     locked: bool = False,
+    sheets: Mapping[str, ReadSheet] | None = None,
 ) -> Batch:
     """Digitise every photo into a folder below ``out``; a photo that fails does not stop the others.
 
     Finished photos are not digitised again. The user may choose the crack of a photo without a trial file by its number
     in the table of an earlier call. Photos ``held_back`` because of an earlier fault are listed and counted as failed.
-    ``locked`` is True if the caller has locked ``out`` already. Raises InputError if ``out`` has other files.
+    ``locked`` is True if the caller has locked ``out`` already. The page shows ``sheets`` by the name of their file.
+    Raises InputError if ``out`` has other files.
     """
     _refuse_foreign(out)
     with nullcontext() if locked else holding(out), progress:
@@ -170,7 +173,7 @@ def digitise_many(
             batch = Batch(out, [rows[item.name] for item in planned if item.name in rows], held_back)
             files.write_json(out / LISTING, batch.content())
             write_csv(out / CSV, batch.listed)
-            write_contact_sheet(out / SHEET, out, batch.listed)
+            write_contact_sheet(out / SHEET, out, batch.listed, sheets)
     return batch
 
 
@@ -315,8 +318,10 @@ def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
     files.write_sheet(path, columns, ([row[column] for column in columns] for row in cells))
 
 
-def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> None:
-    """Write a self-contained page; its pictures link to the run folders."""
+def write_contact_sheet(
+    path: Path, folder: Path, rows: Sequence[BatchRow], sheets: Mapping[str, ReadSheet] | None = None
+) -> None:
+    """Write a self-contained page; its pictures link to the run folders. ``sheets`` are in question."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -332,6 +337,7 @@ def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> N
         thumbnails={row.folder: _thumbnail(folder / row.folder / "overlay.png") for row in done},
         refused={name: _thumbnail(folder / name / REFUSED) for name in refused},
         done=done,
+        sheets=sheets or {},
         sealant_ml=sum(row.sealant_ml or 0.0 for row in done),
     )
     files.write_text(path, page)
