@@ -236,7 +236,7 @@ def _understood(outcome: SampleOutcome) -> list[str]:
     """Return how a sheet was read: a sentence; if it is in question, its first rows with unused cells in brackets."""
     name, sheet = outcome.sample.name, outcome.understood
     lines = [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
-    if sheet is None or not outcome.faults:
+    if sheet is None or not any(fault.file == outcome.sample.files.get("readings") for fault in outcome.faults):
         return lines
     head = ["row", *(f"{letter}: {role}" for letter, role in sheet.roles)]
     broad = max(len(head) - 1, *(len(texts) for _, texts in sheet.rows))

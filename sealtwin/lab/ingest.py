@@ -25,6 +25,7 @@ from sealtwin.lab.files import (
     NOTE_SUFFIX,
     TABLE_SUFFIXES,
     TRIAL,
+    FilePlace,
     LeftOut,
     as_label,
     find_files,
@@ -108,12 +109,13 @@ def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list
     lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
     photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
     rest, of_tables = dict(placed), dict[str, Note]()
-    for file, (first, *_) in placed.items():
+    for file, (first, *_) in [*placed.items()]:
         path, ending = folder / file, file.suffix.lower()
         if first.role not in ("readings", "note") or first.key in photos or first.answers or path.is_symlink():
             continue
         if ending in TABLE_SUFFIXES and (table := read_settings_table(path)) is not None:
             rest.pop(file)
+            placed[file] = [FilePlace("", "note")]
             for key, note in table.items():
                 of_tables[key] = of_tables.get(key, Note()).beside(note)
             if lacking := sorted(table.keys() - photos):

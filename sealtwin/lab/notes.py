@@ -90,9 +90,8 @@ class Note:
     def take_tables(self, content: Mapping[str, Any], where: str) -> None:
         """Add the settings of TOML tables, and a fault for each key that no trial has."""
         for key, value in content.items():
-            inside = {f"{key}.{name}": one for name, one in value.items()} if isinstance(value, dict) else {}
-            if inside and (key in tables() or key == COLUMNS):
-                self.take_tables(inside, where)
+            if isinstance(value, dict) and (key in tables() or key == COLUMNS):
+                self.take_tables({f"{key}.{name}": one for name, one in value.items()}, where)
             else:
                 self.take(key, value, where)
 

@@ -110,7 +110,8 @@ class SampleFiles:
     name: str
     files: Mapping[Role, PurePath] = field(default_factory=dict)  # One for each role but notes
     notes: tuple[PurePath, ...] = ()
-    answers: Mapping[PurePath, Mapping[str, str]] = field(default_factory=dict)  # Of rows of the pairing file
+    answers: Mapping[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)
+    """Answers in the rows of the pairing file."""
     rivals: Mapping[PurePath, Role] = field(default_factory=dict)  # Files in a role that has several
     questions: tuple[Doubt, ...] = ()
     is_held: bool = False  # True if it has no readings and a sheet without a photo may be its own
@@ -146,17 +147,24 @@ def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
         remedy = (
             f"{without} Write its sample into the column sample; if it has several, add a row of this file for each, "
             "with its own range, sheet or levels; if it has none, set the role to ignore."
+            if place.role in TABLES
+            else "Write its sample into the column sample, and settings that are not lines key = value into the column "
+            "settings; if it has none, set the role to ignore."
         )
         question = Doubt("pairing", str(file), name, remedy)
         notes = (file,) if place.role == "note" else ()
         own: Mapping[Role, PurePath] = {} if notes else {place.role: file}
-        samples.append(SampleFiles(place.sample or str(file), own, notes, {file: place.answers}, questions=(question,)))
+        samples.append(
+            SampleFiles(
+                place.sample or str(file), own, notes, {(place.role, file): place.answers}, questions=(question,)
+            )
+        )
     return samples
 
 
 def _sample(group: Mapping[Role, list[tuple[PurePath, FilePlace]]], waiting: Sequence[str]) -> SampleFiles:
     files, rivals, questions = dict[Role, PurePath](), dict[PurePath, Role](), list[Doubt]()
-    answers = {file: place.answers for placed in group.values() for file, place in placed}
+    answers = {(role, file): place.answers for role, placed in group.items() for file, place in placed}
     for role in group.keys() - {"note"}:
         # A copy in a format that is read replaces it: P01.csv for P01.xls.
         every = [file for file, _ in group[role]]

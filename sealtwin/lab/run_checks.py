@@ -3,7 +3,7 @@
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,14 +22,13 @@ from sealtwin.lab.files import TRIAL, folder_of
 from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
 from sealtwin.lab.notes import DEPTH, SCALE
 from sealtwin.lab.pairing import PAIRING
-from sealtwin.lab.sample import NEEDED, SampleOutcome
+from sealtwin.lab.sample import INPUTS, NEEDED, SampleOutcome
 from sealtwin.lab.sheets import doubts_in, questions_of
 from sealtwin.study.photos import Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.trial.digitise_stage import tracing_key
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, load_trial
-from validate.readings.grid import ReadSheet
 
 PICTURE = re.compile(r" Look at [^\n]+?\.png\.")
 WAITING = ".traced"  # Folder in a lab with the tracings of samples that have no trial yet
@@ -37,110 +36,127 @@ WAITING = ".traced"  # Folder in a lab with the tracings of samples that have no
 
 @dataclass(frozen=True)
 class _Check:
-    """A sample to trace and check."""
+    """A sample to trace and check, in a folder with its trial, its files and its run."""
 
     outcome: SampleOutcome
-    source: Path  # Folder with its trial and its files
-    run: str  # Run folder, in the folder of the batch
+    folder: Path
+
+    def clean(self, text: str) -> str:
+        """Return a text that names the lab's own files instead of their copies."""
+        for raw in self.outcome.raw:
+            text = text.replace(f"{self.folder / raw.kept_as}", raw.original)
+        return text
+
+    def doubts(self) -> Sequence[Doubt]:
+        """Return the faults that prevent the run of the traced trial, and doubts about its readings."""
+        try:
+            trial = load_trial(self.folder / TRIAL)
+            with open_folder(self.folder / RUN, create=True) as opened:
+                readings = check_run(start_job(trial, self.folder, opened, "cpu", Progress()))
+        except InputError as fault:
+            return doubts_in(fault)
+        return () if readings is None else questions_of(readings)
 
 
 def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> tuple[Batch, list[CatalogueFault]]:
     """Trace the crack of each sample that has a scale, and check its trial as its run would.
 
-    Each trial in the lab is traced into the folder of its run. A contact sheet of all trials is written at the top of
-    the lab. Samples in doubt are traced too, so that all questions are asked together; the lab keeps their tracings in
-    a hidden folder until they have trials. A dry run uses tracings of the lab, and keeps none. A fault in one sample
-    does not stop the others. Raises InputError if the lab has another program's contact sheet.
+    Each trial in the lab is traced into the folder of its run. A page with all walls, and with the sheets in question,
+    is written at the top of the lab. Samples in doubt are traced too, so that all questions are asked together; the lab
+    keeps their tracings in a hidden folder until they have trials. A dry run uses tracings of the lab, and keeps none.
+    A trial that had no fault is not checked again until it changes. A fault in one sample does not stop the others.
+    Raises InputError if the lab has another program's contact sheet.
     """
-    lab, dry_run = ingested.lab, ingested.dry_run
+    lab, dry_run, faults = ingested.lab, ingested.dry_run, list[CatalogueFault]()
     with tempfile.TemporaryDirectory() as scratch, nullcontext() if dry_run else holding(lab, progress.note):
-        waiting = Path(scratch, "traced") if dry_run else waiting_folder(lab, ingested.source)
-        tracings, faults, doubtful = Tracings(lab), list[CatalogueFault](), list[_Check]()
+        out, catalogue, tracings = Path(scratch) if dry_run else lab, Catalogue(lab), Tracings(lab)
+        waiting = out / WAITING / content_key({"source": ingested.source})[:8]
+        checks = dict[str, _Check]()
         for outcome in ingested.outcomes:
-            if outcome.trial is not None or outcome.settings is None or SCALE in outcome.stand_ins:
-                continue
-            name = folder_of(outcome.sample.name)
-            check = _Check(outcome, Path(scratch, name), name)
             try:
-                write_trial(outcome, _without_doubts(outcome, outcome.settings), check.source)
-                doubtful.append(check)
+                if (folder := _written(outcome, lab, waiting, dry_run)) is not None:
+                    checks[f"{(folder / RUN).relative_to(out).as_posix()}"] = _Check(outcome, folder)
+                    tracings.give(folder)
             except InputError as fault:
                 faults.append(CatalogueFault(outcome.sample.name, str(fault)))
-        for check in doubtful:
-            # It has the sample's earlier name, which may have changed.
-            (waiting / check.run / TRIAL).unlink(missing_ok=True)
-        shown = _LabNames(progress, doubtful, Path(scratch), pictures=not dry_run)
-        batch, more = _checked(waiting, doubtful, tracings, shown, jobs)
-        faults += more
-        if dry_run:
-            rows = [replace(row, file=shown.clean(row.file), reason=shown.clean(row.reason)) for row in batch.rows]
-            return replace(batch, rows=rows), faults
-        # The page shows samples that failed too: otherwise they would not be missed.
+        planned = [PlannedPhoto(check.folder / TRIAL, run, {}) for run, check in checks.items()]
+        # The page shows samples that cannot be traced too: otherwise they would not be missed.
+        traced = {check.outcome.sample.key for check in checks.values()}
         missed = [
-            BatchRow(
-                str(outcome.sample.files["photo"]),
-                outcome.sample.name,
-                "failed",
-                reason=" ".join(map(str, outcome.faults)),
-            )
+            BatchRow(f"{outcome.sample.files['photo']}", outcome.sample.name, "failed", reason=f"{outcome.faults[0]}")
             for outcome in ingested.outcomes
-            if outcome.trial is None and "photo" in outcome.sample.files
+            if outcome.faults and "photo" in outcome.sample.files and outcome.sample.key not in traced
         ]
-        taken = [
-            _Check(outcome, lab / outcome.trial, f"{outcome.trial}/{RUN}")
-            for outcome in ingested.outcomes
-            if outcome.trial is not None
-        ]
-        catalogue = Catalogue(lab)
-        shown = _LabNames(progress, taken, Path(scratch))
         sheets = {
             f"{outcome.sample.files['readings']}": outcome.understood
             for outcome in ingested.outcomes
             if outcome.faults and outcome.understood is not None and "readings" in outcome.sample.files
         }
-        batch, more = _checked(lab, taken, tracings, shown, jobs, missed, catalogue, sheets)
-        _remove_unused(waiting, doubtful)
-        # Do not overwrite edits since the ingest; the next ingest reads them.
-        if files.sha256(lab / PAIRING) == catalogue.content.pairing:
-            write_pairing(ingested, catalogue)
-        catalogue.save()
-    return batch, [*faults, *more]
+        batch = digitise_many(planned, out, _Steps(progress), jobs, missed, locked=True, sheets=sheets)
+        progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
+        for number, row in enumerate(batch.rows, start=1):
+            check = checks[row.folder]
+            faults += _checked(check, row, catalogue, dry_run)
+            progress.advance(number, row.folder)
+        named = [(row, checks[row.folder]) for row in batch.rows]
+        rows = [
+            replace(row, file=f"{check.outcome.sample.files['photo']}", reason=check.clean(row.reason))
+            for row, check in named
+        ]
+        if not dry_run:
+            for path in waiting.glob("*"):
+                if f"{(path / RUN).relative_to(out).as_posix()}" not in checks:
+                    shutil.rmtree(path)
+            with suppress(OSError):  # Unless tracings of this or of another source are left
+                waiting.rmdir()
+                waiting.parent.rmdir()
+            # Do not overwrite edits since the ingest; the next ingest reads them.
+            if files.sha256(lab / PAIRING) == catalogue.content.pairing:
+                write_pairing(ingested, catalogue)
+            catalogue.save()
+    return replace(batch, rows=rows), faults
 
 
-def _remove_unused(waiting: Path, doubtful: Sequence[_Check]) -> None:
-    """Remove the tracings of samples that are no longer in doubt: their run folders have copies."""
-    used = {check.run for check in doubtful}
-    for path in waiting.iterdir() if waiting.is_dir() else ():
-        if path.is_dir() and path.name not in used:
-            shutil.rmtree(path)
-    if waiting.is_dir() and not used:
-        shutil.rmtree(waiting)
-        with suppress(OSError):
-            waiting.parent.rmdir()  # Unless it has tracings of another source
+def _written(outcome: SampleOutcome, lab: Path, waiting: Path, dry_run: bool) -> Path | None:
+    """Return the folder with the trial of a sample to trace; that of a sample in doubt is written into ``waiting``."""
+    if outcome.trial is not None:
+        return None if dry_run else lab / outcome.trial
+    if outcome.settings is None or SCALE in outcome.stand_ins:
+        return None
+    folder = waiting / folder_of(outcome.sample.name)
+    shutil.rmtree(folder / INPUTS, ignore_errors=True)
+    write_trial(outcome, _without_doubts(outcome, outcome.settings), folder)
+    # It has the sample's earlier name, which may have changed.
+    (folder / RUN / TRIAL).unlink(missing_ok=True)
+    return folder
 
 
-class _LabNames(Progress):
-    """Progress of trials. Its texts name the lab's own files instead of their copies.
+def _checked(check: _Check, row: BatchRow, catalogue: Catalogue, dry_run: bool) -> list[CatalogueFault]:
+    """Ask about the faults of a traced trial, and return those that were not known."""
+    outcome, state = check.outcome, state_of(check.folder)
+    before, doubts, is_taken = len(outcome.faults), list[Doubt](), outcome.trial is not None
+    if row.status != "ok":
+        place, _, finding = row.reason.partition(": ")
+        finding = (PICTURE.sub("", finding) if dry_run else finding).replace(
+            CHOICE, f"a 2 in the column crack of {PAIRING}"
+        )
+        doubts = [Doubt("photo", place, finding, answers={"crack": 2} if CHOICE in row.reason else {})]
+    elif DEPTH not in outcome.stand_ins and not (
+        is_taken and catalogue.content.checked.get(check.folder.name) == (state, [])
+    ):
+        doubts = check.doubts()
+    outcome.ask(*(replace(one, where=check.clean(one.where), finding=check.clean(one.finding)) for one in doubts))
+    sentences = [str(fault) for fault in outcome.faults[before:]]
+    if is_taken:
+        catalogue.content.checked[check.folder.name] = (state, sentences)
+    return [CatalogueFault(outcome.sample.name, sentence) for sentence in sentences]
 
-    Without ``pictures`` they name no pictures, because these are deleted with the folder ``scratch``.
-    """
 
-    def __init__(self, shown: Progress, checks: Iterable[_Check], scratch: Path, *, pictures: bool = True) -> None:
-        self._shown, self._scratch, self._pictures = shown, scratch, pictures
+class _Steps(Progress):
+    """Progress without notes: what they say of faults is in the answer, in the names of the lab's own files."""
+
+    def __init__(self, shown: Progress) -> None:
         self.start, self.advance, self.close = shown.start, shown.advance, shown.close
-        self._names = {f"{one.source / raw.kept_as}": raw.original for one in checks for raw in one.outcome.raw}
-
-    def clean(self, sentence: str) -> str:
-        sentence = sentence if self._pictures else PICTURE.sub("", sentence)
-        for path, original in self._names.items():
-            sentence = sentence.replace(path, original)
-        return sentence.replace(f"{self._scratch}/", "")
-
-    def note(self, text: str) -> None:
-        self._shown.note(self.clean(text))
-
-    def warn(self, text: str) -> None:
-        self._shown.warn(self.clean(text))
 
 
 def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
@@ -148,7 +164,7 @@ def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
 
     It has no readings if they cannot be read, upright walls if the depth is missing, and no fill if the tilt is.
     """
-    changed: dict[str, Any] = {} if outcome.is_read else dict.fromkeys(("readings", "gate"))
+    changed: dict[str, Any] = {} if outcome.is_read else {"readings": None, "gate": None}
     if DEPTH in outcome.stand_ins:
         # Upright walls are possible at any depth.
         changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH].stand_in, tilt="vertical")
@@ -157,93 +173,30 @@ def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
     return trial.model_copy(update=changed)
 
 
-def _checked(
-    out: Path,
-    checks: Sequence[_Check],
-    tracings: "Tracings",
-    progress: _LabNames,
-    jobs: int,
-    missed: Sequence[BatchRow] = (),
-    catalogue: Catalogue | None = None,
-    sheets: Mapping[str, ReadSheet] | None = None,
-) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace and check trials with run folders in ``out``, and ask about their faults.
-
-    A lab's ``catalogue`` stores the faults. A trial that had none is not checked again until it changes.
-    """
-    if not checks and catalogue is None:
-        return Batch(out), []
-    for check in checks:
-        with suppress(InputError):  # Reported when the photo is digitised.
-            tracings.give(check.source, out / check.run)
-    planned = [PlannedPhoto(check.source / TRIAL, check.run, {}) for check in checks]
-    batch = digitise_many(planned, out, progress, jobs, missed, locked=True, sheets=sheets)
-    by_run = {one.run: one for one in checks}
-    progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
-    faults = list[CatalogueFault]()
-    for number, row in enumerate(batch.rows, start=1):
-        check = by_run[row.folder]
-        outcome, folder, state = check.outcome, check.source.name, state_of(check.source)
-        before, doubts = len(outcome.faults), list[Doubt]()
-        if row.status != "ok":
-            place, _, finding = row.reason.replace(CHOICE, f"a 2 in the column crack of {PAIRING}").partition(": ")
-            doubts = [Doubt("photo", place, finding, answers={"crack": 2} if CHOICE in row.reason else {})]
-        elif DEPTH not in outcome.stand_ins and (
-            catalogue is None or catalogue.content.checked.get(folder) != (state, [])
-        ):
-            doubts = _doubts_of(check.source, out / check.run)
-        clean = progress.clean
-        outcome.ask(*(replace(one, where=clean(one.where), finding=clean(one.finding)) for one in doubts))
-        sentences = [str(fault) for fault in outcome.faults[before:]]
-        if catalogue is not None:
-            catalogue.content.checked[folder] = (state, sentences)
-        faults += [CatalogueFault(outcome.sample.name, sentence) for sentence in sentences]
-        progress.advance(number, row.folder)
-    return batch, faults
-
-
-def _doubts_of(source: Path, run: Path) -> Sequence[Doubt]:
-    """Return the faults that prevent the run of a traced trial, and doubts about its readings."""
-    trial = load_trial(source / TRIAL)
-    try:
-        with open_folder(run, create=True) as opened:
-            readings = check_run(start_job(trial, source, opened, "cpu", Progress()))
-    except InputError as fault:
-        return doubts_in(fault)
-    return () if readings is None else questions_of(readings)
-
-
-def waiting_folder(lab: Path, source: str) -> Path:
-    """Return the folder for tracings of samples in doubt. Each source has its own, since names may be the same."""
-    return lab / WAITING / content_key({"source": source})[:8]
-
-
 class Tracings:
     """Finished tracings in a lab, by the key of their photo and settings."""
 
     def __init__(self, lab: Path) -> None:
         self._lab = lab
 
-    def give(self, trial_folder: Path, run: Path) -> None:
-        """Copy the tracing of a trial's photo into its run folder, if the lab has it and no stage has run there.
-
-        Raises InputError if the trial cannot be read, or the run folder cannot be used.
-        """
-        if not self._folders or ((run / MANIFEST).is_file() and look_into(run).manifest["stages"]):
-            return
-        key = tracing_key(load_trial(trial_folder / TRIAL), trial_folder)
-        if (traced := self._folders.get(key)) is not None:
-            with open_folder(run, create=True) as folder:
-                folder.copy_stage("digitise", traced)
+    def give(self, trial_folder: Path) -> None:
+        """Copy the tracing of a trial's photo into its run folder, if the lab has it and no stage has run there."""
+        run = trial_folder / RUN
+        with suppress(InputError):  # Reported when the photo is digitised.
+            if self._folders and not ((run / MANIFEST).is_file() and look_into(run).manifest["stages"]):
+                key = tracing_key(load_trial(trial_folder / TRIAL), trial_folder)
+                if (traced := self._folders.get(key)) is not None:
+                    with open_folder(run, create=True) as folder:
+                        folder.copy_stage("digitise", traced)
 
     @cached_property
     def _folders(self) -> dict[str, RunFolder]:
         folders: dict[str, RunFolder] = {}
-        for path in sorted([*self._lab.glob(f"{WAITING}/*/*/{MANIFEST}"), *self._lab.glob(f"*/{RUN}/{MANIFEST}")]):
-            try:
+        for path in sorted(
+            [*self._lab.glob(f"{WAITING}/*/*/{RUN}/{MANIFEST}"), *self._lab.glob(f"*/{RUN}/{MANIFEST}")]
+        ):
+            with suppress(InputError):  # Whoever uses that folder reports it.
                 folder = look_into(path.parent)
-            except InputError:
-                continue  # Whoever uses that folder reports it.
-            if (entry := folder.manifest["stages"].get("digitise")) is not None:
-                folders[entry["key"]] = folder
+                if (entry := folder.manifest["stages"].get("digitise")) is not None:
+                    folders[entry["key"]] = folder
         return folders
