@@ -1,6 +1,6 @@
 """Answers about folders: a batch of photos, the ingest of a lab's folder, the catalogue of a lab."""
 
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -56,14 +56,10 @@ def _or_dash(value: float | None, broad: int) -> str:
     return f"{'-':>{broad}}" if value is None else f"{value:{broad}.2f}"
 
 
-def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) -> Answer:
-    """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next.
-
-    ``unready`` are faults that prevent the runs of samples that were taken in.
-    """
-    outcomes, not_sound = ingested.outcomes, {fault.name for fault in unready}
-    rows = [_pairing_row(outcome, not_sound) for outcome in outcomes]
-    lines = _table(("sample", "photo", "readings", "note", "state"), rows)
+def ingest_answer(ingested: Ingested) -> Answer:
+    """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next."""
+    outcomes = ingested.outcomes
+    lines = _table(("sample", "photo", "readings", "note", "state"), [_pairing_row(outcome) for outcome in outcomes])
     for outcome in outcomes:
         lines += _understood(outcome)
     remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
@@ -71,7 +67,7 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
     unused = [each for each in ingested.left_out if not each.lost]
     for reason in dict.fromkeys(each.reason for each in unused):
         lines.append(f"Not used: {few([each.file for each in unused if each.reason == reason])}: {reason}")
-    failed = _together([*ingested.faults, *unready])
+    failed = _together(ingested.faults)
     lines += failed[:MOST_FAULTS]
     if len(failed) > MOST_FAULTS:
         lines.append(f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all.")
@@ -84,30 +80,25 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
         "version": 1,
         "lab": shown(ingested.lab),
         "dry_run": ingested.dry_run,
-        "samples": [_sample(outcome, not_sound) for outcome in outcomes],
+        "samples": [_sample(outcome) for outcome in outcomes],
         "left_out": [{"file": each.file, "reason": each.reason} for each in ingested.left_out],
         "faults": [asdict(fault) for fault in ingested.faults],
         "exit_code": code,
     }
-    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested, not_sound))], code)
+    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested))], code)
 
 
-def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueFault]) -> Answer:
-    """Answer of 'sealtwin ingest'.
-
-    Each of ``faults`` was found by the check: it prevents a sample's run, or is a doubt.
-    """
-    first, second = ingest_answer(ingested, faults), batch_answer(batch)
-    code = first.exit_code or second.exit_code or (SOME_FAILED if faults else 0)
-    code = BUG if BUG in (first.exit_code, second.exit_code) else code
-    traced = {**second.content, "faults": [asdict(fault) for fault in faults], "exit_code": second.exit_code}
+def checked_answer(ingested: Ingested, batch: Batch) -> Answer:
+    """Answer of 'sealtwin ingest', with what was traced."""
+    first, second = ingest_answer(ingested), batch_answer(batch)
+    code = BUG if BUG in (first.exit_code, second.exit_code) else first.exit_code or second.exit_code
     names = {outcome.trial: outcome.sample.name for outcome in ingested.outcomes}
     warned = [(row.folder.partition("/")[0], text) for row in batch.done for text in row.warnings]
     notes = [CatalogueFault(names.get(folder, folder), text) for folder, text in warned]
     lines = [*first.lines, *_together(notes, "note: ")]
     if batch.done and not ingested.dry_run:
         lines.append(f"All walls: {batch.out / SHEET}")
-    return Answer({**first.content, "traced": traced, "exit_code": code}, lines, code)
+    return Answer({**first.content, "traced": second.content, "exit_code": code}, lines, code)
 
 
 def list_answer(lab: Path) -> Answer:
@@ -186,12 +177,12 @@ def _revision(catalogue: Catalogue, record: Record) -> list[str]:
     ]
 
 
-def _sample(outcome: SampleOutcome, not_sound: Set[str]) -> dict[str, Any]:
+def _sample(outcome: SampleOutcome) -> dict[str, Any]:
     sample = outcome.sample
     return {
         "name": sample.name,
         "state": outcome.fate,
-        "sound": not outcome.faults and outcome.sample.name not in not_sound,
+        "sound": not outcome.faults,
         "files": {role: file.as_posix() for role, file in sample.files.items()},
         "notes": [file.as_posix() for file in sample.notes],
         "faults": list(map(str, outcome.faults)),
@@ -203,14 +194,14 @@ def _sample(outcome: SampleOutcome, not_sound: Set[str]) -> dict[str, Any]:
     }
 
 
-def _pairing_row(outcome: SampleOutcome, not_sound: Set[str]) -> list[str]:
+def _pairing_row(outcome: SampleOutcome) -> list[str]:
     sample = outcome.sample
     state = outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}"
     return [
         sample.name if sample.has_photo else "?",
-        *(str(sample.files.get(role, "?" if sample.questions else "-")) for role in ("photo", "readings")),
+        *(f"{sample.files.get(role, '?' if sample.questions else '-')}" for role in ("photo", "readings")),
         few(sample.notes, 1) or "-",
-        f"{state}, not sound" if sample.name in not_sound and not outcome.faults else state,
+        f"{state}, not sound" if outcome.faults and outcome.fate not in ("failed", "bug") else state,
     ]
 
 
@@ -234,9 +225,9 @@ def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
 
 def _understood(outcome: SampleOutcome) -> list[str]:
     """Return how a sheet was read: a sentence; if it is in question, its first rows with unused cells in brackets."""
-    name, sheet = outcome.sample.name, outcome.understood
+    name, sheet = outcome.sample.name, outcome.sheet_in_question
     lines = [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
-    if sheet is None or not any(fault.file == outcome.sample.files.get("readings") for fault in outcome.faults):
+    if sheet is None:
         return lines
     head = ["row", *(f"{letter}: {role}" for letter, role in sheet.roles)]
     broad = max(len(head) - 1, *(len(texts) for _, texts in sheet.rows))
@@ -252,14 +243,14 @@ def _understood(outcome: SampleOutcome) -> list[str]:
     return [*lines, f"{name}: its sheet as it was understood; cells in brackets are not read:", *_table(head, rows)]
 
 
-def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
-    sound = [each for each in ingested.outcomes if not each.faults and each.sample.name not in not_sound]
+def _ending(ingested: Ingested) -> list[str]:
+    samples = [each for each in ingested.outcomes if each.sample.has_photo]
+    sound = [each for each in samples if not each.faults]
     unchanged = sum(outcome.fate == "unchanged" for outcome in sound)
-    every = len(ingested.outcomes)
-    count = f"{len(sound)} of {counted(every, 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
+    count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if not sound:
-        lines = [f"No sample is sound yet, of {counted(every, 'sample')}."]
+        lines = [f"No sample is sound yet, of {counted(len(samples), 'sample')}."]
     lab, questions = shown(ingested.lab), any(each.faults for each in ingested.outcomes)
     if ingested.dry_run:
         where = (

@@ -46,7 +46,7 @@ def ingest(
 
     with command.progress() as progress:
         ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
-    command.reply(checked_answer(ingested, *check_runs(ingested, command.progress(), jobs)))
+    command.reply(checked_answer(ingested, check_runs(ingested, command.progress(), jobs)))
 
 
 @answers(device=True)

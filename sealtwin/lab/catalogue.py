@@ -40,16 +40,11 @@ class Record:
     content: str  # Hash of files and notes
     files: tuple[KeptFile, ...]
     dialect: str | None  # Dialect of the sheet of readings, as a sentence
-    date: str | None
-    operator: str | None
-    said: Mapping[str, Any]  # Settings in its notes, by dotted key
+    said: Mapping[str, Any]  # Settings in its notes, by dotted key, with date and operator
     remarks: tuple[str, ...]
     ingested_utc: str
     sealtwin: str  # The version that took it in
     trial_sha256: str = ""  # Of trial.toml as it was written
-
-    def file(self, role: Role) -> KeptFile | None:
-        return next((file for file in self.files if file.role == role), None)
 
 
 @dataclass(frozen=True)
@@ -215,19 +210,22 @@ def progress_of(catalogue: Catalogue, record: Record) -> str:
 
 
 def _row(catalogue: Catalogue, record: Record) -> dict[str, Any]:
-    photo, readings, result = record.file("photo"), record.file("readings"), read_run(catalogue.lab, record)
-    depth, unready = record.said.get("crack.depth_mm"), catalogue.unready(record)
-    row = vars(record) | {
-        "sample": record.name,
-        "state": "not sound" if unready else "taken in",
-        "reason": unready[0] + (f" And {len(unready) - 1} more." if len(unready) > 1 else "") if unready else None,
-        "data": record.said.get("data", record.said.get("photo.data")),
-        "depth_mm": depth if isinstance(depth, int | float) else "along the crack",
-        "photo": photo and photo.original,
-        "photo_sha256": photo and photo.sha256,
-        "readings": readings and readings.original,
-        "readings_sha256": readings and readings.sha256,
-        "result": progress_of(catalogue, record),
-        **{name: result and result.comparison and getattr(result.comparison, name) for name in COMPARED},
-    }
+    kept, result, unready = {}, read_run(catalogue.lab, record), catalogue.unready(record)
+    for file in record.files:
+        kept |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
+    depth = record.said.get("crack.depth_mm")
+    row = (
+        vars(record)
+        | kept
+        | record.said
+        | {
+            "sample": record.name,
+            "state": "not sound" if unready else "taken in",
+            "reason": unready[0] + (f" And {len(unready) - 1} more." if len(unready) > 1 else "") if unready else None,
+            "data": record.said.get("photo.data"),
+            "depth_mm": depth if isinstance(depth, int | float) else "along the crack",
+            "result": progress_of(catalogue, record),
+            **{name: result and result.comparison and getattr(result.comparison, name) for name in COMPARED},
+        }
+    )
     return {column: row.get(column) for column in COLUMNS}

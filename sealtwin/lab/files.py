@@ -6,9 +6,8 @@ Links are not followed, and no file is opened.
 import os
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from pathlib import Path, PurePath
 from typing import Literal, get_args
 
@@ -31,6 +30,13 @@ TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a 
 TEXT_SUFFIXES = {".txt", ".md"}
 UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Reported as a fault: they contain a lab's numbers
 TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab"} | UNREAD_TABLES
+POSSIBLE: Mapping[str, tuple[Role, ...]] = {
+    **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
+    **dict.fromkeys(TABLE_SUFFIXES, ("readings", "fill", "note")),
+    **dict.fromkeys(TEXT_SUFFIXES, ("note", "readings", "fill")),
+    NOTE_SUFFIX: ("note",),
+}
+"""Roles that a file may have, by its ending. The first is the default."""
 TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of tables of numbers
 WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
 """Words, by role, that give a file this role if they are at the beginning or the end of a name."""
@@ -41,11 +47,7 @@ DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
 MOST_ENTRIES = 50_000  # Files and folders; more means that a disk was given by mistake
 MOST_NAMES = 3  # Names in one sentence
 HIDDEN = (".", "~$")
-SHEETS, PHOTOS, TEXTS = (
-    " ".join(sorted(endings)) for endings in (TABLE_SUFFIXES - UNREAD_TABLES, PHOTO_SUFFIXES, TEXT_SUFFIXES)
-)
-NOT_READ = f"its ending is not read. Read are sheets ({SHEETS}), photos ({PHOTOS}) and notes ({NOTE_SUFFIX} {TEXTS})."
-NOT_DOWNLOADED = re.compile(r"\.(.+)\.icloud")  # iCloud's placeholder of a file
+NOT_READ = "its ending is not read."
 CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
 
 
@@ -81,43 +83,33 @@ def place_of(file: PurePath) -> FilePlace | None:
     The sample is the stem without words for a role at its ends. Folders count too: photos/P01.jpg and sheets/P01.csv
     belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a note unless its own name has another role.
     """
-    suffix = file.suffix.lower()
-    possible = possible_roles(suffix)
-    if not possible:
-        return None
-    stem, roles = ("", list[Role]()) if file.name == TRIAL else _without_words(file.stem, possible)
-    folders = [_without_words(part, ROLES) for part in file.parent.parts]
-    if suffix not in TEXT_SUFFIXES:
-        roles += [role for _, named in folders[::-1] for role in named]
-    # The folder of a sample often has files with the same name.
-    names = [name for name in (*(folder for folder, _ in folders), stem) if sample_key(name)]
-    sample = "-".join(name for before, name in pairwise(["", *names]) if sample_key(before) != sample_key(name))
+    possible, names, roles = roles_of(file), list[str](), list[Role]()
+    stem = "" if file.name == TRIAL else file.stem
+    for part in (*file.parent.parts, stem) if possible else ():
+        name, meant = _without_words(part, possible if part == stem else ROLES)
+        # The folder of a sample often has files with the same name.
+        names += [name] if sample_key(name) not in ("", *map(sample_key, names[-1:])) else []
+        roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
     # A mask in a folder of photos is a mask: roles other than the default of the ending count.
-    return FilePlace(as_label(sample), next((role for role in roles if role in possible[1:]), possible[0]))
+    role = next((role for role in roles if role in possible[1:]), *possible[:1])
+    return FilePlace(as_label("-".join(names)), role) if possible else None
 
 
-def possible_roles(suffix: str) -> tuple[Role, ...]:
-    """Return the roles that a file with this ending may have. The first is the default."""
-    if suffix in PHOTO_SUFFIXES:
-        return ("photo", "mask")
-    if suffix in TABLE_SUFFIXES:
-        return ("readings", "fill", "note")
-    if suffix in TEXT_SUFFIXES:
-        return ("note", "readings", "fill")
-    return ("note",) if suffix == NOTE_SUFFIX else ()
+def roles_of(file: PurePath) -> tuple[Role, ...]:
+    """Return the roles that a file may have by its ending, the default first."""
+    return POSSIBLE.get(file.suffix.lower(), ())
 
 
 def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
     """Return a name without the words at its ends that mean one of ``roles``, and the roles that they mean."""
     parts, meant = SEPARATORS.split(unicodedata.normalize("NFC", name)), list[Role]()
-    for end, beside in ((-1, slice(-2, None)), (0, slice(0, 2))):
+    for end, beside in ((-1, slice(-2, None)), (0, slice(2))):
         while parts:
             word = plain_letters(parts[end])
-            role = next((role for role in roles if word in WORDS.get(role, ())), None)
-            if role is not None:
-                meant.append(role)
-            elif word:
+            of_word = [role for role in roles if word in WORDS.get(role, ())]
+            if word and not of_word:
                 break
+            meant += of_word[:1]
             del parts[beside]
     return "".join(parts), meant
 
@@ -138,26 +130,39 @@ def folder_of(sample: str) -> str:
 def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
     """Return the photos, sheets and notes in ``folder`` and its subfolders, and the files that are not used.
 
-    Paths are relative to ``folder``. Raises InputError if it is not a folder, or if it contains more than
-    ``MOST_ENTRIES`` files and folders.
+    Paths are relative to ``folder``. Hidden files are skipped, such as macOS's ._photo.jpg and Excel's ~$sheet.xlsx.
+    Raises InputError if it is not a folder, or if it contains more than ``MOST_ENTRIES`` files and folders.
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the folder of photos, sheets and notes.")
-    files, left_out = list[PurePath](), list[LeftOut]()
-    for path in sorted(_paths(folder, left_out)):
-        file = path.relative_to(folder)
-        reason, lost = NOT_READ, bool(possible_roles(file.suffix.lower()))
-        if as_text(file) != str(file):
-            reason = "a name that is not UTF-8; rename it."
-        elif plain(str(file)) != str(file):
-            reason = "a name with control characters; rename it."
-        elif file.name == DEFAULTS != str(file):
-            reason = f"{DEFAULTS} is read from the top of the folder only; move it there."
-        elif lost:
-            files += [] if file == Path(DEFAULTS) else [file]
-            continue
-        left_out.append(LeftOut(plain(as_text(file)), reason, lost))
-    return files, left_out
+    files, left_out, entries = list[PurePath](), list[LeftOut](), 0
+
+    def leave_out(path: object, reason: str, *, lost: bool) -> None:
+        left_out.append(LeftOut(plain(as_text(Path(os.path.relpath(f"{path}", folder)))), reason, lost))
+
+    def unreadable(fault: OSError) -> None:
+        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
+        leave_out(fault.filename, reason, lost=True)
+
+    for place, folders, names in os.walk(folder, onerror=unreadable):
+        entries += len(folders) + len(names)
+        if entries > MOST_ENTRIES:
+            raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
+        folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
+        links = [name for name in folders if Path(place, name).is_symlink()]
+        for path in (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN)):
+            file, is_read = path.relative_to(folder), bool(roles_of(path))
+            if as_text(file) != str(file):
+                leave_out(path, "a name that is not UTF-8; rename it.", lost=is_read)
+            elif plain(str(file)) != str(file):
+                leave_out(path, "a name with control characters; rename it.", lost=is_read)
+            elif file.name == DEFAULTS != str(file):
+                leave_out(path, f"{DEFAULTS} is read from the top of the folder only; move it there.", lost=True)
+            elif not is_read:
+                leave_out(path, NOT_READ, lost=False)
+            elif str(file) != DEFAULTS:
+                files.append(file)
+    return sorted(files), sorted(left_out, key=lambda each: each.file)
 
 
 def plain(text: str) -> str:
@@ -169,31 +174,3 @@ def few(names: Sequence[object], most: int = MOST_NAMES) -> str:
     """Return a text with the first ``most`` names and the number of the others."""
     more = len(names) - most
     return ", ".join(map(str, names[:most])) + (f" and {more} more" if more > 0 else "")
-
-
-def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
-    """Yield all files that are not hidden. Hidden files are, for example, macOS's ._photo.jpg and Excel's ~$sheet.xlsx.
-
-    Folders that cannot be read, and files that iCloud has not downloaded, are added to ``left_out``. Raises InputError
-    if there are too many files.
-    """
-
-    def relative(path: object) -> str:
-        return plain(as_text(Path(os.path.relpath(f"{path}", folder))))
-
-    def leave_out(fault: OSError) -> None:
-        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
-        left_out.append(LeftOut(relative(fault.filename), reason, lost=True))
-
-    entries = 0
-    for place, folders, names in os.walk(folder, onerror=leave_out):
-        entries += len(folders) + len(names)
-        if entries > MOST_ENTRIES:
-            raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
-        folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
-        for inner in filter(None, map(NOT_DOWNLOADED.fullmatch, names)):
-            if possible_roles(Path(inner[1]).suffix.lower()):
-                reason = "not downloaded: iCloud has a placeholder here. Download it."
-                left_out.append(LeftOut(relative(Path(place, inner[1])), reason, lost=True))
-        links = [name for name in folders if Path(place, name).is_symlink()]
-        yield from (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN))

@@ -22,18 +22,18 @@ from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
 from sealtwin.lab.files import (
     DEFAULTS,
-    NOTE_SUFFIX,
     TABLE_SUFFIXES,
+    TEXT_SUFFIXES,
     TRIAL,
-    FilePlace,
     LeftOut,
     as_label,
+    few,
     find_files,
     folder_of,
     place_of,
 )
 from sealtwin.lab.notes import Note, read_defaults, read_note, read_settings_table
-from sealtwin.lab.pairing import PAIRING, Placed, Question, SampleFiles, pair, pairing_text, read_decisions
+from sealtwin.lab.pairing import PAIRING, Placed, SampleFiles, pair, pairing_text, read_decisions
 from sealtwin.lab.sample import INPUTS, SampleOutcome, gather, prepare
 from sealtwin.study.photos import OWN
 from sealtwin.trial.trial_file import Trial, trial_text
@@ -47,10 +47,15 @@ class Ingested:
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
-    outcomes: tuple[SampleOutcome, ...]
-    left_out: tuple[LeftOut, ...]
-    faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files without a sample
+    outcomes: list[SampleOutcome]  # Of samples, and of files that belong to no photo
+    left_out: list[LeftOut]
     placed: Placed
+
+    @property
+    def faults(self) -> list[CatalogueFault]:
+        """Faults of samples, of files without a sample, and of files that are lost."""
+        faults = [CatalogueFault(each.sample.name, f"{fault}") for each in self.outcomes for fault in each.faults]
+        return faults + [CatalogueFault(each.file, each.sentence) for each in self.left_out if each.lost]
 
 
 def ingest(
@@ -66,37 +71,36 @@ def ingest(
     Raises InputError if the folder, its lab.toml, a table of settings or the pairing cannot be used.
     """
     _refuse_nested(folder, lab)
-    folder = folder.resolve()
+    folder, edited = folder.resolve(), lab / PAIRING
     names, left_out = find_files(folder)
     defaults = read_defaults(folder / DEFAULTS)
-    source = _name_of_source(folder, lab)
+    way = os.path.relpath(folder, lab.resolve())
+    # Without the path of the folder; it does not change if folder and lab are moved together.
+    source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
     named = {file: place for file in names if (place := place_of(file)) is not None}
     if any(place.role == "photo" and not place.key for place in named.values()):
         # The folder of one sample: its photo needs no name.
-        own = as_label(folder.name)
-        named = {file: place if place.key else replace(place, sample=own) for file, place in named.items()}
+        named = {file: replace(one, sample=one.sample or as_label(folder.name)) for file, one in named.items()}
     unused = {each.file: each.reason for each in left_out}
-    given = None if pairing is None else read_decisions(pairing, named, unused)
+    decisions = None if pairing is None else read_decisions(pairing, named, unused)
     with _catalogue(lab, progress, dry_run) as catalogue:
-        if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.content.pairing:
-            given = read_decisions(lab / PAIRING, named, unused)
-        decisions = catalogue.decisions(source) if given is None else given
+        if decisions is None and edited.is_file() and files.sha256(edited) != catalogue.content.pairing:
+            decisions = read_decisions(edited, named, unused)
+        elif decisions is None:
+            decisions = catalogue.decisions(source)
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
         samples, of_tables = _paired(folder, placed, left_out)
-        lost = [each for each in left_out if each.lost]
-        if not samples and not lost:
+        ingested = Ingested(lab, source, dry_run, [], left_out, placed)
+        if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
-        intake, outcomes = SampleIntake(folder, source, defaults, of_tables, catalogue, dry_run), list[SampleOutcome]()
+        intake = SampleIntake(folder, source, defaults, of_tables, catalogue, dry_run)
         for done, sample in enumerate(samples, start=1):
-            outcomes.append(intake.take_in(sample, progress))
+            ingested.outcomes.append(intake.take_in(sample, progress))
             progress.advance(done, sample.name)
-        faults = [CatalogueFault(outcome.sample.name, str(fault)) for outcome in outcomes for fault in outcome.faults]
-        faults += [CatalogueFault(each.file, each.sentence) for each in lost]
-        ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed)
         if not dry_run:
             write_pairing(ingested, catalogue)
-            catalogue.state(source, decisions, faults)
+            catalogue.state(source, decisions, ingested.faults)
             catalogue.save()
     return ingested
 
@@ -104,30 +108,27 @@ def ingest(
 def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[SampleFiles], Mapping[str, Note]]:
     """Return the samples, the files without a photo, and the settings in tables by sample.
 
-    A text without a photo and without settings is left out; so is a row of a table that names no photo.
+    A text without a photo and without a number is left out.
     """
-    lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
     photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
-    rest, of_tables = dict(placed), dict[str, Note]()
-    for file, (first, *_) in [*placed.items()]:
+    rest, of_tables, asked = dict(placed), dict[str, Note](), list[SampleFiles]()
+    for file, (first, *_) in placed.items():
         path, ending = folder / file, file.suffix.lower()
-        if first.role not in ("readings", "note") or first.key in photos or first.answers or path.is_symlink():
+        if first.role not in ("readings", "note") or first.key in photos or path.is_symlink():
             continue
         if ending in TABLE_SUFFIXES and (table := read_settings_table(path)) is not None:
+            rest[file] = placed[file] = [replace(first, sample="", role="note")]
+            of_tables |= {key: of_tables.get(key, Note()).beside(note) for key, note in table.items()}
+            if lacking := table.keys() - photos:
+                finding = f"no photo is called {few(sorted(lacking))}, but a row."
+                question = Doubt("pairing", f"{file}", finding, "Add the photo, or set the role to ignore.")
+                asked.append(SampleFiles(f"{file}", notes=(file,), answers={}, questions=(question,)))
             rest.pop(file)
-            placed[file] = [FilePlace("", "note")]
-            for key, note in table.items():
-                of_tables[key] = of_tables.get(key, Note()).beside(note)
-            if lacking := sorted(table.keys() - photos):
-                reason = (
-                    f"its rows name samples without a photo: {', '.join(lacking)}. Correct them, or add the photos."
-                )
-                left_out.append(LeftOut(f"{file}", reason, lost=True))
-        elif first.role == "note" and ending not in TABLE_SUFFIXES and ending != NOTE_SUFFIX:
-            if (note := read_note(path, "")) is not None and not note.entries:
-                rest.pop(file)
-                left_out.append(LeftOut(f"{file}", "its name is that of no photo.", lost=False))
-    return pair(rest, lost), of_tables
+        elif ending in TEXT_SUFFIXES and (note := read_note(path, first.key)) is not None and not note.entries:
+            rest.pop(file)
+            left_out.append(LeftOut(f"{file}", "its name is that of no photo.", lost=False))
+    lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
+    return [*pair(rest, lost), *asked], of_tables
 
 
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
@@ -135,21 +136,9 @@ def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
 
     The pairing file then counts as not edited by the user.
     """
-    asked = [(outcome.sample.key, question) for outcome in ingested.outcomes for question in outcome.faults]
-    rows = {file.as_posix(): (file, places[0].key) for file, places in ingested.placed.items()}
-    asked += [
-        (rows[each.file][1], Question(each.sentence, rows[each.file][0]))
-        for each in ingested.left_out
-        if each.lost and each.file in rows
-    ]
+    asked = [(outcome.sample, question) for outcome in ingested.outcomes for question in outcome.faults]
     files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, asked))
     catalogue.content.pairing = files.sha256(catalogue.lab / PAIRING)
-
-
-def _name_of_source(folder: Path, lab: Path) -> str:
-    """Return a name of a lab's folder without its path; it does not change if folder and lab are moved together."""
-    way = os.path.relpath(folder, lab.resolve())
-    return f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
 
 
 @contextmanager
@@ -211,38 +200,37 @@ class SampleIntake:
             last = traceback.extract_tb(fault.__traceback__)[-1]
             place = f"{Path(last.filename).name}, line {last.lineno}"
             outcome.fate, outcome.faults = "bug", []
-            outcome.ask(
-                Doubt("bug", sample.name, f"{type(fault).__name__} in {place}: {fault}. A bug: please report it.")
-            )
+            outcome.ask(f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug: please report it.")
         return outcome
 
     def _decide(self, outcome: SampleOutcome) -> None:
         """Set the fate of the sample, or its faults. Raises InputError for a fault that stops it."""
-        sample, lab = outcome.sample, self.catalogue.lab
-        before = next(reversed(self.catalogue.of_sample(sample.key)), None) if sample.has_photo else None
-        if before is not None and not outcome.faults:
-            if before.content == outcome.content and _is_whole(lab / before.folder, before):
-                outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
-                outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
+        sample, before = outcome.sample, self.catalogue.of_sample(outcome.sample.key)[-1:]
+        for record in before if not outcome.faults else ():
+            if record.content == outcome.content and self._is_whole(record):
+                outcome.fate, outcome.trial, outcome.revision = "unchanged", record.folder, record.revision
+                outcome.remarks, outcome.dialect = list(record.remarks), record.dialect
                 return
             # A sample of the same name from another folder is another sample, unless its photo is the same.
-            photo, hashes = before.file("photo"), [raw.sha256 for raw in outcome.raw if raw.role == "photo"]
-            same_photo = photo is not None and photo.sha256 in hashes
-            if not same_photo and before.source not in (self.source, as_text(self.folder)):
+            photos = {raw.sha256 for raw in (*outcome.raw, *record.files) if raw.role == "photo"}
+            if len(photos) > 1 and record.source not in (self.source, as_text(self.folder)):
                 raise InputError(
-                    f"{sample.files['photo']}: a sample {before.name} with another photo came from {before.source}; "
+                    f"{sample.files['photo']}: a sample {record.name} with another photo came from {record.source}; "
                     "give this one another name in the pairing file."
                 )
         prepare(outcome)
-        if outcome.faults or outcome.settings is None:
-            return
-        if not self.dry_run:
-            record = self.keep(outcome, outcome.settings, before)
-            self.catalogue.put(record)
-            outcome.trial, outcome.revision = record.folder, record.revision
-        outcome.fate = "new" if before is None else "revised"
+        if not outcome.faults and outcome.settings is not None:
+            if not self.dry_run:
+                kept = self.keep(outcome, outcome.settings, *before)
+                self.catalogue.put(kept)
+                outcome.trial, outcome.revision = kept.folder, kept.revision
+            outcome.fate = "revised" if before else "new"
 
-    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None) -> Record:
+    def _is_whole(self, record: Record) -> bool:
+        names = (TRIAL, *(file.kept_as for file in record.files))
+        return all((self.catalogue.lab / record.folder / name).is_file() for name in names)
+
+    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None = None) -> Record:
         """Write a trial's folder: unchanged copies of its files, trial.toml, record.json.
 
         ``before`` is the sample's latest trial. If it was neither run nor edited and its files are the same, it is
@@ -250,18 +238,21 @@ class SampleIntake:
         read, or if another sample has the folder's name.
         """
         lab, sample, text = self.catalogue.lab, outcome.sample, trial_text(trial)
-        settings = {key: entry.value for key, entry in outcome.note.entries.items()}
         name, revision, answered = folder_of(sample.name), 1, False
         if before is not None:
-            answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
+            latest = lab / before.folder
+            answered = before.files == tuple(outcome.raw) and self._is_whole(before)
+            answered = answered and files.sha256(latest / TRIAL) == before.trial_sha256
+            answered = answered and not (latest / RUN / "profile.csv").exists()
             # The number of a later revision follows an @, which no sample's name contains.
-            later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
-            name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
+            revision = before.revision + (not answered)
+            name = before.folder if answered else f"{before.folder.partition('@')[0]}@{revision}"
         if (lab / name).exists() and not answered:
             raise InputError(
                 f"{sample.files['photo']}: the folder {lab / name} exists already; give this sample another name "
                 "in the pairing file."
             )
+        settings = {key: entry.value for key, entry in outcome.note.entries.items()}
         record = Record(
             sample=sample.key,
             name=sample.name,
@@ -271,35 +262,23 @@ class SampleIntake:
             content=outcome.content,
             files=tuple(outcome.raw),
             dialect=outcome.dialect,
-            date=settings.get("date"),
-            operator=settings.get("operator"),
             said=json.loads(json.dumps(settings, default=str)),
             remarks=tuple(outcome.remarks),
             ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
             sealtwin=version("sealtwin"),
             trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
         )
+        folder = lab / name if answered else lab / INCOMING
         if answered:
-            files.write_text(lab / name / TRIAL, text)
-            files.write_json(lab / name / RECORD, asdict(record))
-            return record
-        incoming = lab / INCOMING
-        shutil.rmtree(incoming, ignore_errors=True)
-        write_trial(outcome, trial, incoming)
-        files.write_json(incoming / RECORD, asdict(record))
-        with naming(lab / name):
-            incoming.rename(lab / name)
+            files.write_text(folder / TRIAL, text)
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+            write_trial(outcome, trial, folder)
+        files.write_json(folder / RECORD, asdict(record))
+        if not answered:
+            with naming(lab / name):
+                folder.rename(lab / name)
         return record
-
-
-def _is_whole(folder: Path, record: Record) -> bool:
-    return all((folder / name).is_file() for name in (TRIAL, *(file.kept_as for file in record.files)))
-
-
-def _is_as_written(folder: Path, record: Record) -> bool:
-    """Return True if a trial was neither edited nor run, and has all its files."""
-    is_run = (folder / RUN / "profile.csv").exists()
-    return _is_whole(folder, record) and not is_run and files.sha256(folder / TRIAL) == record.trial_sha256
 
 
 def write_trial(outcome: SampleOutcome, trial: Trial, folder: Path) -> None:

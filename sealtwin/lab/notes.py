@@ -13,20 +13,20 @@ from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import opened
 from sealtwin.core.settings import dotted_names, read_toml
 from sealtwin.lab.files import NAMED_FILES, NOTE_SUFFIX, plain
-from sealtwin.lab.sheets import texts_of
+from sealtwin.lab.sheets import table_of
 from sealtwin.trial.trial_file import Trial
-from validate.readings.grid import clipped
+from validate.readings.grid import quoted
 from validate.readings.names import sample_key
 from validate.readings.numbers import is_ambiguous, number
 from validate.settings import OF_THE_SHEET, SIGNS, Columns
 
-NAME = "name"
-DATA, DATE, OPERATOR = "data", "date", "operator"
-OWN = frozenset({DATA, DATE, OPERATOR})
-"""Keys that only notes have: data is the origin of photo and readings; date and operator go into the catalogue."""
+NAME, DATE, OPERATOR = "name", "date", "operator"
+OWN = (DATE, OPERATOR)
+"""Keys that only notes have, and that go into the catalogue."""
+ORIGINS = ("photo.data", "readings.data")
+"""Settings that the key data of a note stands for: the origin of photo and readings."""
 OF_READINGS = ("readings.", "gate.")  # Prefixes of keys that only samples with readings need
 COLUMNS = "readings.columns"  # Table inside another table
-MESH = "mesh"  # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh
 SCALE, DEPTH = "photo.mm_per_px", "crack.depth_mm"
 ALTERNATIVES = (
     (
@@ -41,14 +41,13 @@ sets are dropped."""
 OF_ONE = (NAME, DATE, *NAMED_FILES.values(), "readings.as_written")
 """Keys that cannot apply to all samples of a folder."""
 STARTER = 'Write a note with what no photo shows: data = "measured", and depth_mm = 16.0 in [crack]'
-KEYS = "write a key of a trial ('sealtwin init DIR' shows them), or data, date or operator."
+KEYS = "no such key; write one of a trial ('sealtwin init DIR' shows them), or data, date or operator."
 SAMPLE = "sample"  # Column of a table of settings
 ASSIGNED = re.compile(r"\s*[A-Za-z_]\w*(\.[A-Za-z_]\w*)*\s*=[^#\ufffd]*")
 """Line ``key = value`` without a comment, which may change its meaning."""
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
-LONGEST_OWN = 200
-GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
+LONGEST = 200
 
 
 @dataclass(frozen=True)
@@ -103,12 +102,12 @@ class Note:
         elif key == f"{COLUMNS}.sign":
             key, value = "readings.quantity", SIGNS.get(f"{value}", value)
         try:
-            if key not in known_keys():
-                self.faults.append(f"{where}: {shown(key)}: no such key; {KEYS}")
-            else:
-                self.entries[key] = NoteEntry(_own(key, value), where)
+            for each in ORIGINS if key == "data" else (key,):
+                if each not in known_keys():
+                    raise ValueError(KEYS)
+                self.entries[each] = NoteEntry(_checked(each, value), where)
         except ValueError as fault:
-            self.faults.append(f"{where}: {key} = {shown(value)} {fault}")
+            self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
 
 
 def read_note(path: Path, sample: str) -> Note | None:
@@ -159,38 +158,33 @@ def read_settings_table(path: Path) -> dict[str, Note] | None:
     a table.
     """
     try:
-        (_, head), *rows = [*texts_of(path).items()] or [(1, ())]
+        head, rows = table_of(path)
     except InputError:
         return None  # Reported when it is read as a sheet.
     if SAMPLE not in head or not any("." in key and key in known_keys() for key in head):
         return None
     notes, faults = dict[str, Note](), list[str]()
     for row, texts in rows:
-        cells, where = list(zip(head, texts, strict=False)), f"{path}, row {row}"
-        sample, note = next((text for key, text in cells if key == SAMPLE), ""), Note()
-        if not sample_key(sample) or sample_key(sample) in notes:
-            faults.append(f"{where}: the sample {sample!r:.80} is missing or has another row; each sample needs one.")
-        for key, text in cells:
-            if key != SAMPLE and text:
-                try:
-                    note.take(key, value_of(text), where)
-                except ValueError as fault:
-                    faults.append(f"{where}: {key} = {shown(text)} {fault}")
+        note, where, cells = Note(), f"{path}, row {row}", dict(texts)
+        sample = sample_key(cells.pop(SAMPLE, ""))
+        if not sample or sample in notes:
+            faults.append(f"{where}: its sample is missing, or has another row; each sample needs one.")
+        for key, text in cells.items():
+            if text:
+                note.take(key, value_of(text), where)
         faults += note.faults
-        notes[sample_key(sample)] = note
+        notes[sample] = note
     if faults:
         raise InputError("\n".join(faults))
     return notes
 
 
 def value_of(text: str) -> Any:
-    """Return the value in a cell: a number, a value of TOML, or a text. Raises ValueError for 1,234 and 1.234."""
-    if is_ambiguous(text):
-        raise ValueError("may be a decimal or thousands; write a digit more, or fewer.")
-    if (value := number(text)) is not None:
+    """Return the value in a cell: a number, a value of TOML, or the text, such as 1,234, which may be two numbers."""
+    if (value := None if is_ambiguous(text) else number(text)) is not None:
         return int(value) if value.is_integer() else value
     try:
-        return tomllib.loads(f"value = {text}")["value"]
+        return text if is_ambiguous(text) else tomllib.loads(f"value = {text}")["value"]
     except (ValueError, KeyError, RecursionError):
         return text
 
@@ -198,8 +192,9 @@ def value_of(text: str) -> Any:
 @cache
 def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
-    named = (key for key in dotted_names(Trial) if not key.startswith(f"{MESH}."))
-    return OWN.union(named, (f"{COLUMNS}.{name}" for name in Columns.model_fields))
+    # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh.
+    named = (key for key in dotted_names(Trial) if not key.startswith("mesh."))
+    return frozenset([*OWN, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
 
 
 @cache
@@ -207,28 +202,13 @@ def tables() -> frozenset[str]:
     return frozenset(key.partition(".")[0] for key in known_keys() if "." in key)
 
 
-def _own(key: str, value: Any) -> Any:
-    """Return the value of a key. Raises ValueError if a key that only notes have has an invalid value."""
+def _checked(key: str, value: Any) -> Any:
+    """Return the value of a key. Raises ValueError for an invalid value of a key that only notes have."""
     if key == DATE:
-        return _read_date(value)
-    if key == NAME and not (isinstance(value, str) and value.strip() and plain(value) == value):
-        raise ValueError("is not a name; write one line of visible letters.")
-    if key in OWN and not (isinstance(value, str) and 0 < len(value) <= LONGEST_OWN):
-        raise ValueError(f"is not a text of 1 to {LONGEST_OWN} letters; write one in quotes.")
+        try:
+            return date.fromisoformat(f"{value}"[:10]).isoformat()
+        except ValueError:
+            raise ValueError("is not a date; write 2026-12-31.") from None
+    if key in (NAME, OPERATOR) and not (isinstance(value, str) and 0 < len(value) <= LONGEST and plain(value) == value):
+        raise ValueError(f"is not one line of 1 to {LONGEST} visible letters, in quotes.")
     return value
-
-
-def _read_date(value: object) -> str:
-    """Return a date in ISO 8601. ``value`` has this form or one such as 31.12.2026; otherwise raises ValueError."""
-    text = value.isoformat() if isinstance(value, date) else str(value).strip()
-    if german := GERMAN_DATE.fullmatch(text):
-        day, month, year = german.groups()
-        text = f"{year}-{month:0>2}-{day:0>2}"
-    try:
-        return date.fromisoformat(text[:10] if re.match(r"\d{4}-\d\d-\d\d[T ]", text) else text).isoformat()
-    except ValueError:
-        raise ValueError("is not an unambiguous date; write 2026-12-31 or 31.12.2026.") from None
-
-
-def shown(value: object) -> str:
-    return clipped(repr(value))

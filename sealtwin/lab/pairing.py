@@ -5,7 +5,6 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path, PurePath
 from textwrap import shorten
 from typing import Any
@@ -13,10 +12,11 @@ from typing import Any
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
-from sealtwin.lab.files import ROLES, TABLES, UNREAD_TABLES, FilePlace, Role, as_label, few, possible_roles
-from sealtwin.lab.notes import COLUMNS as COLUMNS_TABLE
-from sealtwin.lab.notes import Note, shown
-from sealtwin.lab.sheets import texts_of
+from sealtwin.lab.files import ROLES, TABLES, UNREAD_TABLES, FilePlace, Role, as_label, few, roles_of
+from sealtwin.lab.notes import COLUMNS as OF_COLUMNS
+from sealtwin.lab.notes import Note, value_of
+from sealtwin.lab.sheets import table_of
+from validate.readings.grid import quoted
 from validate.readings.names import sample_key
 from validate.readings.numbers import number
 from validate.settings import Columns, Declared
@@ -29,6 +29,16 @@ SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 SETTINGS = "settings"
+
+SHEET_ALONE = (
+    "Write its sample into the column sample; if it has several, add a row of this file for each, with its own range, "
+    "sheet or levels; if it has none, set the role to ignore."
+)
+NOTE_ALONE = (
+    "Write its sample into the column sample, and settings that are not lines key = value into the column settings; if "
+    "it has none, set the role to ignore."
+)
+ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
 Placed = dict[PurePath, list[FilePlace]]
 """Samples and roles by file. A file of several samples has several, each with the answers that say what is read."""
@@ -43,19 +53,14 @@ def _levels(text: str) -> list[str]:
     return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
 
 
-def _places(text: str) -> str | list[float]:
-    numbers = [number(part) for part in re.split(r"[\s;]+", text)]
-    return text.lower() if None in numbers else [one for one in numbers if one is not None]
+def _places(text: str) -> Any:
+    numbers = [*map(number, re.split(r"[\s;]+", text))]
+    return text.lower() if None in numbers else numbers
 
 
 def _as_written(text: str) -> list[str]:
     cells = re.split(r'[\s,;"]+', text.strip('" ,;'))
     return [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
-
-
-def _number(text: str) -> int | float | str:
-    value = number(text)
-    return text if value is None else int(value) if value.is_integer() else value
 
 
 READ_AS: Mapping[str, Callable[[str], Any]] = {
@@ -67,10 +72,11 @@ READ_AS: Mapping[str, Callable[[str], Any]] = {
     "sign": str.lower,
     "s_from": str.lower,
     "range": str.upper,
-    "header_rows": _number,
-    "skip": lambda text: [int(part) if part.isdecimal() else part for part in re.split(r"\s*[;,]\s*", text)],
+    "header_rows": value_of,
+    "skip": lambda text: [*map(value_of, re.split(r"\s*[;,]\s*", text))],
     "missing": lambda text: re.split(r"\s*;\s*", text),
-    "datum_level_mm": _number,
+    "datum_level_mm": value_of,
+    "crack": value_of,
     "as_written": _as_written,
 }
 """Functions that read the text of a column of the pairing file. Texts of other columns are values as they are."""
@@ -87,19 +93,15 @@ PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a fil
 
 def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
     """Return the settings in the answers of a row. Those in its column of settings are TOML, separated by semicolons."""
-    note, text = Note(), answers.get(SETTINGS, "")
-    for name in (name for name in OF_SHEETS if answers.get(name)):
-        table = COLUMNS_TABLE if name in Columns.model_fields else "readings"
+    note = Note()
+    for name in (name for name in (*OF_SHEETS, "crack") if answers.get(name)):
+        table = "photo" if name == "crack" else OF_COLUMNS if name in Columns.model_fields else "readings"
         note.take(f"{table}.{name}", READ_AS.get(name, str)(answers[name]), where)
-    if "crack" in answers:
-        note.take("photo.crack", _number(answers["crack"]), where)
     try:
-        note.take_tables(tomllib.loads(text.replace(";", "\n")), where)
+        note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
     except (ValueError, RecursionError) as fault:
         example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
-        note.faults.append(
-            f"{where}: settings = {shown(text)} is not valid TOML ({fault}); write for example {example}."
-        )
+        note.faults.append(f"{where}: settings = {quoted(answers[SETTINGS])}: {fault}. Write for example {example}.")
     return note
 
 
@@ -133,55 +135,50 @@ def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
     a sheet are held back.
     """
     groups: dict[str, dict[Role, list[tuple[PurePath, FilePlace]]]] = defaultdict(lambda: defaultdict(list))
-    for file, places in placed.items():
-        for place in (place for place in places if place.role != "ignore"):
+    for file, place in ((file, place) for file, places in sorted(placed.items()) for place in places):
+        if place.role != "ignore":
             groups[place.key][place.role].append((file, place))
     photos = {key: group for key, group in sorted(groups.items()) if "photo" in group}
-    alone = [each for key, group in groups.items() if key not in photos for each in sum(group.values(), [])]
-    lacking = [str(group["photo"][0][0]) for group in photos.values() if "readings" not in group]
-    without = f"Photos without a sheet: {few(lacking, MOST_PHOTOS)}." if lacking else "Every photo has its sheet."
-    waiting = [*lost, *(str(file) for file, place in alone if place.role in TABLES)]
-    samples = [_sample(group, waiting) for group in photos.values()]
+    alone = [each for key in groups.keys() - photos.keys() for every in groups[key].values() for each in every]
+    lacking = [group["photo"][0][0] for group in photos.values() if "readings" not in group]
+    waiting = [*lost, *sorted(f"{file}" for file, place in alone if place.role in TABLES)]
+    samples = [_sample(group, few(waiting)) for group in photos.values()]
     for file, place in sorted(alone, key=lambda each: each[0]):
-        name = f"no photo is called {place.sample!r}." if place.key else "its name gives no sample."
-        remedy = (
-            f"{without} Write its sample into the column sample; if it has several, add a row of this file for each, "
-            "with its own range, sheet or levels; if it has none, set the role to ignore."
-            if place.role in TABLES
-            else "Write its sample into the column sample, and settings that are not lines key = value into the column "
-            "settings; if it has none, set the role to ignore."
-        )
-        question = Doubt("pairing", str(file), name, remedy)
-        notes = (file,) if place.role == "note" else ()
-        own: Mapping[Role, PurePath] = {} if notes else {place.role: file}
-        samples.append(
-            SampleFiles(
-                place.sample or str(file), own, notes, {(place.role, file): place.answers}, questions=(question,)
-            )
-        )
+        finding, remedy = f"no photo is called {place.sample!r}.", NOTE_ALONE
+        if place.role in TABLES:
+            finding += f" Photos without a sheet: {few(lacking, MOST_PHOTOS) or 'none'}."
+            remedy = SHEET_ALONE
+        question, notes = Doubt("pairing", f"{file}", finding, remedy), (file,) if place.role == "note" else ()
+        of_role: Mapping[Role, PurePath] = {} if notes else {place.role: file}
+        name, answers = place.sample or f"{file}", {(place.role, file): place.answers}
+        samples.append(SampleFiles(name, of_role, notes, answers, questions=(question,)))
     return samples
 
 
-def _sample(group: Mapping[Role, list[tuple[PurePath, FilePlace]]], waiting: Sequence[str]) -> SampleFiles:
+def _sample(group: Mapping[Role, list[tuple[PurePath, FilePlace]]], waiting: str) -> SampleFiles:
     files, rivals, questions = dict[Role, PurePath](), dict[PurePath, Role](), list[Doubt]()
-    answers = {(role, file): place.answers for role, placed in group.items() for file, place in placed}
     for role in group.keys() - {"note"}:
         # A copy in a format that is read replaces it: P01.csv for P01.xls.
         every = [file for file, _ in group[role]]
         read = [file for file in every if file.suffix.lower() not in UNREAD_TABLES] or every
         if len(read) == 1:
             files[role] = read[0]
-            continue
-        rivals |= dict.fromkeys(read, role)
-        finding = f"{len(read)} files are its {role}: {few(read)}."
-        remedy = "Keep one, and set the role of the others to ignore."
-        questions += [Doubt("pairing", str(file), finding, remedy) for file in dict.fromkeys(read)]
-    is_held = bool(waiting) and "readings" not in group
-    if is_held:
-        finding = f"{few(waiting)} may be the sheet of a photo that has none, so these photos wait for the answers."
+        else:
+            finding = f"{len(read)} files are its {role}: {few(read)}."
+            rivals |= dict.fromkeys(read, role)
+            questions += [Doubt("pairing", f"{file}", finding, ONE_OF_SEVERAL) for file in dict.fromkeys(read)]
+    if is_held := waiting != "" and "readings" not in group:
+        finding = f"{waiting} may be the sheet of a photo that has none, so these photos wait for the answers."
         questions.append(Doubt("pairing", PAIRING, finding))
-    notes, name = tuple(file for file, _ in group.get("note", ())), group["photo"][0][1].sample
-    return SampleFiles(name, files, notes, answers, rivals, tuple(questions), is_held)
+    return SampleFiles(
+        group["photo"][0][1].sample,
+        files,
+        tuple(file for file, _ in group.get("note", ())),
+        {(role, file): place.answers for role, placed in group.items() for file, place in placed},
+        rivals,
+        tuple(questions),
+        is_held,
+    )
 
 
 @dataclass(frozen=True)
@@ -194,24 +191,20 @@ class Question:
         return self.sentence
 
 
-def pairing_text(placed: Placed, asked: Iterable[tuple[str, Question]]) -> str:
-    """Return the text of the pairing file: a row for each file and sample, sorted by sample, with its questions.
-
-    ``asked`` has pairs of a sample's key and a question.
-    """
-    questions, used = defaultdict[tuple[PurePath, str], dict[str, None]](dict), set[str]()
-    for key, question in asked:
-        questions[question.file, key][question.sentence] = None
+def pairing_text(placed: Placed, asked: Iterable[tuple[SampleFiles, Question]]) -> str:
+    """Return the text of the pairing file: a row for each file and sample, sorted by sample, with its questions."""
+    questions, used = defaultdict[tuple[PurePath, str], list[str]](list), set[str]()
+    for sample, question in asked:
+        questions[question.file, sample.key].append(question.sentence)
         used.update(column if column in ANSWERS else SETTINGS for column in question.columns)
     rows = list[tuple[Any, dict[str, str]]]()
     for file, places in placed.items():
         for place in places:
-            row = {name: text for name, text in place.answers.items() if text}
-            used.update(row)
-            row |= {"file": file.as_posix(), "role": place.role, "sample": place.sample}
-            question = " ".join(questions.get((file, place.key), {}) if place.role != "ignore" else ())
-            row["question"] = shorten(question, LONGEST_QUESTION, placeholder="...")
+            text = " ".join(questions[file, sample_key(place.sample or f"{file}")])
+            row = {"file": file.as_posix(), "role": place.role, "sample": place.sample, **place.answers}
             rows.append(((place.key, ROLES.index(place.role), file), row))
+            row["question"] = shorten(text, LONGEST_QUESTION, placeholder="...")
+            used.update(place.answers)
     columns = [name for name in COLUMNS if name in used or name not in ANSWERS]
     order = [row for _, row in sorted(rows, key=lambda row: row[0])]
     return sheet_text(columns, [[row.get(name, "") for name in columns] for row in order])
@@ -226,48 +219,36 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace], unused: Mapp
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
-    (_, head), *rows = [*texts_of(path).items()] or [(1, ())]
-    faults = [
-        f"{path}: no such column {name!r:.80}; {_nearest(name)}" for name in head if name and name not in COLUMNS
-    ] + [f"{path}: no column {name}." for name in NAMES if name not in head]
+    head, rows = table_of(path)
+    faults = [f"{path}: no column {name}." for name in NAMES if name not in head]
+    faults += [
+        f"{path}: no such column {name!r:.80}; allowed are {', '.join(COLUMNS)}." for name in {*head} - {*COLUMNS, ""}
+    ]
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
     by_cell = {as_text_cell(file.as_posix()): file for file in named} | {file.as_posix(): file for file in named}
     decisions: Placed = {}
     for line, texts in rows if not faults else ():
-        where, cells = f"{path}, line {line}", {name: text for name, text in zip(head, texts, strict=False) if name}
-        faults += [f"{where}: {text!r:.80} is in a column without a name." for text in texts[len(head) :] if text]
-        faults += [
-            f"{where}: {text!r:.80} is in a column without a name."
-            for name, text in zip(head, texts, strict=False)
-            if text and not name
-        ]
+        where, cells = f"{path}, line {line}", dict(texts)
+        faults += [f"{where}: {text!r:.80} is in a column without a name." for name, text in texts if text and not name]
         written, role, sample = (cells.get(name, "") for name in NAMES)
         if (file := by_cell.get(written)) is None:
             reason = f"is not used: {unused[written]}" if written in unused else "is no file of the lab's folder."
             faults.append(f"{where}: {written!r:.80} {reason} Correct or delete the row.")
             continue
         answers = {name: text for name, text in cells.items() if name in ANSWERS and text}
-        others = decisions.setdefault(file, [])
-        possible = (*possible_roles(file.suffix.lower()), "ignore")
+        possible = (*roles_of(file), "ignore")
         if role not in possible:
             faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")
         elif as_label(sample) != sample:
             faults.append(f"{where}: {file}: a sample {sample!r:.80}; leave out marks such as / and $.")
         elif role in ("photo", "mask") and not sample:
             faults.append(f"{where}: {file} has no sample; write the sample's name, or the role ignore.")
-        elif any(_part(answers) == _part(other.answers) for other in others):
-            faults.append(f"{where}: {file} has two rows; keep one, or give each its own range, sheet or levels.")
         else:
-            others.append(FilePlace(sample, ROLES[ROLES.index(role)], answers))
+            decisions.setdefault(file, []).append(FilePlace(sample, ROLES[ROLES.index(role)], answers))
+    for file, places in decisions.items():
+        parts = {"".join(place.answers.get(name, "") for name in PART).upper() for place in places} - {""}
+        if len(parts) < len(places) != 1:
+            faults.append(f"{path}: {file} has several rows; keep one, or give each its own range, sheet or levels.")
     if faults:
         raise InputError("\n".join(faults))
     return {file: places for file, places in decisions.items() if places != [named[file]]}
-
-
-def _part(answers: Mapping[str, str]) -> list[str]:
-    return [answers.get(name, "").upper() for name in PART]
-
-
-def _nearest(name: str) -> str:
-    close = get_close_matches(name.lower(), COLUMNS, n=1)
-    return f"did you mean {close[0]!r}?" if close else f"delete it; allowed are {', '.join(COLUMNS)}."

@@ -3,10 +3,9 @@
 import re
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +14,9 @@ from sealtwin.core import files
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import MANIFEST, RunFolder, holding, look_into, open_folder
+from sealtwin.core.run_folder import MANIFEST, holding, look_into, open_folder
 from sealtwin.core.stage_keys import content_key
-from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
+from sealtwin.lab.catalogue import RUN, Catalogue, state_of
 from sealtwin.lab.files import TRIAL, folder_of
 from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
 from sealtwin.lab.notes import DEPTH, SCALE
@@ -58,8 +57,8 @@ class _Check:
         return () if readings is None else questions_of(readings)
 
 
-def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace the crack of each sample that has a scale, and check its trial as its run would.
+def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> Batch:
+    """Trace the crack of each sample that has a scale, and check its trial as its run would; ask about the faults.
 
     Each trial in the lab is traced into the folder of its run. A page with all walls, and with the sheets in question,
     is written at the top of the lab. Samples in doubt are traced too, so that all questions are asked together; the lab
@@ -67,54 +66,44 @@ def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> tuple[B
     A trial that had no fault is not checked again until it changes. A fault in one sample does not stop the others.
     Raises InputError if the lab has another program's contact sheet.
     """
-    lab, dry_run, faults = ingested.lab, ingested.dry_run, list[CatalogueFault]()
+    lab, dry_run, outcomes = ingested.lab, ingested.dry_run, ingested.outcomes
+    place, checks = Path(WAITING, content_key({"source": ingested.source})[:8]), dict[str, _Check]()
     with tempfile.TemporaryDirectory() as scratch, nullcontext() if dry_run else holding(lab, progress.note):
-        out, catalogue, tracings = Path(scratch) if dry_run else lab, Catalogue(lab), Tracings(lab)
-        waiting = out / WAITING / content_key({"source": ingested.source})[:8]
-        checks = dict[str, _Check]()
-        for outcome in ingested.outcomes:
+        out, catalogue = Path(scratch) if dry_run else lab, Catalogue(lab)
+        for outcome in outcomes:
             try:
-                if (folder := _written(outcome, lab, waiting, dry_run)) is not None:
-                    checks[f"{(folder / RUN).relative_to(out).as_posix()}"] = _Check(outcome, folder)
-                    tracings.give(folder)
+                if (folder := _written(outcome, lab, out / place, dry_run)) is not None:
+                    checks[(folder / RUN).relative_to(out).as_posix()] = _Check(outcome, folder)
+                    before = [lab / record.folder for record in catalogue.of_sample(outcome.sample.key)]
+                    _reuse(folder, [lab / place / folder.name, *before])
             except InputError as fault:
-                faults.append(CatalogueFault(outcome.sample.name, str(fault)))
+                outcome.ask(f"{fault}")
         planned = [PlannedPhoto(check.folder / TRIAL, run, {}) for run, check in checks.items()]
         # The page shows samples that cannot be traced too: otherwise they would not be missed.
         traced = {check.outcome.sample.key for check in checks.values()}
         missed = [
-            BatchRow(f"{outcome.sample.files['photo']}", outcome.sample.name, "failed", reason=f"{outcome.faults[0]}")
-            for outcome in ingested.outcomes
-            if outcome.faults and "photo" in outcome.sample.files and outcome.sample.key not in traced
+            BatchRow(f"{one.sample.files['photo']}", one.sample.name, "failed", reason=" ".join(map(str, one.faults)))
+            for one in outcomes
+            if one.faults and "photo" in one.sample.files and one.sample.key not in traced
         ]
-        sheets = {
-            f"{outcome.sample.files['readings']}": outcome.understood
-            for outcome in ingested.outcomes
-            if outcome.faults and outcome.understood is not None and "readings" in outcome.sample.files
-        }
+        sheets = {f"{each.sample.files['readings']}": each.understood for each in outcomes if each.sheet_in_question}
         batch = digitise_many(planned, out, _Steps(progress), jobs, missed, locked=True, sheets=sheets)
         progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
         for number, row in enumerate(batch.rows, start=1):
-            check = checks[row.folder]
-            faults += _checked(check, row, catalogue, dry_run)
+            _ask(checks[row.folder], row, catalogue, dry_run)
             progress.advance(number, row.folder)
-        named = [(row, checks[row.folder]) for row in batch.rows]
-        rows = [
-            replace(row, file=f"{check.outcome.sample.files['photo']}", reason=check.clean(row.reason))
-            for row, check in named
-        ]
         if not dry_run:
-            for path in waiting.glob("*"):
-                if f"{(path / RUN).relative_to(out).as_posix()}" not in checks:
+            for path in (lab / place).glob("*"):
+                if (path / RUN).relative_to(lab).as_posix() not in checks:
                     shutil.rmtree(path)
             with suppress(OSError):  # Unless tracings of this or of another source are left
-                waiting.rmdir()
-                waiting.parent.rmdir()
+                (lab / place).rmdir()
+                (lab / WAITING).rmdir()
             # Do not overwrite edits since the ingest; the next ingest reads them.
             if files.sha256(lab / PAIRING) == catalogue.content.pairing:
                 write_pairing(ingested, catalogue)
             catalogue.save()
-    return replace(batch, rows=rows), faults
+    return batch
 
 
 def _written(outcome: SampleOutcome, lab: Path, waiting: Path, dry_run: bool) -> Path | None:
@@ -131,25 +120,23 @@ def _written(outcome: SampleOutcome, lab: Path, waiting: Path, dry_run: bool) ->
     return folder
 
 
-def _checked(check: _Check, row: BatchRow, catalogue: Catalogue, dry_run: bool) -> list[CatalogueFault]:
-    """Ask about the faults of a traced trial, and return those that were not known."""
-    outcome, state = check.outcome, state_of(check.folder)
-    before, doubts, is_taken = len(outcome.faults), list[Doubt](), outcome.trial is not None
+def _ask(check: _Check, row: BatchRow, catalogue: Catalogue, dry_run: bool) -> None:
+    """Ask about the faults of a traced trial, and store those of a trial in the lab."""
+    outcome, folder, state = check.outcome, check.folder.name, state_of(check.folder)
+    before, is_taken = len(outcome.faults), outcome.trial is not None
     if row.status != "ok":
-        place, _, finding = row.reason.partition(": ")
-        finding = (PICTURE.sub("", finding) if dry_run else finding).replace(
-            CHOICE, f"a 2 in the column crack of {PAIRING}"
-        )
-        doubts = [Doubt("photo", place, finding, answers={"crack": 2} if CHOICE in row.reason else {})]
-    elif DEPTH not in outcome.stand_ins and not (
-        is_taken and catalogue.content.checked.get(check.folder.name) == (state, [])
-    ):
+        where, _, finding = row.reason.partition(": ")
+        # The pictures of a dry run are deleted.
+        finding = PICTURE.sub("", finding) if dry_run else finding
+        answers = {"crack": 2} if CHOICE in finding else {}
+        doubts = [Doubt("photo", where, finding.replace(CHOICE, "a 2 in the column crack"), answers=answers)]
+    elif DEPTH in outcome.stand_ins or (is_taken and catalogue.content.checked.get(folder) == (state, [])):
+        doubts = []
+    else:
         doubts = check.doubts()
     outcome.ask(*(replace(one, where=check.clean(one.where), finding=check.clean(one.finding)) for one in doubts))
-    sentences = [str(fault) for fault in outcome.faults[before:]]
     if is_taken:
-        catalogue.content.checked[check.folder.name] = (state, sentences)
-    return [CatalogueFault(outcome.sample.name, sentence) for sentence in sentences]
+        catalogue.content.checked[folder] = (state, [f"{fault}" for fault in outcome.faults[before:]])
 
 
 class _Steps(Progress):
@@ -167,36 +154,22 @@ def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
     changed: dict[str, Any] = {} if outcome.is_read else {"readings": None, "gate": None}
     if DEPTH in outcome.stand_ins:
         # Upright walls are possible at any depth.
-        changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH].stand_in, tilt="vertical")
+        changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH][1], tilt="vertical")
     elif "crack.tilt" in outcome.stand_ins and trial.crack is not None:
         changed["crack"] = trial.crack.model_copy(update={"fill": None})
     return trial.model_copy(update=changed)
 
 
-class Tracings:
-    """Finished tracings in a lab, by the key of their photo and settings."""
-
-    def __init__(self, lab: Path) -> None:
-        self._lab = lab
-
-    def give(self, trial_folder: Path) -> None:
-        """Copy the tracing of a trial's photo into its run folder, if the lab has it and no stage has run there."""
-        run = trial_folder / RUN
-        with suppress(InputError):  # Reported when the photo is digitised.
-            if self._folders and not ((run / MANIFEST).is_file() and look_into(run).manifest["stages"]):
-                key = tracing_key(load_trial(trial_folder / TRIAL), trial_folder)
-                if (traced := self._folders.get(key)) is not None:
-                    with open_folder(run, create=True) as folder:
-                        folder.copy_stage("digitise", traced)
-
-    @cached_property
-    def _folders(self) -> dict[str, RunFolder]:
-        folders: dict[str, RunFolder] = {}
-        for path in sorted(
-            [*self._lab.glob(f"{WAITING}/*/*/{RUN}/{MANIFEST}"), *self._lab.glob(f"*/{RUN}/{MANIFEST}")]
-        ):
-            with suppress(InputError):  # Whoever uses that folder reports it.
-                folder = look_into(path.parent)
-                if (entry := folder.manifest["stages"].get("digitise")) is not None:
-                    folders[entry["key"]] = folder
-        return folders
+def _reuse(folder: Path, others: Iterable[Path]) -> None:
+    """Copy the tracing of a trial's photo into its run folder from one of other trials, unless a stage has run there."""
+    with suppress(InputError):  # Reported when the photo is digitised.
+        run = folder / RUN
+        if (run / MANIFEST).is_file() and look_into(run).manifest["stages"]:
+            return
+        key = tracing_key(load_trial(folder / TRIAL), folder)
+        for other in (other / RUN for other in others if (other / RUN / MANIFEST).is_file()):
+            traced = look_into(other)
+            if traced.manifest["stages"].get("digitise", {}).get("key") == key:
+                with open_folder(run, create=True) as copy:
+                    copy.copy_stage("digitise", traced)
+                return

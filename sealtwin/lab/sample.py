@@ -15,7 +15,6 @@ from sealtwin.core.settings import checked
 from sealtwin.lab.files import DEFAULTS, NAMED_FILES, PICTURES, TABLE_SUFFIXES, Role
 from sealtwin.lab.notes import (
     ALTERNATIVES,
-    DATA,
     DEPTH,
     OF_READINGS,
     OWN,
@@ -47,33 +46,26 @@ EXCLUDED = {
 ORIGIN = 'write data = "measured" (or "reconstructed", "synthetic")'
 
 
-@dataclass(frozen=True)
-class Needed:
-    """A required setting that no photo shows."""
-
-    stand_in: Any  # Value with which the rest is checked
-    remedy: str  # What to write, as the end of a sentence
-    role: Role = "photo"  # Role of the file that requires it
-    others: frozenset[str] = frozenset()  # Settings that can replace it
-
-
-NEEDED = {
-    "photo.data": Needed("synthetic", ORIGIN, others=frozenset({DATA})),
-    DEPTH: Needed(16.0, "no photo shows it: write [crack] depth_mm = 16.0"),
-    "crack.tilt": Needed(
+NEEDED: Mapping[str, tuple[Role, Any, str]] = {
+    "photo.data": ("photo", "synthetic", ORIGIN),
+    DEPTH: ("photo", 16.0, "no photo shows it: write [crack] depth_mm = 16.0"),
+    "crack.tilt": (
+        "fill",
         "funnel",
         "the steps of a fill need it: write [crack] tilt = 'funnel' or, for walls that open downward, 'undercut' if "
         "the photo shows the mouth's width, 'flare' if it shows the floor's",
-        "fill",
     ),
-    "readings.data": Needed("synthetic", ORIGIN, "readings", frozenset({DATA})),
-    "readings.role": Needed(
+    "readings.data": ("readings", "synthetic", ORIGIN),
+    "readings.role": (
+        "readings",
         "held-out",
         'write [readings] role = "held-out", or "calibrated-on" if they were used to choose the fluid',
-        "readings",
     ),
-    SCALE: Needed(0.1, NO_SCALE, others=frozenset[str]().union(*ALTERNATIVES[0])),
+    SCALE: ("photo", 0.1, NO_SCALE),
 }
+"""Required settings that no photo shows: role of the file that requires it, value with which the rest is checked, and
+what to write."""
+SCALES = frozenset[str]().union(*ALTERNATIVES[0])
 
 
 @dataclass(frozen=True)
@@ -108,19 +100,21 @@ class SampleOutcome:
 
     def ask(self, *about: Doubt | str, file: PurePath | None = None) -> None:
         """Add faults, each to the row of ``file``, else of the file that it names, else of the photo."""
-        of_sample = self.sample.files
-        every = [*of_sample.values(), *self.sample.notes, *self.sample.rivals]
+        sample = self.sample
+        every = [*sample.files.values(), *sample.notes, *sample.rivals]
         for one in about:
-            sentence = self.relative(one.in_words("pairing") if isinstance(one, Doubt) else one)
+            sentence, columns = (one.in_words("pairing"), one.columns) if isinstance(one, Doubt) else (one, (SETTINGS,))
+            sentence = sentence.replace(f"{self.folder}/", "")
             begin = sentence.removeprefix(f"{PAIRING}, ")
             named = (each for each in every if begin.startswith((f"{each}:", f"{each},")))
-            row = file or next(named, of_sample.get("photo", every[0]))
-            question = Question(sentence, row, one.columns if isinstance(one, Doubt) else (SETTINGS,))
+            question = Question(sentence, file or next(named, sample.files.get("photo", every[0])), columns)
             self.faults += [question] if question not in self.faults else []
 
-    def relative(self, text: str) -> str:
-        """Return a text with files named relative to the lab's folder."""
-        return text.replace(f"{self.folder}/", "")
+    @property
+    def sheet_in_question(self) -> ReadSheet | None:
+        """The sheet of readings as it was understood, if a question is about it."""
+        asked = {fault.file for fault in self.faults}
+        return self.understood if self.sample.files.get("readings") in asked else None
 
     @property
     def content(self) -> str:
@@ -154,14 +148,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
     if "readings" not in sample.files and not sample.is_held:
         # The folder's settings of readings are for other samples.
         defaults = defaults.without(*OF_READINGS)
-        lost = [(key, entry.origin) for key, entry in own.entries.items() if key.startswith(OF_READINGS)]
-        remedy = "but the sample has no readings; add its sheet, or delete"
-        outcome.ask(*(f"{origin}: {key} is given, {remedy} {key}." for key, origin in lost if sample.has_photo))
-    outcome.remarks += [
-        f"{entry.origin}: {key} = {toml_value(entry.value)}, in place of {toml_value(theirs.value)} in {DEFAULTS}."
-        for key, entry in own.entries.items()
-        if (theirs := defaults.entries.get(key)) is not None and theirs.value != entry.value
-    ]
+        own.entries.pop("readings.data", None)
     outcome.note = own.over(defaults.without(ANGLE) if "fill" in sample.files else defaults)
     for (role, file), answers in sample.answers.items():
         if file not in sample.rivals:
@@ -189,7 +176,7 @@ def prepare(outcome: SampleOutcome) -> None:
     """Look at the sheets of an outcome of ``gather``, even if it has questions, and set its settings; add all faults."""
     from digitise.photo import offering_markers
 
-    sample = outcome.sample
+    sample, folder = outcome.sample, outcome.folder
     sheets = [sample.files["readings"]] if any(raw.role == "readings" for raw in outcome.raw) else []
     for file in (*sheets, *(file for file, role in sample.rivals.items() if role == "readings")):
         _look_at(outcome, file)
@@ -198,14 +185,13 @@ def prepare(outcome: SampleOutcome) -> None:
     settings = _settings_of(outcome)
     _weigh(outcome, settings)
     roles = {*sample.files, "photo", *(["readings"] if sample.is_held else [])}
-    missing = {key: it for key, it in NEEDED.items() if it.role in roles and not settings.keys() & {key, *it.others}}
-    outcome.stand_ins = frozenset(missing)
-    for key, it in missing.items():
-        settings[key] = it.stand_in
-        fault = f"{key} is missing: {it.remedy} in {DEFAULTS}, or in the sample's note (NAME.toml)."
-        photo = outcome.folder / sample.files.get("photo", "")
-        outcome.ask(offering_markers(fault, photo) if key == SCALE else fault)
-    if "readings" not in sample.files:
+    missing = {key for key, (role, *_) in NEEDED.items() if role in roles} - settings.keys()
+    outcome.stand_ins = missing - {SCALE} if settings.keys() & SCALES else missing
+    for key in (key for key in NEEDED if key in outcome.stand_ins):
+        _, settings[key], remedy = NEEDED[key]
+        fault = f"{key} is missing: {remedy} in {DEFAULTS}, or in the sample's note (NAME.toml)."
+        outcome.ask(offering_markers(fault, folder / sample.files.get("photo", "")) if key == SCALE else fault)
+    if sample.is_held:
         settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
     assumed = _assumed(settings.keys())
     if assumed:
@@ -215,27 +201,29 @@ def prepare(outcome: SampleOutcome) -> None:
         outcome.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
     content = with_settings({}, {key: assumed[key] for key in assumed if key.startswith(("fluid.", "solver."))})
     try:
-        trial = checked(Trial, outcome.folder, with_settings(content, settings), lambda key: _origin_of(outcome, key))
+        trial = checked(Trial, folder, with_settings(content, settings), lambda key: _origin_of(outcome, key))
+        outcome.settings = trial if "photo" in sample.files else None
     except InputError as fault:
         outcome.ask(*str(fault).splitlines())
-        return
-    if "photo" in sample.files:
-        outcome.settings = trial
-    if trial.fluid is not None and trial.fluid.freeze_after_s == "never" and trial.fluid.most_yield_stress_pa == 0:
-        outcome.remarks.append("without fluid.yield_stress_pa and fluid.freeze_after_s the sealant ends level.")
+
+
+def _declared(outcome: SampleOutcome, path: Path, answers: Mapping[str, str], note: Note) -> tuple[Note, Declared]:
+    """Return a note with the answers in the row of a sheet, and what they declare about the sheet."""
+    note = note_of_answers(answers, PAIRING).over(note)
+    of_sheets = tuple(f"readings.{name}" for name in Declared.model_fields)
+    given = {key: entry.value for key, entry in note.entries.items() if key.startswith(of_sheets)}
+    try:
+        return note, checked(Declared, path, with_settings({"readings": {}}, given)["readings"])
+    except InputError as fault:
+        outcome.ask(*str(fault).splitlines())
+        return note, Declared()
 
 
 def _look_at(outcome: SampleOutcome, file: PurePath) -> None:
     """Read a sheet of readings with the answers in its row."""
-    sample, path = outcome.sample, outcome.folder / file
-    entries = note_of_answers(sample.answers["readings", file], PAIRING).over(outcome.note).entries
-    of_sheets = tuple(f"readings.{name}" for name in Declared.model_fields)
-    given = {key: entry.value for key, entry in entries.items() if key.startswith(of_sheets)}
-    try:
-        declared = checked(Declared, path, with_settings({"readings": {}}, given)["readings"])
-    except InputError:
-        declared = Declared()  # Reported as a fault of its key.
-    depth = entries[DEPTH].value if DEPTH in entries else None
+    path = outcome.folder / file
+    note, declared = _declared(outcome, path, outcome.sample.answers["readings", file], outcome.note)
+    depth = note.entries[DEPTH].value if DEPTH in note.entries else None
     depths = [row[-1] for row in depth] if isinstance(depth, list) else [depth]
     depth_mm = max((one for one in depths if isinstance(one, int | float)), default=None)
     profile, doubts, outcome.understood = look_at(path, declared, depth_mm)
@@ -248,8 +236,6 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the settings of a trial by dotted key, from its notes and its files."""
     entries = outcome.note.entries
     settings: dict[str, Any] = {"name": outcome.sample.name}
-    if DATA in entries:
-        settings |= {"photo.data": entries[DATA].value, "readings.data": entries[DATA].value}
     settings |= {key: entry.value for key, entry in entries.items() if key not in OWN}
     # Without a photo, the other settings are checked.
     kept = {"photo": ("", "photo.png")} | {raw.role: (raw.original, raw.kept_as) for raw in outcome.raw}
@@ -266,33 +252,27 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
 
 def _weigh(outcome: SampleOutcome, settings: dict[str, Any]) -> None:
     """Put the content of the fill's sheet into ``settings``, beside the settings of the liquid."""
-    file, given = outcome.sample.files.get("fill"), settings.pop(FILL, {})
-    table = dict(given) if isinstance(given, Mapping) else {"file": given}
+    file, table = outcome.sample.files.get("fill"), settings.pop(FILL, {})
     if file is None:
         # The folder's settings of liquids are for other samples.
-        settings |= {FILL: table} if table.keys() & {"mass_g", "file"} else {}
+        settings |= {FILL: table} if not isinstance(table, Mapping) or table.keys() & {"mass_g", "file"} else {}
         return
-    answers, path = outcome.sample.answers["fill", file], outcome.folder / file
-    # "B g", or the name of a column.
-    head, _, last = (mass := answers.get("mass", "")).rpartition(" ")
-    mass, unit = (head, last) if head and last in ("g", "kg") else (mass, "")
-    note = note_of_answers({**answers, "s": mass, SETTINGS: "", "as_written": ""}, PAIRING)
-    content = with_settings({"readings": {}}, {key: entry.value for key, entry in note.entries.items()})
+    path, answers = outcome.folder / file, outcome.sample.answers["fill", file]
+    _, declared = _declared(outcome, path, {**answers, SETTINGS: ""}, Note())
     try:
-        columns, sentence = read_fill(path, checked(Declared, path, content["readings"]), unit)
+        columns, sentence = read_fill(path, declared, answers.get("mass", ""))
     except InputError as fault:
         outcome.ask(*doubts_in(fault), file=file)
         return
-    outcome.remarks.append(outcome.relative(sentence))
+    outcome.remarks.append(sentence.replace(f"{outcome.folder}/", ""))
     settings[FILL] = {**table, **columns}
 
 
 def _origin_of(outcome: SampleOutcome, key: str) -> str:
     """Return the places that give a setting or a table's settings, otherwise the path of a note of the sample."""
+    entries = outcome.note.entries.items()
     origins = [
-        entry.origin
-        for name, entry in outcome.note.entries.items()
-        if f"{key}.".startswith(f"{name}.") or name.startswith(f"{key}.") or (name == DATA and key.endswith(".data"))
+        entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(f"{key}.")
     ]
     photo = outcome.sample.files.get("photo", PurePath("NAME"))
     return ", ".join(dict.fromkeys(origins[::-1])) or str(photo.with_suffix(".toml"))

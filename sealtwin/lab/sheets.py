@@ -1,6 +1,7 @@
 """The readers of sheets, as a lab uses them: readings, a fill, and the cells of a table."""
 
 import re
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,15 @@ def texts_of(path: Path, declared: Declared | None = None) -> dict[int, tuple[st
     """Return the texts of the cells of a table by row number from 1. Raises InputError if it cannot be read."""
     grid = read_cells(path, declared or Declared())
     return {row.number: tuple(cell.text for cell in row.cells) for row in grid.rows}
+
+
+def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[str, str]]]]]:
+    """Return the names in the first row of a table, and the number of each other row with the name and text of cells.
+
+    Raises InputError if the file cannot be read.
+    """
+    (_, head), *rows = [*texts_of(path).items()] or [(1, ())]
+    return head, [(row, [*zip_longest(head, texts, fillvalue="")]) for row, texts in rows]
 
 
 def read_fill(path: Path, declared: Declared, unit: Mass = "") -> tuple[dict[str, Any], str]:
