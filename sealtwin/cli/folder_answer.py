@@ -183,8 +183,7 @@ def _sample(outcome: SampleOutcome) -> dict[str, Any]:
         "name": sample.name,
         "state": outcome.fate,
         "sound": not outcome.faults,
-        "files": {role: file.as_posix() for role, file in sample.files.items()},
-        "notes": [file.as_posix() for file in sample.notes],
+        "files": {role: [file.as_posix() for file in files] for role, files in sample.files.items()},
         "faults": list(map(str, outcome.faults)),
         "remarks": outcome.remarks,
         "dialect": outcome.dialect,
@@ -198,9 +197,8 @@ def _pairing_row(outcome: SampleOutcome) -> list[str]:
     sample = outcome.sample
     state = outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}"
     return [
-        sample.name if sample.has_photo else "?",
-        *(f"{sample.files.get(role, '?' if sample.questions else '-')}" for role in ("photo", "readings")),
-        few(sample.notes, 1) or "-",
+        sample.name if "photo" in sample.files else "?",
+        *(few(sample.files.get(role, ["?" if sample.questions else "-"]), 1) for role in ("photo", "readings", "note")),
         f"{state}, not sound" if outcome.faults and outcome.fate not in ("failed", "bug") else state,
     ]
 
@@ -244,7 +242,7 @@ def _understood(outcome: SampleOutcome) -> list[str]:
 
 
 def _ending(ingested: Ingested) -> list[str]:
-    samples = [each for each in ingested.outcomes if each.sample.has_photo]
+    samples = [each for each in ingested.outcomes if "photo" in each.sample.files]
     sound = [each for each in samples if not each.faults]
     unchanged = sum(outcome.fate == "unchanged" for outcome in sound)
     count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(sound) == 1 else 'are'} sound"

@@ -107,11 +107,6 @@ class Catalogue:
     def records(self) -> list[Record]:
         return [record for trials in self._trials.values() for record in trials.values()]
 
-    @property
-    def latest(self) -> list[Record]:
-        """The latest trial of each sample."""
-        return [[*trials.values()][-1] for trials in self._trials.values()]
-
     def of_sample(self, key: str) -> list[Record]:
         return [*self._trials.get(key, {}).values()]
 
@@ -166,7 +161,8 @@ def _read_record(path: Path) -> Record:
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
     """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults of the lab's last ingests."""
     catalogue = Catalogue.of(lab)
-    return [_row(catalogue, record) for record in catalogue.latest], catalogue.faults()
+    latest = {record.sample: record for record in catalogue.records}
+    return [_row(catalogue, record) for record in latest.values()], catalogue.faults()
 
 
 def export(lab: Path, out: Path) -> int:

@@ -14,7 +14,6 @@ from pathlib import Path
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core import files
-from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
@@ -111,24 +110,23 @@ def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list
     A text without a photo and without a number is left out.
     """
     photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
-    rest, of_tables, asked = dict(placed), dict[str, Note](), list[SampleFiles]()
+    lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
+    rest, of_tables = dict(placed), dict[str, Note]()
     for file, (first, *_) in placed.items():
         path, ending = folder / file, file.suffix.lower()
         if first.role not in ("readings", "note") or first.key in photos or path.is_symlink():
             continue
         if ending in TABLE_SUFFIXES and (table := read_settings_table(path)) is not None:
-            rest[file] = placed[file] = [replace(first, sample="", role="note")]
-            of_tables |= {key: of_tables.get(key, Note()).beside(note) for key, note in table.items()}
-            if lacking := table.keys() - photos:
-                finding = f"no photo is called {few(sorted(lacking))}, but a row."
-                question = Doubt("pairing", f"{file}", finding, "Add the photo, or set the role to ignore.")
-                asked.append(SampleFiles(f"{file}", notes=(file,), answers={}, questions=(question,)))
             rest.pop(file)
+            placed[file] = [replace(first, sample="", role="note")]
+            of_tables |= {key: of_tables.get(key, Note()).beside(note) for key, note in table.items()}
+            if lacking := few(sorted(table.keys() - photos)):
+                reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
+                left_out.append(LeftOut(f"{file}", reason, lost=True))
         elif ending in TEXT_SUFFIXES and (note := read_note(path, first.key)) is not None and not note.entries:
             rest.pop(file)
             left_out.append(LeftOut(f"{file}", "its name is that of no photo.", lost=False))
-    lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
-    return [*pair(rest, lost), *asked], of_tables
+    return pair(rest, lost), of_tables
 
 
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
@@ -215,7 +213,7 @@ class SampleIntake:
             photos = {raw.sha256 for raw in (*outcome.raw, *record.files) if raw.role == "photo"}
             if len(photos) > 1 and record.source not in (self.source, as_text(self.folder)):
                 raise InputError(
-                    f"{sample.files['photo']}: a sample {record.name} with another photo came from {record.source}; "
+                    f"{sample.files['photo'][0]}: a sample {record.name} with another photo came from {record.source}; "
                     "give this one another name in the pairing file."
                 )
         prepare(outcome)
@@ -249,7 +247,7 @@ class SampleIntake:
             name = before.folder if answered else f"{before.folder.partition('@')[0]}@{revision}"
         if (lab / name).exists() and not answered:
             raise InputError(
-                f"{sample.files['photo']}: the folder {lab / name} exists already; give this sample another name "
+                f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name "
                 "in the pairing file."
             )
         settings = {key: entry.value for key, entry in outcome.note.entries.items()}

@@ -78,13 +78,13 @@ class Note:
         return Note(taken | self.entries, [*defaults.faults, *self.faults])
 
     def beside(self, other: "Note") -> "Note":
-        """Return this note with another one of equal rank. A setting that both give must have one value."""
+        """Return this note with another one of equal rank. A setting that both give is a fault."""
         faults = [
-            f"{other.entries[key].origin}: {key} is also given in {self.entries[key].origin}; keep one of the two."
-            for key in self.entries.keys() & other.entries.keys()
-            if self.entries[key].value != other.entries[key].value
+            f"{entry.origin}: {key} is also given in {self.entries[key].origin}; keep one of the two."
+            for key, entry in other.entries.items()
+            if key in self.entries
         ]
-        return Note(self.entries | other.entries, [*self.faults, *other.faults, *sorted(faults)])
+        return Note(self.entries | other.entries, [*self.faults, *other.faults, *faults])
 
     def take_tables(self, content: Mapping[str, Any], where: str) -> None:
         """Add the settings of TOML tables, and a fault for each key that no trial has."""

@@ -105,27 +105,25 @@ def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
     return note
 
 
-@dataclass(frozen=True)
+@dataclass
 class SampleFiles:
-    """Files of one photo. A file that belongs to no photo is one of these alone, with the question about it."""
+    """Files of one photo; or files of one name that belong to no photo."""
 
     name: str
-    files: Mapping[Role, PurePath] = field(default_factory=dict)  # One for each role but notes
-    notes: tuple[PurePath, ...] = ()
-    answers: Mapping[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)
-    """Answers in the rows of the pairing file."""
-    rivals: Mapping[PurePath, Role] = field(default_factory=dict)  # Files in a role that has several
-    questions: tuple[Doubt, ...] = ()
+    files: dict[Role, list[PurePath]] = field(default_factory=dict[Role, list[PurePath]])
+    """Files by role. Several of one role but notes are in question."""
+    answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
+    questions: list[Doubt] = field(default_factory=list[Doubt])
     is_held: bool = False  # True if it has no readings and a sheet without a photo may be its own
 
     @property
     def key(self) -> str:
         return sample_key(self.name)
 
-    @property
-    def has_photo(self) -> bool:
-        """True unless this is a file that belongs to no photo."""
-        return "photo" in self.files or "photo" in self.rivals.values()
+    def file(self, role: Role) -> PurePath | None:
+        """Return the file of a role; None if there is none, or several."""
+        files = self.files.get(role, [])
+        return files[0] if len(files) == 1 else None
 
 
 def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
@@ -134,51 +132,36 @@ def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
     ``lost`` names files that cannot be read. While a sheet has no photo, or one of these may be a sheet, photos without
     a sheet are held back.
     """
-    groups: dict[str, dict[Role, list[tuple[PurePath, FilePlace]]]] = defaultdict(lambda: defaultdict(list))
-    for file, place in ((file, place) for file, places in sorted(placed.items()) for place in places):
-        if place.role != "ignore":
-            groups[place.key][place.role].append((file, place))
-    photos = {key: group for key, group in sorted(groups.items()) if "photo" in group}
-    alone = [each for key in groups.keys() - photos.keys() for every in groups[key].values() for each in every]
-    lacking = [group["photo"][0][0] for group in photos.values() if "readings" not in group]
-    waiting = [*lost, *sorted(f"{file}" for file, place in alone if place.role in TABLES)]
-    samples = [_sample(group, few(waiting)) for group in photos.values()]
-    for file, place in sorted(alone, key=lambda each: each[0]):
-        finding, remedy = f"no photo is called {place.sample!r}.", NOTE_ALONE
-        if place.role in TABLES:
-            finding += f" Photos without a sheet: {few(lacking, MOST_PHOTOS) or 'none'}."
-            remedy = SHEET_ALONE
-        question, notes = Doubt("pairing", f"{file}", finding, remedy), (file,) if place.role == "note" else ()
-        of_role: Mapping[Role, PurePath] = {} if notes else {place.role: file}
-        name, answers = place.sample or f"{file}", {(place.role, file): place.answers}
-        samples.append(SampleFiles(name, of_role, notes, answers, questions=(question,)))
-    return samples
-
-
-def _sample(group: Mapping[Role, list[tuple[PurePath, FilePlace]]], waiting: str) -> SampleFiles:
-    files, rivals, questions = dict[Role, PurePath](), dict[PurePath, Role](), list[Doubt]()
-    for role in group.keys() - {"note"}:
-        # A copy in a format that is read replaces it: P01.csv for P01.xls.
-        every = [file for file, _ in group[role]]
-        read = [file for file in every if file.suffix.lower() not in UNREAD_TABLES] or every
-        if len(read) == 1:
-            files[role] = read[0]
-        else:
-            finding = f"{len(read)} files are its {role}: {few(read)}."
-            rivals |= dict.fromkeys(read, role)
-            questions += [Doubt("pairing", f"{file}", finding, ONE_OF_SEVERAL) for file in dict.fromkeys(read)]
-    if is_held := waiting != "" and "readings" not in group:
+    rows = [(place.role, file, place) for file, places in placed.items() for place in places if place.role != "ignore"]
+    samples = dict[str, SampleFiles]()
+    for role, file, place in sorted(rows, key=lambda row: (ROLES.index(row[0]), row[1])):
+        name = place.sample or f"{file}"
+        sample = samples.setdefault(sample_key(name), SampleFiles(name))
+        sample.files.setdefault(role, []).append(file)
+        sample.answers[role, file] = place.answers
+    photos = [sample for _, sample in sorted(samples.items()) if "photo" in sample.files]
+    alone = [sample for _, sample in sorted(samples.items()) if "photo" not in sample.files]
+    lacking = [sample for sample in photos if "readings" not in sample.files]
+    sheets = [file for sample in alone for role in TABLES for file in sample.files.get(role, ())]
+    for sample in photos:
+        for role, files in sample.files.items():
+            # A copy in a format that is read replaces it: P01.csv for P01.xls.
+            files[:] = [file for file in files if file.suffix.lower() not in UNREAD_TABLES] or files
+            if len(files) > 1 and role != "note":
+                finding = f"{len(files)} files are its {role}: {few(files)}."
+                sample.questions += [Doubt("pairing", f"{file}", finding, ONE_OF_SEVERAL) for file in {*files}]
+    if waiting := few([*lost, *sheets]):
         finding = f"{waiting} may be the sheet of a photo that has none, so these photos wait for the answers."
-        questions.append(Doubt("pairing", PAIRING, finding))
-    return SampleFiles(
-        group["photo"][0][1].sample,
-        files,
-        tuple(file for file, _ in group.get("note", ())),
-        {(role, file): place.answers for role, placed in group.items() for file, place in placed},
-        rivals,
-        tuple(questions),
-        is_held,
-    )
+        for sample in lacking:
+            sample.is_held = True
+            sample.questions.append(Doubt("pairing", PAIRING, finding))
+    without = few([sample.files["photo"][0] for sample in lacking], MOST_PHOTOS) or "none"
+    for sample, role, file in (
+        (one, role, file) for one in alone for role, files in one.files.items() for file in files
+    ):
+        remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
+        sample.questions.append(Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy))
+    return [*photos, *alone]
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
     left_out = [SampleRun(fault.name, "left out", reason=fault.sentence) for fault in catalogue.faults()]
     asked = {sample_key(one.name) for one in left_out}
     trials = list[Record]()
-    for record in catalogue.latest:
+    for record in {record.sample: record for record in catalogue.records}.values():
         if unready := catalogue.unready(record):
             left_out.append(SampleRun(record.name, "left out", record.folder, reason=" ".join(unready)))
         elif record.sample not in asked:
@@ -63,22 +63,17 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
 def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
     """Run one sample in its own folder. The list has one entry."""
     began, warned, trial_folder = time.monotonic(), _Warnings(), lab / record.folder
-
-    def failed(reason: str, *, bug: bool = False) -> list[SampleRun]:
-        wall_s = time.monotonic() - began
-        return [SampleRun(record.name, "failed", record.folder, reason=reason, bug=bug, wall_s=wall_s)]
-
     try:
         trial = load_trial(trial_folder / TRIAL)
         finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, warned, above=by_studies())
-    except SealtwinError as fault:
-        return failed(str(fault))
-    except OSError as fault:
-        return failed(f"{fault.filename or trial_folder}: {fault.strerror}.")
     except Exception as fault:
         # A bug in one run must not stop the others; the command ends with code 1.
-        trace = write_trace(trial_folder / RUN)
-        return failed(f"{type(fault).__name__}: {fault}. A bug: please report {trace}.", bug=True)
+        bug, reason = not isinstance(fault, SealtwinError | OSError), f"{fault}"
+        if bug:
+            trace = write_trace(trial_folder / RUN)
+            reason = f"{type(fault).__name__}: {fault}. A bug: please report {trace}."
+        wall_s = time.monotonic() - began
+        return [SampleRun(record.name, "failed", record.folder, reason=reason, bug=bug, wall_s=wall_s)]
     comparison = finished.result.comparison
     return [
         SampleRun(

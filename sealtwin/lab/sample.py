@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any, Literal
@@ -101,27 +101,26 @@ class SampleOutcome:
     def ask(self, *about: Doubt | str, file: PurePath | None = None) -> None:
         """Add faults, each to the row of ``file``, else of the file that it names, else of the photo."""
         sample = self.sample
-        every = [*sample.files.values(), *sample.notes, *sample.rivals]
+        every = [file for files in sample.files.values() for file in files]
         for one in about:
             sentence, columns = (one.in_words("pairing"), one.columns) if isinstance(one, Doubt) else (one, (SETTINGS,))
             sentence = sentence.replace(f"{self.folder}/", "")
             begin = sentence.removeprefix(f"{PAIRING}, ")
             named = (each for each in every if begin.startswith((f"{each}:", f"{each},")))
-            question = Question(sentence, file or next(named, sample.files.get("photo", every[0])), columns)
+            question = Question(sentence, file or next(named, every[0]), columns)
             self.faults += [question] if question not in self.faults else []
 
     @property
     def sheet_in_question(self) -> ReadSheet | None:
         """The sheet of readings as it was understood, if a question is about it."""
         asked = {fault.file for fault in self.faults}
-        return self.understood if self.sample.files.get("readings") in asked else None
+        return self.understood if self.sample.file("readings") in asked else None
 
     @property
     def content(self) -> str:
         """Hash of files and settings, which changes with any of them."""
         settings: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
-        of_fill = [dict(answers) for (role, _), answers in self.sample.answers.items() if role == "fill"]
-        parts = [settings, of_fill, [(raw.role, raw.sha256) for raw in self.raw]]
+        parts = [settings, [*self.sample.answers.values()], [(raw.role, raw.sha256) for raw in self.raw]]
         return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
 
 
@@ -132,16 +131,15 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
     """
     outcome, own = SampleOutcome(folder, sample), of_table
     outcome.ask(*sample.questions)
-    notes: list[tuple[Role, PurePath]] = [("note", file) for file in sample.notes]
-    for number, (role, file) in enumerate((*notes, *sorted(sample.files.items())), start=1):
-        path = folder / file
-        limit = LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
+    counted = [(role, file) for role, files in sample.files.items() for file in files]
+    for number, (role, file) in enumerate(counted):
+        path, limit = folder / file, LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
         if path.is_symlink() or not path.is_file():
             outcome.ask(f"{path}: not a plain file; links are not followed: copy the file itself.")
         elif (size := path.stat().st_size) > limit:
             outcome.ask(f"{path}: {size / 1e6:,.0f} MB; the limit for such a file is {limit / 1e6:,.0f} MB.")
         else:
-            name = f"note-{number}" if role == "note" else role
+            name = role if sample.file(role) else f"{role}-{number}"
             kept_as = (INPUTS / f"{name}{file.suffix.lower()}").as_posix()
             outcome.raw.append(KeptFile(role, file.as_posix(), kept_as, files.sha256(path), size))
             own = own.beside(_note(outcome, file)) if role == "note" else own
@@ -151,7 +149,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
         own.entries.pop("readings.data", None)
     outcome.note = own.over(defaults.without(ANGLE) if "fill" in sample.files else defaults)
     for (role, file), answers in sample.answers.items():
-        if file not in sample.rivals:
+        if role == "note" or sample.file(role):
             given = {SETTINGS: answers.get(SETTINGS, "")} if role == "fill" else answers
             outcome.note = note_of_answers(given, f"{PAIRING}, {file}").over(outcome.note)
     outcome.ask(*outcome.note.faults)
@@ -165,7 +163,7 @@ def _note(outcome: SampleOutcome, file: PurePath) -> Note:
         note = None if file.suffix.lower() in TABLE_SUFFIXES else read_note(path, sample.key)
     except InputError as fault:
         return Note(faults=str(fault).splitlines())
-    if note is None and sample.has_photo and not sample.answers["note", file].get(SETTINGS):
+    if note is None and "photo" in sample.files and not sample.answers["note", file].get(SETTINGS):
         finding = "is not read, since not each of its lines is key = value with a key of a trial."
         remedy = "If it has settings, write them into its row; if not, set its role to ignore."
         outcome.ask(Doubt("note", str(path), finding, remedy, {SETTINGS: f"{DEPTH} = 9.0"}))
@@ -177,10 +175,9 @@ def prepare(outcome: SampleOutcome) -> None:
     from digitise.photo import offering_markers
 
     sample, folder = outcome.sample, outcome.folder
-    sheets = [sample.files["readings"]] if any(raw.role == "readings" for raw in outcome.raw) else []
-    for file in (*sheets, *(file for file, role in sample.rivals.items() if role == "readings")):
-        _look_at(outcome, file)
-    if not sample.has_photo:
+    for raw in (raw for raw in outcome.raw if raw.role == "readings"):
+        _look_at(outcome, PurePath(raw.original))
+    if "photo" not in sample.files:
         return
     settings = _settings_of(outcome)
     _weigh(outcome, settings)
@@ -190,10 +187,12 @@ def prepare(outcome: SampleOutcome) -> None:
     for key in (key for key in NEEDED if key in outcome.stand_ins):
         _, settings[key], remedy = NEEDED[key]
         fault = f"{key} is missing: {remedy} in {DEFAULTS}, or in the sample's note (NAME.toml)."
-        outcome.ask(offering_markers(fault, folder / sample.files.get("photo", "")) if key == SCALE else fault)
+        outcome.ask(offering_markers(fault, folder / sample.files["photo"][0]) if key == SCALE else fault)
     if sample.is_held:
         settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
-    assumed = _assumed(settings.keys())
+    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in settings)
+    left = names_in(with_settings(with_settings({}, STARTER), settings)) - settings.keys()
+    assumed = {key: value for key, value in STARTER.items() if key in left and not key.startswith(excluded)}
     if assumed:
         listed = ", ".join(f"{key} = {toml_value(value)}" for key, value in assumed.items())
         sentence = f"Assumed, since no note of the lab gives it: {listed}."
@@ -202,34 +201,31 @@ def prepare(outcome: SampleOutcome) -> None:
     content = with_settings({}, {key: assumed[key] for key in assumed if key.startswith(("fluid.", "solver."))})
     try:
         trial = checked(Trial, folder, with_settings(content, settings), lambda key: _origin_of(outcome, key))
-        outcome.settings = trial if "photo" in sample.files else None
+        outcome.settings = trial if sample.file("photo") else None
     except InputError as fault:
         outcome.ask(*str(fault).splitlines())
 
 
-def _declared(outcome: SampleOutcome, path: Path, answers: Mapping[str, str], note: Note) -> tuple[Note, Declared]:
-    """Return a note with the answers in the row of a sheet, and what they declare about the sheet."""
-    note = note_of_answers(answers, PAIRING).over(note)
+def _declared(path: Path, note: Note) -> Declared:
+    """Return what a note declares about a sheet. A wrong value is reported as a fault of its key."""
     of_sheets = tuple(f"readings.{name}" for name in Declared.model_fields)
     given = {key: entry.value for key, entry in note.entries.items() if key.startswith(of_sheets)}
     try:
-        return note, checked(Declared, path, with_settings({"readings": {}}, given)["readings"])
-    except InputError as fault:
-        outcome.ask(*str(fault).splitlines())
-        return note, Declared()
+        return checked(Declared, path, with_settings({"readings": {}}, given)["readings"])
+    except InputError:
+        return Declared()
 
 
 def _look_at(outcome: SampleOutcome, file: PurePath) -> None:
-    """Read a sheet of readings with the answers in its row."""
-    path = outcome.folder / file
-    note, declared = _declared(outcome, path, outcome.sample.answers["readings", file], outcome.note)
-    depth = note.entries[DEPTH].value if DEPTH in note.entries else None
+    """Read a sheet of readings."""
+    path, entries = outcome.folder / file, outcome.note.entries
+    depth = entries[DEPTH].value if DEPTH in entries else None
     depths = [row[-1] for row in depth] if isinstance(depth, list) else [depth]
     depth_mm = max((one for one in depths if isinstance(one, int | float)), default=None)
-    profile, doubts, outcome.understood = look_at(path, declared, depth_mm)
+    profile, doubts, outcome.understood = look_at(path, _declared(path, outcome.note), depth_mm)
     outcome.ask(*doubts, file=file)
     if profile is not None:
-        outcome.is_read, outcome.dialect = True, profile.dialect
+        outcome.is_read, outcome.dialect = outcome.sample.file("readings") is not None, profile.dialect
 
 
 def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
@@ -252,13 +248,13 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
 
 def _weigh(outcome: SampleOutcome, settings: dict[str, Any]) -> None:
     """Put the content of the fill's sheet into ``settings``, beside the settings of the liquid."""
-    file, table = outcome.sample.files.get("fill"), settings.pop(FILL, {})
+    file, table = outcome.sample.file("fill"), settings.pop(FILL, {})
     if file is None:
         # The folder's settings of liquids are for other samples.
         settings |= {FILL: table} if not isinstance(table, Mapping) or table.keys() & {"mass_g", "file"} else {}
         return
     path, answers = outcome.folder / file, outcome.sample.answers["fill", file]
-    _, declared = _declared(outcome, path, {**answers, SETTINGS: ""}, Note())
+    declared = _declared(path, note_of_answers({**answers, SETTINGS: ""}, PAIRING))
     try:
         columns, sentence = read_fill(path, declared, answers.get("mass", ""))
     except InputError as fault:
@@ -274,12 +270,4 @@ def _origin_of(outcome: SampleOutcome, key: str) -> str:
     origins = [
         entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(f"{key}.")
     ]
-    photo = outcome.sample.files.get("photo", PurePath("NAME"))
-    return ", ".join(dict.fromkeys(origins[::-1])) or str(photo.with_suffix(".toml"))
-
-
-def _assumed(given: Set[str]) -> dict[str, Any]:
-    """Return the settings of the starter that are not given, and that no given one excludes."""
-    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in given)
-    left = names_in(with_settings(with_settings({}, STARTER), dict.fromkeys(given, 0))) - given
-    return {key: value for key, value in STARTER.items() if key in left and not key.startswith(excluded)}
+    return ", ".join(dict.fromkeys(origins[::-1])) or str(outcome.sample.files["photo"][0].with_suffix(".toml"))
