@@ -40,7 +40,9 @@ class Record:
     content: str  # Hash of files and notes
     files: tuple[KeptFile, ...]
     dialect: str | None  # Dialect of the sheet of readings, as a sentence
-    said: Mapping[str, Any]  # Settings in its notes, by dotted key, with date and operator
+    date: str | None
+    operator: str | None
+    said: Mapping[str, Any]  # Settings in its notes, by dotted key
     remarks: tuple[str, ...]
     ingested_utc: str
     sealtwin: str  # The version that took it in

@@ -260,6 +260,8 @@ class SampleIntake:
             content=outcome.content,
             files=tuple(outcome.raw),
             dialect=outcome.dialect,
+            date=settings.get("date"),
+            operator=settings.get("operator"),
             said=json.loads(json.dumps(settings, default=str)),
             remarks=tuple(outcome.remarks),
             ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),

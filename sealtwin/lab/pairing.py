@@ -113,7 +113,7 @@ class SampleFiles:
     files: dict[Role, list[PurePath]] = field(default_factory=dict[Role, list[PurePath]])
     """Files by role. Several of one role but notes are in question."""
     answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
-    questions: list[Doubt] = field(default_factory=list[Doubt])
+    questions: list[tuple[Doubt, PurePath]] = field(default_factory=list)  # Each with the file in whose row it is
     is_held: bool = False  # True if it has no readings and a sheet without a photo may be its own
 
     @property
@@ -148,19 +148,20 @@ def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
             # A copy in a format that is read replaces it: P01.csv for P01.xls.
             files[:] = [file for file in files if file.suffix.lower() not in UNREAD_TABLES] or files
             if len(files) > 1 and role != "note":
-                finding = f"{len(files)} files are its {role}: {few(files)}."
-                sample.questions += [Doubt("pairing", f"{file}", finding, ONE_OF_SEVERAL) for file in {*files}]
+                question = Doubt("pairing", few(files), f"{len(files)} files are its {role}.", ONE_OF_SEVERAL)
+                sample.questions += [(question, file) for file in files]
     if waiting := few([*lost, *sheets]):
         finding = f"{waiting} may be the sheet of a photo that has none, so these photos wait for the answers."
         for sample in lacking:
             sample.is_held = True
-            sample.questions.append(Doubt("pairing", PAIRING, finding))
+            sample.questions.append((Doubt("pairing", PAIRING, finding), sample.files["photo"][0]))
     without = few([sample.files["photo"][0] for sample in lacking], MOST_PHOTOS) or "none"
     for sample, role, file in (
         (one, role, file) for one in alone for role, files in one.files.items() for file in files
     ):
         remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
-        sample.questions.append(Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy))
+        question = Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy)
+        sample.questions.append((question, file))
     return [*photos, *alone]
 
 

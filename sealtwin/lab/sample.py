@@ -130,7 +130,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
     ``defaults`` are settings of all samples, ``of_table`` those of this one in a table of the folder.
     """
     outcome, own = SampleOutcome(folder, sample), of_table
-    outcome.ask(*sample.questions)
+    for question, file in sample.questions:
+        outcome.ask(question, file=file)
     counted = [(role, file) for role, files in sample.files.items() for file in files]
     for number, (role, file) in enumerate(counted):
         path, limit = folder / file, LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
@@ -145,8 +146,11 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
             own = own.beside(_note(outcome, file)) if role == "note" else own
     if "readings" not in sample.files and not sample.is_held:
         # The folder's settings of readings are for other samples.
-        defaults = defaults.without(*OF_READINGS)
-        own.entries.pop("readings.data", None)
+        lost = [key for key in own.entries if key.startswith(OF_READINGS) and key != "readings.data"]
+        if lost and "photo" in sample.files:
+            remedy = "but the sample has no readings; add its sheet, or delete the setting."
+            outcome.ask(f"{own.entries[lost[0]].origin}: {lost[0]} is given, {remedy}")
+        own, defaults = own.without(*OF_READINGS), defaults.without(*OF_READINGS)
     outcome.note = own.over(defaults.without(ANGLE) if "fill" in sample.files else defaults)
     for (role, file), answers in sample.answers.items():
         if role == "note" or sample.file(role):
@@ -234,7 +238,8 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
     settings: dict[str, Any] = {"name": outcome.sample.name}
     settings |= {key: entry.value for key, entry in entries.items() if key not in OWN}
     # Without a photo, the other settings are checked.
-    kept = {"photo": ("", "photo.png")} | {raw.role: (raw.original, raw.kept_as) for raw in outcome.raw}
+    kept = {role: (f"{every[0]}", "photo.png") for role, every in outcome.sample.files.items()}
+    kept |= {raw.role: (raw.original, raw.kept_as) for raw in outcome.raw}
     for role, key in NAMED_FILES.items():
         original, kept_as = kept.get(role, ("", None))
         if key in entries and PurePath(f"{settings[key]}").name != PurePath(original).name:
