@@ -84,15 +84,16 @@ def place_of(file: PurePath) -> FilePlace | None:
     belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a note unless its own name has another role.
     """
     possible, names, roles = roles_of(file), list[str](), list[Role]()
+    if not possible:
+        return None
     stem = "" if file.name == TRIAL else file.stem
-    for part in (*file.parent.parts, stem) if possible else ():
+    for part in (*file.parent.parts, stem):
         name, meant = _without_words(part, possible if part == stem else ROLES)
         # The folder of a sample often has files with the same name.
         names += [name] if sample_key(name) not in ("", *map(sample_key, names[-1:])) else []
         roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
     # A mask in a folder of photos is a mask: roles other than the default of the ending count.
-    role = next((role for role in roles if role in possible[1:]), *possible[:1])
-    return FilePlace(as_label("-".join(names)), role) if possible else None
+    return FilePlace(as_label("-".join(names)), next((role for role in roles if role in possible[1:]), possible[0]))
 
 
 def roles_of(file: PurePath) -> tuple[Role, ...]:

@@ -1,7 +1,6 @@
 """A liquid weighed into a crack, on a lab's own sheet beside photo and readings: found, asked about, used, reported."""
 
 import json
-from pathlib import PurePath
 
 import numpy as np
 import openpyxl
@@ -9,11 +8,10 @@ import pytest
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.settings import checked
-from sealtwin.lab.found_files import read_names
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.pairing_columns import as_columns
+from sealtwin.lab.pairing import note_of_answers
 from sealtwin.lab.sheets import read_fill
-from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.trial_file import load_trial, with_settings
 from tests.labs import QUIET, answer, pairing_rows, question, sealtwin
 from validate.settings import Declared
 
@@ -23,9 +21,10 @@ GERMAN = "Auslitern P01;\nMasse [g];Pegel unter Kante [cm]\n0,02;0,6\n0,06;0,4\n
 
 def _read(tmp_path, text, **answers):
     (tmp_path / "fill.csv").write_text(text)
-    mass, _, unit = answers.pop("mass", "").partition(" ")
-    columns = as_columns({**answers, "s": mass} if mass else answers)
-    table, sentence, _ = read_fill(tmp_path / "fill.csv", checked(Declared, tmp_path, {"columns": columns}), unit)
+    unit = answers.pop("mass", "")
+    entries = note_of_answers(answers, "pairing.csv").entries
+    content = with_settings({"readings": {}}, {key: entry.value for key, entry in entries.items()})["readings"]
+    table, sentence = read_fill(tmp_path / "fill.csv", checked(Declared, tmp_path, content), unit)
     assert sentence.startswith(f"{tmp_path / 'fill.csv'}: read as a fill of {len(table['mass_g'])} steps")
     return table["mass_g"], table["level_mm"]
 
@@ -39,7 +38,7 @@ def _read(tmp_path, text, **answers):
         ("Zeit;Waage;Tiefe\nhh:mm;g;mm\n10:01;0,02;6\n10:03;0,06;4\n;;\n10:05;0,1;2\n10:09;0,15;0\n", {"unit": "mm"}),
         (
             "a;b;c\n1;0,02;6\n2;0,06;4\n3;0,1;2\n4;0,15;0\n",
-            {"mass": "b g", "levels": "c", "unit": "mm", "sign": "Down"},
+            {"s": "b", "mass": "g", "levels": "c", "unit": "mm", "sign": "Down"},
         ),
     ],
 )
@@ -78,13 +77,11 @@ def _poured(small, *head):
 
 def test_a_fill_beside_the_readings_is_copied_used_and_reported(small, tmp_path):
     _poured(small, "Masse [g]", "Tiefe [mm]")
-    named = read_names([PurePath("P01 Wasser.xlsx")], "x")[PurePath("P01 Wasser.xlsx")]
-    assert (named.sample, named.role) == ("P01", "fill")
     lab = tmp_path / "lab"
     asked = sealtwin("ingest", small, "--out", lab, "--quiet").stdout
     (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")
     assert (row["file"], row["sample"]) == ("P01 Wasser.xlsx", "P01")
-    assert "crack.tilt is missing, and the steps of a fill need it" in asked
+    assert "crack.tilt is missing: the steps of a fill need it" in asked
     answer(lab, {"P01 Wasser.xlsx": {"settings": 'crack.tilt = "funnel"'}})
     assert "P01 Wasser.xlsx: read as a fill of 5 steps" in sealtwin("ingest", small, "--out", lab, "--quiet").stdout
     trial = load_trial(lab / "P01" / "trial.toml")
@@ -104,8 +101,5 @@ def test_a_fill_in_doubt_is_asked_beside_its_file(small, tmp_path):
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
     assert "P01 Wasser.xlsx, sheet 'Sheet', row 1: 'Masse': no unit." in question(lab, "P01 Wasser.xlsx")
-    with (small / "P01.toml").open("a") as note:
-        note.write('[crack.fill]\nfile = "other.csv"\n')
-    (outcome, _) = ingest(small, lab, QUIET).outcomes
-    fault = "P01.toml: crack.fill = 'other.csv', but by its name P01 Wasser.xlsx belongs to this"
-    assert any(fault in one for one in outcome.faults)
+    answer(lab, {"P01 Wasser.xlsx": {"mass": "g", "settings": 'crack.tilt = "funnel"'}})
+    assert not ingest(small, lab, QUIET).faults
