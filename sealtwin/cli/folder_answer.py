@@ -25,6 +25,7 @@ from sealtwin.lab.run_samples import SampleRun
 from sealtwin.lab.sample import SampleOutcome
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
+from validate.readings.grid import letters
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
@@ -64,18 +65,14 @@ def ingest_answer(ingested: Ingested) -> Answer:
         lines += _understood(outcome)
     remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
     lines += _together(remarks, "note: ")
-    unused = [each for each in ingested.left_out if not each.lost]
-    for reason in dict.fromkeys(each.reason for each in unused):
-        lines.append(f"Not used: {few([each.file for each in unused if each.reason == reason])}: {reason}")
+    unused = [CatalogueFault(each.file, each.reason) for each in ingested.left_out if not each.lost]
+    lines += _together(unused, "Not used: ")
     failed = _together(ingested.faults)
-    lines += failed[:MOST_FAULTS]
-    if len(failed) > MOST_FAULTS:
-        lines.append(f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all.")
-    code = 0
-    if any(outcome.fate == "bug" for outcome in outcomes):
-        code = BUG
-    elif ingested.faults:
-        code = SOME_FAILED if any(outcome.fate != "failed" for outcome in outcomes) else BAD_INPUT
+    more = [f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all."]
+    lines += [*failed[:MOST_FAULTS], *(more if len(failed) > MOST_FAULTS else [])]
+    fates = {outcome.fate for outcome in outcomes}
+    code = SOME_FAILED if fates - {"failed"} else BAD_INPUT
+    code = BUG if "bug" in fates else code if ingested.faults else 0
     content = {
         "version": 1,
         "lab": shown(ingested.lab),
@@ -90,15 +87,13 @@ def ingest_answer(ingested: Ingested) -> Answer:
 
 def checked_answer(ingested: Ingested, batch: Batch) -> Answer:
     """Answer of 'sealtwin ingest', with what was traced."""
-    first, second = ingest_answer(ingested), batch_answer(batch)
-    code = BUG if BUG in (first.exit_code, second.exit_code) else first.exit_code or second.exit_code
-    names = {outcome.trial: outcome.sample.name for outcome in ingested.outcomes}
-    warned = [(row.folder.partition("/")[0], text) for row in batch.done for text in row.warnings]
-    notes = [CatalogueFault(names.get(folder, folder), text) for folder, text in warned]
-    lines = [*first.lines, *_together(notes, "note: ")]
-    if batch.done and not ingested.dry_run:
-        lines.append(f"All walls: {batch.out / SHEET}")
-    return Answer({**first.content, "traced": second.content, "exit_code": code}, lines, code)
+    first = ingest_answer(ingested)
+    code = BUG if BUG in (first.exit_code, batch.exit_code) else first.exit_code or batch.exit_code
+    # The run folder of a sample is in that of its trial.
+    notes = [CatalogueFault(row.folder.split("/")[-2], text) for row in batch.done for text in row.warnings]
+    pages = [f"All walls: {batch.out / SHEET}"] if batch.done and not ingested.dry_run else []
+    lines = [*first.lines, *_together(notes, "note: "), *pages]
+    return Answer({**first.content, "traced": batch.content(), "exit_code": code}, lines, code)
 
 
 def list_answer(lab: Path) -> Answer:
@@ -227,17 +222,13 @@ def _understood(outcome: SampleOutcome) -> list[str]:
     lines = [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
     if sheet is None:
         return lines
-    head = ["row", *(f"{letter}: {role}" for letter, role in sheet.roles)]
-    broad = max(len(head) - 1, *(len(texts) for _, texts in sheet.rows))
+    roles, broad = dict(sheet.roles), range(max((len(texts) for _, texts in sheet.rows), default=0))
+    head = ["row", *(": ".join(filter(None, (letters(at), roles.get(letters(at))))) for at in broad)]
     rows = [
-        [
-            f"{number}",
-            *(text if (number, at) in sheet.read or not text else f"({text})" for at, text in enumerate(texts)),
-            *[""] * (broad - len(texts)),
-        ]
-        for number, texts in sheet.rows
+        [f"{row}", *(text if (row, at) in sheet.read or not text else f"({text})" for at, text in enumerate(texts))]
+        for row, texts in sheet.rows
     ]
-    head += [""] * (broad + 1 - len(head))
+    rows = [[*row, *[""] * (len(head) - len(row))] for row in rows]
     return [*lines, f"{name}: its sheet as it was understood; cells in brackets are not read:", *_table(head, rows)]
 
 
@@ -251,12 +242,8 @@ def _ending(ingested: Ingested) -> list[str]:
         lines = [f"No sample is sound yet, of {counted(len(samples), 'sample')}."]
     lab, questions = shown(ingested.lab), any(each.faults for each in ingested.outcomes)
     if ingested.dry_run:
-        where = (
-            f" To answer the questions, repeat the command without --dry-run and edit {lab}/{PAIRING}."
-            if questions
-            else ""
-        )
-        return [*lines, f"Dry run: nothing was written.{where}"]
+        where = f"repeat the command without --dry-run and edit {lab}/{PAIRING}."
+        return [*lines, "Dry run: nothing was written.", *([f"To answer the questions, {where}"] if questions else [])]
     if questions:
         lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")
     if any(outcome.trial for outcome in ingested.outcomes):

@@ -22,7 +22,7 @@ from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
-from validate.readings.grid import ReadSheet
+from validate.readings.grid import ReadSheet, letters
 from validate.readings.samples import named_cells, read_table
 
 BUG, SOME_FAILED = 1, 6
@@ -338,6 +338,7 @@ def write_contact_sheet(
         refused={name: _thumbnail(folder / name / REFUSED) for name in refused},
         done=done,
         sheets=sheets or {},
+        letters=letters,
         sealant_ml=sum(row.sealant_ml or 0.0 for row in done),
     )
     files.write_text(path, page)

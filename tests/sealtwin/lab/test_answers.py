@@ -28,6 +28,17 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
     assert hashes_of(small) == before
 
 
+def test_a_sheet_in_question_is_shown_as_it_was_understood(small, tmp_path):
+    (small / "P01.csv").write_text(";<script>;s [mm];x\n;;1;1,5\n;;5;1,4\n")
+    text = sealtwin("ingest", small, "--out", tmp_path / "lab", "--quiet").stdout
+    assert "row  A  B: not read  C: s mm" in text
+    assert "1       (<script>)" in text, "in brackets"
+    assert "\n3                    5  " in text, "read"
+    page = (tmp_path / "lab" / "index.html").read_text()
+    assert "<td>&lt;script&gt;</td>" in page
+    assert "<td><strong>1</strong></td>" in page
+
+
 def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P01.csv").write_text(UNKNOWN)
