@@ -21,10 +21,9 @@ from validate.result import RESULT, TrialResult, read_result
 CATALOGUE = "catalogue.json"
 RECORD = "record.json"  # File in each trial's folder: the files and words that it was made of
 RUN = "run"  # Folder beside a trial's files with the results of its run
-COMPARED = ("mean_error_mm",)  # Figures of a comparison that a lab lists
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
-    "readings_sha256", "dialect", "result", *COMPARED, "ingested_utc", "folder", "reason",
+    "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
 VERSION: Literal[4] = 4
 REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
@@ -208,22 +207,15 @@ def progress_of(catalogue: Catalogue, record: Record) -> str:
 
 
 def _row(catalogue: Catalogue, record: Record) -> dict[str, Any]:
-    kept, result, unready = {}, read_run(catalogue.lab, record), catalogue.unready(record)
+    result, unready = read_run(catalogue.lab, record), catalogue.unready(record)
+    row = {**vars(record), "sample": record.name, "state": "taken in", "data": record.said.get("photo.data")}
     for file in record.files:
-        kept |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
+        row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
     depth = record.said.get("crack.depth_mm")
-    row = (
-        vars(record)
-        | kept
-        | record.said
-        | {
-            "sample": record.name,
-            "state": "not sound" if unready else "taken in",
-            "reason": unready[0] + (f" And {len(unready) - 1} more." if len(unready) > 1 else "") if unready else None,
-            "data": record.said.get("photo.data"),
-            "depth_mm": depth if isinstance(depth, int | float) else "along the crack",
-            "result": progress_of(catalogue, record),
-            **{name: result and result.comparison and getattr(result.comparison, name) for name in COMPARED},
-        }
-    )
+    row["depth_mm"] = depth if isinstance(depth, int | float) else "along the crack"
+    row["result"] = progress_of(catalogue, record)
+    row["mean_error_mm"] = result and result.comparison and result.comparison.mean_error_mm
+    if unready:
+        more = f" And {len(unready) - 1} more." if len(unready) > 1 else ""
+        row |= {"state": "not sound", "reason": unready[0] + more}
     return {column: row.get(column) for column in COLUMNS}

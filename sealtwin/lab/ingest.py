@@ -219,17 +219,15 @@ class SampleIntake:
         prepare(outcome)
         if not outcome.faults and outcome.settings is not None:
             if not self.dry_run:
-                kept = self.keep(outcome, outcome.settings, *before)
-                self.catalogue.put(kept)
-                outcome.trial, outcome.revision = kept.folder, kept.revision
+                self.keep(outcome, outcome.settings, *before)
             outcome.fate = "revised" if before else "new"
 
     def _is_whole(self, record: Record) -> bool:
         names = (TRIAL, *(file.kept_as for file in record.files))
         return all((self.catalogue.lab / record.folder / name).is_file() for name in names)
 
-    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None = None) -> Record:
-        """Write a trial's folder: unchanged copies of its files, trial.toml, record.json.
+    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None = None) -> None:
+        """Write a trial's folder, unchanged copies of its files, trial.toml, record.json, and add it to the catalogue.
 
         ``before`` is the sample's latest trial. If it was neither run nor edited and its files are the same, it is
         written again with the new settings and keeps its revision. Raises InputError if a file has changed since it was
@@ -278,7 +276,8 @@ class SampleIntake:
         if not answered:
             with naming(lab / name):
                 folder.rename(lab / name)
-        return record
+        self.catalogue.put(record)
+        outcome.trial, outcome.revision = name, revision
 
 
 def write_trial(outcome: SampleOutcome, trial: Trial, folder: Path) -> None:

@@ -80,8 +80,8 @@ READ_AS: Mapping[str, Callable[[str], Any]] = {
     "as_written": _as_written,
 }
 """Functions that read the text of a column of the pairing file. Texts of other columns are values as they are."""
-OF_SHEETS = tuple(dict.fromkeys([*Columns.model_fields, *Declared.model_fields]))
-OF_SHEETS = tuple(name for name in OF_SHEETS if name not in ("columns", "quantity", "sample"))
+NOT_COLUMNS = ("columns", "quantity", "sample")
+OF_SHEETS = [name for name in {**Columns.model_fields, **Declared.model_fields} if name not in NOT_COLUMNS]
 """Columns of the pairing file that describe a sheet, with the names of the settings of [readings]."""
 ANSWERS = (*OF_SHEETS, "crack", "mass", SETTINGS)
 """Columns for the user's answers: about a sheet, the number of the crack in a photo, the masses of a fill, and other

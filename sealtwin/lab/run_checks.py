@@ -3,7 +3,7 @@
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -46,15 +46,15 @@ class _Check:
             text = text.replace(f"{self.folder / raw.kept_as}", raw.original)
         return text
 
-    def doubts(self) -> Sequence[Doubt]:
+    def doubts(self) -> list[Doubt]:
         """Return the faults that prevent the run of the traced trial, and doubts about its readings."""
         try:
             trial = load_trial(self.folder / TRIAL)
             with open_folder(self.folder / RUN, create=True) as opened:
                 readings = check_run(start_job(trial, self.folder, opened, "cpu", Progress()))
         except InputError as fault:
-            return doubts_in(fault)
-        return () if readings is None else questions_of(readings)
+            return [*doubts_in(fault)]
+        return [] if readings is None else [*questions_of(readings)]
 
 
 def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> Batch:
@@ -124,21 +124,19 @@ def _written(outcome: SampleOutcome, lab: Path, waiting: Path, dry_run: bool) ->
 
 def _ask(check: _Check, row: BatchRow, catalogue: Catalogue, dry_run: bool) -> None:
     """Ask about the faults of a traced trial, and store those of a trial in the lab."""
-    outcome, folder, state = check.outcome, check.folder.name, state_of(check.folder)
-    before, is_taken = len(outcome.faults), outcome.trial is not None
+    outcome, checked, state = check.outcome, catalogue.content.checked, state_of(check.folder)
+    before, folder, doubts = len(outcome.faults), check.folder.name, list[Doubt]()
     if row.status != "ok":
         where, _, finding = row.reason.partition(": ")
         # The pictures of a dry run are deleted.
         finding = PICTURE.sub("", finding) if dry_run else finding
         answers = {"crack": 2} if CHOICE in finding else {}
         doubts = [Doubt("photo", where, finding.replace(CHOICE, "a 2 in the column crack"), answers=answers)]
-    elif DEPTH in outcome.stand_ins or (is_taken and catalogue.content.checked.get(folder) == (state, [])):
-        doubts = []
-    else:
+    elif DEPTH not in outcome.stand_ins and (outcome.trial is None or checked.get(folder) != (state, [])):
         doubts = check.doubts()
     outcome.ask(*(replace(one, where=check.clean(one.where), finding=check.clean(one.finding)) for one in doubts))
-    if is_taken:
-        catalogue.content.checked[folder] = (state, [f"{fault}" for fault in outcome.faults[before:]])
+    if outcome.trial is not None:
+        checked[folder] = (state, [f"{fault}" for fault in outcome.faults[before:]])
 
 
 class _Steps(Progress):

@@ -62,16 +62,15 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
 
 def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
     """Run one sample in its own folder. The list has one entry."""
-    began, warned, trial_folder = time.monotonic(), _Warnings(), lab / record.folder
+    began, progress, trial_folder = time.monotonic(), Progress(), lab / record.folder
     try:
         trial = load_trial(trial_folder / TRIAL)
-        finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, warned, above=by_studies())
+        finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, progress, above=by_studies())
     except Exception as fault:
         # A bug in one run must not stop the others; the command ends with code 1.
         bug, reason = not isinstance(fault, SealtwinError | OSError), f"{fault}"
         if bug:
-            trace = write_trace(trial_folder / RUN)
-            reason = f"{type(fault).__name__}: {fault}. A bug: please report {trace}."
+            reason = f"{type(fault).__name__}: {fault}. A bug: please report {write_trace(trial_folder / RUN)}."
         wall_s = time.monotonic() - began
         return [SampleRun(record.name, "failed", record.folder, reason=reason, bug=bug, wall_s=wall_s)]
     comparison = finished.result.comparison
@@ -83,42 +82,28 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
             mean_error_mm=comparison and comparison.mean_error_mm,
             passed=comparison and comparison.passed,
             report=finished.result.report,
-            warnings=tuple(warned.sentences),
+            warnings=tuple(text.removeprefix("note: ") for text in progress.warned),
             wall_s=time.monotonic() - began,
         )
     ]
 
 
-class _Warnings(Progress):
-    """Collects warnings, since a worker has no terminal."""
-
-    def __init__(self) -> None:
-        self.sentences = list[str]()
-
-    def warn(self, text: str) -> None:
-        self.sentences.append(text.removeprefix("note: "))
-
-
 def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Progress) -> list[SampleRun]:
     if not trials:
         return []
-    results: dict[str, SampleRun] = {}
-    records = {record.folder: record for record in trials}
+    results, records = dict[str, SampleRun](), {record.folder: record for record in trials}
 
     def keep(run: StudyRun, result: SampleRun | Lost) -> StudyRun:
         if isinstance(result, Lost):
-            reason = f"{result.reason}: give fewer --jobs."
-            result = SampleRun(records[run.key].name, "failed", run.key, reason=reason)
+            name, reason = records[run.key].name, f"{result.reason}: give fewer --jobs."
+            result = SampleRun(name, "failed", run.key, reason=reason)
         results[run.key] = result
         return replace(run, state="failed" if result.state == "failed" else "done", wall_s=result.wall_s)
 
-    sized = [_size(lab, record) for record in trials]
-    runs = [
-        StudyRun(number, record.folder, {}, {}, record.folder, record.folder, size.work_s)
-        for number, (record, size) in enumerate(zip(trials, sized, strict=True), start=1)
-    ]
-    if new := [run for run, size in zip(runs, sized, strict=True) if size.particles]:
-        largest = max(sized, key=lambda size: (size.particles, size.bytes))
+    sizes = {key: _size(lab, record) for key, record in records.items()}
+    runs = [StudyRun(at, key, {}, {}, key, key, size.work_s) for at, (key, size) in enumerate(sizes.items(), start=1)]
+    largest = max(sizes.values(), key=lambda size: (size.particles, size.bytes))
+    if new := [run for run in runs if sizes[run.key].particles]:
         expected = estimate(new, largest, how.jobs, 1, keep_runs=True)
         progress.note(f"{shown(lab)}: {largest.particles:,} particles at most. {expected.sentence}")
     work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep

@@ -100,10 +100,9 @@ class SampleOutcome:
 
     def ask(self, *about: Doubt | str, file: PurePath | None = None) -> None:
         """Add faults, each to the row of ``file``, else of the file that it names, else of the photo."""
-        sample = self.sample
-        every = [file for files in sample.files.values() for file in files]
+        every = [file for files in self.sample.files.values() for file in files]
         for one in about:
-            sentence, columns = (one.in_words("pairing"), one.columns) if isinstance(one, Doubt) else (one, (SETTINGS,))
+            sentence, columns = (one, (SETTINGS,)) if isinstance(one, str) else (one.in_words("pairing"), one.columns)
             sentence = sentence.replace(f"{self.folder}/", "")
             begin = sentence.removeprefix(f"{PAIRING}, ")
             named = (each for each in every if begin.startswith((f"{each}:", f"{each},")))
@@ -119,7 +118,7 @@ class SampleOutcome:
     @property
     def content(self) -> str:
         """Hash of files and settings, which changes with any of them."""
-        settings: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        settings = sorted((key, entry.value) for key, entry in self.note.entries.items())
         parts = [settings, [*self.sample.answers.values()], [(raw.role, raw.sha256) for raw in self.raw]]
         return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
 
