@@ -80,11 +80,10 @@ def ingest(
     if any(place.role == "photo" and not place.key for place in named.values()):
         # The folder of one sample: its photo needs no name.
         named = {file: replace(one, sample=one.sample or as_label(folder.name)) for file, one in named.items()}
-    unused = {each.file: each.reason for each in left_out}
-    decisions = None if pairing is None else read_decisions(pairing, named, unused)
+    decisions = None if pairing is None else read_decisions(pairing, named)
     with _catalogue(lab, progress, dry_run) as catalogue:
         if decisions is None and edited.is_file() and files.sha256(edited) != catalogue.content.pairing:
-            decisions = read_decisions(edited, named, unused)
+            decisions = read_decisions(edited, named)
         elif decisions is None:
             decisions = catalogue.decisions(source)
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
@@ -123,7 +122,7 @@ def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list
             if lacking := few(sorted(table.keys() - photos)):
                 reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
                 left_out.append(LeftOut(f"{file}", reason, lost=True))
-        elif ending in TEXT_SUFFIXES and (note := read_note(path, first.key)) is not None and not note.entries:
+        elif ending in TEXT_SUFFIXES and read_note(path, first.key) == Note():
             rest.pop(file)
             left_out.append(LeftOut(f"{file}", "its name is that of no photo.", lost=False))
     return pair(rest, lost), of_tables

@@ -3,6 +3,7 @@
 import re
 import tomllib
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import date
 from functools import cache
@@ -42,6 +43,10 @@ OF_ONE = (NAME, DATE, *NAMED_FILES.values(), "readings.as_written")
 """Keys that cannot apply to all samples of a folder."""
 STARTER = 'Write a note with what no photo shows: data = "measured", and depth_mm = 16.0 in [crack]'
 KEYS = "no such key; write one of a trial ('sealtwin init DIR' shows them), or data, date or operator."
+NOT_READ = (
+    "is not read, since not each of its lines is key = value with a key of a trial. Write its settings into its row, such "
+    "as settings = crack.depth_mm = 9.0; if it has none, set its role to ignore."
+)
 SAMPLE = "sample"  # Column of a table of settings
 ASSIGNED = re.compile(r"\s*[A-Za-z_]\w*(\.[A-Za-z_]\w*)*\s*=[^#\ufffd]*")
 """Line ``key = value`` without a comment, which may change its meaning."""
@@ -110,29 +115,30 @@ class Note:
             self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
 
 
-def read_note(path: Path, sample: str) -> Note | None:
+def read_note(path: Path, sample: str, *, answered: bool = False) -> Note:
     """Read the settings of a TOML file, or of a text if each of its lines is ``key = value`` with a known key.
 
-    Returns None for another text, if it may have settings: a number that is not in the key of its ``sample``. Raises
-    InputError if the file cannot be read.
+    Another file is a fault if it may have settings, that is a number that is not in the key of its ``sample``, unless
+    its row has been ``answered``.
     """
     note, where = Note(), as_text(path)
-    if path.suffix.lower() == NOTE_SUFFIX:
-        note.take_tables(read_toml(path, name="note", starter=STARTER), where)
-        return note
-    with naming(path), opened(path) as file:
-        content = file.read(LARGEST_READ_BYTES + 1)
+    try:
+        if path.suffix.lower() == NOTE_SUFFIX:
+            note.take_tables(read_toml(path, name="note", starter=STARTER), where)
+            return note
+        with naming(path), opened(path) as file:
+            content = file.read(LARGEST_READ_BYTES)
+    except InputError as fault:
+        return Note(faults=str(fault).splitlines())
     text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
     if all(ASSIGNED.fullmatch(line) for line in text.splitlines() if line.strip()):
-        try:
+        with suppress(ValueError, RecursionError):
             note.take_tables(tomllib.loads(text), where)
-        except (ValueError, RecursionError):
-            return None
-        if not note.faults:
-            return note
-    words = (word for word in text.split() if NUMBER.search(word))
-    is_open = len(content) > LARGEST_READ_BYTES or any(sample_key(word) != sample for word in words)
-    return None if is_open else Note()
+            if not note.faults:
+                return note
+    numbers = [word for word in text.split() if NUMBER.search(word) and sample_key(word) != sample]
+    is_open = not answered and (len(content) == LARGEST_READ_BYTES or bool(numbers))
+    return Note(faults=[f"{where}: {NOT_READ}"] if is_open else [])
 
 
 def read_defaults(path: Path) -> Note:

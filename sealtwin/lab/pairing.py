@@ -18,15 +18,13 @@ from sealtwin.lab.notes import Note, value_of
 from sealtwin.lab.sheets import table_of
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
-from validate.readings.numbers import number
 from validate.settings import Columns, Declared
 
 PAIRING = "pairing.csv"
 MOST_PHOTOS = 12  # Photos in one question
 LONGEST_QUESTION = 1500  # Letters of a cell of the pairing file
-SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"
-"""B, or B:D; several lower-case letters are more likely a name."""
-SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
+REFERENCE = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|-?\d+([.,]\d+)?")
+"""B, B:D or 9; several lower-case letters are more likely a name."""
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 SETTINGS = "settings"
 
@@ -49,37 +47,21 @@ def _column(reference: str) -> str:
     return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
 
 
-def _levels(text: str) -> list[str]:
-    return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
-
-
-def _places(text: str) -> Any:
-    numbers = [*map(number, re.split(r"[\s;]+", text))]
-    return text.lower() if None in numbers else numbers
-
-
-def _as_written(text: str) -> list[str]:
-    cells = re.split(r'[\s,;"]+', text.strip('" ,;'))
-    return [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
-
-
 READ_AS: Mapping[str, Callable[[str], Any]] = {
-    "s": _column,
-    "places": _places,
-    "levels": _levels,
-    "repeat": _column,
-    "unit": str.lower,
-    "sign": str.lower,
-    "s_from": str.lower,
+    **dict.fromkeys(("s", "repeat"), _column),
+    **dict.fromkeys(("unit", "sign", "s_from"), str.lower),
+    **dict.fromkeys(("header_rows", "datum_level_mm", "crack"), value_of),
     "range": str.upper,
-    "header_rows": value_of,
-    "skip": lambda text: [*map(value_of, re.split(r"\s*[;,]\s*", text))],
-    "missing": lambda text: re.split(r"\s*;\s*", text),
-    "datum_level_mm": value_of,
-    "crack": value_of,
-    "as_written": _as_written,
 }
-"""Functions that read the text of a column of the pairing file. Texts of other columns are values as they are."""
+"""Functions that read the text in a column of the pairing file. Other texts are values as they are."""
+LISTS: Mapping[str, Callable[[str], Any]] = {
+    "levels": _column,
+    "places": value_of,
+    "skip": value_of,
+    "missing": str,
+    "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
+}
+"""Columns with several values, and functions that read each. A unit of places is a single one."""
 NOT_COLUMNS = ("columns", "quantity", "sample")
 OF_SHEETS = [name for name in {**Columns.model_fields, **Declared.model_fields} if name not in NOT_COLUMNS]
 """Columns of the pairing file that describe a sheet, with the names of the settings of [readings]."""
@@ -94,9 +76,15 @@ PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a fil
 def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
     """Return the settings in the answers of a row. Those in its column of settings are TOML, separated by semicolons."""
     note = Note()
-    for name in (name for name in (*OF_SHEETS, "crack") if answers.get(name)):
+    for name, text in ((name, answers[name]) for name in (*OF_SHEETS, "crack") if answers.get(name)):
         table = "photo" if name == "crack" else OF_COLUMNS if name in Columns.model_fields else "readings"
-        note.take(f"{table}.{name}", READ_AS.get(name, str)(answers[name]), where)
+        value = READ_AS.get(name, str)(text)
+        if name in LISTS:
+            parts = re.split(r"[\s,;]+", text)
+            if name != "as_written" and not all(map(REFERENCE.fullmatch, parts)):
+                parts = re.split(r"\s*;\s*", text)
+            value = [*map(LISTS[name], parts)] if name != "places" or len(parts) > 1 else text
+        note.take(f"{table}.{name}", value, where)
     try:
         note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
     except (ValueError, RecursionError) as fault:
@@ -194,12 +182,12 @@ def pairing_text(placed: Placed, asked: Iterable[tuple[SampleFiles, Question]]) 
     return sheet_text(columns, [[row.get(name, "") for name in columns] for row in order])
 
 
-def read_decisions(path: Path, named: Mapping[PurePath, FilePlace], unused: Mapping[str, str]) -> Placed:
+def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     """Return the user's decisions: the rows of a pairing file that differ from what the names of the files give.
 
-    ``unused`` has the reasons why other files of the folder are not used. The file may be as any spreadsheet program
-    saves it. Raises InputError with every fault: an unknown column, a file that does not exist, a part of one that has
-    two rows, a role or a sample that is not possible.
+    The file may be as any spreadsheet program saves it. Raises InputError with every fault: an unknown column, a file
+    that does not exist or is not read, rows of a file that are not of different parts, a role or a sample that is not
+    possible.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
@@ -216,8 +204,7 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace], unused: Mapp
         faults += [f"{where}: {text!r:.80} is in a column without a name." for name, text in texts if text and not name]
         written, role, sample = (cells.get(name, "") for name in NAMES)
         if (file := by_cell.get(written)) is None:
-            reason = f"is not used: {unused[written]}" if written in unused else "is no file of the lab's folder."
-            faults.append(f"{where}: {written!r:.80} {reason} Correct or delete the row.")
+            faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")
             continue
         answers = {name: text for name, text in cells.items() if name in ANSWERS and text}
         possible = (*roles_of(file), "ignore")

@@ -79,17 +79,8 @@ def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> Batch:
             except InputError as fault:
                 outcome.ask(f"{fault}")
         planned = [PlannedPhoto(check.folder / TRIAL, run, {}) for run, check in checks.items()]
-        # The page shows samples that cannot be traced too: otherwise they would not be missed.
-        traced = {check.outcome.sample.key for check in checks.values()}
-        missed = [
-            BatchRow(
-                f"{one.sample.files['photo'][0]}", one.sample.name, "failed", reason=" ".join(map(str, one.faults))
-            )
-            for one in outcomes
-            if one.faults and "photo" in one.sample.files and one.sample.key not in traced
-        ]
         sheets = {f"{each.sample.file('readings')}": each.understood for each in outcomes if each.sheet_in_question}
-        batch = digitise_many(planned, out, _Steps(progress), jobs, missed, locked=True, sheets=sheets)
+        batch = digitise_many(planned, out, _Steps(progress), jobs, locked=True, sheets=sheets)
         progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
         for number, row in enumerate(batch.rows, start=1):
             _ask(checks[row.folder], row, catalogue, dry_run)

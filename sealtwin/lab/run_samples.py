@@ -12,12 +12,12 @@ from sealtwin.core.errors import InputError, SealtwinError
 from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
 from sealtwin.lab.files import TRIAL
-from sealtwin.study.estimate import SETUP_S, RunSize, checked_size, estimate
+from sealtwin.study.estimate import SETUP_S, RunSize, checked_size
 from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.photos import write_trace
 from sealtwin.study.runner import Computing, launch
 from sealtwin.study.study_folder import StudyRun
-from sealtwin.trial.job import STAGES, shown
+from sealtwin.trial.job import STAGES
 from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.simulate_stage import PROGRESS
 from sealtwin.trial.trial_file import load_trial
@@ -102,10 +102,6 @@ def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Prog
 
     sizes = {key: _size(lab, record) for key, record in records.items()}
     runs = [StudyRun(at, key, {}, {}, key, key, size.work_s) for at, (key, size) in enumerate(sizes.items(), start=1)]
-    largest = max(sizes.values(), key=lambda size: (size.particles, size.bytes))
-    if new := [run for run in runs if sizes[run.key].particles]:
-        expected = estimate(new, largest, how.jobs, 1, keep_runs=True)
-        progress.note(f"{shown(lab)}: {largest.particles:,} particles at most. {expected.sentence}")
     work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep
     began_s = time.time()
     launch(runs, how, "Running", progress, work, left_s=lambda run: _left_s(lab / run.key / RUN / PROGRESS, began_s))

@@ -12,7 +12,7 @@ from sealtwin.core import files
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.files import DEFAULTS, NAMED_FILES, PICTURES, TABLE_SUFFIXES, Role
+from sealtwin.lab.files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.notes import (
     ALTERNATIVES,
     DEPTH,
@@ -142,7 +142,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
             name = role if sample.file(role) else f"{role}-{number}"
             kept_as = (INPUTS / f"{name}{file.suffix.lower()}").as_posix()
             outcome.raw.append(KeptFile(role, file.as_posix(), kept_as, files.sha256(path), size))
-            own = own.beside(_note(outcome, file)) if role == "note" else own
+            if role == "note" and "photo" in sample.files:
+                own = own.beside(read_note(path, sample.key, answered=bool(sample.answers[role, file].get(SETTINGS))))
     if "readings" not in sample.files and not sample.is_held:
         # The folder's settings of readings are for other samples.
         lost = [key for key in own.entries if key.startswith(OF_READINGS) and key != "readings.data"]
@@ -157,20 +158,6 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
             outcome.note = note_of_answers(given, f"{PAIRING}, {file}").over(outcome.note)
     outcome.ask(*outcome.note.faults)
     return outcome
-
-
-def _note(outcome: SampleOutcome, file: PurePath) -> Note:
-    """Return the settings of a note. Ask about one that is not read, unless its row has settings."""
-    sample, path = outcome.sample, outcome.folder / file
-    try:
-        note = None if file.suffix.lower() in TABLE_SUFFIXES else read_note(path, sample.key)
-    except InputError as fault:
-        return Note(faults=str(fault).splitlines())
-    if note is None and "photo" in sample.files and not sample.answers["note", file].get(SETTINGS):
-        finding = "is not read, since not each of its lines is key = value with a key of a trial."
-        remedy = "If it has settings, write them into its row; if not, set its role to ignore."
-        outcome.ask(Doubt("note", str(path), finding, remedy, {SETTINGS: f"{DEPTH} = 9.0"}))
-    return note or Note()
 
 
 def prepare(outcome: SampleOutcome) -> None:

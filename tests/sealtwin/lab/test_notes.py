@@ -49,7 +49,8 @@ def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_an
 def test_a_text_is_read_if_each_of_its_lines_is_a_setting_and_is_open_if_not(tmp_path, text, depth_mm):
     (tmp_path / "P01.txt").write_bytes(text if isinstance(text, bytes) else text.encode())
     note = read_note(tmp_path / "P01.txt", "p01")
-    assert (note and note.entries["crack.depth_mm"].value) == depth_mm
+    assert {key: entry.value for key, entry in note.entries.items()}.get("crack.depth_mm") == depth_mm
+    assert ["is not read" in fault for fault in note.faults] == [True] * (depth_mm is None)
 
 
 @pytest.mark.parametrize("text", ["Kante ausgebrochen", "Probe P-01", "Wetter = 'trocken'"])
@@ -63,7 +64,7 @@ def test_toml_has_the_trials_own_keys(tmp_path):
         'data = "measured"\ndate = 2026-05-03\ncrack.depth_mm = 16\ndepht_mm = 3\nreadings.columns.sign = "down"\n'
         '[photo]\nmm_per_pixl = 0.1\n[mesh]\nfile = "a.stl"\n'
     )
-    note = present(read_note(tmp_path / "P01.toml", "p01"), "note")
+    note = read_note(tmp_path / "P01.toml", "p01")
     values = {key: entry.value for key, entry in note.entries.items()}
     assert values == {
         "photo.data": "measured", "readings.data": "measured", "date": "2026-05-03", "crack.depth_mm": 16,

@@ -180,9 +180,9 @@ def test_the_pairing_has_only_columns_that_are_asked_for_or_answered(small, tmp_
 
 FAULTS = (
     "line 2: P01.png cannot be 'readings'; write one of photo, mask, ignore.",
-    "line 3: 'gone.png' is no file",
+    "line 3: 'gone.png' is no file that is read",
     "line 4: P02.png has no sample",
-    "line 5: 'P02.stl' is not used: its ending is not read",
+    "line 5: 'P02.stl' is no file that is read",
     "line 6: P01.csv: a sample '../../x'",
 )
 
