@@ -153,14 +153,10 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
         links = [name for name in folders if Path(place, name).is_symlink()]
         for path in (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN)):
             file, is_read = path.relative_to(folder), bool(roles_of(path))
-            if as_text(file) != str(file):
-                leave_out(path, "a name that is not UTF-8; rename it.", lost=is_read)
-            elif plain(str(file)) != str(file):
-                leave_out(path, "a name with control characters; rename it.", lost=is_read)
-            elif file.name == DEFAULTS != str(file):
-                leave_out(path, f"{DEFAULTS} is read from the top of the folder only; move it there.", lost=True)
-            elif not is_read:
+            if not is_read:
                 leave_out(path, NOT_READ, lost=False)
+            elif plain(as_text(file)) != str(file):
+                leave_out(path, "its name has characters that no text can show; rename it.", lost=True)
             elif str(file) != DEFAULTS:
                 files.append(file)
     return sorted(files), sorted(left_out, key=lambda each: each.file)

@@ -145,13 +145,13 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
             if role == "note" and "photo" in sample.files:
                 own = own.beside(read_note(path, sample.key, answered=bool(sample.answers[role, file].get(SETTINGS))))
     if "readings" not in sample.files and not sample.is_held:
-        # The folder's settings of readings are for other samples.
+        # The folder's settings of readings, as those of fills, are for other samples.
         lost = [key for key in own.entries if key.startswith(OF_READINGS) and key != "readings.data"]
         if lost and "photo" in sample.files:
             remedy = "but the sample has no readings; add its sheet, or delete the setting."
             outcome.ask(f"{own.entries[lost[0]].origin}: {lost[0]} is given, {remedy}")
         own, defaults = own.without(*OF_READINGS), defaults.without(*OF_READINGS)
-    outcome.note = own.over(defaults.without(ANGLE) if "fill" in sample.files else defaults)
+    outcome.note = own.over(defaults.without(ANGLE if "fill" in sample.files else FILL))
     for (role, file), answers in sample.answers.items():
         if role == "note" or sample.file(role):
             given = {SETTINGS: answers.get(SETTINGS, "")} if role == "fill" else answers
@@ -239,20 +239,18 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
 
 def _weigh(outcome: SampleOutcome, settings: dict[str, Any]) -> None:
     """Put the content of the fill's sheet into ``settings``, beside the settings of the liquid."""
-    file, table = outcome.sample.file("fill"), settings.pop(FILL, {})
-    if file is None:
-        # The folder's settings of liquids are for other samples.
-        settings |= {FILL: table} if not isinstance(table, Mapping) or table.keys() & {"mass_g", "file"} else {}
+    if (file := outcome.sample.file("fill")) is None:
         return
     path, answers = outcome.folder / file, outcome.sample.answers["fill", file]
     declared = _declared(path, note_of_answers({**answers, SETTINGS: ""}, PAIRING))
     try:
         columns, sentence = read_fill(path, declared, answers.get("mass", ""))
     except InputError as fault:
+        settings.pop(FILL, None)
         outcome.ask(*doubts_in(fault), file=file)
         return
     outcome.remarks.append(sentence.replace(f"{outcome.folder}/", ""))
-    settings[FILL] = {**table, **columns}
+    settings[FILL] = {**settings.get(FILL, {}), **columns}
 
 
 def _origin_of(outcome: SampleOutcome, key: str) -> str:

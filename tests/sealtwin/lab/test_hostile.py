@@ -78,7 +78,7 @@ def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sou
     )
     (small / "P02.txt").write_bytes(b"8 mm \x1b[2J\n\x1b]0;x\n")
     text = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines)
-    for words in ("P03?.png: a name with control characters", "\\xff", "P01.toml", "P02.txt"):
+    for words in ("P03?.png: its name has characters", "\\xff", "P01.toml", "P02.txt"):
         assert words in text
     assert not set(text) & {"\x1b", "\u202e", "\udcff", "\x9b"}
     faulty = replace(sound[3], left_out=[LeftOut("P01.csv", "\x1b[2J\n\u202e", lost=True)])
