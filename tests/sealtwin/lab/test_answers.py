@@ -4,11 +4,8 @@ import json
 
 import pytest
 
-from sealtwin.core.errors import present
 from sealtwin.lab.ingest import ingest
-from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, answer, fates, hashes_of, levels_mm, question, sealtwin
-from validate.readings.read_readings import read_readings
 
 UNKNOWN = "Stelle;a;b\n1;1,5;1,6\n5;1,4;1,5\n11;1,6;1,7\n"
 
@@ -37,18 +34,6 @@ def test_a_sheet_in_question_is_shown_as_it_was_understood(small, tmp_path):
     page = (tmp_path / "lab" / "index.html").read_text()
     assert "<td>&lt;script&gt;</td>" in page
     assert "<td><strong>1</strong></td>" in page
-
-
-def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_path):
-    lab = tmp_path / "lab"
-    (small / "P01.csv").write_text(UNKNOWN)
-    ingest(small, lab, QUIET)
-    answer(lab, {"P01.csv": {"s": "A", "levels": "b", "unit": "mm", "sign": "down"}})
-    assert fates(ingest(small, lab, QUIET))["P01"] == "failed"
-    assert "'b' is not a column, or is a letter and also a name" in question(lab, "P01.csv")
-    answer(lab, {"P01.csv": {"s": "Stelle", "levels": "b:b"}})
-    assert fates(ingest(small, lab, QUIET))["P01"] == "new"
-    assert levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]
 
 
 def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, tmp_path):
@@ -86,33 +71,6 @@ def test_a_doubt_holds_its_sample_alone_names_cell_and_answer_and_is_answered_in
     assert "as_written = C4" in question(lab, "P01.csv")
     pairing = answer(lab, {"P01.csv": {"as_written": "C4"}})
     assert fates(ingest(doubtful, lab, QUIET, pairing=pairing))["P01"] == "new"
-
-
-def test_one_line_of_its_note_takes_the_sample_in_as_written(doubtful, tmp_path):
-    note = doubtful / "P01.toml"
-    note.write_text(f'readings.as_written = ["B2", "C4"]\n{note.read_text()}')
-    assert fates(ingest(doubtful, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "new"}
-    readings = present(load_trial(tmp_path / "lab" / "P01" / "trial.toml").readings, "readings")
-    assert readings.as_written == ("B2", "C4")
-    profile = read_readings(tmp_path / "lab" / "P01" / readings.file, readings, None, 8.0)
-    assert present(profile.repeats_mm, "repeats")[2, 1] == 0.0
-    assert profile.doubts == ()
-
-
-@pytest.mark.parametrize(
-    ("cells", "named"),
-    [
-        pytest.param('["C5"]', 'readings.as_written = ["C4"]', id="another cell answers nothing"),
-        ('["all"]', "P01.toml"),
-        ('"C4"', "P01.toml"),
-    ],
-)
-def test_an_answer_is_the_cell_a_row_a_column_or_a_word(doubtful, tmp_path, cells, named):
-    note = doubtful / "P01.toml"
-    note.write_text(f"readings.as_written = {cells}\n{note.read_text()}")
-    ingested = ingest(doubtful, tmp_path / "lab", QUIET)
-    assert fates(ingested)["P01"] == "failed"
-    assert any("readings.as_written" in fault.sentence and named in fault.sentence for fault in ingested.faults)
 
 
 def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, tmp_path):

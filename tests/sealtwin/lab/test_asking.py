@@ -63,13 +63,6 @@ def test_show_tells_files_hashes_dialect_and_every_revision(lab):
         assert words in text
 
 
-def test_show_tells_why_a_sample_is_not_there(lab):
-    assert "2 files are its photo" in _lab("show", lab, "P05").stdout
-    unknown = _lab("show", lab, "P77")
-    assert unknown.exit_code == 3
-    assert "no sample 'P77'" in unknown.stderr
-
-
 def test_export_is_a_table_with_a_row_for_each_sample_taken_in_or_not(lab, tmp_path):
     assert _lab("export", lab, "--out", tmp_path / "lab.csv").exit_code == 0
     with (tmp_path / "lab.csv").open(newline="", encoding="utf-8") as opened:

@@ -50,23 +50,6 @@ def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(la
     assert hashes_of(folder) == before
 
 
-def test_any_setting_answers_beside_any_file_of_its_sample(late):
-    folder, lab = late
-    ingest(folder, lab, QUIET)
-    ends = "photo.ends_px = [[40, 151], [160, 148]]; crack.depth_mm = 9"
-    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"settings": ends}})
-    ingest(folder, lab, QUIET)
-    trial = load_trial(lab / "P02" / "trial.toml")
-    assert present(trial.photo, "photo").ends_px == ((40, 151), (160, 148))
-    assert present(trial.crack, "crack").depth_mm == 9
-    for words, fault in (
-        ("crack.dpeth_mm = 9; ", "pairing.csv, P02.png: crack.dpeth_mm = '9': no such key"),
-        ("9 mm", "pairing.csv, P02.png: settings = '9 mm': "),
-    ):
-        answer(lab, {"P02.png": {"settings": words}})
-        assert any(fault in one.sentence for one in ingest(folder, lab, QUIET).faults)
-
-
 @pytest.mark.slow
 def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
     lab = tmp_path / "lab"

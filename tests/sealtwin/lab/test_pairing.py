@@ -8,7 +8,7 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import Catalogue
-from sealtwin.lab.files import as_label, folder_of, place_of
+from sealtwin.lab.files import folder_of, place_of
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import pair
 from tests.labs import QUIET, add_rows, answer, edit, fates, levels_mm, pairing_rows, question
@@ -45,10 +45,6 @@ def test_no_other_name_is_that_sample(other):
     assert place is not None
     assert place.key != "p01"
     assert folder_of(place.sample) != folder_of("P01")
-
-
-def test_a_name_with_markup_or_mathtext_becomes_a_plain_label():
-    assert not set(as_label("<b onload=x>P$_{1}$")) & set('<>$={}&"/\\')
 
 
 def _paired(*names):
