@@ -185,7 +185,7 @@ FAULTS = (
         lambda folder: shutil.copy(folder / "P05/photo.png", folder / "P05/side.png")),
     Planted("a date among the readings", r"P06\.xlsx, sheet 'Sheet', cell C7",
         _in_workbook("P06.xlsx", "C7", date(2026, 3, 1))),
-    Planted("a sheet one letter off", r"sheets/PO7\.csv: no photo is called 'PO7'\. Photos without a sheet: .*photos/P07\.png",
+    Planted("a sheet one letter off", r"sheets/PO7\.csv: no photo is called 'PO7'\. Photos without a sheet: .*P07\.png",
         lambda folder: (folder / "sheets/P07.csv").rename(folder / "sheets/PO7.csv")),
     Planted("a photo cut short", r"P08\.png: the photo is damaged or cut short",
         lambda folder: os.truncate(folder / "P08.png", 9000)),

@@ -24,10 +24,11 @@ def ingest(
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
 
-    Files are paired by name: P01.jpg, "p 01 Messung.xlsx" and notes/P01.toml belong to one sample. Everything else is a
-    question in LAB/pairing.csv, beside which LAB/index.html shows how the sheets were understood; answer there, or in
-    lab.toml at the top of FOLDER. You need not edit your own files. Settings that no photo shows are keys of a trial, in
-    NAME.toml, in lines such as crack.depth_mm = 16.0 of a text, or in a table with the columns sample and crack.depth_mm.
+    Files are paired by name: P01.jpg, "p 01 Messung.xlsx" and notes/P01.toml belong to one sample. Everything else is
+    a question in LAB/pairing.csv, beside which LAB/index.html shows how the sheets were understood. Answer there, or
+    in lab.toml at the top of FOLDER; you need not edit your own files. Settings that no photo shows are keys of a
+    trial: in NAME.toml, in a text of lines such as crack.depth_mm = 16.0, or in a table with the columns sample and
+    crack.depth_mm.
 
     A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
     of doubtful samples are traced too, so that all questions come at once. The lab keeps each tracing, so that later

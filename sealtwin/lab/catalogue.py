@@ -130,13 +130,14 @@ class Catalogue:
     def decisions(self, source: str) -> Placed:
         """Return the user's decisions on the files of a source."""
         decisions: Placed = {}
-        for file, *place in self.content.sources[source].decisions if source in self.content.sources else ():
-            decisions.setdefault(PurePath(file), []).append(FilePlace(*place))
+        kept = self.content.sources.get(source)
+        for file, sample, role, answers in kept.decisions if kept else ():
+            decisions.setdefault(PurePath(file), []).append(FilePlace(sample, role, answers))
         return decisions
 
     def state(self, source: str, decisions: Placed, faults: Iterable[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
-        rows = [
+        rows: list[tuple[str, str, Role, dict[str, str]]] = [
             (file.as_posix(), place.sample, place.role, dict(place.answers))
             for file, places in decisions.items()
             for place in places

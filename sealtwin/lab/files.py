@@ -83,9 +83,10 @@ def place_of(file: PurePath) -> FilePlace | None:
     The sample is the stem without words for a role at its ends. Folders count too: photos/P01.jpg and sheets/P01.csv
     belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a note unless its own name has another role.
     """
-    possible, names, roles = roles_of(file), list[str](), list[Role]()
+    possible, names = roles_of(file), list[str]()
     if not possible:
         return None
+    roles: list[Role] = []
     stem = "" if file.name == TRIAL else file.stem
     for part in (*file.parent.parts, stem):
         name, meant = _without_words(part, possible if part == stem else ROLES)
@@ -93,7 +94,8 @@ def place_of(file: PurePath) -> FilePlace | None:
         names += [name] if sample_key(name) not in ("", *map(sample_key, names[-1:])) else []
         roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
     # A mask in a folder of photos is a mask: roles other than the default of the ending count.
-    return FilePlace(as_label("-".join(names)), next((role for role in roles if role in possible[1:]), possible[0]))
+    others: list[Role] = [role for role in roles if role in possible[1:]]
+    return FilePlace(as_label("-".join(names)), [*others, possible[0]][0])
 
 
 def roles_of(file: PurePath) -> tuple[Role, ...]:
@@ -103,11 +105,12 @@ def roles_of(file: PurePath) -> tuple[Role, ...]:
 
 def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
     """Return a name without the words at its ends that mean one of ``roles``, and the roles that they mean."""
-    parts, meant = SEPARATORS.split(unicodedata.normalize("NFC", name)), list[Role]()
+    parts: list[str] = SEPARATORS.split(unicodedata.normalize("NFC", name))
+    meant: list[Role] = []
     for end, beside in ((-1, slice(-2, None)), (0, slice(2))):
         while parts:
             word = plain_letters(parts[end])
-            of_word = [role for role in roles if word in WORDS.get(role, ())]
+            of_word: list[Role] = [role for role in roles if word in WORDS.get(role, ())]
             if word and not of_word:
                 break
             meant += of_word[:1]

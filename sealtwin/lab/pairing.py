@@ -74,7 +74,7 @@ PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a fil
 
 
 def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
-    """Return the settings in the answers of a row. Those in its column of settings are TOML, separated by semicolons."""
+    """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
     note = Note()
     for name, text in ((name, answers[name]) for name in (*OF_SHEETS, "crack") if answers.get(name)):
         table = "photo" if name == "crack" else OF_COLUMNS if name in Columns.model_fields else "readings"
@@ -120,6 +120,7 @@ def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
     ``lost`` names files that cannot be read. While a sheet has no photo, or one of these may be a sheet, photos without
     a sheet are held back.
     """
+    rows: list[tuple[Role, PurePath, FilePlace]]
     rows = [(place.role, file, place) for file, places in placed.items() for place in places if place.role != "ignore"]
     samples = dict[str, SampleFiles]()
     for role, file, place in sorted(rows, key=lambda row: (ROLES.index(row[0]), row[1])):
@@ -154,7 +155,7 @@ def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
 
 
 @dataclass(frozen=True)
-class Question:
+class RowQuestion:
     sentence: str
     file: PurePath  # File in whose row it is written
     columns: tuple[str, ...] = ()  # Columns for the answer
@@ -163,7 +164,7 @@ class Question:
         return self.sentence
 
 
-def pairing_text(placed: Placed, asked: Iterable[tuple[SampleFiles, Question]]) -> str:
+def pairing_text(placed: Placed, asked: Iterable[tuple[SampleFiles, RowQuestion]]) -> str:
     """Return the text of the pairing file: a row for each file and sample, sorted by sample, with its questions."""
     questions, used = defaultdict[tuple[PurePath, str], list[str]](list), set[str]()
     for sample, question in asked:

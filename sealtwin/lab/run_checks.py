@@ -79,7 +79,7 @@ def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> Batch:
             except InputError as fault:
                 outcome.ask(f"{fault}")
         planned = [PlannedPhoto(check.folder / TRIAL, run, {}) for run, check in checks.items()]
-        sheets = {f"{each.sample.file('readings')}": each.understood for each in outcomes if each.sheet_in_question}
+        sheets = {f"{one.sample.file('readings')}": sheet for one in outcomes if (sheet := one.sheet_in_question)}
         batch = digitise_many(planned, out, _Steps(progress), jobs, locked=True, sheets=sheets)
         progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
         for number, row in enumerate(batch.rows, start=1):
@@ -152,7 +152,7 @@ def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
 
 
 def _reuse(folder: Path, others: Iterable[Path]) -> None:
-    """Copy the tracing of a trial's photo into its run folder from one of other trials, unless a stage has run there."""
+    """Copy the tracing of a trial's photo into its run folder from another trial, unless a stage has run there."""
     with suppress(InputError):  # Reported when the photo is digitised.
         run = folder / RUN
         if (run / MANIFEST).is_file() and look_into(run).manifest["stages"]:

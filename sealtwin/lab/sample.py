@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any, Literal
@@ -22,7 +22,7 @@ from sealtwin.lab.notes import (
     Note,
     read_note,
 )
-from sealtwin.lab.pairing import PAIRING, SETTINGS, Question, SampleFiles, note_of_answers
+from sealtwin.lab.pairing import PAIRING, SETTINGS, RowQuestion, SampleFiles, note_of_answers
 from sealtwin.lab.sheets import doubts_in, look_at, read_fill
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
@@ -88,10 +88,10 @@ class SampleOutcome:
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
-    faults: list[Question] = field(default_factory=list)  # Faults and doubts
+    faults: list[RowQuestion] = field(default_factory=list)  # Faults and doubts
     remarks: list[str] = field(default_factory=list)
     settings: Trial | None = None  # None if they cannot be used
-    stand_ins: frozenset[str] = frozenset()  # Required settings that were not given and have a stand-in
+    stand_ins: Set[str] = frozenset()  # Required settings that were not given and have a stand-in
     is_read: bool = False  # True if readings were read, however doubtful
     dialect: str | None = None  # Format of the sheet of readings, as a sentence
     understood: ReadSheet | None = None  # The sheet of readings as it was understood
@@ -106,7 +106,7 @@ class SampleOutcome:
             sentence = sentence.replace(f"{self.folder}/", "")
             begin = sentence.removeprefix(f"{PAIRING}, ")
             named = (each for each in every if begin.startswith((f"{each}:", f"{each},")))
-            question = Question(sentence, file or next(named, every[0]), columns)
+            question = RowQuestion(sentence, file or next(named, every[0]), columns)
             self.faults += [question] if question not in self.faults else []
 
     @property
@@ -131,6 +131,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
     outcome, own = SampleOutcome(folder, sample), of_table
     for question, file in sample.questions:
         outcome.ask(question, file=file)
+    counted: list[tuple[Role, PurePath]]
     counted = [(role, file) for role, files in sample.files.items() for file in files]
     for number, (role, file) in enumerate(counted):
         path, limit = folder / file, LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
@@ -161,7 +162,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, of_table: Note) ->
 
 
 def prepare(outcome: SampleOutcome) -> None:
-    """Look at the sheets of an outcome of ``gather``, even if it has questions, and set its settings; add all faults."""
+    """Look at the sheets of an outcome of ``gather`` and set its settings, even if it has questions; add all faults."""
     from digitise.photo import offering_markers
 
     sample, folder = outcome.sample, outcome.folder

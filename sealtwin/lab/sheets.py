@@ -90,15 +90,18 @@ def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[st
     return head, [(row, [*zip_longest(head, texts, fillvalue="")]) for row, texts in rows]
 
 
-def read_fill(path: Path, declared: Declared, unit: Mass = "") -> tuple[dict[str, Any], str]:
+def read_fill(path: Path, declared: Declared, unit: str = "") -> tuple[dict[str, Any], str]:
     """Read the sheet of a liquid weighed into a crack. It is read like readings, with masses in place of stations.
 
     Returns the columns of a trial's [crack.fill], and a sentence on how the sheet was read. ``unit`` is that of the
     masses if the sheet lacks it. Raises InputError with file, row, column, value and the remedy.
     """
+    units: dict[str, Mass] = {"": "", "g": "g", "kg": "kg"}
+    if unit not in units:
+        raise InputError(f"{path}: mass = {unit!r:.40} is no unit of the masses; write g or kg.")
     faults = old.FaultList()
     grid = read_cells(path, declared)
-    header = read_header(grid, declared, faults, unit)
+    header = read_header(grid, declared, faults, units[unit])
     table = TableReader(grid, header, declared, None, faults)
     steps = [step for row in header.body if (step := table.station(row, {})) is not None]
     faults.raise_if_any()

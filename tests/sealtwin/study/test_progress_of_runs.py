@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from typing import Any
 
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
@@ -18,7 +19,7 @@ def test_progress_goes_on_during_a_run_and_is_of_all_runs(monkeypatch):
             steps.append((time.monotonic() - began_s, done))
 
     runs = [StudyRun(number, f"{number}", {}, {}, "", f"{number}", 10.0) for number in (1, 2)]
-    work = (time.sleep, lambda _: (0.3,), lambda run, _: replace(run, state="done", wall_s=0.3))
+    work: Any = (time.sleep, lambda _: (0.3,), lambda run, _: replace(run, state="done", wall_s=0.3))
     monkeypatch.setattr(
         runner, "run_tasks", lambda function, tasks, *_: ((run, [function(*more)]) for run, more in tasks)
     )
