@@ -94,8 +94,8 @@ def place_of(file: PurePath) -> FilePlace | None:
         names += [name] if sample_key(name) not in ("", *map(sample_key, names[-1:])) else []
         roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
     # A mask in a folder of photos is a mask: roles other than the default of the ending count.
-    others: list[Role] = [role for role in roles if role in possible[1:]]
-    return FilePlace(as_label("-".join(names)), [*others, possible[0]][0])
+    roles = [role for role in roles if role in possible[1:]] or [*possible]
+    return FilePlace(as_label("-".join(names)), roles[0])
 
 
 def roles_of(file: PurePath) -> tuple[Role, ...]:

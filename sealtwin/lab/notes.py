@@ -45,7 +45,7 @@ STARTER = 'Write a note with what no photo shows: data = "measured", and depth_m
 KEYS = "no such key; write one of a trial ('sealtwin init DIR' shows them), or data, date or operator."
 NOT_READ = (
     "is not read, since not each of its lines is key = value with a key of a trial. Write its settings into its row, "
-    "such as settings = crack.depth_mm = 9.0; if it has none, set its role to ignore."
+    "such as settings = crack.depth_mm = 9.0; if it has readings, set its role to readings; if neither, to ignore."
 )
 SAMPLE = "sample"  # Column of a table of settings
 ASSIGNED = re.compile(r"\s*[A-Za-z_]\w*(\.[A-Za-z_]\w*)*\s*=[^#\ufffd]*")

@@ -34,7 +34,7 @@ SHEET_ALONE = (
 )
 NOTE_ALONE = (
     "Write its sample into the column sample, and settings that are not lines key = value into the column settings; if "
-    "it has none, set the role to ignore."
+    "it has readings, set its role to readings; if it has no sample, to ignore."
 )
 ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 

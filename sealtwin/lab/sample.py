@@ -257,7 +257,5 @@ def _weigh(outcome: SampleOutcome, settings: dict[str, Any]) -> None:
 def _origin_of(outcome: SampleOutcome, key: str) -> str:
     """Return the places that give a setting or a table's settings, otherwise the path of a note of the sample."""
     entries = outcome.note.entries.items()
-    origins = [
-        entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(f"{key}.")
-    ]
+    origins = [entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(key)]
     return ", ".join(dict.fromkeys(origins[::-1])) or str(outcome.sample.files["photo"][0].with_suffix(".toml"))
