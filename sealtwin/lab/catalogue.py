@@ -1,7 +1,7 @@
 """The catalogue of a lab: its trials, their original files, and the faults of its ingests."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
@@ -11,7 +11,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Result, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
-from sealtwin.lab.files import TRIAL, FilePlace, Role
+from sealtwin.lab.files import TRIAL, FilePlace
 from sealtwin.lab.pairing import Placed
 from sealtwin.lab.sample import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
@@ -57,9 +57,9 @@ class CatalogueFault:
 class SourceFile(Result):
     """A lab's folder in catalogue.json."""
 
-    decisions: list[tuple[str, str, Role, dict[str, str]]]
-    """The user's decisions. Each has the file, sample and role of a row, and the other cells of the row."""
-    faults: list[tuple[str, str]]
+    decisions: dict[str, list[FilePlace]]
+    """The user's decisions, by file: the rows of the pairing file that differ from what the names give."""
+    faults: list[CatalogueFault]
 
 
 class CatalogueFile(Result):
@@ -117,7 +117,7 @@ class Catalogue:
 
     def faults(self) -> list[CatalogueFault]:
         """Return the faults of the last ingest of each source."""
-        return [CatalogueFault(*fault) for source in self.content.sources.values() for fault in source.faults]
+        return [fault for source in self.content.sources.values() for fault in source.faults]
 
     def unready(self, record: Record) -> list[str]:
         """Return the faults that prevent a trial's run and the doubts about its readings.
@@ -129,20 +129,13 @@ class Catalogue:
 
     def decisions(self, source: str) -> Placed:
         """Return the user's decisions on the files of a source."""
-        decisions: Placed = {}
         kept = self.content.sources.get(source)
-        for file, sample, role, answers in kept.decisions if kept else ():
-            decisions.setdefault(PurePath(file), []).append(FilePlace(sample, role, answers))
-        return decisions
+        return {PurePath(file): places for file, places in kept.decisions.items()} if kept else {}
 
-    def state(self, source: str, decisions: Placed, faults: Iterable[CatalogueFault]) -> None:
+    def state(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
-        rows: list[tuple[str, str, Role, dict[str, str]]] = [
-            (file.as_posix(), place.sample, place.role, dict(place.answers))
-            for file, places in decisions.items()
-            for place in places
-        ]
-        self.content.sources[source] = SourceFile(decisions=rows, faults=[astuple(fault) for fault in faults])
+        by_file = {file.as_posix(): places for file, places in decisions.items()}
+        self.content.sources[source] = SourceFile(decisions=by_file, faults=faults)
 
 
 def state_of(folder: Path) -> str:

@@ -146,8 +146,8 @@ def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
     if DEPTH in outcome.stand_ins:
         # Upright walls are possible at any depth.
         changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH][1], tilt="vertical")
-    elif "crack.tilt" in outcome.stand_ins and trial.crack is not None:
-        changed["crack"] = trial.crack.model_copy(update={"fill": None})
+    elif "crack.tilt" in outcome.stand_ins:
+        changed["crack"] = trial.crack and trial.crack.model_copy(update={"fill": None})
     return trial.model_copy(update=changed)
 
 

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping, Set
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any, Literal
@@ -201,19 +202,19 @@ def _declared(path: Path, note: Note) -> Declared:
     """Return what a note declares about a sheet. A wrong value is reported as a fault of its key."""
     of_sheets = tuple(f"readings.{name}" for name in Declared.model_fields)
     given = {key: entry.value for key, entry in note.entries.items() if key.startswith(of_sheets)}
-    try:
+    with suppress(InputError):
         return checked(Declared, path, with_settings({"readings": {}}, given)["readings"])
-    except InputError:
-        return Declared()
+    return Declared()
 
 
 def _look_at(outcome: SampleOutcome, file: PurePath) -> None:
     """Read a sheet of readings."""
-    path, entries = outcome.folder / file, outcome.note.entries
-    depth = entries[DEPTH].value if DEPTH in entries else None
-    depths = [row[-1] for row in depth] if isinstance(depth, list) else [depth]
+    path, note = outcome.folder / file, outcome.note
+    depth = note.entries[DEPTH].value if DEPTH in note.entries else None
+    rows = depth if isinstance(depth, list) else [[depth]]
+    depths = (row[-1] for row in rows if isinstance(row, list) and row)
     depth_mm = max((one for one in depths if isinstance(one, int | float)), default=None)
-    profile, doubts, outcome.understood = look_at(path, _declared(path, outcome.note), depth_mm)
+    profile, doubts, outcome.understood = look_at(path, _declared(path, note), depth_mm)
     outcome.ask(*doubts, file=file)
     if profile is not None:
         outcome.is_read, outcome.dialect = outcome.sample.file("readings") is not None, profile.dialect
@@ -251,7 +252,8 @@ def _weigh(outcome: SampleOutcome, settings: dict[str, Any]) -> None:
         outcome.ask(*doubts_in(fault), file=file)
         return
     outcome.remarks.append(sentence.replace(f"{outcome.folder}/", ""))
-    settings[FILL] = {**settings.get(FILL, {}), **columns}
+    table = settings.get(FILL)
+    settings[FILL] = {**(table if isinstance(table, Mapping) else {}), **columns}
 
 
 def _origin_of(outcome: SampleOutcome, key: str) -> str:
