@@ -79,10 +79,10 @@ def ingest_answer(ingested: Ingested) -> Answer:
         "dry_run": ingested.dry_run,
         "samples": [_sample(outcome) for outcome in outcomes],
         "left_out": [{"file": each.file, "reason": each.reason} for each in ingested.left_out],
-        "faults": [asdict(fault) for fault in ingested.faults],
+        "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
     }
-    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested))], code)
+    return Answer(content, [*map(plain, (*lines, *_ending(ingested)))], code)
 
 
 def checked_answer(ingested: Ingested, batch: Batch) -> Answer:
@@ -100,9 +100,6 @@ def list_answer(lab: Path) -> Answer:
     """Answer of 'sealtwin lab list': the latest trial of each sample, and the faults."""
     rows, faults = latest_trials(lab)
     head = ("sample", "revision", "date", "taken in", "data", "depth_mm", "readings", "result")
-    if not any(row["date"] for row in rows):
-        # Only notes give dates of measurement.
-        head = tuple(column for column in head if column != "date")
     cells = [[_text({**row, "taken in": row["ingested_utc"][:10]}[column]) for column in head] for row in rows]
     lines = _table(head, cells) if rows else ["No trials yet."]
     unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
@@ -137,9 +134,8 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
     code = GATE_FAILED if any(one.passed is False for one in results) else 0
     code = SOME_FAILED if {"failed", "left out"} & {*states} else code
     code = BUG if any(one.bug for one in results) else code
-    samples = [{name: value for name, value in asdict(one).items() if name != "bug"} for one in results]
-    content = {"version": 1, "lab": shown(lab), "samples": samples, "exit_code": code}
-    return Answer(content, [plain(line) for line in lines], code)
+    content = {"version": 1, "lab": shown(lab), "samples": [*map(asdict, results)], "exit_code": code}
+    return Answer(content, [*map(plain, lines)], code)
 
 
 def show_answer(lab: Path, sample: str) -> Answer:
@@ -152,10 +148,8 @@ def show_answer(lab: Path, sample: str) -> Answer:
 
 
 def _lab_answer(lab: Path, trials: object, faults: Sequence[CatalogueFault], lines: Sequence[str]) -> Answer:
-    failed = [asdict(fault) for fault in faults]
-    return Answer(
-        {"version": 1, "lab": shown(lab), "trials": trials, "failed": failed}, [plain(line) for line in lines]
-    )
+    content = {"version": 1, "lab": shown(lab), "trials": trials, "failed": [*map(asdict, faults)]}
+    return Answer(content, [*map(plain, lines)])
 
 
 def _revision(catalogue: Catalogue, record: Record) -> list[str]:
@@ -173,12 +167,12 @@ def _revision(catalogue: Catalogue, record: Record) -> list[str]:
 
 
 def _sample(outcome: SampleOutcome) -> dict[str, Any]:
-    sample = outcome.sample
+    files = outcome.sample.files.items()
     return {
-        "name": sample.name,
+        "name": outcome.sample.name,
         "state": outcome.fate,
         "sound": not outcome.faults,
-        "files": {role: [file.as_posix() for file in files] for role, files in sample.files.items()},
+        "files": {role: [file.as_posix() for file in each] for role, each in files},
         "faults": list(map(str, outcome.faults)),
         "remarks": outcome.remarks,
         "dialect": outcome.dialect,
@@ -190,11 +184,11 @@ def _sample(outcome: SampleOutcome) -> dict[str, Any]:
 
 def _pairing_row(outcome: SampleOutcome) -> list[str]:
     sample = outcome.sample
-    state = outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}"
+    is_unsound = outcome.faults and outcome.fate not in ("failed", "bug")
     return [
         sample.name if "photo" in sample.files else "?",
         *(few(sample.files.get(role, ["?" if sample.questions else "-"]), 1) for role in ("photo", "readings", "note")),
-        f"{state}, not sound" if outcome.faults and outcome.fate not in ("failed", "bug") else state,
+        f"{outcome.fate}, not sound" if is_unsound else outcome.fate,
     ]
 
 
