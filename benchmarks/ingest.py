@@ -69,7 +69,8 @@ def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
     again_s = time.perf_counter() - began
 
     began = time.perf_counter()
-    _, unready = check_runs(first, folder, Progress())
+    check_runs(first, Progress())
+    unready = [outcome for outcome in first.outcomes if outcome.faults]
     checked_s = time.perf_counter() - began
 
     print("Read as:")
@@ -198,9 +199,6 @@ def ordinary_rows(scratch: Path) -> list[Row]:
         if row["role"] == "readings" and row["sample"] in faults:
             row.update(sheet.answers)
             answered |= {row["sample"]} if row["question"] and sheet.answers else set()
-    files = {row["sample"]: row["file"] for row in rows if row["role"] == "readings"}
-    others = {files[name]: sheet.others for name, sheet in zip(names, SHEETS, strict=True) if sheet.others}
-    rows += [{"file": file, "role": "ignore", "range": span} for file, span in others.items()]
     with (lab / PAIRING).open("w", encoding="utf-8", newline="") as pairing:
         writer = csv.DictWriter(pairing, list(dict.fromkeys(name for row in rows for name in row)))
         writer.writeheader()

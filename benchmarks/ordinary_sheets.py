@@ -30,7 +30,6 @@ class OrdinarySheet:
     change: Change
     answers: Mapping[str, str] = field(default_factory=dict)  # What pairing.csv is told where it asks
     merged: Sequence[str] = ()  # Cells of a workbook that are merged
-    others: str = ""  # Rows of another table, which is none of this sample
 
     def write(self, path: Path, levels: Floats) -> None:
         write_rows(path, self.change(_depths(levels)), merged=self.merged)
@@ -129,7 +128,7 @@ SHEETS = (
     OrdinarySheet("no header at all", ".csv", _below(), {"s": "A", "levels": "B:D", "unit": "mm", "sign": "down"}),
     OrdinarySheet("a photo, a temperature and a remark in each row", ".xlsx", lambda rows: [["Nr.", *HEAD, "Foto", "Temperatur [°C]", "Bemerkung"], *([n, *row, 400 + n, 21.5, "Luftblase" if n == 2 else None] for n, row in enumerate(rows, 1))]),
     OrdinarySheet("a footnote and a signature", ".csv", lambda rows: [HEAD, *rows, BLANK, ["gemessen am 3.4. mit Messschieber 150 mm", "", "", ""], ["Müller", "", "", ""]]),
-    OrdinarySheet("another table below", ".csv", _stacked, {"range": "A1:D8"}, others="9:17"),
+    OrdinarySheet("another table below", ".csv", _stacked, {"range": "A1:D8"}),
     OrdinarySheet("places merged over their readings", ".xlsx", _merged_places, merged=[f"A{2 + 3 * n}:A{4 + 3 * n}" for n in range(6)]),
     OrdinarySheet("three columns of one name", ".csv", _below(["Abstand [mm]", *["Tiefe [mm]"] * 3]), {"levels": "B:D"}),
     OrdinarySheet("a page of particulars above", ".xlsx", lambda rows: [["Prüfbericht 12/26"], ["Bearbeiter", "M. Muster"], ["Datum", "3.5.2026"], ["Raumtemperatur", 21.4], [None], HEAD, *rows]),

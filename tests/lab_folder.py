@@ -4,7 +4,7 @@ import csv
 import io
 import os
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -69,12 +69,12 @@ HANDS = {
         unit="cm")),
 }
 """Of each sample, its sheet and how that is written."""
-PHOTOS = {"P03": "P03_Foto.PNG", "P05": "P05/IMG_2041.png", "P07": "photos/P07.png", "P09": "P09_top.png"}
+PHOTOS = {"P03": "P03_Foto.PNG", "P05": "P05/photo.png", "P07": "photos/P07.png", "P09": "P09_top.png"}
 ENDS = "[[40.0, 101.0], [160.0, 98.0]]"
 DEEP = f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"
 NOTES: dict[str, tuple[str, str]] = {
     "P01": ("P01.toml", f'date = 2026-05-03\noperator = "A. Muster"\n{DEEP}'),
-    "P02": ("P02_Notiz.toml", f'date = "03.05.2026"\noperator = "A. Muster"\n{DEEP}'),
+    "P02": ("P02_Notiz.toml", f'date = 2026-05-03\noperator = "A. Muster"\n{DEEP}'),
     "P03": ("P03_Notizen.toml", f'note = "Kante links ausgebrochen"\n{DEEP}'),
     "P04": ("P04_notes.toml", f"crack.depth_mm = 8.0\nphoto.ends_px = {ENDS}\n"),
     "P05": ("P05/notes.toml", f"[crack]\ndepth_mm = [[0.0, 7.5], [12.0, 8.5]]\n[photo]\nends_px = {ENDS}\n"),
@@ -84,21 +84,12 @@ NOTES: dict[str, tuple[str, str]] = {
     "P09": ("P09 notes.toml", f'{DEEP}[readings]\nstate = "cured"\nshrinkage_percent = 2.5\n'),
     "P10": ("P10_meta.toml", f'{DEEP}[readings]\nstate = "wet"\n'),
 }
-QUOTED: dict[str, tuple[str, str | Sequence[Sequence[str]], Sequence[str]]] = {
-    "P02": ("P02_Notiz.csv",
-        "Angabe;Wert\nTiefe [mm];8,0\nDatum;03.05.2026\nPrüfer;A. Muster\nRissenden;40 101 160 98\n",
-        ("'Tiefe [mm]; 8,0'", "'Datum; 03.05.2026'", "'Rissenden; 40 101 160 98'")),
-    "P03": ("P03.txt", "Probe P03. Der Riss ist ca. 8 mm tief, etwa 0,8 cm. Kante links ausgebrochen.\n",
-        ("'Probe P03. Der Riss ist ca. 8 mm tief, etwa 0,8 cm.'",)),
-    "P06": ("P06_Protokoll.xlsx",
-        (("Tiefe", "8", "mm"), ("Maßstab", "0,1", "mm/px"), ("Rissenden", "40 101 160 98", "")),
-        ("'Tiefe; 8; mm'", "'Maßstab; 0,1; mm/px'", "'Rissenden; 40 101 160 98'")),
-    "P08": ("P08_info.txt", "crack.depth_mm\t8\nphoto.ends_px\t[[40, 101], [160, 98]]\n",
-        ("'crack.depth_mm 8'", "'photo.ends_px [[40, 101], [160, 98]]'")),
-    "P10": ("P10.md", "# P10\n\ncrack.depth_mm = 8 # or 9?\nreadings.state = wet\nAm 3.5., bei 21 °C\n",
-        ("'crack.depth_mm = 8 # or 9?'", "'readings.state = wet'", "'Am 3.5., bei 21 °C'")),
+TEXTS = {
+    "P02": ("P02_Notiz.csv", "Angabe;Wert\nTiefe [mm];8,0\nDatum;03.05.2026\n"),
+    "P03": ("P03.txt", "Probe P03. Der Riss ist ca. 8 mm tief, etwa 0,8 cm. Kante links ausgebrochen.\n"),
+    "P10": ("P10.md", "# P10\n\ncrack.depth_mm = 8 # or 9?\nreadings.state = wet\nAm 3.5., bei 21 °C\n"),
 }
-"""Notes in the words of labs, in place of those above, with the quotations in the question about each."""
+"""Notes in the words of labs, in place of those above: not read, and asked about."""
 ANSWER = f"crack.depth_mm = 8.0; photo.ends_px = {ENDS}"
 # fmt: on
 
@@ -127,22 +118,11 @@ def make_lab_folder(folder: Path) -> Path:
     return folder
 
 
-def quote_notes(folder: Path) -> None:
-    """Replace the notes of ``make_lab_folder`` by those in the words of labs."""
-    for sample, (name, content, _) in QUOTED.items():
+def write_texts(folder: Path) -> None:
+    """Replace notes of ``make_lab_folder`` by those in the words of labs."""
+    for sample, (name, content) in TEXTS.items():
         (folder / NOTES[sample][0]).unlink()
-        _write_note(folder / name, content)
-
-
-def _write_note(path: Path, content: str | Sequence[Sequence[str]]) -> None:
-    if isinstance(content, str):
-        # As German Excel saves a CSV.
-        path.write_bytes(content.encode("cp1252" if path.suffix == ".csv" else "utf-8"))
-        return
-    book = openpyxl.Workbook()
-    for row in content:
-        book.worksheets[0].append([float(cell) if cell.isdigit() else cell or None for cell in row])
-    book.save(path)
+        (folder / name).write_text(content, encoding="utf-8")
 
 
 @dataclass(frozen=True)
@@ -191,21 +171,21 @@ FAULTS = (
         _cell("P01.csv", 3, 3, "O.5", HANDS["P01"][1])),
     Planted("a reading a hundred times too large", r"P01\.csv, line 5, column level_1_mm.*in a crack 8 mm deep, ",
         _cell("P01.csv", 5, 2, "-155.0", HANDS["P01"][1])),
-    Planted("a date that is read two ways", r"P01\.toml: date = '03/05/2026' is not an unambiguous date",
+    Planted("a date that is read two ways", r"P01\.toml: date = '03/05/2026': is not a date",
         _edit("P01.toml", "2026-05-03", '"03/05/2026"')),
-    Planted("a depth without its setting", r"P02_Notiz\.toml: not read: 'Tiefe = 8\.0'",
+    Planted("a depth without its setting", r"P02_Notiz\.toml: Tiefe = '8\.0': no such key",
         _edit("P02_Notiz.toml", "date", "Tiefe = 8.0\ndate")),
-    Planted("no depth at all", r"P03.*: crack\.depth_mm is missing, and no photo shows it",
+    Planted("no depth at all", r"P03.*: crack\.depth_mm is missing: no photo shows it",
         _edit("P03_Notizen.toml", "depth_mm = 8.0\n", "")),
-    Planted("a misspelt key", r"P04_notes\.toml: 'crack\.dpeth_mm': no such key",
+    Planted("a misspelt key", r"P04_notes\.toml: crack\.dpeth_mm = '8\.0': no such key",
         _edit("P04_notes.toml", "crack.depth_mm", "crack.dpeth_mm")),
     Planted("a header without a unit", r"P04_levels\.txt, line 1: 'Position along crack': no unit",
         _edit("P04_levels.txt", "/mm", "", "utf-16")),
-    Planted("two photos of one sample", r"2 files are its photo: P05/IMG_2041\.png, P05/IMG_2042\.png",
-        lambda folder: shutil.copy(folder / "P05/IMG_2041.png", folder / "P05/IMG_2042.png")),
+    Planted("two photos of one sample", r"P05/photo\.png, P05/side\.png: 2 files are its photo",
+        lambda folder: shutil.copy(folder / "P05/photo.png", folder / "P05/side.png")),
     Planted("a date among the readings", r"P06\.xlsx, sheet 'Sheet', cell C7",
         _in_workbook("P06.xlsx", "C7", date(2026, 3, 1))),
-    Planted("a sheet one letter off", r"sheets/PO7\.csv: no photo of sample PO7\. Is it of photos/P07\.png",
+    Planted("a sheet one letter off", r"sheets/PO7\.csv: no photo is called 'PO7'\. Photos without a sheet: .*P07\.png",
         lambda folder: (folder / "sheets/P07.csv").rename(folder / "sheets/PO7.csv")),
     Planted("a photo cut short", r"P08\.png: the photo is damaged or cut short",
         lambda folder: os.truncate(folder / "P08.png", 9000)),
@@ -214,19 +194,19 @@ FAULTS = (
     Planted("a wall that lies down", r"P09 notes\.toml: crack\.wall_angle_deg = 80",
         _edit("P09 notes.toml", "depth_mm = 8.0", "depth_mm = 8.0\nwall_angle_deg = 80.0")),
     Planted("a number of two meanings",
-        r"P08\.txt: not read: 'crack\.wall_angle_deg = 8,000'",
+        r"P08\.txt: is not read, since not each of its lines is key = value",
         lambda folder: (folder / "P08.txt").write_text("crack.wall_angle_deg = 8,000\n")),
     Planted("an old workbook",
         r"P11_Messung\.xls: an old Excel workbook \(\.xls\), or one with a password\. Open it in a spreadsheet program",
         lambda folder: ((folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
             shutil.copy(folder / "P10.png", folder / "P11.png"),
             (folder / "P11.toml").write_text(f"photo.ends_px = {ENDS}\n", encoding="utf-8"))),
-    Planted("a sheet without a photo", r"Z99_readings\.csv: no photo of sample Z99",
+    Planted("a sheet without a photo", r"Z99_readings\.csv: no photo is called 'Z99'",
         lambda folder: write_sheet(folder / "Z99_readings.csv", Hand(), S_MM, levels_mm("P01"))),
     Planted("a place before the crack begins",
         r"P09_measurements\.tsv, line 3, column Position along crack \(mm\): -3 mm is outside the crack",
         _cell("P09_measurements.tsv", 3, 1, "-3.0", HANDS["P09"][1])),
-    Planted("rows of a sample without a photo", r"caliper_all\.csv: no photo of sample all",
+    Planted("a sheet of several samples", r"caliper_all\.csv: no photo is called 'all'",
         lambda folder: (folder / "caliper_all.csv").write_text("sample,s_mm,level_mm\nK98,1,-1\nK98,5,-2\n")),
     Planted("a photo that calls itself one", r"P12\.jpg: not a readable photo",
         lambda folder: (folder / "P12.jpg").write_text("This is no photo.")),

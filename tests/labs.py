@@ -2,7 +2,7 @@
 
 import csv
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,10 +48,20 @@ def question(lab: Path, file: str) -> str:
 
 
 def answer(lab: Path, answers: Mapping[str, Mapping[str, str]]) -> Path:
-    """Write answers, by file (or "file, part") and column, into the lab's pairing file; return it."""
+    """Write answers, by file and column, into the lab's pairing file; return it."""
     rows = pairing_rows(lab)
     for row in rows:
-        row.update(answers.get(row["file"], answers.get(f"{row['file']}, {row.get('part')}", {})))
+        row.update(answers.get(row["file"], {}))
+    return _write_pairing(lab, rows)
+
+
+def add_rows(lab: Path, *rows: Mapping[str, str]) -> Path:
+    """Write rows of sheets into the lab's pairing file, in place of those of their files; return it."""
+    others = [row for row in pairing_rows(lab) if row["file"] not in {each["file"] for each in rows}]
+    return _write_pairing(lab, [*others, *({"role": "readings", **row} for row in rows)])
+
+
+def _write_pairing(lab: Path, rows: Sequence[Mapping[str, str]]) -> Path:
     with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
         # A user may add columns that no question asks for.
         writer = csv.DictWriter(pairing, list(dict.fromkeys(name for row in rows for name in row)))

@@ -1,12 +1,13 @@
 """Answers about folders: a batch of photos, the ingest of a lab's folder, the catalogue of a lab."""
 
-from collections.abc import Sequence, Set
-from dataclasses import asdict, astuple
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from sealtwin.cli.answer import BAD_INPUT, BUG, GATE_FAILED, SOME_FAILED, Answer
 from sealtwin.cli.trial_answer import SAY_ORIGIN
+from sealtwin.core.doubts import CONFIRMS
 from sealtwin.lab.catalogue import (
     RUN,
     Catalogue,
@@ -17,15 +18,14 @@ from sealtwin.lab.catalogue import (
     read_run,
     revisions,
 )
-from sealtwin.lab.file_parts import Piece
-from sealtwin.lab.found_files import TRIAL, few, plain
+from sealtwin.lab.files import TRIAL, few, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.run_samples import SampleRun
-from sealtwin.lab.sample_outcome import SampleOutcome
+from sealtwin.lab.sample import SampleOutcome
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
-from validate.readings.understood import OR_ANSWER
+from validate.readings.grid import letters
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
@@ -57,67 +57,49 @@ def _or_dash(value: float | None, broad: int) -> str:
     return f"{'-':>{broad}}" if value is None else f"{value:{broad}.2f}"
 
 
-def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) -> Answer:
-    """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next.
-
-    ``unready`` are faults that prevent the runs of samples that were taken in.
-    """
-    outcomes, not_sound = ingested.outcomes, {fault.name for fault in unready}
-    rows = [_pairing_row(outcome, not_sound) for outcome in outcomes]
-    lines = _table(("sample", "photo", "readings", "note", "state"), rows)
+def ingest_answer(ingested: Ingested) -> Answer:
+    """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next."""
+    outcomes = ingested.outcomes
+    lines = _table(("sample", "photo", "readings", "note", "state"), [_pairing_row(outcome) for outcome in outcomes])
     for outcome in outcomes:
         lines += _understood(outcome)
     remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
     lines += _together(remarks, "note: ")
-    unused = [each for each in ingested.left_out if not each.lost]
-    for reason in dict.fromkeys(each.reason for each in unused):
-        lines.append(f"Not used: {few([each.file for each in unused if each.reason == reason])}: {reason}")
-    failed = _together([*ingested.faults, *unready])
-    lines += failed[:MOST_FAULTS]
-    if len(failed) > MOST_FAULTS:
-        lines.append(f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all.")
-    code = 0
-    if any(outcome.fate == "bug" for outcome in outcomes):
-        code = BUG
-    elif ingested.faults:
-        code = SOME_FAILED if any(outcome.fate != "failed" for outcome in outcomes) else BAD_INPUT
+    unused = [CatalogueFault(each.file, each.reason) for each in ingested.left_out if not each.lost]
+    lines += _together(unused, "Not used: ")
+    failed = _together(ingested.faults)
+    more = [f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all."]
+    lines += [*failed[:MOST_FAULTS], *(more if len(failed) > MOST_FAULTS else [])]
+    fates = {outcome.fate for outcome in outcomes}
+    code = SOME_FAILED if fates - {"failed"} else BAD_INPUT
+    code = BUG if "bug" in fates else code if ingested.faults else 0
     content = {
         "version": 1,
         "lab": shown(ingested.lab),
         "dry_run": ingested.dry_run,
-        "samples": [_sample(outcome, not_sound) for outcome in outcomes],
+        "samples": [_sample(outcome) for outcome in outcomes],
         "left_out": [{"file": each.file, "reason": each.reason} for each in ingested.left_out],
-        "faults": [asdict(fault) for fault in ingested.faults],
+        "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
     }
-    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested, not_sound))], code)
+    return Answer(content, [*map(plain, (*lines, *_ending(ingested)))], code)
 
 
-def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueFault]) -> Answer:
-    """Answer of 'sealtwin ingest'.
-
-    Each of ``faults`` was found by the check: it prevents a sample's run, or is a doubt.
-    """
-    first, second = ingest_answer(ingested, faults), batch_answer(batch)
-    code = first.exit_code or second.exit_code or (SOME_FAILED if faults else 0)
-    code = BUG if BUG in (first.exit_code, second.exit_code) else code
-    traced = {**second.content, "faults": [asdict(fault) for fault in faults], "exit_code": second.exit_code}
-    names = {outcome.trial: outcome.sample.name for outcome in ingested.outcomes}
-    warned = [(row.folder.partition("/")[0], text) for row in batch.done for text in row.warnings]
-    notes = [CatalogueFault(names.get(folder, folder), text) for folder, text in warned]
-    lines = [*first.lines, *_together(notes, "note: ")]
-    if batch.done and not ingested.dry_run:
-        lines.append(f"All walls: {batch.out / SHEET}")
-    return Answer({**first.content, "traced": traced, "exit_code": code}, lines, code)
+def checked_answer(ingested: Ingested, batch: Batch) -> Answer:
+    """Answer of 'sealtwin ingest', with what was traced."""
+    first = ingest_answer(ingested)
+    code = BUG if BUG in (first.exit_code, batch.exit_code) else first.exit_code or batch.exit_code
+    # The run folder of a sample is in that of its trial.
+    notes = [CatalogueFault(row.folder.split("/")[-2], text) for row in batch.done for text in row.warnings]
+    pages = [f"All walls: {batch.out / SHEET}"] if batch.done and not ingested.dry_run else []
+    lines = [*first.lines, *_together(notes, "note: "), *pages]
+    return Answer({**first.content, "traced": batch.content(), "exit_code": code}, lines, code)
 
 
 def list_answer(lab: Path) -> Answer:
     """Answer of 'sealtwin lab list': the latest trial of each sample, and the faults."""
     rows, faults = latest_trials(lab)
     head = ("sample", "revision", "date", "taken in", "data", "depth_mm", "readings", "result")
-    if not any(row["date"] for row in rows):
-        # Only notes give dates of measurement.
-        head = tuple(column for column in head if column != "date")
     cells = [[_text({**row, "taken in": row["ingested_utc"][:10]}[column]) for column in head] for row in rows]
     lines = _table(head, cells) if rows else ["No trials yet."]
     unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
@@ -152,9 +134,8 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
     code = GATE_FAILED if any(one.passed is False for one in results) else 0
     code = SOME_FAILED if {"failed", "left out"} & {*states} else code
     code = BUG if any(one.bug for one in results) else code
-    samples = [{name: value for name, value in asdict(one).items() if name != "bug"} for one in results]
-    content = {"version": 1, "lab": shown(lab), "samples": samples, "exit_code": code}
-    return Answer(content, [plain(line) for line in lines], code)
+    content = {"version": 1, "lab": shown(lab), "samples": [*map(asdict, results)], "exit_code": code}
+    return Answer(content, [*map(plain, lines)], code)
 
 
 def show_answer(lab: Path, sample: str) -> Answer:
@@ -167,10 +148,8 @@ def show_answer(lab: Path, sample: str) -> Answer:
 
 
 def _lab_answer(lab: Path, trials: object, faults: Sequence[CatalogueFault], lines: Sequence[str]) -> Answer:
-    failed = [asdict(fault) for fault in faults]
-    return Answer(
-        {"version": 1, "lab": shown(lab), "trials": trials, "failed": failed}, [plain(line) for line in lines]
-    )
+    content = {"version": 1, "lab": shown(lab), "trials": trials, "failed": [*map(asdict, faults)]}
+    return Answer(content, [*map(plain, lines)])
 
 
 def _revision(catalogue: Catalogue, record: Record) -> list[str]:
@@ -187,39 +166,35 @@ def _revision(catalogue: Catalogue, record: Record) -> list[str]:
     ]
 
 
-def _sample(outcome: SampleOutcome, not_sound: Set[str]) -> dict[str, Any]:
-    sample = outcome.sample
+def _sample(outcome: SampleOutcome) -> dict[str, Any]:
+    files = outcome.sample.files.items()
     return {
-        "name": sample.name,
+        "name": outcome.sample.name,
         "state": outcome.fate,
-        "sound": not outcome.faults and outcome.sample.name not in not_sound,
-        "files": {role: file.as_posix() for role, file in sample.files.items()},
-        "part": sample.part and str(sample.part),
-        "questions": sample.questions,
-        "faults": outcome.faults,
+        "sound": not outcome.faults,
+        "files": {role: [file.as_posix() for file in each] for role, each in files},
+        "faults": list(map(str, outcome.faults)),
         "remarks": outcome.remarks,
         "dialect": outcome.dialect,
-        "columns": [asdict(column) for column in outcome.columns.get("readings", ())],
+        "columns": dict(outcome.understood.roles) if outcome.understood else {},
         "folder": outcome.trial,
         "revision": outcome.revision,
     }
 
 
-def _pairing_row(outcome: SampleOutcome, not_sound: Set[str]) -> list[str]:
-    files, none = outcome.sample.files, "?" if outcome.sample.questions else "-"
-    state = outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}"
+def _pairing_row(outcome: SampleOutcome) -> list[str]:
+    sample = outcome.sample
+    is_unsound = outcome.faults and outcome.fate not in ("failed", "bug")
     return [
-        outcome.sample.name or "?",
-        str(files.get("photo", none)),
-        str(Piece(files["readings"], outcome.sample.part)) if "readings" in files else none,
-        str(files.get("note", none)),
-        f"{state}, not sound" if outcome.sample.name in not_sound and not outcome.faults else state,
+        sample.name if "photo" in sample.files else "?",
+        *(few(sample.files.get(role, ["?" if sample.questions else "-"]), 1) for role in ("photo", "readings", "note")),
+        f"{outcome.fate}, not sound" if is_unsound else outcome.fate,
     ]
 
 
 def _begin(sentence: str) -> str:
     """Return the words that begin the line of a fault: "in doubt" if the readings can be confirmed, else "failed"."""
-    return "in doubt: " if OR_ANSWER in sentence else "failed: "
+    return "in doubt: " if f"{CONFIRMS} = " in sentence else "failed: "
 
 
 def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
@@ -236,34 +211,33 @@ def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
 
 
 def _understood(outcome: SampleOutcome) -> list[str]:
-    """Return how sheets were read: a sentence, and a table of the columns and of rows that are not read."""
-    name, lines = outcome.sample.name, list[str]()
-    if outcome.fate == "unchanged":
-        return [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
-    for role, columns in outcome.columns.items():
-        read_as = f", read as {outcome.dialect}." if role == "readings" and outcome.dialect else ", as it was read:"
-        lines.append(f"{name}: {outcome.sample.files[role]}{read_as}")
-        table = _table(("column", "name", "role", "unit", "first value"), [list(astuple(one)) for one in columns])
-        lines += [f"  {line}" for line in table if columns]
-    return lines
+    """Return how a sheet was read: a sentence; if it is in question, its first rows with unused cells in brackets."""
+    name, sheet = outcome.sample.name, outcome.sheet_in_question
+    lines = [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
+    if sheet is None:
+        return lines
+    roles, broad = dict(sheet.roles), range(max((len(texts) for _, texts in sheet.rows), default=0))
+    head = ["row", *(": ".join(filter(None, (letters(at), roles.get(letters(at))))) for at in broad)]
+    rows = [
+        [f"{row}", *(text if (row, at) in sheet.read or not text else f"({text})" for at, text in enumerate(texts))]
+        for row, texts in sheet.rows
+    ]
+    rows = [[*row, *[""] * (len(head) - len(row))] for row in rows]
+    return [*lines, f"{name}: its sheet as it was understood; cells in brackets are not read:", *_table(head, rows)]
 
 
-def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
-    sound = [each for each in ingested.outcomes if not each.faults and each.sample.name not in not_sound]
+def _ending(ingested: Ingested) -> list[str]:
+    samples = [each for each in ingested.outcomes if "photo" in each.sample.files]
+    sound = [each for each in samples if not each.faults]
     unchanged = sum(outcome.fate == "unchanged" for outcome in sound)
-    every = len(ingested.outcomes)
-    count = f"{len(sound)} of {counted(every, 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
+    count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if not sound:
-        lines = [f"No sample is sound yet, of {counted(every, 'sample')}."]
-    lab, questions = shown(ingested.lab), any(each.sample.questions or each.asked for each in ingested.outcomes)
+        lines = [f"No sample is sound yet, of {counted(len(samples), 'sample')}."]
+    lab, questions = shown(ingested.lab), any(each.faults for each in ingested.outcomes)
     if ingested.dry_run:
-        where = (
-            f" To answer the questions, repeat the command without --dry-run and edit {lab}/{PAIRING}."
-            if questions
-            else ""
-        )
-        return [*lines, f"Dry run: nothing was written.{where}"]
+        where = f"repeat the command without --dry-run and edit {lab}/{PAIRING}."
+        return [*lines, "Dry run: nothing was written.", *([f"To answer the questions, {where}"] if questions else [])]
     if questions:
         lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")
     if any(outcome.trial for outcome in ingested.outcomes):

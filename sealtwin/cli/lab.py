@@ -24,18 +24,17 @@ def ingest(
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
 
-    Files are paired by name: IMG_0412_P01.jpg, "p 01 Messung.xlsx" and P01_notes.toml belong to one sample. For each
-    sheet the command shows how it was read: columns, roles, units and first values. Questions about doubtful cases are
-    written into LAB/pairing.csv; answer them there, or in lab.toml at the top of FOLDER. You need not edit your own
-    files. A note gives settings that no photo shows, as keys of a trial: a TOML file, or lines such as
-    crack.depth_mm = 16.0 in a text. Other numbers of notes and texts are quoted, and their sample waits for an answer.
-    A table of masses and levels is read as a liquid weighed into the crack.
+    Files are paired by name: P01.jpg, "p 01 Messung.xlsx" and notes/P01.toml belong to one sample. Everything else is
+    a question in LAB/pairing.csv, beside which LAB/index.html shows how the sheets were understood. Answer there, or
+    in lab.toml at the top of FOLDER; you need not edit your own files. Settings that no photo shows are keys of a
+    trial: in NAME.toml, in a text of lines such as crack.depth_mm = 16.0, or in a table with the columns sample and
+    crack.depth_mm.
 
     A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
     of doubtful samples are traced too, so that all questions come at once. The lab keeps each tracing, so that later
     rounds trace only new photos. LAB/index.html shows all traced walls.
 
-    A file of several samples is asked about: give each a row of pairing.csv, with its range, columns or worksheet.
+    A file of several samples gets a row of pairing.csv for each, with its own range, worksheet or columns.
 
     Repeating the command adds nothing. A changed sample, or one whose trial lost a file, becomes a new revision; the
     old one stays. A new answer changes a trial that was neither run nor edited.
@@ -48,7 +47,7 @@ def ingest(
 
     with command.progress() as progress:
         ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
-    command.reply(checked_answer(ingested, *check_runs(ingested, folder, command.progress(), jobs)))
+    command.reply(checked_answer(ingested, check_runs(ingested, command.progress(), jobs)))
 
 
 @answers(device=True)

@@ -24,8 +24,8 @@ from pydantic.functional_serializers import PlainSerializer
 from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.doubts import Doubt, ReadSheet
+from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
 Floats = NDArray[np.float64]

@@ -1,7 +1,7 @@
 """The catalogue of a lab: its trials, their original files, and the faults of its ingests."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
@@ -11,22 +11,21 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Result, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
-from sealtwin.lab.file_owners import Decisions
-from sealtwin.lab.found_files import TRIAL, FilePlace, Role
-from sealtwin.lab.sample_outcome import KeptFile
+from sealtwin.lab.files import TRIAL, FilePlace
+from sealtwin.lab.pairing import Placed
+from sealtwin.lab.sample import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
-from validate.readings.header_words import sample_key
+from validate.readings.names import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
 CATALOGUE = "catalogue.json"
 RECORD = "record.json"  # File in each trial's folder: the files and words that it was made of
 RUN = "run"  # Folder beside a trial's files with the results of its run
-COMPARED = ("mean_error_mm",)  # Figures of a comparison that a lab lists
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
-    "readings_sha256", "dialect", "result", *COMPARED, "ingested_utc", "folder", "reason",
+    "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
-VERSION: Literal[3] = 3
+VERSION: Literal[4] = 4
 REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
 
 
@@ -48,9 +47,6 @@ class Record:
     sealtwin: str  # The version that took it in
     trial_sha256: str = ""  # Of trial.toml as it was written
 
-    def file(self, role: Role) -> KeptFile | None:
-        return next((file for file in self.files if file.role == role), None)
-
 
 @dataclass(frozen=True)
 class CatalogueFault:
@@ -61,9 +57,9 @@ class CatalogueFault:
 class SourceFile(Result):
     """A lab's folder in catalogue.json."""
 
-    decisions: list[tuple[str, str, Role, str, dict[str, str]]]
-    """The user's decisions. Each has the file, part, role and sample of a row, and the other cells of the row."""
-    faults: list[tuple[str, str]]
+    decisions: dict[str, list[FilePlace]]
+    """The user's decisions, by file: the rows of the pairing file that differ from what the names give."""
+    faults: list[CatalogueFault]
 
 
 class CatalogueFile(Result):
@@ -71,7 +67,7 @@ class CatalogueFile(Result):
 
     model_config = ConfigDict(frozen=False)
 
-    version: Literal[3]
+    version: Literal[4]
     pairing: str
     """Hash of the pairing file as the last ingest wrote it. If the file has another hash, the user has edited it."""
     checked: dict[str, tuple[str, list[str]]]
@@ -88,10 +84,10 @@ class Catalogue:
     def __init__(self, lab: Path) -> None:
         """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
         self.lab, self.path = lab, lab / CATALOGUE
-        self.records = sorted(
-            (_read_record(path) for path in lab.glob(f"*/{RECORD}")),
-            key=lambda record: (record.sample, record.revision),
-        )
+        records = sorted(map(_read_record, lab.glob(f"*/{RECORD}")), key=lambda each: (each.sample, each.revision))
+        self._trials: dict[str, dict[str, Record]] = {}  # By sample, then by folder
+        for record in records:
+            self.put(record)
         self.content = CatalogueFile(version=VERSION, pairing="", checked={}, sources={})
         if self.path.is_file():
             self.content = read_record(CatalogueFile, self.path, REMEDY)
@@ -108,12 +104,20 @@ class Catalogue:
     def save(self) -> None:
         files.write_json(self.path, self.content.model_dump())
 
+    @property
+    def records(self) -> list[Record]:
+        return [record for trials in self._trials.values() for record in trials.values()]
+
     def of_sample(self, key: str) -> list[Record]:
-        return [record for record in self.records if record.sample == key]
+        return [*self._trials.get(key, {}).values()]
+
+    def put(self, record: Record) -> None:
+        """Add a sample's latest trial, or replace it."""
+        self._trials.setdefault(record.sample, {})[record.folder] = record
 
     def faults(self) -> list[CatalogueFault]:
         """Return the faults of the last ingest of each source."""
-        return [CatalogueFault(*fault) for source in self.content.sources.values() for fault in source.faults]
+        return [fault for source in self.content.sources.values() for fault in source.faults]
 
     def unready(self, record: Record) -> list[str]:
         """Return the faults that prevent a trial's run and the doubts about its readings.
@@ -123,18 +127,15 @@ class Catalogue:
         state, sentences = self.content.checked.get(record.folder, ("", []))
         return sentences if sentences and state == state_of(self.lab / record.folder) else []
 
-    def decisions(self, source: str) -> Decisions:
+    def decisions(self, source: str) -> Placed:
         """Return the user's decisions on the files of a source."""
-        rows = self.content.sources[source].decisions if source in self.content.sources else []
-        return {(PurePath(file), part): FilePlace(name, role, answers=given) for file, part, role, name, given in rows}
+        kept = self.content.sources.get(source)
+        return {PurePath(file): places for file, places in kept.decisions.items()} if kept else {}
 
-    def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
+    def state(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
-        rows: list[tuple[str, str, Role, str, dict[str, str]]] = [
-            (file.as_posix(), part, place.role, place.sample, dict(place.answers))
-            for (file, part), place in decisions.items()
-        ]
-        self.content.sources[source] = SourceFile(decisions=rows, faults=[astuple(fault) for fault in faults])
+        by_file = {file.as_posix(): places for file, places in decisions.items()}
+        self.content.sources[source] = SourceFile(decisions=by_file, faults=faults)
 
 
 def state_of(folder: Path) -> str:
@@ -200,19 +201,15 @@ def progress_of(catalogue: Catalogue, record: Record) -> str:
 
 
 def _row(catalogue: Catalogue, record: Record) -> dict[str, Any]:
-    photo, readings, result = record.file("photo"), record.file("readings"), read_run(catalogue.lab, record)
-    depth, unready = record.said.get("crack.depth_mm"), catalogue.unready(record)
-    row = vars(record) | {
-        "sample": record.name,
-        "state": "not sound" if unready else "taken in",
-        "reason": unready[0] + (f" And {len(unready) - 1} more." if len(unready) > 1 else "") if unready else None,
-        "data": record.said.get("data", record.said.get("photo.data")),
-        "depth_mm": depth if isinstance(depth, int | float) else "along the crack",
-        "photo": photo and photo.original,
-        "photo_sha256": photo and photo.sha256,
-        "readings": readings and readings.original,
-        "readings_sha256": readings and readings.sha256,
-        "result": progress_of(catalogue, record),
-        **{name: result and result.comparison and getattr(result.comparison, name) for name in COMPARED},
-    }
+    result, unready = read_run(catalogue.lab, record), catalogue.unready(record)
+    row = {**vars(record), "sample": record.name, "state": "taken in", "data": record.said.get("photo.data")}
+    for file in record.files:
+        row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
+    depth = record.said.get("crack.depth_mm")
+    row["depth_mm"] = depth if isinstance(depth, int | float) else "along the crack"
+    row["result"] = progress_of(catalogue, record)
+    row["mean_error_mm"] = result and result.comparison and result.comparison.mean_error_mm
+    if unready:
+        more = f" And {len(unready) - 1} more." if len(unready) > 1 else ""
+        row |= {"state": "not sound", "reason": unready[0] + more}
     return {column: row.get(column) for column in COLUMNS}

@@ -5,48 +5,37 @@ import json
 import os
 import shutil
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
-from pathlib import Path, PurePath
+from pathlib import Path
 
+from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
-from sealtwin.lab.file_owners import Decisions, place_files, with_owners
-from sealtwin.lab.file_parts import Piece, beside_ranges, in_roles, with_parts
-from sealtwin.lab.found_files import (
+from sealtwin.lab.files import (
     DEFAULTS,
-    NOT_READ,
-    TABLES,
+    TABLE_SUFFIXES,
+    TEXT_SUFFIXES,
     TRIAL,
-    FilePlace,
     LeftOut,
+    as_label,
+    few,
     find_files,
-    read_name,
-    read_names,
+    folder_of,
+    place_of,
 )
-from sealtwin.lab.notes import Note, lines_of_readings, read_defaults
-from sealtwin.lab.pairing import (
-    PAIRING,
-    SampleFiles,
-    awaiting,
-    decided,
-    naming_others,
-    pair,
-    pairing_text,
-    read_pairing,
-)
-from sealtwin.lab.sample_outcome import INPUTS, SampleOutcome
-from sealtwin.lab.sample_trials import gather, look_at_sheets, prepare
+from sealtwin.lab.notes import Note, read_defaults, read_note, read_settings_table
+from sealtwin.lab.pairing import PAIRING, Placed, SampleFiles, pair, pairing_text, read_decisions
+from sealtwin.lab.sample import INPUTS, SampleOutcome, gather, prepare
 from sealtwin.study.photos import OWN
-from sealtwin.trial.trial_file import Trial, folder_name, trial_text
-from validate.readings.header_words import sample_key
+from sealtwin.trial.trial_file import Trial, trial_text
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """Folder in which a trial is written first. Ingest deletes it, so its name must be one that no user gives a folder."""
@@ -57,10 +46,15 @@ class Ingested:
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
-    outcomes: tuple[SampleOutcome, ...]
-    left_out: tuple[LeftOut, ...]
-    faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files without a sample
-    placed: Mapping[Piece, FilePlace]
+    outcomes: list[SampleOutcome]  # Of samples, and of files that belong to no photo
+    left_out: list[LeftOut]
+    placed: Placed
+
+    @property
+    def faults(self) -> list[CatalogueFault]:
+        """Faults of samples, of files without a sample, and of files that are lost."""
+        faults = [CatalogueFault(each.sample.name, f"{fault}") for each in self.outcomes for fault in each.faults]
+        return faults + [CatalogueFault(each.file, each.sentence) for each in self.left_out if each.lost]
 
 
 def ingest(
@@ -70,108 +64,68 @@ def ingest(
 
     A sample that the lab already has is skipped; a changed one becomes a new trial, and its old trial stays. Waits for
     another ingest into the same lab. If the process is killed, repeat the same call to complete the ingest. The user's
-    corrections and replies come from ``pairing``, or from the lab's pairing file if it was edited. The catalogue stores
+    corrections and answers come from ``pairing``, or from the lab's pairing file if it was edited. The catalogue stores
     them for ``folder``.
 
-    Raises InputError if the folder, its lab.toml or the pairing cannot be used.
+    Raises InputError if the folder, its lab.toml, a table of settings or the pairing cannot be used.
     """
     _refuse_nested(folder, lab)
-    folder = folder.resolve()
+    folder, edited = folder.resolve(), lab / PAIRING
     names, left_out = find_files(folder)
     defaults = read_defaults(folder / DEFAULTS)
-    source = _name_of_source(folder, lab)
-    by_name = read_names(names, folder.name)
-    by_name |= _unread_sheets(folder, left_out, by_name)
-    left_out = [each for each in left_out if PurePath(each.file) not in by_name]
-
-    def pieces(by_user: Mapping[str, tuple[str, str]]) -> dict[Piece, FilePlace]:
-        """Return the pieces by their names, with the user's role and sample of each photo."""
-        places = {file.as_posix(): (place.role, place.sample) for file, place in by_name.items()}
-        photos = [sample for role, sample in {**places, **by_user}.values() if role == "photo"]
-        return in_roles(folder, with_owners(by_name, photos))
-
-    def decisions_in(path: Path) -> Decisions:
-        rows = read_pairing(path)
-        reasons = {each.file: each.reason for each in left_out}
-        return decided(rows, pieces({row.file: (row.role, row.sample) for row in rows}), reasons)
-
-    given = None if pairing is None else decisions_in(pairing)
+    way = os.path.relpath(folder, lab.resolve())
+    # Without the path of the folder; it does not change if folder and lab are moved together.
+    source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
+    named = {file: place for file in names if (place := place_of(file)) is not None}
+    if any(place.role == "photo" and not place.key for place in named.values()):
+        # The folder of one sample: its photo needs no name.
+        named = {file: replace(one, sample=one.sample or as_label(folder.name)) for file, one in named.items()}
+    decisions = None if pairing is None else read_decisions(pairing, named)
     with _catalogue(lab, progress, dry_run) as catalogue:
-        if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.content.pairing:
-            given = decisions_in(lab / PAIRING)
-        decisions = catalogue.decisions(source) if given is None else given
-        named = pieces({file.as_posix(): (place.role, place.sample) for (file, _), place in decisions.items()})
-        placed = place_files(with_parts(folder, named, decisions), decisions)
-        placed |= beside_ranges(folder, named, decisions)
-        samples = naming_others(folder, pair(placed))
-        texts = {text for sample in samples for text in sample.texts}
-        for piece, place in placed.items():
-            if place.role == "text" and piece.file not in texts:
-                left_out.append(_text_alone(folder, piece.file))
-        lost = [each for each in left_out if each.lost]
-        for each in lost:
-            samples = _awaiting_lost(samples, each, placed)
-        if not samples and not lost:
+        if decisions is None and edited.is_file() and files.sha256(edited) != catalogue.content.pairing:
+            decisions = read_decisions(edited, named)
+        elif decisions is None:
+            decisions = catalogue.decisions(source)
+        placed = {file: decisions.get(file, [place]) for file, place in named.items()}
+        samples, of_tables = _paired(folder, placed, left_out)
+        ingested = Ingested(lab, source, dry_run, [], left_out, placed)
+        if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
-        intake, outcomes = SampleIntake(folder, source, defaults, catalogue, dry_run), list[SampleOutcome]()
+        intake = SampleIntake(folder, source, defaults, of_tables, catalogue, dry_run)
         for done, sample in enumerate(samples, start=1):
-            outcomes.append(intake.take_in(sample, progress))
+            ingested.outcomes.append(intake.take_in(sample, progress))
             progress.advance(done, sample.name)
-        faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
-        faults += [CatalogueFault(each.file, each.sentence) for each in lost]
-        ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed)
         if not dry_run:
             write_pairing(ingested, catalogue)
-            catalogue.state(source, decisions, faults)
+            catalogue.state(source, decisions, ingested.faults)
             catalogue.save()
     return ingested
 
 
-def _awaiting_lost(samples: list[SampleFiles], lost: LeftOut, placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
-    """Return the samples; those without readings wait for a file that is not read if it may be their sheet."""
-    file = PurePath(lost.file)
-    place = placed.get(Piece(file)) or read_name(file)
-    if place is None or not (lost.may_be_readings or place.role in TABLES or place.likely):
-        return samples
-    place = with_owners({file: replace(place, role="readings")}, [one.name for one in samples])[file]
-    return awaiting(samples, place, lost.sentence)
+def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[SampleFiles], Mapping[str, Note]]:
+    """Return the samples, the files without a photo, and the settings in tables by sample.
 
-
-def _unread_sheets(
-    folder: Path, left_out: Sequence[LeftOut], by_name: Mapping[PurePath, FilePlace]
-) -> dict[PurePath, FilePlace]:
-    """Return files under other endings, as texts, that have lines of readings and the name of a photo's sample."""
-    photos = [place.sample for place in by_name.values() if place.role == "photo"]
-    named = dict[PurePath, FilePlace]()
-    for file in (PurePath(each.file) for each in left_out if each.reason == NOT_READ):
-        place = read_name(file.with_suffix(".txt"))
-        if place is not None and not (folder / file).is_symlink():
-            named[file] = replace(place, role="text")
-    keys = set(map(sample_key, photos))
-    return {
-        file: place
-        for file, place in with_owners(named, photos).items()
-        if (place.likely or sample_key(place.sample) in keys) and lines_of_readings(folder / file)
-    }
-
-
-def _text_alone(folder: Path, file: PurePath) -> LeftOut:
-    """Return a text whose name matches no sample as a file that is not used. It counts as lost if it has numbers."""
-    is_link, note = (folder / file).is_symlink(), Note()
-    lines, unread = (0, "") if is_link else (lines_of_readings(folder / file), note.read(folder / file))
-    hint, remedy = ", ".join(filter(None, [*note.entries, *note.faults, unread])), ""
-    if lines:
-        remedy = (
-            f", but {lines} of its lines may be readings. If they are, write its sample and the role readings into its "
-            "row; if not, the role ignore"
-        )
-    elif hint:
-        remedy = (
-            f"; not read: {hint}. Write settings into the rows of its samples in {PAIRING}; then give this the role "
-            "ignore"
-        )
-    return LeftOut(f"{file}", f"its name matches no sample{remedy}.", lost=bool(remedy), may_be_readings=lines > 0)
+    A text without a photo and without a number is left out.
+    """
+    photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
+    lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
+    rest, of_tables = dict(placed), dict[str, Note]()
+    for file, (first, *_) in placed.items():
+        path, ending = folder / file, file.suffix.lower()
+        if first.role not in ("readings", "note") or first.key in photos or path.is_symlink():
+            continue
+        if ending in TABLE_SUFFIXES and (table := read_settings_table(path)) is not None:
+            rest.pop(file)
+            placed[file] = [replace(first, sample="", role="note")]
+            of_tables |= {key: of_tables.get(key, Note()).beside(note) for key, note in table.items()}
+            if lacking := few(sorted(table.keys() - photos)):
+                reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
+                left_out.append(LeftOut(f"{file}", reason, lost=True))
+        elif ending in TEXT_SUFFIXES and read_note(path, first.key) == Note():
+            rest.pop(file)
+            left_out.append(LeftOut(f"{file}", "its name is that of no photo.", lost=False))
+    return pair(rest, lost), of_tables
 
 
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
@@ -179,28 +133,9 @@ def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
 
     The pairing file then counts as not edited by the user.
     """
-    about = {
-        Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): " ".join(questions)
-        for outcome in ingested.outcomes
-        for file, questions in outcome.asked.items()
-    }
-    about |= {
-        piece: " ".join(questions) for outcome in ingested.outcomes for piece, questions in outcome.of_sheets.items()
-    }
-    about |= {
-        piece: each.sentence
-        for each in ingested.left_out
-        if each.lost and (piece := Piece(PurePath(each.file))) in ingested.placed
-    }
-    samples = [outcome.sample for outcome in ingested.outcomes]
-    files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, about))
+    asked = [(outcome.sample, question) for outcome in ingested.outcomes for question in outcome.faults]
+    files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, asked))
     catalogue.content.pairing = files.sha256(catalogue.lab / PAIRING)
-
-
-def _name_of_source(folder: Path, lab: Path) -> str:
-    """Return a name of a lab's folder without its path; it does not change if folder and lab are moved together."""
-    way = os.path.relpath(folder, lab.resolve())
-    return f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
 
 
 @contextmanager
@@ -240,86 +175,79 @@ class SampleIntake:
     folder: Path
     source: str  # Name of the folder in the catalogue
     defaults: Note  # Content of its lab.toml
+    of_tables: Mapping[str, Note]  # Settings of its tables, by sample
     catalogue: Catalogue
     dry_run: bool
 
     def take_in(self, sample: SampleFiles, progress: Progress) -> SampleOutcome:
         """Take in a sample. Its faults do not stop other samples; a failure of the lab's own disk is raised."""
-        outcome = SampleOutcome(sample)
+        outcome = SampleOutcome(self.folder, sample)
         try:
-            outcome = gather(self.folder, sample, self.defaults)
-            look_at_sheets(self.folder, outcome, self.defaults)
+            outcome = gather(self.folder, sample, self.defaults, self.of_tables.get(sample.key, Note()))
             self._decide(outcome)
         except InputError as fault:
-            outcome.faults += str(fault).splitlines()
+            outcome.ask(*str(fault).splitlines())
         except OSError as fault:
             if fault.filename is None or Path(fault.filename).is_relative_to(self.catalogue.lab):
                 raise
-            outcome.faults.append(f"{fault.filename}: {fault.strerror}. Make it readable.")
+            outcome.ask(f"{fault.filename}: {fault.strerror}. Make it readable.")
         except Exception as fault:
             # A bug in one sample must not stop the others; the command ends with code 1.
             progress.note(traceback.format_exc())
             last = traceback.extract_tb(fault.__traceback__)[-1]
             place = f"{Path(last.filename).name}, line {last.lineno}"
-            report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug: please report it."
-            outcome.fate, outcome.faults = "bug", [report]
-        # Messages name files relative to the lab's folder, which is absolute here.
-        outcome.faults = [fault.replace(f"{self.folder}/", "") for fault in outcome.faults]
-        outcome.remarks = [remark.replace(f"{self.folder}/", "") for remark in outcome.remarks]
-        for piece, faults in outcome.of_sheets.items():
-            outcome.of_sheets[piece] = [fault.replace(f"{self.folder}/", "") for fault in faults]
-        if outcome.fate != "bug" and not sample.questions:
-            outcome.ask(outcome.faults)
+            outcome.fate, outcome.faults = "bug", []
+            outcome.ask(f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug: please report it.")
         return outcome
 
     def _decide(self, outcome: SampleOutcome) -> None:
         """Set the fate of the sample, or its faults. Raises InputError for a fault that stops it."""
-        sample, lab = outcome.sample, self.catalogue.lab
-        before = None if sample.questions else next(reversed(self.catalogue.of_sample(sample.key)), None)
-        if before is not None and not outcome.faults:
-            if before.content == outcome.content and _is_whole(lab / before.folder, before):
-                outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
-                outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
+        sample, before = outcome.sample, self.catalogue.of_sample(outcome.sample.key)[-1:]
+        for record in before if not outcome.faults else ():
+            if record.content == outcome.content and self._is_whole(record):
+                outcome.fate, outcome.trial, outcome.revision = "unchanged", record.folder, record.revision
+                outcome.remarks, outcome.dialect = list(record.remarks), record.dialect
                 return
             # A sample of the same name from another folder is another sample, unless its photo is the same.
-            photo = before.file("photo")
-            same_photo = photo is not None and outcome.hashes.get("photo") == photo.sha256
-            if not same_photo and before.source not in (self.source, as_text(self.folder)):
+            photos = {raw.sha256 for raw in (*outcome.raw, *record.files) if raw.role == "photo"}
+            if len(photos) > 1 and record.source not in (self.source, as_text(self.folder)):
                 raise InputError(
-                    f"{sample.files['photo']}: a sample {before.name} with another photo came from {before.source}; "
+                    f"{sample.files['photo'][0]}: a sample {record.name} with another photo came from {record.source}; "
                     "give this one another name in the pairing file."
                 )
-        if not sample.questions:
-            prepare(self.folder, outcome)
-        if outcome.faults or outcome.settings is None:
-            return
-        if not self.dry_run:
-            record = self.keep(outcome, outcome.settings, before)
-            others = [one for one in self.catalogue.records if one.folder != record.folder]
-            self.catalogue.records = [*others, record]
-            outcome.trial, outcome.revision = record.folder, record.revision
-        outcome.fate = "new" if before is None else "revised"
+        prepare(outcome)
+        if not outcome.faults and outcome.settings is not None:
+            if not self.dry_run:
+                self.keep(outcome, outcome.settings, *before)
+            outcome.fate = "revised" if before else "new"
 
-    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None) -> Record:
-        """Write a trial's folder: unchanged copies of its files, trial.toml, record.json.
+    def _is_whole(self, record: Record) -> bool:
+        names = (TRIAL, *(file.kept_as for file in record.files))
+        return all((self.catalogue.lab / record.folder / name).is_file() for name in names)
+
+    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None = None) -> None:
+        """Write a trial's folder, unchanged copies of its files, trial.toml, record.json, and add it to the catalogue.
 
         ``before`` is the sample's latest trial. If it was neither run nor edited and its files are the same, it is
         written again with the new settings and keeps its revision. Raises InputError if a file has changed since it was
         read, or if another sample has the folder's name.
         """
         lab, sample, text = self.catalogue.lab, outcome.sample, trial_text(trial)
-        settings = {key: entry.value for key, entry in outcome.note.entries.items()}
-        name, revision, answered = folder_name(sample.name), 1, False
+        name, revision, answered = folder_of(sample.name), 1, False
         if before is not None:
-            answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
+            latest = lab / before.folder
+            answered = before.files == tuple(outcome.raw) and self._is_whole(before)
+            answered = answered and files.sha256(latest / TRIAL) == before.trial_sha256
+            answered = answered and not (latest / RUN / "profile.csv").exists()
             # The number of a later revision follows an @, which no sample's name contains.
-            later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
-            name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
+            revision = before.revision + (not answered)
+            name = before.folder if answered else f"{before.folder.partition('@')[0]}@{revision}"
         if (lab / name).exists() and not answered:
             raise InputError(
-                f"{sample.files['photo']}: the folder {lab / name} exists already; give this sample another name "
+                f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name "
                 "in the pairing file."
             )
+        settings = {key: entry.value for key, entry in outcome.note.entries.items()}
         record = Record(
             sample=sample.key,
             name=sample.name,
@@ -337,37 +265,28 @@ class SampleIntake:
             sealtwin=version("sealtwin"),
             trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
         )
+        folder = lab / name if answered else lab / INCOMING
         if answered:
-            files.write_text(lab / name / TRIAL, text)
-            files.write_json(lab / name / RECORD, asdict(record))
-            return record
-        incoming = lab / INCOMING
-        shutil.rmtree(incoming, ignore_errors=True)
-        write_trial(outcome, trial, self.folder, incoming)
-        files.write_json(incoming / RECORD, asdict(record))
-        with naming(lab / name):
-            incoming.rename(lab / name)
-        return record
+            files.write_text(folder / TRIAL, text)
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+            write_trial(outcome, trial, folder)
+        files.write_json(folder / RECORD, asdict(record))
+        if not answered:
+            with naming(lab / name):
+                folder.rename(lab / name)
+        self.catalogue.put(record)
+        outcome.trial, outcome.revision = name, revision
 
 
-def _is_whole(folder: Path, record: Record) -> bool:
-    return all((folder / name).is_file() for name in (TRIAL, *(file.kept_as for file in record.files)))
-
-
-def _is_as_written(folder: Path, record: Record) -> bool:
-    """Return True if a trial was neither edited nor run, and has all its files."""
-    is_run = (folder / RUN / "profile.csv").exists()
-    return _is_whole(folder, record) and not is_run and files.sha256(folder / TRIAL) == record.trial_sha256
-
-
-def write_trial(outcome: SampleOutcome, trial: Trial, source: Path, folder: Path) -> None:
+def write_trial(outcome: SampleOutcome, trial: Trial, folder: Path) -> None:
     """Write copies of a sample's files, and its trial.toml, into ``folder``.
 
     Raises InputError if a file has changed since it was hashed.
     """
     (folder / INPUTS).mkdir(parents=True)
     for raw in outcome.raw:
-        path = source / raw.original
+        path = outcome.folder / raw.original
         content = read_bytes(path)
         if hashlib.sha256(content).hexdigest() != raw.sha256:
             raise InputError(f"{path}: the file changed during the ingest. Repeat the command.")

@@ -3,31 +3,31 @@
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from digitise.settings import CHOICE, CrackShape
 from sealtwin.core import files
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import MANIFEST, RunFolder, holding, look_into, open_folder
+from sealtwin.core.run_folder import MANIFEST, holding, look_into, open_folder
 from sealtwin.core.stage_keys import content_key
-from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
-from sealtwin.lab.found_files import TRIAL
+from sealtwin.lab.catalogue import RUN, Catalogue, state_of
+from sealtwin.lab.files import TRIAL, folder_of
 from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
 from sealtwin.lab.notes import DEPTH, SCALE
 from sealtwin.lab.pairing import PAIRING
-from sealtwin.lab.sample_outcome import SampleOutcome
-from sealtwin.lab.sample_trials import NEEDED
+from sealtwin.lab.sample import INPUTS, NEEDED, SampleOutcome
+from sealtwin.lab.sheets import doubts_in
 from sealtwin.study.photos import Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.trial.digitise_stage import tracing_key
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
-from sealtwin.trial.trial_file import Trial, folder_name, load_trial
+from sealtwin.trial.trial_file import Trial, load_trial
 
 PICTURE = re.compile(r" Look at [^\n]+?\.png\.")
 WAITING = ".traced"  # Folder in a lab with the tracings of samples that have no trial yet
@@ -35,200 +35,132 @@ WAITING = ".traced"  # Folder in a lab with the tracings of samples that have no
 
 @dataclass(frozen=True)
 class _Check:
-    """A sample to trace and check."""
+    """A sample to trace and check, in a folder with its trial, its files and its run."""
 
     outcome: SampleOutcome
-    source: Path  # Folder with its trial and its files
-    run: str  # Run folder, in the folder of the batch
+    folder: Path
+
+    def clean(self, text: str) -> str:
+        """Return a text that names the lab's own files instead of their copies."""
+        for raw in self.outcome.raw:
+            text = text.replace(f"{self.folder / raw.kept_as}", raw.original)
+        return text
+
+    def doubts(self) -> list[Doubt]:
+        """Return the faults that prevent the run of the traced trial, and doubts about its readings."""
+        try:
+            trial = load_trial(self.folder / TRIAL)
+            with open_folder(self.folder / RUN, create=True) as opened:
+                readings = check_run(start_job(trial, self.folder, opened, "cpu", Progress()))
+        except InputError as fault:
+            return [*doubts_in(fault)]
+        return [] if readings is None else [*readings.questions]
 
 
-def check_runs(
-    ingested: Ingested, folder: Path, progress: Progress, jobs: int = 1
-) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace the crack of each sample of ``folder`` that has a scale, and check its trial as its run would.
+def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> Batch:
+    """Trace the crack of each sample that has a scale, and check its trial as its run would; ask about the faults.
 
-    Each trial in the lab is traced into the folder of its run. A contact sheet of all trials is written at the top of
-    the lab. Samples in doubt are traced too, so that all questions are asked together; the lab keeps their tracings in
-    a hidden folder until they have trials. A dry run uses tracings of the lab, and keeps none. A fault in one sample
-    does not stop the others. Raises InputError if the lab has another program's contact sheet.
+    Each trial in the lab is traced into the folder of its run. A page with all walls, and with the sheets in question,
+    is written at the top of the lab. Samples in doubt are traced too, so that all questions are asked together; the lab
+    keeps their tracings in a hidden folder until they have trials. A dry run uses tracings of the lab, and keeps none.
+    A trial that had no fault is not checked again until it changes. A fault in one sample does not stop the others.
+    Raises InputError if the lab has another program's contact sheet.
     """
-    lab, dry_run = ingested.lab, ingested.dry_run
+    lab, dry_run, outcomes = ingested.lab, ingested.dry_run, ingested.outcomes
+    place, checks = Path(WAITING, content_key({"source": ingested.source})[:8]), dict[str, _Check]()
     with tempfile.TemporaryDirectory() as scratch, nullcontext() if dry_run else holding(lab, progress.note):
-        waiting = Path(scratch, "traced") if dry_run else waiting_folder(lab, ingested.source)
-        tracings, faults, doubtful = Tracings(lab), list[CatalogueFault](), list[_Check]()
-        for outcome in ingested.outcomes:
-            if outcome.trial is not None or outcome.settings is None or SCALE in outcome.stand_ins:
-                continue
-            name = folder_name(outcome.sample.name)
-            check = _Check(outcome, Path(scratch, name), name)
+        out, catalogue = Path(scratch) if dry_run else lab, Catalogue(lab)
+        for outcome in outcomes:
             try:
-                write_trial(outcome, _without_doubts(outcome, outcome.settings), folder, check.source)
-                doubtful.append(check)
+                if (folder := _written(outcome, lab, out / place, dry_run)) is not None:
+                    checks[(folder / RUN).relative_to(out).as_posix()] = _Check(outcome, folder)
+                    before = [lab / record.folder for record in catalogue.of_sample(outcome.sample.key)]
+                    _reuse(folder, [lab / place / folder.name, *before])
             except InputError as fault:
-                faults.append(CatalogueFault(outcome.sample.name, str(fault)))
-        for check in doubtful:
-            # It has the sample's earlier name, which may have changed.
-            (waiting / check.run / TRIAL).unlink(missing_ok=True)
-        shown = _LabNames(progress, doubtful, Path(scratch), pictures=not dry_run)
-        batch, more = _checked(waiting, doubtful, tracings, shown, jobs)
-        faults += more
-        if dry_run:
-            rows = [replace(row, file=shown.clean(row.file), reason=shown.clean(row.reason)) for row in batch.rows]
-            return replace(batch, rows=rows), faults
-        # The page shows samples that failed too: otherwise they would not be missed.
-        missed = [
-            BatchRow(str(outcome.sample.files["photo"]), outcome.sample.name, "failed", reason=" ".join(outcome.faults))
-            for outcome in ingested.outcomes
-            if outcome.fate in ("failed", "bug") and "photo" in outcome.sample.files
-        ]
-        taken = [
-            _Check(outcome, lab / outcome.trial, f"{outcome.trial}/{RUN}")
-            for outcome in ingested.outcomes
-            if outcome.trial is not None
-        ]
-        catalogue = Catalogue(lab)
-        shown = _LabNames(progress, taken, Path(scratch))
-        batch, more = _checked(lab, taken, tracings, shown, jobs, missed, catalogue)
-        _remove_unused(waiting, doubtful)
-        # Do not overwrite edits since the ingest; the next ingest reads them.
-        if files.sha256(lab / PAIRING) == catalogue.content.pairing:
-            write_pairing(ingested, catalogue)
-        catalogue.save()
-    return batch, [*faults, *more]
+                outcome.ask(f"{fault}")
+        planned = [PlannedPhoto(check.folder / TRIAL, run, {}) for run, check in checks.items()]
+        sheets = {f"{one.sample.file('readings')}": sheet for one in outcomes if (sheet := one.sheet_in_question)}
+        batch = digitise_many(planned, out, _Steps(progress), jobs, locked=True, sheets=sheets)
+        progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
+        for number, row in enumerate(batch.rows, start=1):
+            _ask(checks[row.folder], row, catalogue, dry_run)
+            progress.advance(number, row.folder)
+        if not dry_run:
+            for path in (lab / place).glob("*"):
+                if (path / RUN).relative_to(lab).as_posix() not in checks:
+                    shutil.rmtree(path)
+            with suppress(OSError):  # Unless tracings of this or of another source are left
+                (lab / place).rmdir()
+                (lab / WAITING).rmdir()
+            # Do not overwrite edits since the ingest; the next ingest reads them.
+            if files.sha256(lab / PAIRING) == catalogue.content.pairing:
+                write_pairing(ingested, catalogue)
+            catalogue.save()
+    return batch
 
 
-def _remove_unused(waiting: Path, doubtful: Sequence[_Check]) -> None:
-    """Remove the tracings of samples that are no longer in doubt: their run folders have copies."""
-    used = {check.run for check in doubtful}
-    for path in waiting.iterdir() if waiting.is_dir() else ():
-        if path.is_dir() and path.name not in used:
-            shutil.rmtree(path)
-    if waiting.is_dir() and not used:
-        shutil.rmtree(waiting)
-        with suppress(OSError):
-            waiting.parent.rmdir()  # Unless it has tracings of another source
+def _written(outcome: SampleOutcome, lab: Path, waiting: Path, dry_run: bool) -> Path | None:
+    """Return the folder with the trial of a sample to trace; that of a sample in doubt is written into ``waiting``."""
+    if outcome.trial is not None:
+        return None if dry_run else lab / outcome.trial
+    if outcome.settings is None or SCALE in outcome.stand_ins:
+        return None
+    folder = waiting / folder_of(outcome.sample.name)
+    shutil.rmtree(folder / INPUTS, ignore_errors=True)
+    write_trial(outcome, _without_doubts(outcome, outcome.settings), folder)
+    # It has the sample's earlier name, which may have changed.
+    (folder / RUN / TRIAL).unlink(missing_ok=True)
+    return folder
 
 
-class _LabNames(Progress):
-    """Progress of trials. Its texts name the lab's own files instead of their copies.
+def _ask(check: _Check, row: BatchRow, catalogue: Catalogue, dry_run: bool) -> None:
+    """Ask about the faults of a traced trial, and store those of a trial in the lab."""
+    outcome, checked, state = check.outcome, catalogue.content.checked, state_of(check.folder)
+    before, folder, doubts = len(outcome.faults), check.folder.name, list[Doubt]()
+    if row.status != "ok":
+        where, _, finding = row.reason.partition(": ")
+        # The pictures of a dry run are deleted.
+        finding = PICTURE.sub("", finding) if dry_run else finding
+        answers = {"crack": 2} if CHOICE in finding else {}
+        doubts = [Doubt("photo", where, finding.replace(CHOICE, "a 2 in the column crack"), answers=answers)]
+    elif DEPTH not in outcome.stand_ins and (outcome.trial is None or checked.get(folder) != (state, [])):
+        doubts = check.doubts()
+    outcome.ask(*(replace(one, where=check.clean(one.where), finding=check.clean(one.finding)) for one in doubts))
+    if outcome.trial is not None:
+        checked[folder] = (state, [f"{fault}" for fault in outcome.faults[before:]])
 
-    Without ``pictures`` they name no pictures, because these are deleted with the folder ``scratch``.
-    """
 
-    def __init__(self, shown: Progress, checks: Iterable[_Check], scratch: Path, *, pictures: bool = True) -> None:
-        self._shown, self._scratch, self._pictures = shown, scratch, pictures
+class _Steps(Progress):
+    """Progress without notes: what they say of faults is in the answer, in the names of the lab's own files."""
+
+    def __init__(self, shown: Progress) -> None:
         self.start, self.advance, self.close = shown.start, shown.advance, shown.close
-        self._names = {f"{one.source / raw.kept_as}": raw.original for one in checks for raw in one.outcome.raw}
-
-    def clean(self, sentence: str) -> str:
-        sentence = sentence if self._pictures else PICTURE.sub("", sentence)
-        for path, original in self._names.items():
-            sentence = sentence.replace(path, original)
-        return sentence.replace(f"{self._scratch}/", "")
-
-    def note(self, text: str) -> None:
-        self._shown.note(self.clean(text))
-
-    def warn(self, text: str) -> None:
-        self._shown.warn(self.clean(text))
 
 
 def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
     """Return the trial of a sample without what is in doubt.
 
-    It has no readings if the sample has faults, upright walls if the depth is missing, and no fill if the tilt is.
+    It has no readings if they cannot be read, upright walls if the depth is missing, and no fill if the tilt is.
     """
-    changed: dict[str, Any] = dict.fromkeys(("readings", "gate")) if outcome.faults else {}
+    changed: dict[str, Any] = {} if outcome.is_read else {"readings": None, "gate": None}
     if DEPTH in outcome.stand_ins:
         # Upright walls are possible at any depth.
-        changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH].stand_in, tilt="vertical")
-    elif "crack.tilt" in outcome.stand_ins and trial.crack is not None:
-        changed["crack"] = trial.crack.model_copy(update={"fill": None})
+        changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH][1], tilt="vertical")
+    elif "crack.tilt" in outcome.stand_ins:
+        changed["crack"] = trial.crack and trial.crack.model_copy(update={"fill": None})
     return trial.model_copy(update=changed)
 
 
-def _checked(
-    out: Path,
-    checks: Sequence[_Check],
-    tracings: "Tracings",
-    progress: _LabNames,
-    jobs: int,
-    missed: Sequence[BatchRow] = (),
-    catalogue: Catalogue | None = None,
-) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace and check trials with run folders in ``out``, and ask about their faults.
-
-    A lab's ``catalogue`` stores the faults. A trial that had none is not checked again until it changes.
-    """
-    if not checks:
-        return Batch(out), []
-    for check in checks:
-        with suppress(InputError):  # Reported when the photo is digitised.
-            tracings.give(check.source, out / check.run)
-    planned = [PlannedPhoto(check.source / TRIAL, check.run, {}) for check in checks]
-    batch, by_run = digitise_many(planned, out, progress, jobs, missed, locked=True), {one.run: one for one in checks}
-    progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
-    faults = list[CatalogueFault]()
-    for number, row in enumerate(batch.rows, start=1):
-        check = by_run[row.folder]
-        outcome, folder, state = check.outcome, check.source.name, state_of(check.source)
-        sentences: list[str] = []
-        if row.status != "ok":
-            sentences = [row.reason.replace(CHOICE, f"a 2 in the column crack of {PAIRING}")]
-        elif DEPTH not in outcome.stand_ins and (
-            catalogue is None or catalogue.content.checked.get(folder) != (state, [])
-        ):
-            sentences = _faults_of(check.source, out / check.run)
-        sentences = [progress.clean(sentence) for sentence in sentences]
-        if catalogue is not None:
-            catalogue.content.checked[folder] = (state, sentences)
-        outcome.ask(sentences)
-        faults += [CatalogueFault(outcome.sample.name, sentence) for sentence in sentences]
-        progress.advance(number, row.folder)
-    return batch, faults
-
-
-def _faults_of(source: Path, run: Path) -> list[str]:
-    """Return the faults that prevent the run of a traced trial, and doubts about its readings."""
-    trial = load_trial(source / TRIAL)
-    try:
-        with open_folder(run, create=True) as opened:
-            return list(check_run(start_job(trial, source, opened, "cpu", Progress())))
-    except InputError as fault:
-        return str(fault).splitlines()
-
-
-def waiting_folder(lab: Path, source: str) -> Path:
-    """Return the folder for tracings of samples in doubt. Each source has its own, since names may be the same."""
-    return lab / WAITING / content_key({"source": source})[:8]
-
-
-class Tracings:
-    """Finished tracings in a lab, by the key of their photo and settings."""
-
-    def __init__(self, lab: Path) -> None:
-        self._lab = lab
-
-    def give(self, trial_folder: Path, run: Path) -> None:
-        """Copy the tracing of a trial's photo into its run folder, if the lab has it and no stage has run there.
-
-        Raises InputError if the trial cannot be read, or the run folder cannot be used.
-        """
-        if not self._folders or ((run / MANIFEST).is_file() and look_into(run).manifest["stages"]):
+def _reuse(folder: Path, others: Iterable[Path]) -> None:
+    """Copy the tracing of a trial's photo into its run folder from another trial, unless a stage has run there."""
+    with suppress(InputError):  # Reported when the photo is digitised.
+        run = folder / RUN
+        if (run / MANIFEST).is_file() and look_into(run).manifest["stages"]:
             return
-        key = tracing_key(load_trial(trial_folder / TRIAL), trial_folder)
-        if (traced := self._folders.get(key)) is not None:
-            with open_folder(run, create=True) as folder:
-                folder.copy_stage("digitise", traced)
-
-    @cached_property
-    def _folders(self) -> dict[str, RunFolder]:
-        folders: dict[str, RunFolder] = {}
-        for path in sorted([*self._lab.glob(f"{WAITING}/*/*/{MANIFEST}"), *self._lab.glob(f"*/{RUN}/{MANIFEST}")]):
-            try:
-                folder = look_into(path.parent)
-            except InputError:
-                continue  # Whoever uses that folder reports it.
-            if (entry := folder.manifest["stages"].get("digitise")) is not None:
-                folders[entry["key"]] = folder
-        return folders
+        key = tracing_key(load_trial(folder / TRIAL), folder)
+        for other in (other / RUN for other in others if (other / RUN / MANIFEST).is_file()):
+            traced = look_into(other)
+            if traced.manifest["stages"].get("digitise", {}).get("key") == key:
+                with open_folder(run, create=True) as copy:
+                    copy.copy_stage("digitise", traced)
+                return

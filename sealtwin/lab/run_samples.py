@@ -6,21 +6,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from sealtwin.core import record_files
+from sealtwin.core import files, record_files
 from sealtwin.core.cluster import Lost
 from sealtwin.core.errors import InputError, SealtwinError
 from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
-from sealtwin.lab.found_files import TRIAL
-from sealtwin.study.estimate import SETUP_S, RunSize, checked_size, estimate
+from sealtwin.lab.files import TRIAL
+from sealtwin.study.estimate import SETUP_S, RunSize, checked_size
 from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.photos import write_trace
 from sealtwin.study.runner import Computing, launch
 from sealtwin.study.study_folder import StudyRun
-from sealtwin.trial.job import STAGES, shown
+from sealtwin.trial.job import STAGES
 from sealtwin.trial.pipeline import run_trial
+from sealtwin.trial.simulate_stage import PROGRESS
 from sealtwin.trial.trial_file import load_trial
-from validate.readings.header_words import sample_key
+from validate.readings.names import sample_key
 
 REPORT_S = 4.0  # Time to compare a run and to draw its report, on one core
 
@@ -61,23 +62,17 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
 
 def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
     """Run one sample in its own folder. The list has one entry."""
-    began, warned, trial_folder = time.monotonic(), _Warnings(), lab / record.folder
-
-    def failed(reason: str, *, bug: bool = False) -> list[SampleRun]:
-        wall_s = time.monotonic() - began
-        return [SampleRun(record.name, "failed", record.folder, reason=reason, bug=bug, wall_s=wall_s)]
-
+    began, progress, trial_folder = time.monotonic(), Progress(), lab / record.folder
     try:
         trial = load_trial(trial_folder / TRIAL)
-        finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, warned, above=by_studies())
-    except SealtwinError as fault:
-        return failed(str(fault))
-    except OSError as fault:
-        return failed(f"{fault.filename or trial_folder}: {fault.strerror}.")
+        finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, progress, above=by_studies())
     except Exception as fault:
         # A bug in one run must not stop the others; the command ends with code 1.
-        trace = write_trace(trial_folder / RUN)
-        return failed(f"{type(fault).__name__}: {fault}. A bug: please report {trace}.", bug=True)
+        bug, reason = not isinstance(fault, SealtwinError | OSError), f"{fault}"
+        if bug:
+            reason = f"{type(fault).__name__}: {fault}. A bug: please report {write_trace(trial_folder / RUN)}."
+        wall_s = time.monotonic() - began
+        return [SampleRun(record.name, "failed", record.folder, reason=reason, bug=bug, wall_s=wall_s)]
     comparison = finished.result.comparison
     return [
         SampleRun(
@@ -87,47 +82,38 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
             mean_error_mm=comparison and comparison.mean_error_mm,
             passed=comparison and comparison.passed,
             report=finished.result.report,
-            warnings=tuple(warned.sentences),
+            warnings=tuple(text.removeprefix("note: ") for text in progress.warned),
             wall_s=time.monotonic() - began,
         )
     ]
 
 
-class _Warnings(Progress):
-    """Collects warnings, since a worker has no terminal."""
-
-    def __init__(self) -> None:
-        self.sentences = list[str]()
-
-    def warn(self, text: str) -> None:
-        self.sentences.append(text.removeprefix("note: "))
-
-
 def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Progress) -> list[SampleRun]:
     if not trials:
         return []
-    results: dict[str, SampleRun] = {}
-    records = {record.folder: record for record in trials}
+    results, records = dict[str, SampleRun](), {record.folder: record for record in trials}
 
     def keep(run: StudyRun, result: SampleRun | Lost) -> StudyRun:
         if isinstance(result, Lost):
-            reason = f"{result.reason}: give fewer --jobs."
-            result = SampleRun(records[run.key].name, "failed", run.key, reason=reason)
+            name, reason = records[run.key].name, f"{result.reason}: give fewer --jobs."
+            result = SampleRun(name, "failed", run.key, reason=reason)
         results[run.key] = result
         return replace(run, state="failed" if result.state == "failed" else "done", wall_s=result.wall_s)
 
-    sized = [_size(lab, record) for record in trials]
-    runs = [
-        StudyRun(number, record.folder, {}, {}, record.folder, record.folder, size.work_s)
-        for number, (record, size) in enumerate(zip(trials, sized, strict=True), start=1)
-    ]
-    if new := [run for run, size in zip(runs, sized, strict=True) if size.particles]:
-        largest = max(sized, key=lambda size: (size.particles, size.bytes))
-        expected = estimate(new, largest, how.jobs, 1, keep_runs=True)
-        progress.note(f"{shown(lab)}: {largest.particles:,} particles at most. {expected.sentence}")
+    sizes = {key: _size(lab, record) for key, record in records.items()}
+    runs = [StudyRun(at, key, {}, {}, key, key, size.work_s) for at, (key, size) in enumerate(sizes.items(), start=1)]
     work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep
-    launch(runs, how, "Running", progress, work)
+    began_s = time.time()
+    launch(runs, how, "Running", progress, work, left_s=lambda run: _left_s(lab / run.key / RUN / PROGRESS, began_s))
     return list(results.values())
+
+
+def _left_s(path: Path, began_s: float) -> float | None:
+    """Return the time that a run needs still, as it has written it, or None if it has not."""
+    try:
+        return files.read_json(path)["eta_s"] if path.stat().st_mtime > began_s else None
+    except (InputError, OSError, KeyError, TypeError):
+        return None
 
 
 def _size(lab: Path, record: Record) -> RunSize:

@@ -1,6 +1,7 @@
 """Estimates of the time, memory and disk space of a study, by a model that is corrected by finished runs."""
 
 import heapq
+import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -182,6 +183,7 @@ class Forecast:
     def __init__(self, jobs: int, timings: Sequence[Timing]) -> None:
         self._jobs, self._timings = max(1, jobs), [*timings]
         self._begun: dict[str, float] = {}
+        self._reports: dict[str, tuple[float, float]] = {}  # Remaining time, and the moment of that report
 
     def begin(self, key: str, now_s: float) -> None:
         """Record that a launch begins. ``key`` is the key of its first run."""
@@ -190,19 +192,42 @@ class Forecast:
     def finish(self, key: str, runs: Iterable[StudyRun]) -> None:
         """Record that a launch has ended, with the outcomes of its runs."""
         self._begun.pop(key, None)
+        self._reports.pop(key, None)
         self._timings += timings_of(runs)
+
+    def report(self, key: str, left_s: float | None) -> None:
+        """Record the remaining time that a running launch has written itself; None changes nothing."""
+        if left_s is not None:
+            self._reports[key] = left_s, time.monotonic()
+
+    def done_s(self, groups: Iterable[Sequence[StudyRun]], now_s: float) -> float:
+        """Return the finished part of the running launches, in time of the model."""
+        done_s = 0.0
+        for group in groups:
+            work_s, taken_s = sum(run.work_s for run in group), now_s - self._begun.get(group[0].key, now_s)
+            done_s += work_s * taken_s / max(taken_s + self._busy_s(group, taken_s, now_s), 1e-9)
+        return done_s
 
     def left_s(self, groups: Iterable[Sequence[StudyRun]], now_s: float) -> float:
         """Return the time until all launches in ``groups`` are finished. Each has begun or is waiting."""
-        busy_s, waiting_s = list[float](), list[float]()
+        groups, busy_s, timings = [*groups], dict[str, float](), [*self._timings]
         for group in groups:
-            expected_s = sum(expected_time(run.work_s, self._timings) for run in group)
-            if (begun_s := self._begun.get(group[0].key)) is None:
-                waiting_s.append(expected_s)
-            else:
-                taken_s = now_s - begun_s
-                busy_s.append(max(expected_s - taken_s, OVERDUE * taken_s))
-        return time_of_all(waiting_s, busy_s + [0.0] * (self._jobs - len(busy_s)))
+            key = group[0].key
+            if (begun_s := self._begun.get(key)) is not None:
+                busy_s[key] = self._busy_s(group, now_s - begun_s, now_s)
+                if key in self._reports:
+                    timings.append((sum(run.work_s for run in group), now_s - begun_s + busy_s[key]))
+        waiting = (group for group in groups if group[0].key not in busy_s)
+        waiting_s = [sum(expected_time(run.work_s, timings) for run in group) for group in waiting]
+        return time_of_all(waiting_s, [*busy_s.values()] + [0.0] * (self._jobs - len(busy_s)))
+
+    def _busy_s(self, group: Sequence[StudyRun], taken_s: float, now_s: float) -> float:
+        """Return the remaining time of a running launch, after ``taken_s``."""
+        if (report := self._reports.get(group[0].key)) is not None:
+            left_s, at_s = report
+            return max(left_s - (now_s - at_s), 0.0)
+        expected_s = sum(expected_time(run.work_s, self._timings) for run in group)
+        return max(expected_s - taken_s, OVERDUE * taken_s)
 
     def scaled_s(self, model_s: float) -> float:
         """Return a time by the model, corrected by all finished runs."""

@@ -15,6 +15,7 @@ from digitise.image.decoding import PHOTO_SUFFIXES
 from digitise.settings import CHOICE
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
+from sealtwin.core.doubts import ReadSheet
 from sealtwin.core.errors import InputError, SealtwinError, as_text
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, holding, open_folder
@@ -23,6 +24,7 @@ from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
 from validate.readings.files import named_cells, read_table
+from validate.readings.grid import letters
 
 BUG, SOME_FAILED = 1, 6
 REMEDY = "the same command digitises the remaining photos; give it fewer --jobs."
@@ -142,12 +144,14 @@ def digitise_many(
     held_back: Sequence[BatchRow] = (),
     *,
     locked: bool = False,
+    sheets: Mapping[str, ReadSheet] | None = None,
 ) -> Batch:
     """Digitise every photo into a folder below ``out``; a photo that fails does not stop the others.
 
     Finished photos are not digitised again. The user may choose the crack of a photo without a trial file by its number
     in the table of an earlier call. Photos ``held_back`` because of an earlier fault are listed and counted as failed.
-    ``locked`` is True if the caller has locked ``out`` already. Raises InputError if ``out`` has other files.
+    ``locked`` is True if the caller has locked ``out`` already. The page shows ``sheets`` by the name of their file.
+    Raises InputError if ``out`` has other files.
     """
     _refuse_foreign(out)
     with nullcontext() if locked else holding(out), progress:
@@ -170,7 +174,7 @@ def digitise_many(
             batch = Batch(out, [rows[item.name] for item in planned if item.name in rows], held_back)
             files.write_json(out / LISTING, batch.content())
             write_csv(out / CSV, batch.listed)
-            write_contact_sheet(out / SHEET, out, batch.listed)
+            write_contact_sheet(out / SHEET, out, batch.listed, sheets)
     return batch
 
 
@@ -315,8 +319,10 @@ def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
     files.write_sheet(path, columns, ([row[column] for column in columns] for row in cells))
 
 
-def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> None:
-    """Write a self-contained page; its pictures link to the run folders."""
+def write_contact_sheet(
+    path: Path, folder: Path, rows: Sequence[BatchRow], sheets: Mapping[str, ReadSheet] | None = None
+) -> None:
+    """Write a self-contained page; its pictures link to the run folders. ``sheets`` are in question."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -332,6 +338,8 @@ def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> N
         thumbnails={row.folder: _thumbnail(folder / row.folder / "overlay.png") for row in done},
         refused={name: _thumbnail(folder / name / REFUSED) for name in refused},
         done=done,
+        sheets=sheets or {},
+        letters=letters,
         sealant_ml=sum(row.sealant_ml or 0.0 for row in done),
     )
     files.write_text(path, page)

@@ -3,10 +3,12 @@
 import pickle
 import time
 import traceback
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
+from threading import Event, Lock, Thread
 from typing import Any
 
 from sealtwin.core import files, record_files
@@ -33,6 +35,7 @@ from sealtwin.trial.stage_numbers import own_numbers
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 
+SHOWN_EVERY_S = 2.0  # Time between two looks at the progress of runs
 MOST_NUMBERS = 8  # Most coefficients of a baseline curve; a sweep of more settings is compared with that curve
 
 SUMMARY = "summary.json"
@@ -103,8 +106,13 @@ def launch(
     progress: Progress,
     work: Work,
     timings: Sequence[Timing] = (),
+    left_s: Callable[[StudyRun], float | None] | None = None,
 ) -> list[StudyRun]:
-    """Do ``work`` for the waiting runs, and return all runs with their outcomes. ``timings`` as for ``compute``."""
+    """Do ``work`` for the waiting runs, and return all runs with their outcomes. ``timings`` as for ``compute``.
+
+    ``left_s`` returns the remaining time of a run that is being computed, or None if it is unknown; with it, progress
+    is shown during the runs too.
+    """
     function, arguments, keep = work
     current = {run.key: run for run in runs}
     work_s = sum(run.work_s for run in runs if run.state == "waiting")
@@ -122,20 +130,42 @@ def launch(
                 forecast.begin(key, time.monotonic())
             yield group, arguments(group)
 
-    for group, outcomes in run_tasks(function, tasks(), jobs, how.scheduler, own_numbers):
-        if isinstance(outcomes, Lost):
-            outcomes = [outcomes] * len(group)
-        for run, outcome in zip(group, outcomes, strict=True):
-            current[run.key] = keep(run, outcome)
-        del launches[group[0].key]
-        forecast.finish(group[0].key, (current[run.key] for run in group))
+    def show() -> None:
+        now_s = time.monotonic()
         if how.scheduler is None:
-            progress.expect(forecast.left_s(launches.values(), time.monotonic()))
+            progress.expect(forecast.left_s(launches.values(), now_s))
             progress.later(forecast.scaled_s(how.later_s))
         waiting_s = sum(run.work_s for run in current.values() if run.state == "waiting")
-        states = [run.state for run in current.values()]
-        counts = ", ".join(f"{states.count(state)} {state}" for state in STATES if state in states)
-        progress.advance(round(100 * (work_s - waiting_s)), counts)
+        states = Counter(run.state for run in current.values())
+        counts = ", ".join(f"{states[state]} {state}" for state in STATES if state in states)
+        running_s = 0.0 if left_s is None else forecast.done_s(launches.values(), now_s)
+        # Of a run that is slower than it was thought, less may be done than before.
+        reached[0] = max(reached[0], round(100 * (work_s - waiting_s + running_s)))
+        progress.advance(reached[0], counts)
+
+    def show_runs() -> None:
+        while left_s is not None and not ended.wait(SHOWN_EVERY_S):
+            with showing:
+                for group in launches.values():
+                    forecast.report(group[0].key, left_s(group[0]))
+                show()
+
+    reached, ended = [0], Event()
+    showing, watching = Lock(), Thread(target=show_runs, daemon=True)
+    watching.start()
+    try:
+        for group, outcomes in run_tasks(function, tasks(), jobs, how.scheduler, own_numbers):
+            if isinstance(outcomes, Lost):
+                outcomes = [outcomes] * len(group)
+            with showing:
+                for run, outcome in zip(group, outcomes, strict=True):
+                    current[run.key] = keep(run, outcome)
+                del launches[group[0].key]
+                forecast.finish(group[0].key, (current[run.key] for run in group))
+                show()
+    finally:
+        ended.set()
+        watching.join()
     progress.later(0.0)
     return list(current.values())
 

@@ -9,6 +9,7 @@ from typing import Any
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
+from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import look_into, open_folder
 from sealtwin.core.solid_figures import SolidFigures
 from sealtwin.core.vtk_files import read_collection, read_frame
@@ -151,8 +152,8 @@ def _bring_seeds_up_to_date(job: Job) -> bool:
     return was_there
 
 
-def check_run(job: Job) -> tuple[str, ...]:
-    """Make all checks that a run of a trial makes before its first frame; return doubts about its readings.
+def check_run(job: Job) -> Profile | None:
+    """Make all checks that a run of a trial makes before its first frame; return its readings with their doubts.
 
     Digitises first if needed; uses the simulated level if there is one. Raises InputError as the run would.
     """
@@ -161,7 +162,7 @@ def check_run(job: Job) -> tuple[str, ...]:
     simulated = record_files.read_profile(job.path) if "simulate" in job.folder.finished() else None
     readings = validate_stage.readings_of(job, simulated)
     simulate_stage.check(job)
-    return () if readings is None else readings.doubts
+    return readings
 
 
 def read_result(job: Job) -> TrialResult:

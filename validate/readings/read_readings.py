@@ -81,7 +81,7 @@ def readings_of(
         crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
         doubts = screens(cells, *crack, grid.place)
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
-    asked = [doubt for doubt in table.doubts if _is_unanswered(doubt, settings)]
+    asked = [doubt for doubt in table.doubts if is_unanswered(doubt, settings)]
     understood = _understood(table, rows)
     if any(doubt.is_open for doubt in asked):
         raise SheetFaults(asked, understood)
@@ -131,7 +131,7 @@ def _cell(value: Any) -> Cell:
     return Cell(f"{value}".strip())
 
 
-def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
+def is_unanswered(doubt: Doubt, settings: Declared) -> bool:
     """Return whether ``as_written`` leaves an entry of a doubt open: the cell, its row or its column confirms it."""
     answered = set(settings.as_written or ())
     if doubt.kind == "datum" and settings.datum != "sample_surface":

@@ -49,6 +49,7 @@ class Table:
     repeat: Column | None = None
     others: dict[int, Role] = field(default_factory=dict[int, Role])  # Columns that are known to be something else
     stands_in: bool = False  # True if a question asks for the columns
+    mass_unit: ColumnUnit | None = None  # Unit of masses whose column has none
 
     @property
     def chosen(self) -> Columns:
@@ -79,7 +80,7 @@ class Table:
         return any(doubt.is_open and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
 
 
-def find_table(grid: Grid, declared: Declared, along: Role = "station") -> Table:
+def find_table(grid: Grid, declared: Declared, along: Role = "station", mass_unit: ColumnUnit | None = None) -> Table:
     """Return the table with the columns of places (or of masses, ``along``) and of readings.
 
     What the sheet leaves open is added to its doubts, and the likeliest columns stand in for it, so that everything
@@ -88,7 +89,7 @@ def find_table(grid: Grid, declared: Declared, along: Role = "station") -> Table
     span = SheetPart.of((declared.columns or Columns()).range)
     header = find_header(grid, span, along)
     body = [row for row in grid.rows if header.first <= row <= span.bottom and any(cells_in(grid, span, row))]
-    table = Table(grid, declared, span, header, body, [*grid.doubts])
+    table = Table(grid, declared, span, header, body, [*grid.doubts], mass_unit=mass_unit)
     _end_before_next_table(table, along)
     _set_roles(table, along)
     _ask_for_units(table)
@@ -271,7 +272,9 @@ def _ask_for_units(table: Table) -> None:
         setting: ColumnUnit | None = declared
         if column.role == "station" and places is not None:
             setting = places if isinstance(places, str) else "mm"
-        elif column.role == "mass" or (column.role == "station" and declared in get_args(DialUnit)):
+        elif column.role == "mass":
+            setting = table.mass_unit
+        elif column.role == "station" and declared in get_args(DialUnit):
             setting = None
         unit = column.unit or next(iter(all_units), None)
         source = "header" if setting in (None, unit) or unit not in MM else "another"
@@ -287,6 +290,7 @@ def _ask_for_units(table: Table) -> None:
         table.ask("unit", finding, "Remove the setting, or correct the header.")
     if lacking := by_source["none"]:
         answer = {"unit" if declared is None else "columns.places": "mm"}
+        answer = {"mass": "g"} if table.station is not None and table.station.role == "mass" else answer
         remedy = f"Units are {', '.join(get_args(Unit))}."
         table.ask("unit", f"column {listed(lacking)} has no unit.", remedy, answer, lacking)
 

@@ -7,8 +7,10 @@ import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
-from sealtwin.lab import found_files, sample_trials
-from sealtwin.lab.catalogue import CATALOGUE, CatalogueFault, latest_trials
+from sealtwin.lab import files as lab_files
+from sealtwin.lab import sample
+from sealtwin.lab.catalogue import CATALOGUE, latest_trials
+from sealtwin.lab.files import LeftOut
 from sealtwin.lab.ingest import ingest
 from tests.labs import QUIET, fates, sealtwin
 from tests.pictures import mortar, write_png
@@ -47,7 +49,7 @@ def test_what_was_saved_anew_beside_it_stands_in(small, tmp_path):
     (small / "P02_Messung.xls").write_bytes(b"old")
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert str(ingested.outcomes[1].sample.files["readings"]) == "P02_Messung.csv"
+    assert str(ingested.outcomes[1].sample.file("readings")) == "P02_Messung.csv"
 
 
 def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):
@@ -59,7 +61,7 @@ def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, mon
             raise PermissionError(13, "Permission denied", str(place))
         return real(place)
 
-    monkeypatch.setattr(found_files.os, "scandir", scandir)
+    monkeypatch.setattr(lab_files.os, "scandir", scandir)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "new"}
     assert ingest_answer(ingested).exit_code == 6
@@ -76,11 +78,11 @@ def test_names_and_notes_that_would_move_a_terminals_cursor_move_none(small, sou
     )
     (small / "P02.txt").write_bytes(b"8 mm \x1b[2J\n\x1b]0;x\n")
     text = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines)
-    for words in ("P03?.png: a name with control characters", "\\xff", "P01.toml", "P02.txt"):
+    for words in ("P03?.png: its name has characters", "\\xff", "P01.toml", "P02.txt"):
         assert words in text
     assert not set(text) & {"\x1b", "\u202e", "\udcff", "\x9b"}
-    faulty = replace(sound[3], faults=(CatalogueFault("P01", "P01.csv: \x1b[2J\n\u202e"),))
-    assert "failed: P01: P01.csv: ?[2J??" in ingest_answer(faulty).lines
+    faulty = replace(sound[3], left_out=[LeftOut("P01.csv", "\x1b[2J\n\u202e", lost=True)])
+    assert "failed: P01.csv: ?[2J??" in ingest_answer(faulty).lines
 
 
 def test_names_and_notes_that_are_formulas_stay_text_in_tables(small, tmp_path):
@@ -98,14 +100,14 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
     with (small / "P01.csv").open("wb") as sheet:
         sheet.truncate(1_000_000_000)
     monkeypatch.setattr(
-        sample_trials.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
+        sample.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
-    assert ingested.outcomes[0].faults == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]
+    assert list(map(str, ingested.outcomes[0].faults)) == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]
 
 
 def test_too_many_files_are_refused(small, tmp_path, monkeypatch):
-    monkeypatch.setattr(found_files, "MOST_ENTRIES", 6)
+    monkeypatch.setattr(lab_files, "MOST_ENTRIES", 6)
     with pytest.raises(InputError, match="more than 6 files; give one part of it at a time"):
         ingest(small, tmp_path / "lab", QUIET)
 

@@ -39,7 +39,7 @@ def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(la
     assert "To answer the questions, edit" in first.stdout
     assert "2 cracks compete" in question(lab, "P02.png")
     assert "a 2 in the column crack" in (asked := question(lab, "P02.png"))
-    assert Path(asked.partition("Look at ")[2].rpartition(".")[0]).is_file(), asked
+    assert Path(asked.partition("Look at ")[2].partition(". ")[0]).is_file(), asked
     assert question(lab, "P01.csv").startswith("P01.csv, line 8, column s_mm: 40 mm is outside the crack")
     assert question(lab, "P01.png") == ""
     answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"crack": "2"}})
@@ -48,23 +48,6 @@ def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(la
     assert "2 of 2 samples are sound" in last.stdout
     assert {row["question"] for row in pairing_rows(lab)} == {""}
     assert hashes_of(folder) == before
-
-
-def test_any_setting_answers_beside_any_file_of_its_sample(late):
-    folder, lab = late
-    ingest(folder, lab, QUIET)
-    ends = "photo.ends_px = [[40, 151], [160, 148]]; crack.depth_mm = 9"
-    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"settings": ends}})
-    ingest(folder, lab, QUIET)
-    trial = load_trial(lab / "P02" / "trial.toml")
-    assert present(trial.photo, "photo").ends_px == ((40, 151), (160, 148))
-    assert present(trial.crack, "crack").depth_mm == 9
-    for words, fault in (
-        ("crack.dpeth_mm = 9; ", "pairing.csv, P02.png: 'crack.dpeth_mm': no such key"),
-        ("9 mm", "pairing.csv, P02.png: settings = '9 mm' is not valid TOML"),
-    ):
-        answer(lab, {"P02.png": {"settings": words}})
-        assert any(fault in one.sentence for one in ingest(folder, lab, QUIET).faults)
 
 
 @pytest.mark.slow

@@ -1,114 +1,97 @@
-"""Notes: keys of a trial become settings; every other number of a note or a text is quoted, and holds its sample."""
+"""Settings come from TOML, from texts of key = value alone and from a table of samples; all else is asked about."""
 
 import pytest
 
-from sealtwin.core.errors import present
+from sealtwin.core.errors import InputError, present
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.notes import Note, NoteEntry
+from sealtwin.lab.notes import Note, NoteEntry, read_note
 from sealtwin.trial.trial_file import load_trial
-from tests.lab_folder import ANSWER, QUOTED, make_lab_folder, quote_notes
-from tests.labs import QUIET, answer, edit, fates, question
+from tests.lab_folder import ANSWER, TEXTS, make_lab_folder, write_texts
+from tests.labs import QUIET, answer, fates, question
 
 
-def _read(folder, text, name="P01.toml"):
-    (folder / name).write_text(text, encoding="utf-8")
-    note = Note()
-    return note, note.read(folder / name, "P01")
+def _depth_mm(lab, trial):
+    return present(load_trial(lab / trial / "trial.toml").crack, "crack").depth_mm
 
 
-def test_notes_in_the_words_of_labs_are_quoted_and_hold_their_samples_until_answered(sound, tmp_path):
-    """Broken on purpose by reading texts only if they are called notes: P03, P08 and P10 are new without a question."""
+def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_answered(tmp_path):
     folder, lab = make_lab_folder(tmp_path / "folder"), tmp_path / "lab"
-    quote_notes(folder)
+    write_texts(folder)
+    (folder / "README.txt").write_text("Fotos vom 3. Mai")
+    (folder / "liesmich.txt").write_text("Fotos vom Mai")
     states = fates(ingest(folder, lab, QUIET))
-    assert {name for name, state in states.items() if state == "failed"} == QUOTED.keys()
-    for name, _, quotations in QUOTED.values():
-        assert question(lab, name).startswith(f"{name}: not read: {', '.join(quotations)}. Write settings")
-    answer(lab, {name: {"settings": ANSWER} for name, _, _ in QUOTED.values()})
-    outcomes = {outcome.sample.name: outcome for outcome in ingest(folder, lab, QUIET).outcomes}
-    assert {outcome.fate for outcome in outcomes.values()} == {"new", "unchanged"}
-    for sample, (name, _, quotations) in QUOTED.items():
-        (remark,) = (one for one in outcomes[sample].remarks if one.startswith(f"{name}: not read: "))
-        assert quotations[0] in remark
-        trials = [load_trial(each / sample / "trial.toml") for each in (lab, sound[2])]
-        assert trials[0].crack == trials[1].crack
-        assert present(trials[0].photo, "photo").ends_px == present(trials[1].photo, "photo").ends_px
+    assert {name for name, state in states.items() if state == "failed"} == {*TEXTS, "README.txt"}
+    for name, _ in TEXTS.values():
+        assert "is not read, since not each of its lines is key = value" in question(lab, name)
+    answer(lab, {"README.txt": {"role": "ignore"}, **{name: {"settings": ANSWER} for name, _ in TEXTS.values()}})
+    assert set(fates(ingest(folder, lab, QUIET)).values()) == {"new", "unchanged"}
+    assert all(_depth_mm(lab, sample) == 8 for sample in TEXTS)
+    assert (lab / "P03/inputs/note.txt").read_bytes() == (folder / "P03.txt").read_bytes()
     assert set(fates(ingest(folder, lab, QUIET)).values()) == {"unchanged"}
 
 
-def test_lines_of_a_text_are_settings_and_its_other_numbers_are_asked_about(small, tmp_path):
-    lab = tmp_path / "lab"
-    (small / "P01.toml").rename(small / "P01.txt")
-    (small / "P01.txt").write_text(
-        "Probe P01, gesägt.\ndate = 2026-05-03\ncrack.depth_mm = 8.0\nphoto.ends_px = [[40.0, 101], [160, 98]]\n"
-    )
-    (small / "P02 Anmerkung.md").write_text("# Probe P02\n\n- Kante ausgebrochen\n")
-    (small / "README.txt").write_text("Fotos vom Mai")
-    outcomes = {outcome.sample.name: outcome for outcome in ingest(small, lab, QUIET).outcomes}
-    assert {outcome.fate for outcome in outcomes.values()} == {"new"}
-    assert outcomes["P01"].note.entries["date"] == NoteEntry("2026-05-03", str(small / "P01.txt"))
-    assert present(load_trial(lab / "P01" / "trial.toml").crack, "crack").depth_mm == 8.0
-    assert (lab / "P02/inputs/text-1.txt").exists() is False
-    assert (lab / "P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
-    edit(small / "P01.txt", "gesägt", "gesägt, 21 °C")
-    (small / "zu P01 notiert.txt").write_text("Wetter: 3 Tage trocken")
-    (small / "README.txt").write_text("Fotos vom 3. Mai")
-    ingested = ingest(small, lab, QUIET)
-    assert fates(ingested) == {"P01": "failed", "P02": "unchanged"}
-    assert {fault.name for fault in ingested.faults} == {"P01", "README.txt"}
-    assert "not read: 'Probe P01, gesägt, 21 °C.'" in question(lab, "P01.txt")
-    assert "not read: 'Wetter: 3 Tage trocken'" in question(lab, "zu P01 notiert.txt")
-    assert "not read: 'Fotos vom 3. Mai'" in question(lab, "README.txt")
-    ignored = {"role": "ignore"}
-    answer(lab, {"zu P01 notiert.txt": ignored, "README.txt": ignored, "P01.txt": {"settings": "crack.depth_mm = 9"}})
-    assert not ingest(small, lab, QUIET).faults
-    assert present(load_trial(lab / "P01@2" / "trial.toml").crack, "crack").depth_mm == 9
-    edit(small / "P01.txt", "21 °C", "12 mm tief")
-    changed = ingest(small, lab, QUIET).outcomes[0]
-    assert changed.fate == "revised", "what the answer was not about"
-    assert any("12 mm tief" in remark for remark in changed.remarks)
-
-
 @pytest.mark.parametrize(
-    ("line", "quoted"),
+    ("text", "depth_mm"),
     [
-        ("crack.depth_mm = 8,5", "'crack.depth_mm = 8,5'"),
-        ("crack.tilt = lean", "'crack.tilt = lean'"),
-        ("depth_mm = 8", "'depth_mm = 8'"),
-        ("Wetter = 'trocken'", ""),
-        ("Risstiefe ½ cm", "'Risstiefe ½ cm'"),
-        ("Siehe P-01 und P02.", "'Siehe P-01 und P02.'"),
-        ("Siehe P-01. Tiefe bekannt.", ""),
-        ("x = " + "[" * 5000 + "1", f"'x = {'[' * 55}…'"),
+        ("crack.depth_mm = 8.0\n\noperator = 'A. Muster'\n", 8.0),
+        ("crack.depth_mm = 8.0 # or 9?", None),
+        ("# P01\ncrack.depth_mm = 8.0", None),
+        ("crack.depth_mm = 8,5", None),
+        ("crack.depth_mm = 8\ndepth_mm = 8", None),
+        ("Risstiefe ½ cm", None),
+        ("Siehe P02.", None),
+        ("x = " + "[" * 5000 + "1", None),
+        ("Wort " * 50_000, None),
+        ("crack.depth_mm = 8\noperator = 'M\xfcller'".encode("latin-1"), None),
+        (b"\x81\x00\xff\x9d9" * 9, None),
     ],
 )
-def test_a_line_is_a_setting_or_harmless_or_quoted(tmp_path, line, quoted):
-    note, unread = _read(tmp_path, line, "P01.txt")
-    assert (note.entries, note.faults, unread) == ({}, [], quoted)
+def test_a_text_is_read_if_each_of_its_lines_is_a_setting_and_is_open_if_not(tmp_path, text, depth_mm):
+    (tmp_path / "P01.txt").write_bytes(text if isinstance(text, bytes) else text.encode())
+    note = read_note(tmp_path / "P01.txt", "p01")
+    assert {key: entry.value for key, entry in note.entries.items()}.get("crack.depth_mm") == depth_mm
+    assert ["is not read" in fault for fault in note.faults] == [True] * (depth_mm is None)
 
 
-def test_what_is_behind_the_part_of_a_text_that_is_read_is_asked_about(tmp_path):
-    assert "all behind its first 200000 bytes" in _read(tmp_path, "Wort " * 50_000, "P01.txt")[1]
-    (tmp_path / "P01.dat").write_bytes(b"\x81\x00\xff\x9d" * 9)
-    note = Note()
-    assert note.read(tmp_path / "P01.dat") == ""
-    assert "P01.dat: not a text" in note.faults[0]
+@pytest.mark.parametrize("text", ["Kante ausgebrochen", "Probe P-01", "Wetter = 'trocken'"])
+def test_a_text_without_a_number_sets_nothing(tmp_path, text):
+    (tmp_path / "P01.txt").write_text(text)
+    assert read_note(tmp_path / "P01.txt", "p01") == Note()
 
 
 def test_toml_has_the_trials_own_keys(tmp_path):
-    text = 'data = "measured"\ndate = 2026-05-03\ncrack.depth_mm = 16\ndepht_mm = 3\n'
-    note, unread = _read(tmp_path, text + '[photo]\nmm_per_pixl = 0.1\n[mesh]\n[project]\nname = "A"\n')
-    assert note.entries["date"].value == "2026-05-03"
-    assert note.entries["crack.depth_mm"].value == 16
-    assert unread == "'depht_mm = 3'"
-    assert "'project' = {'name': 'A'} is kept as a remark" in note.remarks[0]
-    for key, fault in zip(("photo.mm_per_pixl", "mesh"), note.faults, strict=True):
-        assert f"'{key}': no such key" in fault
-    twice = Note()
-    for name in ("P01.toml", "P01.txt"):
-        (tmp_path / name).write_text("crack.depth_mm = 8.0\n")
-        twice.read(tmp_path / name)
-    assert "P01.txt: crack.depth_mm is also given in " in twice.faults[0]
+    (tmp_path / "P01.toml").write_text(
+        'data = "measured"\ndate = 2026-05-03\ncrack.depth_mm = 16\ndepht_mm = 3\nreadings.columns.sign = "down"\n'
+        '[photo]\nmm_per_pixl = 0.1\n[mesh]\nfile = "a.stl"\n'
+    )
+    note = read_note(tmp_path / "P01.toml", "p01")
+    values = {key: entry.value for key, entry in note.entries.items()}
+    assert values == {
+        "photo.data": "measured", "readings.data": "measured", "date": "2026-05-03", "crack.depth_mm": 16,
+        "readings.quantity": "depth",
+    }  # fmt: skip
+    for key, fault in zip(("depht_mm", "photo.mm_per_pixl", "mesh"), note.faults, strict=True):
+        assert f"{key} = " in fault
+
+
+def test_a_table_has_settings_of_each_sample(small, tmp_path):
+    lab = tmp_path / "lab"
+    for note in ("P01.toml", "P02_Notiz.toml"):
+        (small / note).unlink()
+    ends = "[[40, 101], [160, 98]]"
+    rows = [f"P01;7,5;{ends}", f"p-02;[[0, 7], [12, 8.5]];{ends}"]
+    (small / "Tiefen Mai.csv").write_text("\n".join(["sample;crack.depth_mm;photo.ends_px", *rows]))
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "new"}
+    assert (_depth_mm(lab, "P01"), _depth_mm(lab, "P02")) == (7.5, ((0, 7), (12, 8.5)))
+    (small / "Tiefen Mai.csv").write_text("\n".join(["sample;crack.depth_mm;photo.ends_px", *rows, "P03;8;"]))
+    assert [fault.name for fault in ingest(small, lab, QUIET).faults] == ["Tiefen Mai.csv"]
+    (small / "P01.toml").write_text("crack.depth_mm = 9")
+    ingest(small, lab, QUIET)
+    assert "P01.toml: crack.depth_mm is also given in " in question(lab, "P01.toml")
+    (small / "Tiefen Mai.csv").write_text("sample;crack.depth_mm;Breite\nP01;1,234;2\nP01;8;2\n")
+    with pytest.raises(InputError, match=r"row 2: Breite = '2': no such key") as refusal:
+        ingest(small, lab, QUIET)
+    assert "row 3: its sample is missing, or has another row" in str(refusal.value)
 
 
 def test_a_samples_own_scale_takes_the_place_of_the_folders_whatever_its_kind():

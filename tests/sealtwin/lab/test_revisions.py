@@ -88,5 +88,5 @@ def test_the_same_name_from_another_folder_is_another_sample(small, lab, tmp_pat
     write_png(other / "P02.png", mortar((200, 200), seed=99))
     outcomes = {outcome.sample.name: outcome for outcome in ingest(other, lab, QUIET).outcomes}
     assert outcomes["P01"].fate == "unchanged"  # the very same files, copied
-    assert "a sample P02 with another photo came from" in outcomes["P02"].faults[0]
+    assert "a sample P02 with another photo came from" in str(outcomes["P02"].faults[0])
     assert len(rows_of(lab)) == 2

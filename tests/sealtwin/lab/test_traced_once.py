@@ -96,6 +96,6 @@ def test_a_process_killed_while_it_copies_a_tracing_leaves_none(answered, traced
 
 def test_a_kept_tracing_that_was_changed_is_not_used(answered, traced):
     folder, lab = answered
-    next(lab.glob(".traced/*/P02/outline.json")).write_text("{}")
+    next(lab.glob(".traced/*/P02/run/outline.json")).write_text("{}")
     assert _ingest(folder, lab).exit_code == 0
     assert traced["P02"] == 2

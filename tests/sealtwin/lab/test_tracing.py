@@ -4,9 +4,7 @@ import json
 
 import pytest
 
-from sealtwin.lab.catalogue import state_of
-from sealtwin.trial.stage_numbers import NUMBERS
-from tests.labs import edit, sealtwin
+from tests.labs import sealtwin
 from tests.pictures import mortar, write_png
 
 
@@ -34,7 +32,7 @@ def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
     photos = {photo["folder"]: photo["status"] for photo in content["traced"]["photos"]}
     assert photos == {"P01/run": "ok", "P02/run": "failed"}
     assert "P01/run/overlay.png" in (lab / "index.html").read_text()
-    outside, unseen = content["traced"]["faults"]
+    outside, unseen = content["faults"]
     assert unseen["name"] == "P02"
     assert "line 8, column s_mm: 40 mm is outside the crack, 0 to 1" in outside["sentence"]
     traces = [lab / "P01" / "run" / name for name in ("overlay.png", "outline.json")]
@@ -48,24 +46,3 @@ def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
     listed = sealtwin("lab", "list", lab).stdout
     assert listed.count("not sound") == 2
     assert "failed: P01: " in listed
-
-
-def test_sound_means_that_it_runs(small, tmp_path):
-    """Once a radius too large for the crack was found by 'sealtwin run' only."""
-    for file in small.glob("P02*"):
-        file.unlink()
-    edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.9")
-    answer = _ingest(small, tmp_path / "lab")
-    assert "No sample is sound yet, of 1 sample." in answer.stdout
-    assert "fewer than 2 particles fit abreast" in answer.stdout
-
-
-def test_a_check_by_another_solver_is_made_again(tmp_path, monkeypatch):
-    """It traces, prepares the fluid and reads the sheet: any of the three may judge otherwise."""
-    (tmp_path / "trial.toml").write_text('name = "tiny"\n')
-    before = state_of(tmp_path)
-    assert state_of(tmp_path) == before
-    for raised in ("digitise", "simulate", "validate"):
-        with monkeypatch.context() as patch:
-            patch.setitem(NUMBERS, raised, 999)
-            assert state_of(tmp_path) != before

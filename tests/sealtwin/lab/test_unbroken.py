@@ -99,15 +99,15 @@ def test_killed_again_and_again_an_ingest_loses_nothing(sound, tmp_path):
 def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeypatch):
     real = steps.prepare
 
-    def burst(folder, prepared):
+    def burst(prepared):
         if prepared.sample.name == "P01":
             raise ZeroDivisionError("on purpose")
-        real(folder, prepared)
+        real(prepared)
 
     monkeypatch.setattr(steps, "prepare", burst)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "bug", "P02": "new"}
-    assert "P01: ZeroDivisionError in test_unbroken.py, line" in ingested.outcomes[0].faults[0]
+    assert "P01: ZeroDivisionError in test_unbroken.py, line" in str(ingested.outcomes[0].faults[0])
     assert ingest_answer(ingested).exit_code == 1
 
 
@@ -115,16 +115,16 @@ def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobo
     real, lab = steps.gather, tmp_path / "lab"
 
     def failing(at):
-        def gather(folder, sample, defaults):
+        def gather(folder, sample, *notes):
             if sample.name == "P01":
                 raise OSError(28, "on purpose", str(at))
-            return real(folder, sample, defaults)
+            return real(folder, sample, *notes)
 
         monkeypatch.setattr(steps, "gather", gather)
 
     failing(small / "P01.png")
     outcomes = ingest(small, lab, QUIET).outcomes
-    assert outcomes[0].faults == ["P01.png: on purpose. Make it readable."]
+    assert list(map(str, outcomes[0].faults)) == ["P01.png: on purpose. Make it readable."]
     assert outcomes[1].fate == "new"
     failing(lab / "P01")
     with pytest.raises(OSError, match="on purpose"):
@@ -140,5 +140,5 @@ def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, m
 
     monkeypatch.setattr(steps.SampleIntake, "keep", changing)
     ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert "P01.csv: the file changed" in ingested.outcomes[0].faults[0]
+    assert "P01.csv: the file changed" in str(ingested.outcomes[0].faults[0])
     assert not (tmp_path / "lab" / "P01").exists()
