@@ -214,7 +214,9 @@ def _look_at(outcome: SampleOutcome, file: PurePath) -> None:
     rows = depth if isinstance(depth, list) else [[depth]]
     depths = (row[-1] for row in rows if isinstance(row, list) and row)
     depth_mm = max((one for one in depths if isinstance(one, int | float)), default=None)
-    profile, doubts, outcome.understood = look_at(path, _declared(path, note), depth_mm)
+    declared = _declared(path, note)
+    declared = declared.model_copy(update={"sample": declared.sample or outcome.sample.name})
+    profile, doubts, outcome.understood = look_at(path, declared, depth_mm)
     outcome.ask(*doubts, file=file)
     if profile is not None:
         outcome.is_read, outcome.dialect = outcome.sample.file("readings") is not None, profile.dialect
@@ -224,6 +226,7 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the settings of a trial by dotted key, from its notes and its files."""
     entries = outcome.note.entries
     settings: dict[str, Any] = {"name": outcome.sample.name}
+    settings |= {"readings.sample": outcome.sample.name} if "readings" in outcome.sample.files else {}
     settings |= {key: entry.value for key, entry in entries.items() if key not in OWN}
     # Without a photo, the other settings are checked.
     kept = {role: (f"{every[0]}", "photo.png") for role, every in outcome.sample.files.items()}
