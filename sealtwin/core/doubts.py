@@ -23,11 +23,12 @@ class Doubt:
     """Settings of [readings] that settle it, each with an example, such as ``{"columns.range": "A1:D8"}``. The entries
     of ``as_written`` are those that confirm it."""
     cells: tuple[str, ...] = ()  # Cells ("B7"), rows ("7") or columns ("B") concerned
+    stops: bool = False  # True if it may change all that is read, such as another unit
 
     @property
     def is_open(self) -> bool:
-        """Whether no answer confirms what is written: nothing can be read before it is settled."""
-        return CONFIRMS not in self.answers
+        """Whether nothing can be read before it is settled: nothing confirms what is written, or it may change all."""
+        return CONFIRMS not in self.answers or self.stops
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -40,7 +41,7 @@ class Doubt:
         sentences = [f"{self.where}: {self.finding}", self.remedy]
         if others:
             sentences.append(f"Give {' and '.join(_setting(key, value, reader) for key, value in others.items())}.")
-        if not self.is_open:
+        if CONFIRMS in self.answers:
             sentences.append(f"If it is right as written, give {_setting(CONFIRMS, self.answers[CONFIRMS], reader)}.")
         return " ".join(filter(None, sentences))
 

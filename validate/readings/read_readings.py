@@ -136,7 +136,7 @@ def is_unanswered(doubt: Doubt, settings: Declared) -> bool:
     answered = set(settings.as_written or ())
     if doubt.kind == "datum" and settings.datum != "sample_surface":
         return False
-    return doubt.is_open or not all(
+    return CONFIRMS not in doubt.answers or not all(
         answered & ({entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""})
         for entry in doubt.answers[CONFIRMS]
     )

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from sealtwin.core.doubts import CONFIRMS
+from sealtwin.core.doubts import CONFIRMS, Doubt
 from validate.readings.beside import changes, is_harmless
 from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
 from validate.readings.header import numeric, roles_in
@@ -15,7 +15,7 @@ from validate.readings.rows import ReadRows
 from validate.readings.table import Table
 
 MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
-REMEDY = "If it does, declare it: unit, direction, zero, the end of s, or rows to skip."
+REMEDY = "If it does, declare what it says: unit, direction, zero, end of s, rows to skip. Confirm it in any case."
 MARKS = {"struck": "struck through", "hidden": "hidden", "coloured": "coloured unlike the others"}
 LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat with its word, or a letter
 
@@ -40,10 +40,12 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     columns = [text.answer.rstrip("0123456789") if text.beside else "" for text in texts]
     many = {column for column, count in Counter(columns).items() if column and count > MOST_CELLS}
     if texts:
-        answers = [column if column in many else text.answer for text, column in zip(texts, columns, strict=True)]
+        entries = [column if column in many else text.answer for text, column in zip(texts, columns, strict=True)]
         quotes = [f"{text.place or text.answer} {quoted(text.text)}{text.beside}" for text in texts]
-        confirms = [*dict.fromkeys(answers)]
-        table.ask("remark", f"does this change the readings? {listed(quotes)}.", REMEDY, {CONFIRMS: confirms}, confirms)
+        confirms, finding = [*dict.fromkeys(entries)], f"does this change the readings? {listed(quotes)}."
+        stops = any(changes(text.text) for text in texts)
+        answers = {CONFIRMS: confirms}
+        table.doubts.append(Doubt("remark", table.grid.place(), finding, REMEDY, answers, tuple(confirms), stops))
     _ask_about_marks(table, rows)
 
 

@@ -84,7 +84,7 @@ REFUSED = {
     "another zip": (ARCHIVE.getvalue(), "a zip file, but not an XLSX"),
     "a vast cell": (b"s_mm,depth_mm\n0,1\n5," + b"1" * 200_000, "not a CSV"),
     "columns": (b"s_mm" + b",depth_mm" * 20_000 + b"\n0,1\n", "256 columns"),
-    "rows": (b";1\n" * 10_100, "10100 rows"),
+    "rows": (b";1\n" * 10_101, "10100 rows"),
     "size": (b"1" * (LARGEST_FILE_BYTES + 1), "5,000,000 bytes"),
 }
 

@@ -192,7 +192,7 @@ DAMAGED = {
     "a string": (rows_of('<c t="s"><v>7</v></c>', HEADER[1]), "damaged"),
     "an address": (rows_of('<c r="1A"><v>7</v></c>', HEADER[1]), "damaged"),
     "a bomb": (rows_of(f"<c><v>{'1' * LARGEST_UNPACKED_MB * 1_000_000}</v></c>", HEADER[1]), "MB when it is unpacked"),
-    "rows": ("<row><c><v>7</v></c></row>" * 10_001, "more than 10100 rows"),
+    "rows": ("<row><c><v>7</v></c></row>" * 10_101, "more than 10100 rows"),
     "columns": (rows_of('<c r="XFD1"><v>7</v></c>', '<c r="A1"><v>1</v></c>'), "more than 256 columns"),
     "nothing": ("", "Strict Open XML"),
 }

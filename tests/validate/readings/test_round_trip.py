@@ -15,6 +15,7 @@ S_MM = [0.0, 5.0, 12.34, 80.0]
 LEVELS_MM = np.array([[-16.02, -15.98, -16.18], [-13.07, np.nan, -12.69], [0.0, 1.25, -0.01], [-2.5, -2.5, np.nan]])
 CLOSE_MM = 1e-5
 """Resolution of the eighth decimal of a metre, in millimetres."""
+TITLE_CELLS = ("A1", "A2", "A3", "A4")
 TITLES = [(), ("Probe 7, Riss A",), ("Messung am 3.4.", 'Prüfer: M; "Meßschieber" 2', "x")]
 
 
@@ -49,7 +50,7 @@ SEPARATORS, DECIMALS, UNITS = [",", ";", "\t"], [".", ","], ["mm", "cm", "m", "i
 
 def read_back(path: Path, hand: Hand) -> str:
     """Compare what is read with what was written; return how it was understood."""
-    sheet = read_readings(write_sheet(path, hand, S_MM, LEVELS_MM), Declared())
+    sheet = read_readings(write_sheet(path, hand, S_MM, LEVELS_MM), Declared(as_written=TITLE_CELLS))
     assert sheet.s_mm == pytest.approx(np.array(S_MM), abs=CLOSE_MM)
     assert sheet.repeats_mm == pytest.approx(LEVELS_MM, abs=CLOSE_MM, nan_ok=True)
     return sheet.dialect
