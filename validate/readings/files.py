@@ -10,6 +10,7 @@ from pathlib import Path
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.plain_files import opened
 from validate.readings.grid import SAVE_AGAIN, Grid, SheetFaults, quoted, refused, shown
+from validate.readings.names import unit_of
 from validate.readings.numbers import NUMBER
 from validate.readings.text_file import read_text
 from validate.settings import Separator
@@ -98,6 +99,11 @@ def named_cells(
             if unit == "%" or (name.endswith("_mm") and unit not in (text, "", "mm")):
                 place = f"{grid.place(row, column)} ({name})"
                 raise InputError(f"{place}: {text} is in {quoted(unit)}; give it in mm, in a column of plain numbers.")
+        beside = [column for column in range(len(grid.rows[row])) if column not in columns.values()]
+        if unit := next(
+            (text for column in beside if unit_of(text := grid.cell(row, column).text) not in (None, "mm")), ""
+        ):
+            raise InputError(f"{grid.place(row)}: {quoted(unit)} beside numbers that must be in mm; convert them.")
         yield grid.place(row), {name: grid.cell(row, column).text for name, column in columns.items()}
 
 

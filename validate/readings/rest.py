@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from sealtwin.core.doubts import CONFIRMS, Doubt
+from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
 from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
 from validate.readings.header import numeric, roles_in
@@ -44,8 +44,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
         quotes = [f"{text.place or text.answer} {quoted(text.text)}{text.beside}" for text in texts]
         confirms, finding = [*dict.fromkeys(entries)], f"does this change the readings? {listed(quotes)}."
         stops = any(changes(text.text) for text in texts)
-        answers = {CONFIRMS: confirms}
-        table.doubts.append(Doubt("remark", table.grid.place(), finding, REMEDY, answers, tuple(confirms), stops))
+        table.ask("remark", finding, REMEDY, {CONFIRMS: confirms}, confirms, stops=stops)
     _ask_about_marks(table, rows)
 
 
@@ -100,7 +99,7 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without that of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
     for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
-        if name.strip():
+        if len(name.strip()) > 1:
             yield Text("names", name, place=what)
 
 

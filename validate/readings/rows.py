@@ -19,6 +19,7 @@ from validate.settings import Decimal
 CLOSEST_MM = 0.01
 """Smallest distance between two stations: the last digit of a caliper. Closer ones are one station, read twice."""
 SLACK_MM = 2.0
+HUGE_MM = 1e9  # Numbers above are no places, and too large to be divided
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
 
 
@@ -56,11 +57,12 @@ class _Reader:
         self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
 
     def read(self) -> ReadRows:
+        self._refuse_fields()
         passed = set(self._passed())
         repeat, station = self.table.repeat, self.table.station
         is_long = repeat is not None or bool(self.merged) or "repeats" in (self.declared.as_written or ())
         stations = dict[float, dict[str, Reading]]()
-        read, twice, places = set[int](), list[str](), dict[int, float]()
+        read, twice, places = set[int](), list[str](), dict[float, float]()
         for row in self.table.body:
             if station is None or row in passed or not self._has_readings(row):
                 continue
@@ -72,7 +74,7 @@ class _Reader:
                 continue
             read.add(row)
             cell = f"{letters(station.index)}{row}"
-            s_mm = places.setdefault(round(s_mm / CLOSEST_MM), s_mm)
+            s_mm = places.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
             own = stations.setdefault(s_mm, {})
             if own and not is_long:
                 twice.append(cell)
@@ -87,13 +89,24 @@ class _Reader:
             finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
             remedy = "Correct them, or name the column that numbers the repeats (repeat)."
             answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(self.table, twice)
-            self.table.ask("twice", finding, remedy, answers, twice)
+            self.table.ask("twice", finding, remedy, answers, twice, stops=True)
         kept = {
             s_mm: own
             for s_mm, own in sorted(stations.items())
             if not all(math.isnan(each.value_mm) for each in own.values())
         }
         return ReadRows(self._arrays(self._at_places(kept)), self.mark, is_long, frozenset(read), frozenset(passed))
+
+    def _refuse_fields(self) -> None:
+        """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
+        width = max((len(self.grid.rows[row]) for row in self.table.header.rows), default=self.table.span.right)
+        rows = [f"{row}" for row in self.table.body if any(map(numeric, self.grid.rows[row][width:]))]
+        if rows and self.grid.separator == ",":
+            finding = f"row {listed(rows)} has more fields than the header."
+            remedy = (
+                "If these are decimal commas, save the sheet with semicolons between fields, or with decimal points."
+            )
+            self.table.ask("fields", finding, remedy, cells=rows)
 
     def _passed(self) -> Iterator[int]:
         """Yield the rows to skip, and the rows of means and other calculated figures."""

@@ -71,9 +71,11 @@ class Table:
         answers: Mapping[str, Any] | None = None,
         cells: Sequence[str] = (),
         row: int | None = None,
+        *,
+        stops: bool = False,
     ) -> None:
         """Add a question about the sheet or one of its rows; with an answer ``as_written`` it is a doubt."""
-        self.doubts.append(Doubt(kind, self.grid.place(row), finding, remedy, answers or {}, tuple(cells)))
+        self.doubts.append(Doubt(kind, self.grid.place(row), finding, remedy, answers or {}, tuple(cells), stops))
 
     def is_open(self, *kinds: str) -> bool:
         """Return whether a question of these kinds, or any without kinds, must be answered."""

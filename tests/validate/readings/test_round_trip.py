@@ -15,7 +15,7 @@ S_MM = [0.0, 5.0, 12.34, 80.0]
 LEVELS_MM = np.array([[-16.02, -15.98, -16.18], [-13.07, np.nan, -12.69], [0.0, 1.25, -0.01], [-2.5, -2.5, np.nan]])
 CLOSE_MM = 1e-5
 """Resolution of the eighth decimal of a metre, in millimetres."""
-TITLE_CELLS = ("A1", "A2", "A3", "A4")
+TITLE_CELLS = ("A1", "A2", "A3", "A4", *"CDEF")
 TITLES = [(), ("Probe 7, Riss A",), ("Messung am 3.4.", 'Prüfer: M; "Meßschieber" 2', "x")]
 
 
