@@ -11,10 +11,13 @@ from importlib.resources import files as resources
 
 from validate.readings.names import sample_key
 
-LETTERS = str.maketrans({"ł": "l", "Ł": "L", "ø": "o", "\u0131": "i", "ß": "ss", "\u2019": "'", "º": "°", "§": "?"})
+LETTERS = str.maketrans(
+    {"ł": "l", "Ł": "L", "ø": "o", "\u0131": "i", "ß": "ss", "\u2019": "'", "º": "°", "§": "?", "æ": "a"}
+)
 MARKS = ".,;:-\u2013\u2014/()\"'&#_!@。、§"
 LONGEST = 400  # Letters; a longer text is quoted in any case, and the time of expressions grows with its square
 MOST_NAMES = 4  # Words of a name behind its label
+MOST_UNLABELLED = 3  # Words of names that have no label
 
 
 def plain(text: str) -> str:
@@ -39,7 +42,7 @@ def _compiled(pattern: str) -> re.Pattern[str]:
     return re.compile(pattern, re.IGNORECASE)
 
 
-WORDS = {kind: _words(words, 30 if kind == "empty" else 6) for kind, words in LISTS["harmless"].items()}
+WORDS = {kind: _words(words, 30 if kind in ("empty", "zero") else 6) for kind, words in LISTS["harmless"].items()}
 CHANGES = _compiled(
     rf"(?<!{LETTER}){_words(LISTS['changes'], 30)}|{LISTS['changes']['parts']}"
     # Numbers with a sign, a decimal comma, m, in or inch marks; lists of rows; percent, degree, doubt, arrows.
@@ -48,8 +51,12 @@ CHANGES = _compiled(
 )
 EMPTY = _compiled(
     r"(?:^|(?<=[:;,.。\n]))\W*(?!(?:no|ei|нет|brak|in|a|da|to|report)\W*(?:$|[:;,.\n]))"
-    rf"(?:(?:ok|okay|ras)|(?:{WORDS['empty']}[ /]*)++)(?=[:;,.。!\n]|$)"
+    rf"(?:(?:{WORDS['fine']}[ /]*)++|(?:{WORDS['empty']}[ /]*)++)(?=[:;,.。!\n]|$)"
 )
+ZERO_AT_FACE = _compiled(
+    rf"(?=.*{WORDS['zero']})(?=.*{WORDS['face']})(?:{'|'.join(WORDS[kind] for kind in ('zero', 'face', 'little', 'origin'))}|[\s=:.-])+"
+)
+GERMAN = _compiled(rf"(?<!\w){WORDS['german']}")
 NUMBER = r"-?\d+(?:[.,]\d+)?"
 FIGURES = _compiled(
     "|".join(
@@ -64,7 +71,7 @@ FIGURES = _compiled(
             rf"{NUMBER}\s*(?:°\s*C|%\s*{WORDS['climate']})(?!\w)",
             rf"{WORDS['climate']}[^;\d]{{0,20}}{NUMBER}\s*(?:°\s*C?|%|C|deg\w*|grad\w*|астет\w*)(?!\w)",
             # "Page 2 of 3", as pages are sides in many languages; "no. 12"; the Portuguese "no".
-            r"(?<!\w)(?:[sp]|pag\w*|seite|str\w*|sid\w*|sivu|oldal|sayfa|blatt)[. ]*\d+"
+            rf"(?<!\w)(?:[sp]|pag\w*|seite|str\w*|sid\w*|sivu|oldal|sayfa|{WORDS['number']})[. ]*\d+"
             r"\s?(?:of|[vd][aoe]n?|di|av|ze?|sur?|/)\s?\d+",
             rf"(?<!\w)(?:n\.?°|(?:no|nr|n|c)[.: ]\s?(?=[A-Z]*\d)|no (?={WORDS['number']}))",
         )
@@ -79,9 +86,10 @@ DATES_AND_NAMES = re.compile(
     rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b{UPPER}{LETTER}+ (?:[\u0410-\u042f]\.\s?){{1,2}}"
     rf"|\b(?:{UPPER}\.[\s-]?){{1,3}}(?:(?:d[aei]l?|v[ao]n|der) ){{0,2}}{UPPER}{LETTER}+"
 )
-KIND = "|".join(f"(?P<{kind}>{words})" for kind, words in WORDS.items() if kind != "empty")
+KIND = "|".join(f"(?P<{kind}>{WORDS[kind]})" for kind in list(WORDS)[2:-3])
+ROAD = re.compile(r"[A-Z]{1,2}[ -]?\d{1,4}")
 TOKEN = re.compile(
-    r"(?P<code>(?:[A-Z]{1,4}[-_])?[A-Za-z]{0,3}\d[\dA-Za-z]*(?:[-./_][\dA-Za-z]+)*)"
+    r"(?P<code>(?:[A-Z]{1,4}[-_]|[A-Z]{1,2} (?=\d{1,4}\b))?[A-Za-z]{0,3}\d[\dA-Za-z]*(?:[-./_][\dA-Za-z]+)*)"
     rf"|(?i:{KIND})|(?P<name>{HAN}|{LETTER}+)|(?P<mark>(?<={LETTER})'(?={LETTER})|[^\w\s'])|\S"
 )
 
@@ -102,35 +110,63 @@ def is_harmless(text: str, sample: str = "") -> bool:
         return False
     if sample:
         text = re.sub(rf"(?<!\w){re.escape(sample)}(?![\w'*+?])", " ", text, flags=re.IGNORECASE)
+    if ZERO_AT_FACE.fullmatch(plain(text)):
+        return True
     text = EMPTY.sub(" ", SIZE.sub(r"\1 ", FIGURES.sub("§", plain(text))))
     return not CHANGES.search(text) and _is_known(DATES_AND_NAMES.sub("§", text))
 
 
 def _is_known(text: str) -> bool:
     """Return whether all words are harmless, or names or numbers beside a label of these."""
-    label, names, names_before = None, MOST_NAMES, 0
     tokens = list(TOKEN.finditer(text))
+    known = [token[0] for token in tokens if token.lastgroup not in (None, "mark", "code", "name", "person", "little")]
+    is_german = GERMAN.search(text) is not None
+    is_title = any(word[0].isupper() for word in known if not text.startswith(word)) or text.isupper()
+    label, names, unlabelled = None, MOST_NAMES, 0
     for index, token in enumerate(tokens):
-        kind, word, before = token.lastgroup, token[0], tokens[index - 1][0]
-        behind = tokens[index + 1].lastgroup if index + 1 < len(tokens) else None
-        if kind in ("person", "number", "tool") or (kind == "place" and word.islower()):
+        kind, word, before = token.lastgroup, token[0], tokens[index - 1]
+        behind = tokens[index + 1] if index + 1 < len(tokens) else token
+        if (
+            kind in ("person", "titled")
+            or (kind == "place" and word.islower())
+            or (kind == "done" and behind[0] == ":")
+        ):
             label, names = kind, 0
+        elif kind in ("number", "tool"):
+            label, names = kind, MOST_NAMES
         elif kind == "behind":
-            names_before = 0
+            unlabelled = 0
         elif kind == "code":
             # A short number behind an instrument may be its reading, unless it is "no. 5".
-            is_its_number = label == "tool" and (before == "§" or ("." not in word and len(word) > 3))
-            if not (is_its_number or label == "number" or behind == "ordinal"):
+            is_its_number = label == "tool" and (before[0] == "§" or ("." not in word and len(word) > 3))
+            is_road = ROAD.fullmatch(word) and any(near.lastgroup == "place" for near in tokens[index - 2 : index])
+            if not (is_its_number or is_road or label in ("number", "titled") or behind.lastgroup == "ordinal"):
                 return False
         elif kind == "name":
             names += len(word) > 1 or label != "number"
-            names_before += names > MOST_NAMES
+            if names > MOST_NAMES:
+                may_be_name = index and before[0] not in ".:;" and word[1:].islower() and word < "\u3400"
+                unlabelled += 1 if may_be_name else MOST_NAMES
             if not (word[0].isupper() or word >= "\u3400"):
                 return False
-        elif kind == "word" or (word in ".;:" and names and len(before) > 1) or (word == "," and label == "number"):
+        elif (
+            kind in ("word", "origin", "done")
+            or (word in ".;:" and names and len(before[0]) > 1)
+            or (word == "," and label == "number")
+        ):
             label, names = None, MOST_NAMES
-        elif word in ",§":  # No name goes on behind a comma, a date or an initialled name
+        elif word in ",§" or (
+            is_german and kind == "little"
+        ):  # No name goes on behind a comma, a date or an initialled name
             names = MOST_NAMES
         elif kind is None or (kind == "mark" and word not in MARKS):
             return False
-    return not names_before
+    return (
+        not unlabelled
+        or (
+            unlabelled <= MOST_UNLABELLED
+            and not (is_title or is_german)
+            and ("," in text or any(map(str.islower, known)))
+        )
+        and bool(known)
+    )
