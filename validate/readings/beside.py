@@ -47,14 +47,16 @@ CHANGES = _compiled(
     rf"(?<!{LETTER}){_words(LISTS['changes'], 30)}|{LISTS['changes']['parts']}"
     # Numbers with a sign, a decimal comma, m, in or inch marks; lists of rows; percent, degree, doubt, arrows.
     r"|(?<![\w.)])[-\u2212\u2013]\d|[+\u00b1\u00d7*%\u00b0?=<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|]"
-    r"|\d\W?(?:m|in)(?!\w|\s+[a-z])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|(?<!\d{3})\d\s?['\"]|\d,\d|1/10|order\W+\d+\W+\d"
+    rf"|(?:{WORDS['done']}|{WORDS['person']})\W+(?:\w+\W+){{0,3}}(?:from|fran|od|ab|tol)\W"
+    r"|\d\W?(?:m|in)(?!\w|\s+[a-z])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|(?<!\d{3})\d\s?['\"](?![td][ae])|\d,\d|1/10|order\W+\d+\W+\d"
 )
 EMPTY = _compiled(
     r"(?:^|(?<=[:;,.。\n]))\W*(?!(?:no|ei|нет|brak|in|a|da|to|report)\W*(?:$|[:;,.\n]))"
     rf"(?:(?:{WORDS['fine']}[ /]*)++|(?:{WORDS['empty']}[ /]*)++)(?=[:;,.。!\n]|$)"
 )
 ZERO_AT_FACE = _compiled(
-    rf"(?=.*{WORDS['zero']})(?=.*{WORDS['face']})(?:{'|'.join(WORDS[kind] for kind in ('zero', 'face', 'little', 'origin'))}|[\s=:.-])+"
+    rf"(?=.*{WORDS['zero']})(?=.*{WORDS['face']})"
+    rf"(?:{WORDS['zero']}|{WORDS['face']}|{WORDS['little']}|{WORDS['origin']}|the|d[ei][ers]|das|auf|at|[\s=:.-])+"
 )
 GERMAN = _compiled(rf"(?<!\w){WORDS['german']}")
 NUMBER = r"-?\d+(?:[.,]\d+)?"
@@ -67,8 +69,11 @@ FIGURES = _compiled(
             r"(?![\w/-])",
             r"\d{4}年\d\d?月(?:\d\d?日)?",
             r"(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?:[:h時点][0-5]\d(?::[0-5]\d|分)?|\s?(?:uhr|uur|[ap]m|点|時))(?![\w:])",
+            rf"\d\d?\.?\s(?:d[eo]\s)?{WORDS['month']}(?:\s20\d\d)?",
+            r"(?<!\w)[kp][km]\W*\d+[.,+]\d+",
+            rf"\d+\W{{0,2}}{WORDS['ordinal']}|(?<=\d)'[td][ae]\b|(?:top|bottom|(?:under|over|unter|ober|boven|onder)st?er?s?) (?={WORDS['number']})",
             r"[\w.-]+@[\w.-]+",
-            rf"{NUMBER}\s*(?:°\s*C|%\s*{WORDS['climate']})(?!\w)",
+            rf"{NUMBER}\s*(?:°\s*C|gra[du]\w*|%\s*{WORDS['climate']})(?!\w)",
             rf"{WORDS['climate']}[^;\d]{{0,20}}{NUMBER}\s*(?:°\s*C?|%|C|deg\w*|grad\w*|астет\w*)(?!\w)",
             # "Page 2 of 3", as pages are sides in many languages; "no. 12"; the Portuguese "no".
             rf"(?<!\w)(?:[sp]|pag\w*|seite|str\w*|sid\w*|sivu|oldal|sayfa|{WORDS['number']})[. ]*\d+"
@@ -83,13 +88,15 @@ SIZE = _compiled(
 UPPER = r"[A-Z\u0410-\u042f]"
 DATES_AND_NAMES = re.compile(
     rf"\d\d?\.?\s+(?:d[eo]\s+)?{LETTER}{{3,12}}\.?,?\s+(?:d[eo]\s+)?20\d\d|20\d\d\.?\s{LETTER}+\s\d\d?\.?(?!\w)"
+    rf"|^{UPPER}{LETTER}+ {UPPER}{LETTER}+ (?={WORDS['behind']}|{WORDS['done']})"
     rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b{UPPER}{LETTER}+ (?:[\u0410-\u042f]\.\s?){{1,2}}"
     rf"|\b(?:{UPPER}\.[\s-]?){{1,3}}(?:(?:d[aei]l?|v[ao]n|der) ){{0,2}}{UPPER}{LETTER}+"
 )
-KIND = "|".join(f"(?P<{kind}>{WORDS[kind]})" for kind in list(WORDS)[2:-3])
-ROAD = re.compile(r"[A-Z]{1,2}[ -]?\d{1,4}")
+KIND = "|".join(f"(?P<{kind}>{WORDS[kind]})" for kind in list(WORDS)[4:-4])
+CONTENT = ("titled", "number", "done", "tool", "climate", "origin", "word")
+ROAD = re.compile(r"[A-Z]{1,2}[ -]?\d{1,4}(?:-\w+)?")
 TOKEN = re.compile(
-    r"(?P<code>(?:[A-Z]{1,4}[-_]|[A-Z]{1,2} (?=\d{1,4}\b))?[A-Za-z]{0,3}\d[\dA-Za-z]*(?:[-./_][\dA-Za-z]+)*)"
+    r"(?P<code>(?:[A-Z]{1,4}[-_]|[A-Z]{1,2} (?=\d{1,4}\b))?[A-Za-z\u0410-\u042f]{0,3}\d[\dA-Za-z]*(?:[-./_][\dA-Za-z]+)*)"
     rf"|(?i:{KIND})|(?P<name>{HAN}|{LETTER}+)|(?P<mark>(?<={LETTER})'(?={LETTER})|[^\w\s'])|\S"
 )
 
@@ -119,54 +126,40 @@ def is_harmless(text: str, sample: str = "") -> bool:
 def _is_known(text: str) -> bool:
     """Return whether all words are harmless, or names or numbers beside a label of these."""
     tokens = list(TOKEN.finditer(text))
-    known = [token[0] for token in tokens if token.lastgroup not in (None, "mark", "code", "name", "person", "little")]
-    is_german = GERMAN.search(text) is not None
-    is_title = any(word[0].isupper() for word in known if not text.startswith(word)) or text.isupper()
+    known = [token[0] for token in tokens if token.lastgroup in CONTENT]
+    is_german, is_of_origin = GERMAN.search(text), any(token.lastgroup == "origin" for token in tokens)
+    is_title = text.isupper() or any(word[0].isupper() for word in known if not text.startswith(word))
+    has_names = any(map(str.islower, known)) or (known and "," in text)
     label, names, unlabelled = None, MOST_NAMES, 0
-    for index, token in enumerate(tokens):
-        kind, word, before = token.lastgroup, token[0], tokens[index - 1]
-        behind = tokens[index + 1] if index + 1 < len(tokens) else token
-        if (
-            kind in ("person", "titled")
-            or (kind == "place" and word.islower())
-            or (kind == "done" and behind[0] == ":")
-        ):
+    for token, before in zip(tokens, [None, *tokens], strict=False):
+        kind, word = token.lastgroup, token[0]
+        before_kind, before_word = (before.lastgroup, before[0]) if before else (None, ".")
+        if kind in ("person", "titled") or (word == ":" and before_kind == "done"):
             label, names = kind, 0
-        elif kind in ("number", "tool"):
-            label, names = kind, MOST_NAMES
-        elif kind == "behind":
-            unlabelled = 0
+        elif kind == "place":
+            label, names = kind, 0 if is_of_origin and not is_german else MOST_NAMES
         elif kind == "code":
             # A short number behind an instrument may be its reading, unless it is "no. 5".
-            is_its_number = label == "tool" and (before[0] == "§" or ("." not in word and len(word) > 3))
-            is_road = ROAD.fullmatch(word) and any(near.lastgroup == "place" for near in tokens[index - 2 : index])
-            if not (is_its_number or is_road or label in ("number", "titled") or behind.lastgroup == "ordinal"):
+            is_its_number = label == "tool" and (before_word == "§" or ("." not in word and len(word) > 3))
+            is_road = is_of_origin and label == "place" and ROAD.fullmatch(word)
+            if before_kind == kind or not (is_its_number or is_road or label in ("number", "titled")):
                 return False
         elif kind == "name":
             names += len(word) > 1 or label != "number"
             if names > MOST_NAMES:
-                may_be_name = index and before[0] not in ".:;" and word[1:].islower() and word < "\u3400"
+                may_be_name = (
+                    word[1:].islower() and word < "\u3400" and before_kind != "place" and before_word not in ".:;"
+                )
                 unlabelled += 1 if may_be_name else MOST_NAMES
             if not (word[0].isupper() or word >= "\u3400"):
                 return False
-        elif (
-            kind in ("word", "origin", "done")
-            or (word in ".;:" and names and len(before[0]) > 1)
-            or (word == "," and label == "number")
-        ):
+        elif kind in ("number", "tool", "word", "origin", "done"):
+            label, names = kind, MOST_NAMES
+        elif word in ".;:" and before_kind in ("name", "code") and len(before_word) > 1:
             label, names = None, MOST_NAMES
-        elif word in ",§" or (
-            is_german and kind == "little"
-        ):  # No name goes on behind a comma, a date or an initialled name
-            names = MOST_NAMES
+        elif word in ",§" or (is_german and kind == "little"):
+            # No name goes on behind a comma, a date or an initialled name.
+            names, label = MOST_NAMES, None if word == "," else label
         elif kind is None or (kind == "mark" and word not in MARKS):
             return False
-    return (
-        not unlabelled
-        or (
-            unlabelled <= MOST_UNLABELLED
-            and not (is_title or is_german)
-            and ("," in text or any(map(str.islower, known)))
-        )
-        and bool(known)
-    )
+    return unlabelled <= (MOST_UNLABELLED if has_names and not is_german and not is_title else 0)
