@@ -161,7 +161,7 @@ def _is_known(text: str) -> bool:
                 return False
         elif kind in ("number", "tool", "word", "origin", "done"):
             label, names = kind, MOST_NAMES
-        elif word in ".;:" and before_kind in ("name", "code") and len(before_word) > 1:
+        elif word in ".;:" and before_kind in ("name", "code") and len(before_word) > 2:
             label, names = None, MOST_NAMES
         elif word in ",§" or (is_german and kind == "little"):
             # No name goes on behind a comma, a date or an initialled name.
