@@ -51,7 +51,7 @@ def test_levels_are_means_of_the_readings_that_are_there(sheet):
         (GOOD.replace("0,-16.1", "-5,-16.1"), ["A2", "outside the crack", "80.0 mm"]),
         (GOOD.replace("-9.8", "9.8"), ["C4", "9.8", "possible", "upward"]),
         (GOOD.replace("-9.8", "-98"), ["C4", "-98"]),
-        (GOOD.replace("-10.2", "-10,2"), ["row", "4", "points"]),
+        (GOOD.replace("-10.2", "-10,2"), ["row 4", "semicolons"]),
         (b"s_mm,level_1_mm\n0,\xff\x81\n", ["UTF-8"]),
         ('s_mm,level_1_mm\n0,"1\n5,2\n', ["not a CSV"]),
         ("s_mm,level_1_mm\n0,16\n5,12\n", ["Level counts upward, depth downward"]),

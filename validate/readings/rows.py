@@ -103,9 +103,7 @@ class _Reader:
         rows = [f"{row}" for row in self.table.body if any(map(numeric, self.grid.rows[row][width:]))]
         if rows and self.grid.separator == ",":
             finding = f"row {listed(rows)} has more fields than the header."
-            remedy = (
-                "If these are decimal commas, save the sheet with semicolons between fields, or with decimal points."
-            )
+            remedy = "If these are decimal commas, save the sheet with semicolons between fields."
             self.table.ask("fields", finding, remedy, cells=rows)
 
     def _passed(self) -> Iterator[int]:

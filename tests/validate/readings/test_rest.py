@@ -43,7 +43,7 @@ ASKED = {
     "a flag in many rows": (f"{H};ok\n" + "".join(f"{s};1;ja\n" for s in range(0, 12, 2)), ["C"]),
     "a side in each row": (NOTED.format("Seite", *["links"] * 3), ["C1", "C2", "C3", "C4"]),
     "a unit in each row": (NOTED.format("Einheit", *["cm"] * 3), ["C1", "C2", "C3", "C4"]),
-    "a word for a repeat": ("s_mm;Wdh;depth_mm\n0;gut;1\n0;verworfen;9\n5;gut;2\n", ["B2", "B3", "B4"]),
+    "a word for a repeat": ("s_mm;Wdh;depth_mm\n0;xa;1\n0;verworfen;9\n5;xa;2\n", ["B2", "B3", "B4"]),
     "a number that counts no repeat": ("s_mm;Messung;depth_mm\n0;1,5;1\n5;2,5;2\n10;3;3\n", ["B2", "B3"]),
 }
 
