@@ -102,6 +102,9 @@ def points(text: str | Sequence[str], option: str) -> list[tuple[float, float]]:
     return [two_numbers(pair, ",", option) for pair in (text.split() if isinstance(text, str) else text)]
 
 
+LONGEST_MM = 10_000.0  # Limit on s, as in a trial
+
+
 def along(text: str, option: str) -> float | list[list[float]]:
     """Read a number, or the rows of a CSV with s_mm and a column named after the option.
 
@@ -110,31 +113,32 @@ def along(text: str, option: str) -> float | list[list[float]]:
     path, column = Path(text), option.strip("-").replace("-", "_")
     if path.suffix.lower() not in {".csv", ".txt"}:
         return _number(text, option, f"millimetres, or a CSV with the columns s_mm and {column}")
-    from pydantic import create_model
-
-    from digitise.settings import MOST_STATIONS, Depth, Station, Width
-    from sealtwin.core.settings import Settings, checked
-    from validate.readings.files import named_cells, read_table
+    from digitise.settings import DEEPEST_MM, MOST_STATIONS
+    from validate.readings.files import read_grid
+    from validate.readings.names import unit_of
     from validate.readings.numbers import number
 
-    values: dict[str, Any] = {"s_mm": (Station, ...), column: ({"depth_mm": Depth, "width_mm": Width}[column], ...)}
-    bounds = create_model("Row", __base__=Settings, **values)
-    table = read_table(path, f"{option} takes a number, or a CSV with the columns s_mm and {column}")
+    grid = read_grid(path)
+    head = [cell.text for cell in next(iter(grid.rows.values()), ())]
+    if missing := [name for name in ("s_mm", column) if head.count(name) != 1]:
+        raise InputError(f"{path}: no column {missing[0]}, or several; its first row must name s_mm and {column}.")
     # In a file with commas between columns, a comma in a number is ambiguous.
-    mark = "point" if table.separator == "," else None
-    rows = []
-    for place, cells in named_cells(table, ("s_mm", column)):
-        row = [value for text in cells.values() if (value := number(text, mark)) is not None]
-        if len(row) < len(cells):
-            raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and {column} must both be numbers, in mm.")
-        checked(bounds, path, dict(zip(cells, row, strict=True)), lambda _, place=place: place)
-        if rows and row[0] <= rows[-1][0]:
-            raise InputError(f"{place}: s_mm = {row[0]:g} follows {rows[-1][0]:g}; list the rows by increasing s_mm.")
-        rows.append(row)
-    if not rows:
-        raise InputError(f"{path}: no rows below its header; give s_mm and {column} in every row, in mm.")
-    if len(rows) > MOST_STATIONS:
-        raise InputError(f"{path}: {len(rows)} rows below its header; at most {MOST_STATIONS} are read.")
+    mark = "point" if grid.separator == "," else None
+    rows = list[list[float]]()
+    for line in [*grid.rows][1:]:
+        texts = [grid.cell(line, head.index(name)).text for name in ("s_mm", column)]
+        s_mm, value_mm = (number(text, mark) for text in texts)
+        if s_mm is None or value_mm is None or not (0 <= s_mm <= LONGEST_MM and 0 < value_mm <= DEEPEST_MM):
+            limits = f"0 to {LONGEST_MM:g} and above 0 to {DEEPEST_MM:g} mm are allowed"
+            raise InputError(f"{path}, row {line}: s_mm and {column} = {texts!r:.80}; {limits}.")
+        if any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line]):
+            raise InputError(f"{path}, row {line}: has a unit beside numbers that must be in mm; convert them.")
+        if rows and s_mm <= rows[-1][0]:
+            place = f"{path}, row {line}: s_mm = {s_mm:g} follows {rows[-1][0]:g}"
+            raise InputError(f"{place}; list the rows by increasing s_mm.")
+        rows.append([s_mm, value_mm])
+    if not 0 < len(rows) <= MOST_STATIONS:
+        raise InputError(f"{path}: {len(rows)} rows below its header; 1 to {MOST_STATIONS} are read.")
     return rows
 
 

@@ -23,7 +23,7 @@ from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
-from validate.readings.files import named_cells, read_table
+from validate.readings.files import table_of
 from validate.readings.grid import letters
 
 BUG, SOME_FAILED = 1, 6
@@ -182,7 +182,10 @@ def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
     """Return the photos with the cracks that the user chose in the table. Raises InputError if it cannot be read."""
     if not table.is_file():
         return [*planned]
-    cells = [row for _, row in named_cells(read_table(table, "a batch writes it"), ("file",), ("crack",))]
+    head, rows = table_of(table)
+    if "file" not in head:
+        raise InputError(f"{table}: no column file; move it away, and the batch writes it again.")
+    cells = [dict(row) for _, row in rows]
     cracks = {row["file"]: int(text) if text.isdecimal() else text for row in cells if (text := row.get("crack"))}
     chosen = {item.file: number for item in planned if (number := cracks.get(files.as_text_cell(as_text(item.file))))}
     return [

@@ -42,10 +42,10 @@ def test_a_table_is_read_as_spreadsheets_save_it(tmp_path, content):
 @pytest.mark.parametrize(
     ("content", "named"),
     [
-        ("s_mm,depth_mm\n", "no rows"),
+        ("s_mm,depth_mm\n", "0 rows"),
         ("s_mm,tiefe\n0,12\n", "no column depth_mm"),
         ("s_mm,depth_mm\n0,12\n40,deep\n", "row 3"),
-        ('s_mm,depth_mm\n0,"1,250"\n', "row 2: ..0., .1,250"),
+        ('s_mm,depth_mm\n0,"1,250"\n', "row 2: .*1,250"),
         ("x" * 300_000, "larger than"),
     ],
 )

@@ -4,14 +4,12 @@ import io
 import re
 import warnings
 import zipfile
-from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.plain_files import opened
-from validate.readings.grid import SAVE_AGAIN, Grid, SheetFaults, quoted, refused, shown
-from validate.readings.names import unit_of
-from validate.readings.numbers import NUMBER
+from validate.readings.grid import SAVE_AGAIN, Grid, SheetFaults, refused, shown
 from validate.readings.text_file import read_text
 from validate.settings import Separator
 
@@ -26,7 +24,6 @@ OTHER_FORMAT = re.compile(
     re.IGNORECASE,
 )
 """First bytes of pages, texts, databases and archives that programs export with the file extension of a sheet."""
-AMOUNT = re.compile(rf"^{NUMBER.pattern}\s*(?=\D*$)")  # Number before a unit
 
 
 def read_grid(path: Path, sheet: str | None = None, separator: Separator | None = None) -> Grid:
@@ -68,43 +65,14 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
     return chosen_grid(path, program, sheets, sheet)
 
 
-def read_table(path: Path, starter: str) -> Grid:
-    """Read a CSV of any separator and encoding, or a workbook. ``starter`` explains in messages how to obtain one.
+def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[str, str]]]]]:
+    """Return the names in the first row of any table, and the number of each other row with name and text of its cells.
 
-    Raises InputError if the file is missing or cannot be read.
+    Raises InputError if the file cannot be read.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; {starter}.")
-    return read_grid(path)
-
-
-def named_cells(
-    grid: Grid, needed: Sequence[str], optional: Sequence[str] = ()
-) -> Iterator[tuple[str, dict[str, str]]]:
-    """Yield the place and the texts by column of each row below the first. Raises InputError.
-
-    A column ``needed`` must be there, and numbers in columns of millimetres must not have another unit.
-    """
-    head = [cell.text for cell in next(iter(grid.rows.values()), ())]
-    names = (*needed, *optional)
-    if missing := [name for name in needed if name not in head]:
-        raise InputError(f"{grid.path}: no column {', '.join(missing)}; its first row must name {', '.join(names)}.")
-    if twice := [name for name in names if head.count(name) > 1]:
-        raise InputError(f"{grid.path}: {head.count(twice[0])} columns {twice[0]}; keep one, and rename the others.")
-    columns = {name: head.index(name) for name in names if name in head}
-    for row in [*grid.rows][1:]:
-        for name, column in columns.items():
-            text, _, unit = grid.cell(row, column)
-            unit = unit or AMOUNT.sub("", text)
-            if unit == "%" or (name.endswith("_mm") and unit not in (text, "", "mm")):
-                place = f"{grid.place(row, column)} ({name})"
-                raise InputError(f"{place}: {text} is in {quoted(unit)}; give it in mm, in a column of plain numbers.")
-        beside = [column for column in range(len(grid.rows[row])) if column not in columns.values()]
-        if unit := next(
-            (text for column in beside if unit_of(text := grid.cell(row, column).text) not in (None, "mm")), ""
-        ):
-            raise InputError(f"{grid.place(row)}: {quoted(unit)} beside numbers that must be in mm; convert them.")
-        yield grid.place(row), {name: grid.cell(row, column).text for name, column in columns.items()}
+    texts = {row: tuple(cell.text for cell in cells) for row, cells in read_grid(path).rows.items()}
+    (_, head), *rows = [*texts.items()] or [(1, ())]
+    return head, [(row, [*zip_longest(head, texts, fillvalue="")]) for row, texts in rows]
 
 
 def _content(path: Path) -> bytes:

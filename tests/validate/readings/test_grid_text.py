@@ -10,7 +10,7 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from tests.sheet_writers import Hand, write_sheet
-from validate.readings.files import LARGEST_FILE_BYTES, named_cells, read_grid, read_table
+from validate.readings.files import LARGEST_FILE_BYTES, read_grid, table_of
 from validate.readings.grid import Grid, SheetFaults
 
 S_MM, LEVELS_MM = [0.0, 5.0, 12.34], [[-16.02, -15.98], [-13.07, float("nan")], [1.25, -0.01]]
@@ -124,31 +124,14 @@ def test_a_pipe_is_not_waited_for_and_a_file_must_exist(tmp_path):
     for name, words in {"pipe.csv": "is a device or a pipe", "none.csv": "readings cannot be opened"}.items():
         with pytest.raises(InputError, match=f"{name}: {words}"):
             read_grid(tmp_path / name)
-    with pytest.raises(InputError, match=r"none\.csv: no such file; a batch writes it"):
-        read_table(tmp_path / "none.csv", "a batch writes it")
 
 
-def test_cells_by_name_have_their_place(grid_of, tmp_path):
-    grid = grid_of("note,s_mm,depth_mm\n\nx,0,1 mm\ny,1-2\n")
-    (first, cells), (second, words) = named_cells(grid, ("s_mm", "depth_mm"), ("other",))
-    assert (first, second) == (f"{tmp_path / 'a.csv'}, row 3", f"{tmp_path / 'a.csv'}, row 4")
-    assert (cells, words) == ({"s_mm": "0", "depth_mm": "1 mm"}, {"s_mm": "1-2", "depth_mm": ""})
-
-
-FAULTS = {
-    "": "no column s_mm, depth_mm",
-    "s_mm,depth\n0,1\n": "no column depth_mm",
-    "s_mm,depth_mm,s_mm\n0,1,2\n": "2 columns s_mm",
-    "s_mm,depth_mm\n0,1\n5,12 cm\n": "cell B3 .depth_mm.: 12 cm is in 'cm'",
-    "s_mm,depth_mm\n0,1\n50 %,12\n": "cell A3 .s_mm.: 50 % is in '%'",
-    "s_mm,depth_mm,other\n0,1,50%\n": "cell C2 .other.: 50% is in '%'",
-}
-
-
-@pytest.mark.parametrize(("text", "words"), FAULTS.items())
-def test_cells_by_name_are_in_mm(grid_of, text, words):
-    with pytest.raises(InputError, match=words):
-        [*named_cells(grid_of(text), ("s_mm", "depth_mm"), ("other",))]
+def test_any_table_has_names_and_rows(tmp_path):
+    (tmp_path / "a.csv").write_text("note;s_mm\n\nx;0;7\ny\n")
+    assert table_of(tmp_path / "a.csv") == (
+        ("note", "s_mm"),
+        [(3, [("note", "x"), ("s_mm", "0"), ("", "7")]), (4, [("note", "y"), ("s_mm", "")])],
+    )
 
 
 @pytest.mark.parametrize("workbook", [False, True])

@@ -10,9 +10,8 @@ from openpyxl.comments import Comment
 from openpyxl.styles import Font, PatternFill
 from openpyxl.styles.colors import Color
 
-from sealtwin.core.errors import InputError
 from tests.sheet_writers import rewritten
-from validate.readings.files import LARGEST_UNPACKED_MB, named_cells, read_grid
+from validate.readings.files import LARGEST_UNPACKED_MB, read_grid
 from validate.readings.grid import Cell, Grid, SheetFaults
 
 ROWS = [["s [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]"], [0, 1.5, 1.6], [5, 2, None], [10, 2.5, 2.6]]
@@ -80,8 +79,6 @@ def test_formats_show_units_behind_numbers(first, read):
         first[cell].number_format = code
     grid = read()
     assert [grid.cell(row, 1).unit for row in grid.rows] == ["", "cm", "%", "mm"]
-    with pytest.raises(InputError, match=r"cell A2 .s_mm.: 0 is in 'm'"):
-        [*named_cells(read(first.__setitem__("A1", "s_mm")), ("s_mm",))]
 
 
 def test_marks_are_of_cells_with_content(first, read):
