@@ -71,7 +71,7 @@ BETWEEN = (
     "|*|+|not ok|no signal|OK?|5|5.0|Operator 5|measured 5 by Anna|gauge 5.00|Messuhr 5,00|gauge -5|Caliper, 5 mm"
     "|Photo 5,00|Caliper 0-6 inch|Messschieber in Zoll|caliper on 150 mm block|Caliper: zero at 0.01 mm|1:10"
     "|45 %|Order: 3 2 1"
-    "|Gemessen von der Tischplatte|Probe Rückseite|sample P02|P02|Mitutoyo|Anna Meier|datum is the table"
+    "|Gemessen von der Tischplatte|Probe Rückseite|sample P02|P02|Anna Meier|datum is the table"
     "|Seite 2|测量取消|Projekt 88, Probe 89|Regal 3, Probe P05|Regal 3, P05"
     "|测量人陈静：倒序|样品5号|Prüfer Meier: Umgedreht"
     "|Operator: Anna Meier, Werte in Fuß|Messschieber Mahr, Werte in Schritt|gestrichen: A. Meier"
