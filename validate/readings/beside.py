@@ -47,6 +47,9 @@ CHANGES = re.compile(
     # Numbers with a sign, a decimal comma, m, in or inch marks; lists of rows; percent, degree, doubt, arrows.
     r"|(?<![\w.)])[-\u2212\u2013]\d|[+\u00b1\u00d7*%\u00b0?=<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|]"
     rf"|(?:{WORDS['done']}|{WORDS['person']})\W+(?:\w+\W+){{0,3}}(?:from|fran|od|ab|tol)\W"
+    # Measured, or a sample, in the rain; somebody's gauge.
+    rf"|(?:{WORDS['done']}|{WORDS['origin']})[^.;]*(?:rain|regen|plui|lluv|piogg|chuv|deszcz|dest|дожд|雨)"
+    rf"|'s {WORDS['tool']}"
     r"|\d\W?(?:m|in)(?!\w|\s+[a-z])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|(?<!\d{3})\d\s?['\"](?![td][ae])|\d,\d|1/10|order\W+\d+\W+\d"
 )
 EMPTY = re.compile(
@@ -90,7 +93,8 @@ UPPER = r"[A-Z\u0410-\u042f]"
 DATES_AND_NAMES = re.compile(
     rf"\d\d?\.?\s+(?:d[eo]\s+)?{LETTER}{{3,12}}\.?,?\s+(?:d[eo]\s+)?20\d\d|20\d\d\.?\s{LETTER}+\s\d\d?\.?(?!\w)"
     # A road from which a sample is; two words before what these measured.
-    rf"|(?i:{WORDS['origin']} (?:(?:{WORDS['origin']}|{WORDS['little']}) )*{WORDS['place']} (?:d[er]{{1,2}} |la )?)"
+    rf"|(?i:{WORDS['origin']} (?:(?:{WORDS['origin']}|{WORDS['little']}|[a-z]{{2}}) )*"
+    rf"{WORDS['place']} (?:d[er]{{1,2}} |la )?)"
     rf"[A-Z]{{1,2}}[ -]?\d{{1,4}}(?:-\w+)?(?!\w)"
     rf"|^{UPPER}{LETTER}+ {UPPER}{LETTER}+ (?={WORDS['behind']}|{WORDS['done']})"
     rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b{UPPER}{LETTER}+ (?:[\u0410-\u042f]\.\s?){{1,2}}"
