@@ -100,6 +100,7 @@ DATES_AND_NAMES = re.compile(
     rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b{UPPER}{LETTER}+ (?:[\u0410-\u042f]\.\s?){{1,2}}"
     rf"|\b(?:{UPPER}\.[\s-]?){{1,3}}(?:(?:d[aei]l?|v[ao]n|der) ){{0,2}}{UPPER}{LETTER}+"
 )
+# Kinds of single words; the first four and the last four kinds are parts of the expressions above.
 KIND = "|".join(f"(?P<{kind}>{WORDS[kind]})" for kind in list(WORDS)[4:-4])
 CONTENT = set(WORDS) - {"little", "place"}
 TOKEN = re.compile(
@@ -135,9 +136,9 @@ def is_harmless(text: str, sample: str = "") -> bool:
 def _is_known(text: str) -> bool:
     """Return whether all words are harmless, or names or numbers beside a label of these."""
     tokens = list(TOKEN.finditer(text))
-    known = [token[0] for token in tokens if token.lastgroup in CONTENT]
+    harmless_words = [token[0] for token in tokens if token.lastgroup in CONTENT]
     is_german = re.search(rf"(?i)(?<!\w){WORDS['german']}", text)
-    is_title = text.isupper() or any(word[0].isupper() for word in known if not text.startswith(word))
+    is_title = text.isupper() or any(word[0].isupper() for word in harmless_words if not text.startswith(word))
     label, names, unlabelled = None, MOST_NAMES, 0
     before_kind, before_word = None, "."
     for token in tokens:
@@ -149,7 +150,7 @@ def _is_known(text: str) -> bool:
             is_its_number = label == "tool" and (before_word == "§" or (word.isalnum() and len(word) > 3))
             if before_kind == kind or not (is_its_number or label in ("number", "titled")):
                 return False
-        elif kind == "name" and (len(word) > 2 or word > "\u3400" or not known):
+        elif kind == "name" and (len(word) > 2 or word > "\u3400" or not harmless_words):
             names += 1
             if names > MOST_NAMES:
                 may_be_name = word[1:].islower() and before_kind != "place" and before_word not in ".:;"
@@ -167,4 +168,6 @@ def _is_known(text: str) -> bool:
         elif kind is None or (kind == "mark" and word not in MARKS):
             return False
         before_kind, before_word = kind, word
-    return unlabelled <= (MOST_UNLABELLED if any(map(str.islower, known)) and not (is_german or is_title) else 0)
+    return unlabelled <= (
+        MOST_UNLABELLED if any(map(str.islower, harmless_words)) and not (is_german or is_title) else 0
+    )
