@@ -47,6 +47,9 @@ CHANGES = re.compile(
     # Numbers with a sign, a decimal comma, m, in or inch marks; lists of rows; percent, degree, doubt, arrows.
     r"|(?<![\w.)])[-\u2212\u2013]\d|[+\u00b1\u00d7*%\u00b0?=<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|]"
     rf"|(?:{WORDS['done']}|{WORDS['person']})\W+(?:\w+\W+){{0,3}}(?:from|fran|od|ab|tol)\W"
+    # Measured, or a sample, in the rain; somebody's gauge.
+    rf"|(?:{WORDS['done']}|{WORDS['origin']})[^.;]*(?:rain|regen|plui|lluv|piogg|chuv|deszcz|dest|дожд|雨)"
+    rf"|'s {WORDS['tool']}"
     r"|\d\W?(?:m|in)(?!\w|\s+[a-z])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|(?<!\d{3})\d\s?['\"](?![td][ae])|\d,\d|1/10|order\W+\d+\W+\d"
 )
 EMPTY = re.compile(
@@ -60,7 +63,6 @@ ZERO_AT_FACE = re.compile(
     rf"(?:{WORDS['zero']}|{WORDS['face']}|{WORDS['little']}|{WORDS['origin']}|auf|at|la|na|sul+a"
     r"|(?!no|ne|ei|up)[a-z]{1,2}(?![a-z])|[\s=:.-])+"
 )
-GERMAN = re.compile(rf"(?i)(?<!\w){WORDS['german']}")
 NUMBER = r"-?\d+(?:[.,]\d+)?"
 FIGURES = re.compile(
     "(?i)"
@@ -90,15 +92,20 @@ SIZE = re.compile(
 UPPER = r"[A-Z\u0410-\u042f]"
 DATES_AND_NAMES = re.compile(
     rf"\d\d?\.?\s+(?:d[eo]\s+)?{LETTER}{{3,12}}\.?,?\s+(?:d[eo]\s+)?20\d\d|20\d\d\.?\s{LETTER}+\s\d\d?\.?(?!\w)"
+    # A road from which a sample is; two words before what these measured.
+    rf"|(?i:{WORDS['origin']} (?:(?:{WORDS['origin']}|{WORDS['little']}|[a-z]{{2}}) )*"
+    rf"{WORDS['place']} (?:d[er]{{1,2}} |la )?)"
+    rf"[A-Z]{{1,2}}[ -]?\d{{1,4}}(?:-\w+)?(?!\w)"
     rf"|^{UPPER}{LETTER}+ {UPPER}{LETTER}+ (?={WORDS['behind']}|{WORDS['done']})"
     rf"|{LETTER}{{3,9}}\s\d\d?,?\s20\d\d|\b{UPPER}{LETTER}+ (?:[\u0410-\u042f]\.\s?){{1,2}}"
     rf"|\b(?:{UPPER}\.[\s-]?){{1,3}}(?:(?:d[aei]l?|v[ao]n|der) ){{0,2}}{UPPER}{LETTER}+"
 )
+# Kinds of single words; the first four and the last four kinds are parts of the expressions above.
 KIND = "|".join(f"(?P<{kind}>{WORDS[kind]})" for kind in list(WORDS)[4:-4])
-CONTENT = ("titled", "number", "done", "tool", "climate", "origin", "word")
-ROAD = re.compile(r"[A-Z]{1,2}[ -]?\d{1,4}(?:-\w+)?")
+CONTENT = set(WORDS) - {"little", "place"}
 TOKEN = re.compile(
-    r"(?P<code>(?:[A-Z]{1,4}[-_]|[A-Z]{1,2} (?=\d{1,4}\b))?[A-Za-z\u0410-\u042f]{0,3}"
+    rf"(?P<code>(?<=.){UPPER}(?![\w.])|"
+    r"(?:[A-Z]{1,4}[-_]|[A-Z]{1,2} (?=\d{1,4}\b))?[A-Za-z\u0410-\u042f]{0,3}"
     r"\d[\dA-Za-z]*(?:[-./_][\dA-Za-z]+)*)"
     rf"|(?i:{KIND})|(?P<name>{HAN}|{LETTER}+)|(?P<mark>(?<={LETTER})'(?={LETTER})|[^\w\s'])|\S"
 )
@@ -129,44 +136,38 @@ def is_harmless(text: str, sample: str = "") -> bool:
 def _is_known(text: str) -> bool:
     """Return whether all words are harmless, or names or numbers beside a label of these."""
     tokens = list(TOKEN.finditer(text))
-    known = [token[0] for token in tokens if token.lastgroup in CONTENT]
-    kinds = {token.lastgroup for token in tokens}
-    is_german, is_of_origin = GERMAN.search(text), "origin" in kinds
-    is_title = text.isupper() or any(word[0].isupper() for word in known if not text.startswith(word))
-    has_names = any(map(str.islower, known)) or (known and "," in text)
-    if not known and re.search(LETTER, text) and "§" not in text and "person" not in kinds:
-        return False
+    harmless_words = [token[0] for token in tokens if token.lastgroup in CONTENT]
+    is_german = re.search(rf"(?i)(?<!\w){WORDS['german']}", text)
+    is_title = text.isupper() or any(word[0].isupper() for word in harmless_words if not text.startswith(word))
     label, names, unlabelled = None, MOST_NAMES, 0
     before_kind, before_word = None, "."
     for token in tokens:
         kind, word = token.lastgroup, token[0]
         if kind in ("person", "titled") or (word == ":" and before_kind == "done"):
             label, names = kind, 0
-        elif kind == "place":
-            label, names = kind, 0 if is_of_origin and not is_german else MOST_NAMES
         elif kind == "code":
             # A short number behind an instrument may be its reading, unless it is "no. 5".
-            is_its_number = label == "tool" and (before_word == "§" or ("." not in word and len(word) > 3))
-            is_road = is_of_origin and label == "place" and ROAD.fullmatch(word)
-            if before_kind == kind or not (is_its_number or is_road or label in ("number", "titled")):
+            is_its_number = label == "tool" and (before_word == "§" or (word.isalnum() and len(word) > 3))
+            if before_kind == kind or not (is_its_number or label in ("number", "titled")):
                 return False
-        elif kind == "name" and (len(word) > 2 or word > "\u3400" or (len(word) < 2 and word.isupper())):
-            names += len(word) > 1 or label != "number"
+        elif kind == "name" and (len(word) > 2 or word > "\u3400" or not harmless_words):
+            names += 1
             if names > MOST_NAMES:
-                may_be_name = (
-                    word[1:].islower() and word < "\u3400" and before_kind != "place" and before_word not in ".:;"
-                )
+                may_be_name = word[1:].islower() and before_kind != "place" and before_word not in ".:;"
                 unlabelled += 1 if may_be_name else MOST_NAMES
             if not (word[0].isupper() or word >= "\u3400"):
                 return False
-        elif kind in ("number", "tool", "word", "origin", "done"):
+        elif kind in CONTENT:
             label, names = kind, MOST_NAMES
-        elif word in ".;:" and before_kind in ("name", "code") and len(before_word) > 2:
+        elif word == "," or (
+            word in ".;:" and (before_kind == "code" or (before_kind == "name" and len(before_word) > 2))
+        ):
             label, names = None, MOST_NAMES
-        elif word in ",§" or (is_german and kind == "little"):
-            # No name goes on behind a comma, a date or an initialled name.
-            names, label = MOST_NAMES, None if word == "," else label
+        elif word == "§" or (is_german and kind == "little"):
+            names = MOST_NAMES  # No name goes on behind a date or an initialled name
         elif kind is None or (kind == "mark" and word not in MARKS):
             return False
         before_kind, before_word = kind, word
-    return unlabelled <= (MOST_UNLABELLED if has_names and not is_german and not is_title else 0)
+    return unlabelled <= (
+        MOST_UNLABELLED if any(map(str.islower, harmless_words)) and not (is_german or is_title) else 0
+    )

@@ -25,7 +25,11 @@ HARMLESS = (
     "Échantillon rangé dans la boîte 4|Misurato da Paolo Neri, 12/05/2025|Céu nublado|"
     "Měřila Eva Malá, 12.05.2025|Numune 5 numaralı rafta|Образец на полке 5|Temperature: 19.5 °C|"
     "Probe wurde am 2. Juni 2025 geliefert|pluie le matin|firma P. Gallo|Laborantka: Ola Nowak|"
-    "Teknisyen: Can Öz"
+    "Teknisyen: Can Öz|měřila Hanka, zapsal Jirka|dalej pisze Kasia, bo Tomek ma zajęcia|visto, Marta|確認済 佐藤|"
+    "Crack sealant level, sheet 4 of 9, K. Obuya|Proefstuk ligt in kast 3, onderste plank.|"
+    "pics are on Dannys phone (IMG_2231 to 2240), will upload tmrw|sigue en la hoja 2|tady došla propiska, dál tužkou"
+    "|Оригинал протокола в шкафу у Петровой|folytatás a 4. oldalon|Carotte de la RD 906|记录：小李，复核：王工"
+    "|Nullpunkt = Probenoberfläche|zero on surface|zéro sur la face|nula na povrchu vzorku|零点在试样表面"
 )
 CHANGING = (
     "all values in inches|rows 4 to 6 rejected, see repeat below|checked: zero is on a 5 mm block|"
@@ -71,10 +75,14 @@ BETWEEN = (
     "|*|+|not ok|no signal|OK?|5|5.0|Operator 5|measured 5 by Anna|gauge 5.00|Messuhr 5,00|gauge -5|Caliper, 5 mm"
     "|Photo 5,00|Caliper 0-6 inch|Messschieber in Zoll|caliper on 150 mm block|Caliper: zero at 0.01 mm|1:10"
     "|45 %|Order: 3 2 1"
-    "|Gemessen von der Tischplatte|Probe Rückseite|sample P02|P02|Mitutoyo|Anna Meier|datum is the table"
+    "|Gemessen von der Tischplatte|Probe Rückseite|sample P02|P02|Anna Meier|datum is the table"
     "|Seite 2|测量取消|Projekt 88, Probe 89|Regal 3, Probe P05|Regal 3, P05"
     "|测量人陈静：倒序|样品5号|Prüfer Meier: Umgedreht"
     "|Operator: Anna Meier, Werte in Fuß|Messschieber Mahr, Werte in Schritt|gestrichen: A. Meier"
+    "|MEASURED BACKWARDS|Measured on Plate|Photo 3: 5|gemessen mit Messbrücke|10,2 zamiast 12,0|recorded order C, B, A"
+    "|Lab 2 gauge, reads from Collar|zero not on face|zero at the caliper face|Nullpunkt auf der Probe|n.i.O."
+    "|记录：估计值"
+    "|vylomené zrno na hraně - platí jen 1. hodnota|то же, что строкой выше|bolla d'aria sotto la punta -> scartare"
     "|ნიმუში შენახულია|عينة محفوظة|시료 보관"
 )
 """A harmless label, instrument or empty word with more beside it; unknown words and scripts."""
