@@ -16,6 +16,7 @@ from validate.readings.table import Table
 
 MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
 REMEDY = "If it does, declare what it says: unit, direction, zero, end of s, rows to skip. Confirm it in any case."
+NAMES = "names"  # Entry of as_written for the names of file and worksheet
 MARKS = {"struck": "struck through", "hidden": "hidden", "coloured": "coloured unlike the others"}
 LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat with its word, or a letter
 
@@ -43,7 +44,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
         entries = [column if column in many else text.answer for text, column in zip(texts, columns, strict=True)]
         quotes = [f"{text.place or text.answer} {quoted(text.text)}{text.beside}" for text in texts]
         confirms, finding = [*dict.fromkeys(entries)], f"does this change the readings? {listed(quotes)}."
-        stops = any(changes(text.text) for text in texts)
+        stops = any(changes(text.text) for text in texts if text.answer != NAMES)
         table.ask("remark", finding, REMEDY, {CONFIRMS: confirms}, confirms, stops=stops)
     _ask_about_marks(table, rows)
 
@@ -100,7 +101,7 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
     for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
         if len(name.strip()) > 1:
-            yield Text("names", name, place=what)
+            yield Text(NAMES, name, place=what)
 
 
 def _ask_about_marks(table: Table, rows: ReadRows) -> None:
