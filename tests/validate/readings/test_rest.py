@@ -69,7 +69,8 @@ def test_a_text_that_may_change_readings_is_quoted_once(read, doubts_of, text, e
 
 def test_a_remark_is_quoted_beside_its_readings(doubts_of):
     (doubt,) = doubts_of(NOTED.format("Bemerkung", "", "Ausreißer", ""))
-    assert doubt.stops
+    (other,) = doubts_of(f"alle Werte in Zoll\n{H}\n{ROWS}")
+    assert (doubt.stops, other.stops) == (False, True)
     assert "C3 'Ausreißer' beside 5 2" in doubt.finding
 
 
