@@ -121,6 +121,7 @@ def is_harmless(text: str, sample: str = "") -> bool:
 
     Unknown words, and numbers without a harmless label, give False.
     """
+    text = text.lstrip("# ")
     if sample and sample_key(text) == sample_key(sample):
         return True
     if len(text) > LONGEST:
