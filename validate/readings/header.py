@@ -5,6 +5,7 @@ import sys
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of
@@ -48,17 +49,15 @@ class Header:
     first: int  # Number of the first row below it
 
 
+@lru_cache(maxsize=50_000)
 def numeric(cell: Cell) -> tuple[str, str] | None:
     """Return the number of a cell and the unit behind it, both as text; None for another cell."""
-    if cell.kind == "number":
+    if cell.kind == "number" or (cell.kind == "text" and number(cell.text) is not None):
         return cell.text, cell.unit
-    if cell.kind != "text" or not cell.text or number(cell.text) is not None:
-        return (cell.text, cell.unit) if cell.kind == "text" and cell.text else None
-    match = QUANTITY.fullmatch(cell.text)
-    is_quantity = (
-        match is not None and number(match[1]) is not None and (match[2] == "%" or unit_of(match[2]) is not None)
-    )
-    return (match[1], match[2]) if match is not None and is_quantity else None
+    match = QUANTITY.fullmatch(cell.text) if cell.kind == "text" else None
+    if match is None or number(match[1]) is None or not (match[2] == "%" or unit_of(match[2])):
+        return None
+    return match[1], match[2]
 
 
 def find_header(grid: Grid, span: SheetPart, along: str = "station") -> Header:
@@ -163,7 +162,8 @@ def _header_above(grid: Grid, span: SheetPart, inside: Sequence[int]) -> Header:
 
 def roles_in(names: Iterable[str]) -> set[Role]:
     """Return the roles of columns with these names, as far as they are known."""
-    return {what.role for what in map(meaning, names) if what is not None}
+    texts = (name for name in names if number(name) is None)
+    return {what.role for what in map(meaning, texts) if what is not None}
 
 
 def lettered(entry: str) -> range:

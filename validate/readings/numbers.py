@@ -5,6 +5,7 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Iterable
+from functools import lru_cache
 from importlib.resources import files as resources
 
 from validate.settings import Decimal
@@ -22,6 +23,7 @@ MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 DECIMAL_MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
 
 
+@lru_cache(maxsize=50_000)
 def plain_letters(text: str) -> str:
     """Return the text in lower case, umlauts spelt out (ä is ae) and other accents removed (é is e, ñ is n)."""
     folded = unicodedata.normalize("NFKC", text).casefold().translate(UMLAUTS)

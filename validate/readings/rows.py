@@ -53,6 +53,7 @@ class _Reader:
     def __init__(self, table: Table) -> None:
         self.table, self.grid, self.declared, self.chosen = table, table.grid, table.declared, table.chosen
         self.merged = _merged_places(table)
+        self.missing = {plain_letters(word) for word in self.chosen.missing}
         self.mark: Decimal | None = self._decimal_mark()
         self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
 
@@ -145,8 +146,7 @@ class _Reader:
 
     def _reading(self, row: int, column: Column) -> Reading:
         cell = self.grid.cell(row, column.index)
-        missing = {plain_letters(word) for word in self.chosen.missing}
-        if (cell.kind == "text" and is_missing(cell.text)) or plain_letters(cell.text) in missing:
+        if (cell.kind == "text" and is_missing(cell.text)) or plain_letters(cell.text) in self.missing:
             return Reading(math.nan, row, column.index)
         value_mm = self._in_mm(row, column, cell)
         text = (numeric(cell) or ("", ""))[0]

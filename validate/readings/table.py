@@ -7,7 +7,7 @@ from typing import Any, get_args
 from sealtwin.core.doubts import CONFIRMS, Doubt
 from validate.readings.beside import changes
 from validate.readings.grid import Grid, letters, listed, quoted
-from validate.readings.header import Header, SheetPart, cells_in, find_header, lettered, names_of, numeric, roles_in
+from validate.readings.header import Header, SheetPart, cells_in, find_header, lettered, numeric, roles_in
 from validate.readings.names import (
     FACTORS,
     MM,
@@ -102,7 +102,7 @@ def find_table(grid: Grid, declared: Declared, along: Role = "station", mass_uni
 def _end_before_next_table(table: Table, along: Role) -> None:
     """Take the first of several tables one below the other, and ask for a range."""
     for count, row in enumerate(table.body):
-        roles = roles_in(names_of(table.grid, table.span, [row]).values())
+        roles = roles_in(cell.text for _, cell in cells_in(table.grid, table.span, row))
         if count and along in roles and roles & {"reading", "repeat"}:
             rows = [each for each in table.body[:count] if any(map(numeric, table.grid.rows[each]))] or [row]
             _ask_for_range(table, f"another table begins in row {row}.", rows)
