@@ -24,7 +24,6 @@ from typing import Annotated
 import numpy as np
 from typer import Option
 
-from benchmarks.arranged_sheets import arranged_sheet
 from benchmarks.doubtful_sheets import REVIEWED, VARIED, DrawnSheet, Manner, sound_sheet
 from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm, write_rows
 from benchmarks.table import Row, run_benchmark
@@ -47,7 +46,6 @@ MOST_QUESTIONED = 5.0  # Percent of the sound sheets that may be questioned
 FEWEST_UNASKED = 14
 UNREADABLE = 1  # Ordinary sheets whose readings are not in the file: formulas that no program has calculated
 ROUNDING_MM = 1e-9
-ARRANGED = 400
 CONFIRMED = re.compile(r"as_written = ([\w ]+)\.")
 ANSWER = re.compile(r"readings\.as_written = \[([^]]*)\]")
 
@@ -98,7 +96,6 @@ def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
         *doubt_rows(scratch / "doubtful", seed, each),
         *sound_rows(scratch, seed, sound),
         *ordinary_rows(scratch / "ordinary"),
-        *arranged_rows(scratch, seed),
         _stations_row(folder / "P01.png", scratch / "stations"),
     ]
 
@@ -204,7 +201,7 @@ def ordinary_rows(scratch: Path) -> list[Row]:
         if row["role"] == "readings" and row["sample"] in faults:
             # Whoever wrote the sheet knows that its texts change nothing but what the answers say.
             confirmed = CONFIRMED.search(row["question"])
-            row.update({"as_written": "" if confirmed is None else confirmed[1]} | sheet.answers)
+            row.update({"as_written": "" if confirmed is None else confirmed[1], **sheet.answers})
             answered |= {row["sample"]} if row["question"] else set()
     with (lab / PAIRING).open("w", encoding="utf-8", newline="") as pairing:
         writer = csv.DictWriter(pairing, list(dict.fromkeys(name for row in rows for name in row)))
@@ -253,28 +250,6 @@ def _stations_row(photo: Path, scratch: Path) -> Row:
         assert "wide, 3 repeats" in output, output
         took_s.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     return Row("processor time of 10,000 stations over that of 15", took_s[1] / took_s[0], "", 0, 4)
-
-
-def arranged_rows(folder: Path, seed: int) -> list[Row]:
-    """Read drawn arrangements without a word of their lab: each is read as it was meant, or asked about."""
-    counts, path = Counter[str](), folder / "arranged.csv"
-    for number in range(ARRANGED):
-        s_mm, expected_mm, sheet = arranged_sheet(np.random.default_rng([seed, number]))
-        write_rows(path, sheet)
-        read = ~np.isnan(expected_mm).all(axis=1)
-        try:
-            readings = read_readings(path, Declared())
-        except SheetFaults:
-            counts["asked"] += 1
-            continue
-        is_right = _is_read(readings, np.array(s_mm)[read].tolist(), expected_mm[read])
-        counts["right" if is_right else "asked" if readings.doubts else "wrong"] += 1
-    return [
-        Row("sheets in drawn arrangements", ARRANGED, "", 300),
-        Row("of these read as they were meant", counts["right"], ""),
-        Row("of these asked about", counts["asked"], ""),
-        Row("of these read wrong without a word", counts["wrong"], "", 0, 0),
-    ]
 
 
 def _is_read(readings: Profile, s_mm: Sequence[float], expected_mm: Floats) -> bool:

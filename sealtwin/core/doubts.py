@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 Reader = Literal["trial", "pairing", "python"]
-"""Where the answer is written: a trial file or lab.toml, pairing.csv, or an argument of a function."""
+"""Place in which the answer is written: a trial file or lab.toml, pairing.csv, or an argument of a function."""
 CONFIRMS = "as_written"  # Setting that confirms what is in doubt
 COLUMNS = "columns."  # Settings of [readings.columns]
 
@@ -27,7 +27,7 @@ class Doubt:
 
     @property
     def is_open(self) -> bool:
-        """Whether nothing can be read before it is settled: nothing confirms what is written, or it may change all."""
+        """True if it must be settled before anything is read: nothing confirms what is written, or it may change all."""
         return CONFIRMS not in self.answers or self.stops
 
     @property

@@ -27,7 +27,7 @@ BLANK = Cell("")
 
 
 class Mark(NamedTuple):
-    """What a spreadsheet shows beside the content of a cell."""
+    """Mark that a spreadsheet shows beside the content of a cell."""
 
     row: int  # From 1
     column: int  # From 0
@@ -75,7 +75,7 @@ class Grid:
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
-    """What is open in a sheet: one question with its parts, and the sheet as far as it was understood."""
+    """All that is open in a sheet: one question with its parts, and the sheet as far as it was understood."""
 
     def __init__(self, doubts: Sequence[Doubt], understood: ReadSheet | None = None) -> None:
         self.doubts, self.understood = tuple(doubts), understood
