@@ -3,8 +3,8 @@
 ``python benchmarks/ingest.py`` makes the folder, takes it in and takes it in again. Of sheets that do not say what was
 meant, two in each manner, and sound ones are read with the crack, the volume in it and a simulated level, as in a run.
 The sheets of seed 2027 are those that are judged; the screens were set on others. Last, 24 sheets as ordinary labs
-write them, whose questions are answered in pairing.csv, and in no file of the lab's; and sheets in drawn arrangements,
-which are read as they were meant or asked about.
+write them, whose questions are answered in pairing.csv, and in no file of the lab's; and a sheet of
+10,000 stations.
 """
 
 import csv
