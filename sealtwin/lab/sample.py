@@ -215,7 +215,9 @@ def _look_at(outcome: SampleOutcome, file: PurePath) -> None:
     depths = (row[-1] for row in rows if isinstance(row, list) and row)
     depth_mm = max((one for one in depths if isinstance(one, int | float)), default=None)
     declared = _declared(path, note)
-    declared = declared.model_copy(update={"sample": declared.sample or outcome.sample.name})
+    # Without a photo, the name of the file is in question too.
+    name = outcome.sample.name if "photo" in outcome.sample.files else None
+    declared = declared.model_copy(update={"sample": declared.sample or name})
     profile, doubts, outcome.understood = look_at(path, declared, depth_mm)
     outcome.ask(*doubts, file=file)
     if profile is not None:

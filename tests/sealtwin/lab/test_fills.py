@@ -46,6 +46,6 @@ def test_a_fill_in_doubt_is_asked_beside_its_file(small, tmp_path):
     _poured(small, "Masse", "Tiefe [mm]")
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
-    assert "P01 Wasser.xlsx, sheet 'Sheet', row 1: 'Masse': no unit." in question(lab, "P01 Wasser.xlsx")
+    assert "P01 Wasser.xlsx, sheet 'Sheet': column A has no unit" in question(lab, "P01 Wasser.xlsx")
     answer(lab, {"P01 Wasser.xlsx": {"mass": "g", "settings": 'crack.tilt = "funnel"'}})
     assert not ingest(small, lab, QUIET).faults

@@ -30,7 +30,7 @@ def test_links_are_not_followed(small, tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("P02 mesures.xlsb", b"PK\x03\x04", "damaged, or not an XLSX"),
+        ("P02 mesures.xlsb", b"PK\x03\x04", "damaged, or not a workbook"),
         pytest.param("P02_Messung.csv", None, "not a plain file", id="a link"),
     ],
 )

@@ -81,29 +81,29 @@ def test_a_thousand_sheets_without_a_photo_are_asked_about_in_short_sentences():
 def test_all_questions_of_a_folder_come_at_once_and_their_answers_leave_none(small, tmp_path):
     """Matching, the content of a sheet without a photo, a missing setting, two photos."""
     lab = tmp_path / "lab"
-    (small / "P02_Messung.csv").rename(small / "PO2_Messung.csv")
-    edit(small / "PO2_Messung.csv", "[mm]", "")
+    (small / "P02_Messung.csv").rename(small / "Q02_Messung.csv")
+    edit(small / "Q02_Messung.csv", "[mm]", "")
     edit(small / "lab.toml", 'role = "held-out"', "")
     shutil.copy(small / "P01.png", small / "P01_side.png")
     for dry_run in (True, False):
         assert set(fates(ingest(small, lab, QUIET, dry_run=dry_run)).values()) == {"failed"}
-    assert {fault.name for fault in Catalogue.of(lab).faults()} == {"P01", "P02", "PO2"}, "'lab run' leaves them out"
-    for words in ("no photo is called 'PO2'", "Photos without a sheet: P02.png", "no unit"):
-        assert words in question(lab, "PO2_Messung.csv")
+    assert {fault.name for fault in Catalogue.of(lab).faults()} == {"P01", "P02", "Q02"}, "'lab run' leaves them out"
+    for words in ("no photo is called 'Q02'", "Photos without a sheet: P02.png", "no unit"):
+        assert words in question(lab, "Q02_Messung.csv")
     assert "readings.role is missing" in question(lab, "P02.png")
     assert "2 files are its photo" in question(lab, "P01_side.png")
     role = "readings.role = 'held-out'"
     sheet, other = {"sample": "p-02", "unit": "mm", "settings": role}, {"role": "ignore"}
-    answer(lab, {"PO2_Messung.csv": sheet, "P01_side.png": other, "P01.csv": {"settings": role}})
+    answer(lab, {"Q02_Messung.csv": sheet, "P01_side.png": other, "P01.csv": {"settings": role}})
     assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "new"}
     assert {row["question"] for row in pairing_rows(lab)} == {""}
 
 
 def test_the_pairing_is_corrected_and_remembered(small, tmp_path):
     lab = tmp_path / "lab"
-    (small / "P02_Messung.csv").rename(small / "PO2_Messung.csv")
-    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "failed", "PO2": "failed"}
-    answer(lab, {"PO2_Messung.csv": {"sample": "p-02"}})
+    (small / "P02_Messung.csv").rename(small / "Q02_Messung.csv")
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "failed", "Q02": "failed"}
+    answer(lab, {"Q02_Messung.csv": {"sample": "p-02"}})
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "new"}
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
     # Saved by a German spreadsheet, and in another order.
@@ -114,6 +114,17 @@ def test_the_pairing_is_corrected_and_remembered(small, tmp_path):
     assert (lab / "pairing.csv").read_bytes() == saved, "a dry run leaves it as it is"
     (lab / "catalogue.json").unlink()
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}, "pairing.csv outlives it"
+
+
+def test_a_name_that_may_change_the_readings_is_asked_with_the_photo_it_belongs_to(small, tmp_path):
+    """Not in a second round, once the sheet has a sample."""
+    lab = tmp_path / "lab"
+    (small / "P02_Messung.csv").rename(small / "P02 inch.csv")
+    ingest(small, lab, QUIET)
+    assert "no photo is called 'P02 inch'" in (asked := question(lab, "P02 inch.csv"))
+    assert "as_written = names" in asked
+    answer(lab, {"P02 inch.csv": {"sample": "P02", "as_written": "names"}})
+    assert not ingest(small, lab, QUIET).faults
 
 
 TABLE = "s [mm];Pegel 1 [mm]\n1;-1,0\n11;-1,5\n;\ns [mm];Pegel 1 [mm]\n1;-2,0\n11;-2,5\n"
