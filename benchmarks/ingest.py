@@ -32,8 +32,8 @@ from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.run_checks import check_runs
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import DEFAULTS, ENDS, HANDS, make_lab_folder
-from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
+from validate.readings.grid import SheetFaults
 from validate.settings import Declared
 
 FEWEST_DIALECTS = 6
