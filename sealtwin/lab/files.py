@@ -64,6 +64,21 @@ class FilePlace:
         return sample_key(self.sample)
 
 
+Placed = dict[PurePath, list[FilePlace]]
+"""Samples and roles by file. A file of several samples has several, each with the answers that say what is read."""
+
+
+@dataclass(frozen=True)
+class KeptFile:
+    """A file of the lab, and its copy in a trial's folder."""
+
+    role: Role
+    original: str  # Path in the lab's folder
+    kept_as: str  # Path of the identical copy in the trial's folder
+    sha256: str
+    size_bytes: int
+
+
 @dataclass(frozen=True)
 class LeftOut:
     """A file or a folder that is not used, and the reason."""

@@ -1,4 +1,4 @@
-"""The readers of sheets, as a lab uses them: readings, a fill, and the cells of a table."""
+"""Sheets of a lab besides readings: a weighed fill, and the cells of a table."""
 
 from itertools import zip_longest
 from pathlib import Path
@@ -7,32 +7,16 @@ from typing import Any
 import numpy as np
 
 from digitise.weighing.fill import WeighedFill
-from sealtwin.core.doubts import Doubt, ReadSheet
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Profile
 from sealtwin.core.settings import checked
 from validate.readings.files import read_grid
 from validate.readings.grid import SheetFaults
-from validate.readings.read_readings import WAYS, is_unanswered, read_readings
+from validate.readings.read_readings import WAYS, is_unanswered
 from validate.readings.rest import ask_about_rest
 from validate.readings.rows import read_rows
 from validate.readings.table import find_table
 from validate.settings import Declared
-
-
-def look_at(
-    path: Path, declared: Declared, depth_mm: float | None = None
-) -> tuple[Profile | None, tuple[Doubt, ...], ReadSheet | None]:
-    """Read a sheet as a run does, without the crack's length.
-
-    Returns the readings, or None if they cannot be read; what is open or in doubt; and the sheet as it was understood,
-    or None if it cannot be opened.
-    """
-    try:
-        profile = read_readings(path, declared, None, depth_mm)
-    except InputError as fault:
-        return None, doubts_in(fault), fault.understood if isinstance(fault, SheetFaults) else None
-    return profile, profile.questions, profile.understood
 
 
 def doubts_in(fault: InputError) -> tuple[Doubt, ...]:

@@ -8,7 +8,7 @@ import pytest
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
 from sealtwin.lab import files as lab_files
-from sealtwin.lab import sample
+from sealtwin.lab import prepare
 from sealtwin.lab.catalogue import CATALOGUE, latest_trials
 from sealtwin.lab.files import LeftOut
 from sealtwin.lab.ingest import ingest
@@ -49,7 +49,7 @@ def test_what_was_saved_anew_beside_it_stands_in(small, tmp_path):
     (small / "P02_Messung.xls").write_bytes(b"old")
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert str(ingested.outcomes[1].sample.file("readings")) == "P02_Messung.csv"
+    assert str(ingested.samples[1].file("readings")) == "P02_Messung.csv"
 
 
 def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):
@@ -100,10 +100,10 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
     with (small / "P01.csv").open("wb") as sheet:
         sheet.truncate(1_000_000_000)
     monkeypatch.setattr(
-        sample.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
+        prepare.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
-    assert list(map(str, ingested.outcomes[0].faults)) == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]
+    assert [*ingested.samples[0].questions] == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]
 
 
 def test_too_many_files_are_refused(small, tmp_path, monkeypatch):
