@@ -91,7 +91,7 @@ def checked_answer(ingested: Ingested, batch: Batch) -> Answer:
     code = BUG if BUG in (first.exit_code, batch.exit_code) else first.exit_code or batch.exit_code
     # The run folder of a sample is in that of its trial.
     notes = [CatalogueFault(row.folder.split("/")[-2], text) for row in batch.done for text in row.warnings]
-    pages = [f"All walls: {batch.out / SHEET}"] if batch.done and not ingested.dry_run else []
+    pages = [f"All walls: {batch.out / SHEET}"] if batch.done else []
     lines = [*first.lines, *_together(notes, "note: "), *pages]
     return Answer({**first.content, "traced": batch.content(), "exit_code": code}, lines, code)
 

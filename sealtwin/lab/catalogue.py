@@ -3,7 +3,7 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import ConfigDict
@@ -12,7 +12,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Result, read_record
 from sealtwin.core.stage_keys import other_numbers
-from sealtwin.lab.files import FilePlace, KeptFile, Placed
+from sealtwin.lab.files import KeptFile, Placed
 from sealtwin.trial.stage_numbers import NUMBERS
 from validate.readings.names import sample_key
 from validate.result import RESULT, TrialResult, read_result
@@ -56,7 +56,7 @@ class CatalogueFault:
 class SourceFile(Result):
     """A lab's folder in catalogue.json."""
 
-    decisions: dict[str, list[FilePlace]]
+    decisions: Placed
     """The user's decisions, by file: the rows of the pairing file that differ from what the names give."""
     faults: list[CatalogueFault]
 
@@ -82,9 +82,9 @@ class Catalogue:
         """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
         self.lab, self.path = lab, lab / CATALOGUE
         records = sorted(map(_read_record, lab.glob(f"*/{RECORD}")), key=lambda each: (each.sample, each.revision))
-        self._trials: dict[str, dict[str, Record]] = {}  # By sample, then by folder
+        self._trials = defaultdict[str, list[Record]](list)  # By sample; the latest is last
         for record in records:
-            self.put(record)
+            self._trials[record.sample].append(record)
         self.content = CatalogueFile(version=VERSION, pairing="", sources={})
         if self.path.is_file():
             self.content = read_record(CatalogueFile, self.path, REMEDY)
@@ -100,19 +100,15 @@ class Catalogue:
 
     @property
     def records(self) -> list[Record]:
-        return [record for trials in self._trials.values() for record in trials.values()]
+        return [record for trials in self._trials.values() for record in trials]
 
     @property
     def latest(self) -> list[Record]:
         """The latest trial of each sample."""
-        return [[*trials.values()][-1] for trials in self._trials.values()]
+        return [trials[-1] for trials in self._trials.values()]
 
     def of_sample(self, key: str) -> list[Record]:
-        return [*self._trials.get(key, {}).values()]
-
-    def put(self, record: Record) -> None:
-        """Add a sample's latest trial, or replace it."""
-        self._trials.setdefault(record.sample, {})[record.folder] = record
+        return self._trials.get(key, [])
 
     def faults(self) -> dict[str, list[CatalogueFault]]:
         """Return the faults of the last ingest of each source, by the key of the sample's name."""
@@ -124,13 +120,12 @@ class Catalogue:
     def decisions(self, source: str) -> Placed:
         """Return the user's decisions on the files of a source."""
         kept = self.content.sources.get(source)
-        return {PurePath(file): places for file, places in kept.decisions.items()} if kept else {}
+        return kept.decisions if kept else {}
 
     def save(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
-        by_file = {file.as_posix(): places for file, places in decisions.items()}
-        self.content.sources[source] = SourceFile(decisions=by_file, faults=faults)
-        files.write_json(self.path, self.content.model_dump())
+        self.content.sources[source] = SourceFile(decisions=decisions, faults=faults)
+        files.write_json(self.path, self.content.model_dump(mode="json"))
 
 
 def is_lab(folder: Path) -> bool:

@@ -19,11 +19,11 @@ from validate.readings.numbers import WORDS as LAB_WORDS
 from validate.readings.numbers import plain_letters
 
 Role = Literal["photo", "mask", "readings", "fill", "note", "ignore"]
-"""Role of a file. A "fill" is the sheet of a liquid weighed into the crack."""
+"""Role of a file. A "fill" is the CSV of a liquid weighed into the crack."""
 
 ROLES: tuple[Role, ...] = get_args(Role)
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "mask": "photo.mask"}
-NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
+NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file", "fill": "crack.fill.file"}
 """Settings of a trial that name a file, by the file's role."""
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample

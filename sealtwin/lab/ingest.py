@@ -26,7 +26,6 @@ from sealtwin.lab.files import (
     TRIAL,
     LeftOut,
     Placed,
-    as_label,
     few,
     find_files,
     folder_of,
@@ -81,9 +80,6 @@ def ingest(
     # Without the path of the folder; it does not change if folder and lab are moved together.
     source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
     named = {file: place for file in names if (place := place_of(file)) is not None}
-    if any(place.role == "photo" and not place.key for place in named.values()):
-        # The folder of one sample: its photo needs no name.
-        named = {file: replace(one, sample=one.sample or as_label(folder.name)) for file, one in named.items()}
     decisions = None if pairing is None else read_decisions(pairing, named)
     with _catalogue(lab, progress, dry_run) as catalogue:
         if decisions is None and edited.is_file() and files.sha256(edited) != catalogue.content.pairing:
@@ -186,10 +182,8 @@ def _asking(sample: LabSample, lab: Path, progress: Progress) -> Iterator[None]:
     except Exception as fault:
         # A bug in one sample must not stop the others; the command ends with code 1.
         progress.note(traceback.format_exc())
-        last = traceback.extract_tb(fault.__traceback__)[-1]
-        place = f"{Path(last.filename).name}, line {last.lineno}"
         sample.fate, sample.questions = "bug", {}
-        sample.ask(f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug: please report it.")
+        sample.ask(f"{sample.name}: {type(fault).__name__}: {fault}. A bug: please report it.")
 
 
 def _decide(ingested: Ingested, catalogue: Catalogue, sample: LabSample) -> None:
@@ -271,7 +265,6 @@ def keep(
     if not answered:
         with naming(lab / name):
             folder.rename(lab / name)
-    catalogue.put(record)
     sample.record = record
 
 

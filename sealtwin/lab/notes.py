@@ -48,8 +48,7 @@ NOT_READ = (
     "such as settings = crack.depth_mm = 9.0; if it has readings, set its role to readings; if neither, to ignore."
 )
 SAMPLE = "sample"  # Column of a table of settings
-ASSIGNED = re.compile(r"\s*[A-Za-z_]\w*(\.[A-Za-z_]\w*)*\s*=[^#\ufffd]*")
-"""Line ``key = value`` without a comment, which may change its meaning."""
+DOUBTFUL = set("#\ufffd")  # A comment may change the meaning of a setting; the other mark stands for unknown letters
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
 LONGEST = 200
@@ -131,7 +130,7 @@ def read_note(path: Path, sample: str, *, answered: bool = False) -> Note:
     except InputError as fault:
         return Note(faults=str(fault).splitlines())
     text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
-    if all(ASSIGNED.fullmatch(line) for line in text.splitlines() if line.strip()):
+    if not DOUBTFUL & set(text):
         with suppress(ValueError, RecursionError):
             note.take_tables(tomllib.loads(text), where)
             if not note.faults:

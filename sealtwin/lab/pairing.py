@@ -60,9 +60,9 @@ LISTS: Mapping[str, Callable[[str], Any]] = {
 NOT_COLUMNS = ("columns", "quantity", "sample")
 OF_SHEETS = [name for name in {**Columns.model_fields, **Declared.model_fields} if name not in NOT_COLUMNS]
 """Columns of the pairing file that describe a sheet, with the names of the settings of [readings]."""
-ANSWERS = (*OF_SHEETS, "crack", "mass", SETTINGS)
-"""Columns for the user's answers: about a sheet, the number of the crack in a photo, the masses of a fill, and other
-settings. The pairing file has those that are needed; a user may add any of them."""
+ANSWERS = (*OF_SHEETS, "crack", SETTINGS)
+"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
+file has those that are needed; a user may add any of them."""
 NAMES = ("file", "role", "sample")
 COLUMNS = (*NAMES, *ANSWERS, "question")
 PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a file a row is about

@@ -13,7 +13,7 @@ from sealtwin.lab.files import DEFAULTS, NAMED_FILES, PICTURES, KeptFile, Role
 from sealtwin.lab.notes import ALTERNATIVES, DEPTH, OF_READINGS, OWN, SCALE, Note, read_note
 from sealtwin.lab.pairing import note_of_answers
 from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
-from sealtwin.lab.sheets import doubts_in, read_fill
+from sealtwin.lab.sheets import doubts_in
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.trial_file import Trial, names_in, with_settings
@@ -77,16 +77,14 @@ def gather(sample: LabSample, defaults: Note, of_table: Note) -> None:
                 own = own.beside(read_note(path, sample.key, answered=bool(sample.answers[role, file].get(SETTINGS))))
     if "readings" not in sample.files and not sample.is_held:
         # The folder's settings of readings, as those of fills, are for other samples.
-        lost = [key for key in own.entries if key.startswith(OF_READINGS) and key != "readings.data"]
-        if lost and "photo" in sample.files:
-            remedy = "but the sample has no readings; add its sheet, or delete the setting."
-            sample.ask(f"{own.entries[lost[0]].origin}: {lost[0]} is given, {remedy}")
-        own, defaults = own.without(*OF_READINGS), defaults.without(*OF_READINGS)
+        own, defaults = own.without("readings.data"), defaults.without(*OF_READINGS)
+        for key in [key for key in own.entries if key.startswith(OF_READINGS) and "photo" in sample.files]:
+            sample.ask(f"{own.entries[key].origin}: {key} is given, but the sample has no readings; add its sheet.")
+        own = own.without(*OF_READINGS)
     sample.note = own.over(defaults.without(ANGLE if "fill" in sample.files else FILL))
     for (role, file), answers in sample.answers.items():
         if role == "note" or sample.file(role):
-            given = {SETTINGS: answers.get(SETTINGS, "")} if role == "fill" else answers
-            sample.note = note_of_answers(given, f"{PAIRING}, {file}").over(sample.note)
+            sample.note = note_of_answers(answers, f"{PAIRING}, {file}").over(sample.note)
     sample.ask(*sample.note.faults)
 
 
@@ -103,7 +101,6 @@ def prepare(sample: LabSample) -> None:
     if "photo" not in sample.files:
         return
     settings = _settings_of(sample)
-    _weigh(sample, settings)
     roles = {*sample.files, "photo", *(["readings"] if sample.is_held else [])}
     missing = {key for key, (role, *_) in NEEDED.items() if role in roles} - settings.keys()
     sample.stand_ins = missing - {SCALE} if settings.keys() & SCALES else missing
@@ -173,23 +170,6 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
             )
         settings[key] = kept_as
     return {key: value for key, value in settings.items() if value is not None}
-
-
-def _weigh(sample: LabSample, settings: dict[str, Any]) -> None:
-    """Put the content of the fill's sheet into ``settings``, beside the settings of the liquid."""
-    if (file := sample.file("fill")) is None:
-        return
-    path, answers = sample.folder / file, sample.answers["fill", file]
-    declared = _declared(path, note_of_answers({**answers, SETTINGS: ""}, PAIRING))
-    try:
-        columns, sentence = read_fill(path, declared, answers.get("mass", ""))
-    except InputError as fault:
-        settings.pop(FILL, None)
-        sample.ask(*doubts_in(fault), file=file)
-        return
-    sample.remarks.append(sentence.replace(f"{sample.folder}/", ""))
-    table = settings.get(FILL)
-    settings[FILL] = {**(table if isinstance(table, Mapping) else {}), **columns}
 
 
 def _origin_of(sample: LabSample, key: str) -> str:

@@ -1,9 +1,7 @@
 """Make the checks that precede a run's first frame, for all samples of a lab's folder."""
 
-import re
 import shutil
-import tempfile
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,6 @@ from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import load_trial
 
-PICTURE = re.compile(r" Look at [^\n]+?\.png\.")
 WAITING = ".traced"  # Folder in a lab with the tracings of samples that have no trial yet
 
 
@@ -34,43 +31,41 @@ def check_runs(ingested: Ingested, progress: Progress, jobs: int = 1) -> Batch:
 
     Each trial in the lab is traced into the folder of its run. A page with all walls, and with the sheets in question,
     is written at the top of the lab. Samples in doubt are traced too, so that all questions are asked together, in a
-    hidden folder of the lab, from which their runs are moved to their trials. A dry run keeps no tracing. A fault in
-    one sample does not stop the others. Raises InputError if the lab has another program's contact sheet.
+    hidden folder of the lab, from which their runs are moved to their trials. A fault in one sample does not stop the
+    others. Raises InputError if the lab has another program's contact sheet.
     """
-    lab, dry_run, traced = ingested.lab, ingested.dry_run, dict[str, LabSample]()
-    with tempfile.TemporaryDirectory() as scratch, nullcontext() if dry_run else holding(lab, progress.note):
-        out = Path(scratch) if dry_run else lab
+    lab, traced = ingested.lab, dict[str, LabSample]()
+    with holding(lab, progress.note):
         for sample in ingested.samples:
-            if _has_trial(sample, lab, out / WAITING, dry_run):
-                traced[(sample.copies / RUN).relative_to(out).as_posix()] = sample
+            if _has_trial(sample, lab):
+                traced[(sample.copies / RUN).relative_to(lab).as_posix()] = sample
         planned = [PlannedPhoto(sample.copies / TRIAL, run, {}) for run, sample in traced.items()]
         sheets = {f"{one.file('readings')}": sheet for one in ingested.samples if (sheet := one.sheet_in_question)}
-        batch = digitise_many(planned, out, _Steps(progress), jobs, locked=True, sheets=sheets)
+        batch = digitise_many(planned, lab, _Steps(progress), jobs, locked=True, sheets=sheets)
         progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
         for number, row in enumerate(batch.rows, start=1):
-            _check(traced[row.folder], row, dry_run)
+            _check(traced[row.folder], row)
             progress.advance(number, row.folder)
-        if not dry_run:
-            for folder in {*(lab / WAITING).glob("*")} - {sample.copies for sample in traced.values()}:
-                shutil.rmtree(folder)
-            with suppress(OSError):  # Unless tracings are left
-                (lab / WAITING).rmdir()
-            catalogue = Catalogue(lab)
-            # Do not overwrite edits since the ingest; the next ingest reads them.
-            save_questions(ingested, catalogue, edited=files.sha256(lab / PAIRING) != catalogue.content.pairing)
+        for folder in {*(lab / WAITING).glob("*")} - {sample.copies for sample in traced.values()}:
+            shutil.rmtree(folder)
+        with suppress(OSError):  # Unless tracings are left
+            (lab / WAITING).rmdir()
+        catalogue = Catalogue(lab)
+        # Do not overwrite edits since the ingest; the next ingest reads them.
+        save_questions(ingested, catalogue, edited=files.sha256(lab / PAIRING) != catalogue.content.pairing)
     return batch
 
 
-def _has_trial(sample: LabSample, lab: Path, waiting: Path, dry_run: bool) -> bool:
-    """Set the folder with the trial of a sample to trace. That of a sample in doubt is written into ``waiting``."""
-    folder = waiting / folder_of(sample.name)
+def _has_trial(sample: LabSample, lab: Path) -> bool:
+    """Set the folder with the trial of a sample to trace. That of a sample in doubt is written into a hidden folder."""
+    folder = lab / WAITING / folder_of(sample.name)
     # It has the sample's earlier name, which may have changed.
     (folder / RUN / TRIAL).unlink(missing_ok=True)
     if sample.record is not None:
         sample.copies = lab / sample.record.folder
         if (folder / RUN).is_dir() and not (sample.copies / RUN).exists():
             (folder / RUN).rename(sample.copies / RUN)
-        return not dry_run
+        return True
     if sample.trial is None or SCALE in sample.stand_ins:
         return False
     shutil.rmtree(folder / INPUTS, ignore_errors=True)
@@ -87,12 +82,10 @@ def _has_trial(sample: LabSample, lab: Path, waiting: Path, dry_run: bool) -> bo
     return True
 
 
-def _check(sample: LabSample, row: BatchRow, dry_run: bool) -> None:
+def _check(sample: LabSample, row: BatchRow) -> None:
     """Ask about the faults that prevent the run of the traced trial, and doubts about its readings."""
     if row.status != "ok":
         where, _, finding = row.reason.partition(": ")
-        # The pictures of a dry run are deleted.
-        finding = PICTURE.sub("", finding) if dry_run else finding
         answers = {"crack": 2} if CHOICE in finding else {}
         sample.ask(Doubt("photo", where, finding.replace(CHOICE, "a 2 in the column crack"), answers=answers))
     elif DEPTH not in sample.stand_ins:

@@ -66,8 +66,8 @@ def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
     )
     asked = _ingest(small, lab)
     assert asked.exit_code == 6, asked.output
-    assert 's_from = "second", or in pairing.csv' in asked.output
-    assert 's_from = "second", or in pairing.csv' in question(lab, "P01.csv")
+    assert "Give s_from = second." in asked.output
+    assert "Give s_from = second." in question(lab, "P01.csv")
     answer(lab, {"P01.csv": {"s_from": "second"}})
     assert _ingest(small, lab).exit_code == 0
     readings = present(load_trial(lab / "P01@2" / "trial.toml").readings, "readings")

@@ -107,7 +107,7 @@ def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeyp
     monkeypatch.setattr(steps, "prepare", burst)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "bug", "P02": "new"}
-    assert "P01: ZeroDivisionError in test_unbroken.py, line" in next(iter(ingested.samples[0].questions))
+    assert "P01: ZeroDivisionError: on purpose" in next(iter(ingested.samples[0].questions))
     assert ingest_answer(ingested).exit_code == 1
 
 
