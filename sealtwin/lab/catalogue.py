@@ -43,7 +43,6 @@ class Record:
     said: Mapping[str, Any]  # Settings in its notes, by dotted key
     remarks: tuple[str, ...]
     ingested_utc: str
-    sealtwin: str  # The version that took it in
     trial_sha256: str = ""  # Of trial.toml as it was written
 
 

@@ -28,8 +28,8 @@ NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file", "fil
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 TEXT_SUFFIXES = {".txt", ".md"}
-UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Reported as a fault: they contain a lab's numbers
-TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab"} | UNREAD_TABLES
+TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab"}
+TABLE_SUFFIXES |= {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Not read, but they contain a lab's numbers
 POSSIBLE: Mapping[str, tuple[Role, ...]] = {
     **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
     **dict.fromkeys(TABLE_SUFFIXES, ("readings", "fill", "note")),
@@ -86,10 +86,6 @@ class LeftOut:
     file: str
     reason: str
     lost: bool  # True if it may contain data of the lab
-
-    @property
-    def sentence(self) -> str:
-        return f"{self.file}: {self.reason}"
 
 
 def place_of(file: PurePath) -> FilePlace | None:

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 
 from digitise.image.decoding import PHOTO_SUFFIXES
@@ -22,7 +21,6 @@ from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueF
 from sealtwin.lab.files import (
     DEFAULTS,
     TABLE_SUFFIXES,
-    TEXT_SUFFIXES,
     TRIAL,
     LeftOut,
     Placed,
@@ -31,7 +29,7 @@ from sealtwin.lab.files import (
     folder_of,
     place_of,
 )
-from sealtwin.lab.notes import Note, read_defaults, read_note, read_settings_table
+from sealtwin.lab.notes import Note, read_defaults, read_settings_table
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
 from sealtwin.lab.prepare import INPUTS, gather, prepare
 from sealtwin.lab.sample import PAIRING, LabSample
@@ -44,7 +42,6 @@ INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 
 @dataclass(frozen=True)
 class Ingested:
-    folder: Path
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
@@ -56,8 +53,9 @@ class Ingested:
     @property
     def faults(self) -> list[CatalogueFault]:
         """Faults of samples, of files without a sample, and of files that are lost."""
-        faults = [CatalogueFault(sample.name, question) for sample in self.samples for question in sample.questions]
-        return faults + [CatalogueFault(each.file, each.sentence) for each in self.left_out if each.lost]
+        faults = [(sample.name, question) for sample in self.samples for question in sample.questions]
+        faults += [(each.file, f"{each.file}: {each.reason}") for each in self.left_out if each.lost]
+        return [CatalogueFault(*fault) for fault in faults]
 
 
 def ingest(
@@ -88,7 +86,7 @@ def ingest(
             decisions = catalogue.decisions(source)
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
         samples, of_tables = _paired(folder, placed, left_out)
-        ingested = Ingested(folder, lab, source, dry_run, samples, left_out, placed, decisions)
+        ingested = Ingested(lab, source, dry_run, samples, left_out, placed, decisions)
         if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
@@ -103,27 +101,20 @@ def ingest(
 
 
 def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[LabSample], Mapping[str, Note]]:
-    """Return the samples, the files without a photo, and the settings in tables by sample.
-
-    A text without a photo and without a number is left out.
-    """
+    """Return the samples, the files without a photo, and the settings in tables by sample."""
     photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
     lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
     rest, of_tables = dict(placed), dict[str, Note]()
     for file, (first, *_) in placed.items():
-        path, ending = folder / file, file.suffix.lower()
-        if first.role not in ("readings", "note") or first.key in photos or path.is_symlink():
+        if first.role not in ("readings", "note") or first.key in photos or file.suffix.lower() not in TABLE_SUFFIXES:
             continue
-        if ending in TABLE_SUFFIXES and (table := read_settings_table(path)) is not None:
+        if (table := read_settings_table(folder / file)) is not None:
             rest.pop(file)
             placed[file] = [replace(first, sample="", role="note")]
             of_tables |= {key: of_tables.get(key, Note()).beside(note) for key, note in table.items()}
             if lacking := few(sorted(table.keys() - photos)):
                 reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
                 left_out.append(LeftOut(f"{file}", reason, lost=True))
-        elif ending in TEXT_SUFFIXES and read_note(path, first.key) == Note():
-            rest.pop(file)
-            left_out.append(LeftOut(f"{file}", "its name is that of no photo.", lost=False))
     return pair(folder, rest, lost), of_tables
 
 
@@ -252,7 +243,6 @@ def keep(
         said=json.loads(json.dumps(settings, default=str)),
         remarks=tuple(sample.remarks),
         ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
-        sealtwin=version("sealtwin"),
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
     )
     folder = lab / name if answered else lab / INCOMING

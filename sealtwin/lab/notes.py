@@ -22,8 +22,8 @@ from validate.readings.numbers import is_ambiguous, number
 from validate.settings import OF_THE_SHEET, SIGNS, Columns
 
 NAME, DATE, OPERATOR = "name", "date", "operator"
-OWN = (DATE, OPERATOR)
-"""Keys that only notes have, and that go into the catalogue."""
+OWN = (NAME, DATE, OPERATOR)
+"""Keys that do not go into the trial: its name is that of the photo, and the others go into the catalogue."""
 ORIGINS = ("photo.data", "readings.data")
 """Settings that the key data of a note stands for: the origin of photo and readings."""
 OF_READINGS = ("readings.", "gate.")  # Prefixes of keys that only samples with readings need
@@ -163,7 +163,7 @@ def read_settings_table(path: Path) -> dict[str, Note] | None:
     a table.
     """
     try:
-        head, rows = table_of(path)
+        head, rows = table_of(path) if not path.is_symlink() else ((), [])
     except InputError:
         return None  # Reported when it is read as a sheet.
     if SAMPLE not in head or not any("." in key and key in known_keys() for key in head):
@@ -199,7 +199,7 @@ def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
     # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh.
     named = (key for key in dotted_names(Trial) if not key.startswith("mesh."))
-    return frozenset([*OWN, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
+    return frozenset([DATE, OPERATOR, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
 
 
 @cache
@@ -208,12 +208,12 @@ def tables() -> frozenset[str]:
 
 
 def _checked(key: str, value: Any) -> Any:
-    """Return the value of a key. Raises ValueError for an invalid value of a key that only notes have."""
+    """Return the value of a key; of one that only notes have, as a text. Raises ValueError if it is not a date."""
+    if key == OPERATOR:
+        return plain(f"{value}"[:LONGEST])
     if key == DATE:
         try:
             return date.fromisoformat(f"{value}"[:10]).isoformat()
         except ValueError:
             raise ValueError("is not a date; write 2026-12-31.") from None
-    if key in (NAME, OPERATOR) and not (isinstance(value, str) and 0 < len(value) <= LONGEST and plain(value) == value):
-        raise ValueError(f"is not one line of 1 to {LONGEST} visible letters, in quotes.")
     return value

@@ -11,7 +11,7 @@ from typing import Any
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
-from sealtwin.lab.files import ROLES, TABLES, UNREAD_TABLES, FilePlace, Placed, Role, as_label, few, roles_of
+from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, Role, as_label, few, roles_of
 from sealtwin.lab.notes import COLUMNS as OF_COLUMNS
 from sealtwin.lab.notes import Note, value_of
 from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
@@ -108,8 +108,6 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     sheets = [file for sample in alone for role in TABLES for file in sample.files.get(role, ())]
     for sample in photos:
         for role, files in sample.files.items():
-            # A copy in a format that is read replaces it: P01.csv for P01.xls.
-            files[:] = [file for file in files if file.suffix.lower() not in UNREAD_TABLES] or files
             for file in files if len(files) > 1 and role != "note" else ():
                 finding = f"{len(files)} files are its {role}."
                 sample.ask(Doubt("pairing", few(files), finding, ONE_OF_SEVERAL), file=file)
@@ -158,15 +156,16 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
         raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
     head, rows = table_of(path)
     faults = [f"{path}: no column {name}." for name in NAMES if name not in head]
-    faults += [
-        f"{path}: no such column {name!r:.80}; allowed are {', '.join(COLUMNS)}." for name in {*head} - {*COLUMNS, ""}
-    ]
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
     by_cell = {as_text_cell(file.as_posix()): file for file in named} | {file.as_posix(): file for file in named}
     decisions: Placed = {}
     for line, texts in rows if not faults else ():
         where, cells = f"{path}, line {line}", dict(texts)
-        faults += [f"{where}: {text!r:.80} is in a column without a name." for name, text in texts if text and not name]
+        faults += [
+            f"{where}: {text!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
+            for name, text in texts
+            if text and name not in COLUMNS
+        ]
         written, role, sample = (cells.get(name, "") for name in NAMES)
         if (file := by_cell.get(written)) is None:
             faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")

@@ -108,7 +108,7 @@ def prepare(sample: LabSample) -> None:
         _, settings[key], remedy = NEEDED[key]
         fault = f"{key} is missing: {remedy} in {DEFAULTS}, or in the sample's note (NAME.toml)."
         sample.ask(offering_markers(fault, sample.folder / sample.files["photo"][0]) if key == SCALE else fault)
-    if sample.is_held:
+    if "readings" not in sample.files:
         settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
     excluded = tuple(begin for key, begin in EXCLUDED.items() if key in settings)
     left = names_in(with_settings(with_settings({}, STARTER), settings)) - settings.keys()
@@ -118,9 +118,9 @@ def prepare(sample: LabSample) -> None:
         sentence = f"Assumed, since no note of the lab gives it: {listed}."
         settings = {"note": sentence} | settings
         sample.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
-    content = with_settings({}, {key: assumed[key] for key in assumed if key.startswith(("fluid.", "solver."))})
+    content = with_settings(with_settings({}, assumed), settings)
     try:
-        trial = checked(Trial, sample.folder, with_settings(content, settings), lambda key: _origin_of(sample, key))
+        trial = checked(Trial, sample.folder, content, lambda key: _origin_of(sample, key))
         sample.trial = trial if sample.file("photo") else None
     except InputError as fault:
         sample.ask(*str(fault).splitlines())
@@ -155,8 +155,7 @@ def _read(sample: LabSample, file: PurePath) -> None:
 def _settings_of(sample: LabSample) -> dict[str, Any]:
     """Return the settings of a trial by dotted key, from its notes and its files."""
     entries = sample.note.entries
-    settings: dict[str, Any] = {"name": sample.name}
-    settings |= {"readings.sample": sample.name} if "readings" in sample.files else {}
+    settings: dict[str, Any] = {"name": sample.name, "readings.sample": sample.name}
     settings |= {key: entry.value for key, entry in entries.items() if key not in OWN}
     # Without a photo, the other settings are checked.
     kept = {role: (f"{every[0]}", "photo.png") for role, every in sample.files.items()}

@@ -61,7 +61,6 @@ def test_what_is_not_said_of_the_fluid_is_the_starters(small, tmp_path, fluid, s
             f'{P01}mask = "P01_mask.png"\n',
             "P01.toml: photo.mask = 'P01_mask.png', but the sample's mask is no file",
         ),
-        ("P01.toml", f'name = "P\\u202e1"\n{P01}', "is not one line"),
         ("P01.toml", "a." * 60_000 + "b = 1", "P01.toml: a dotted key has more than 16 parts"),
     ],
 )

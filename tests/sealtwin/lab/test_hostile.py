@@ -12,7 +12,7 @@ from sealtwin.lab import prepare
 from sealtwin.lab.catalogue import CATALOGUE, latest_trials
 from sealtwin.lab.files import LeftOut
 from sealtwin.lab.ingest import ingest
-from tests.labs import QUIET, fates, sealtwin
+from tests.labs import QUIET, answer, fates, sealtwin
 from tests.pictures import mortar, write_png
 
 
@@ -45,11 +45,11 @@ def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name, con
     assert fault.sentence.startswith(f"{name}: {sentence}")
 
 
-def test_what_was_saved_anew_beside_it_stands_in(small, tmp_path):
+def test_what_was_saved_anew_is_asked_about_beside_the_old(small, tmp_path):
     (small / "P02_Messung.xls").write_bytes(b"old")
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert str(ingested.samples[1].file("readings")) == "P02_Messung.csv"
+    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "failed"}
+    answer(tmp_path / "lab", {"P02_Messung.xls": {"role": "ignore"}})
+    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "new"}
 
 
 def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):

@@ -18,7 +18,6 @@ def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_an
     folder, lab = make_lab_folder(tmp_path / "folder"), tmp_path / "lab"
     write_texts(folder)
     (folder / "README.txt").write_text("Fotos vom 3. Mai")
-    (folder / "liesmich.txt").write_text("Fotos vom Mai")
     states = fates(ingest(folder, lab, QUIET))
     assert {name for name, state in states.items() if state == "failed"} == {*TEXTS, "README.txt"}
     for name, _ in TEXTS.values():

@@ -157,8 +157,8 @@ def test_a_file_of_several_samples_has_a_row_for_each_whose_answers_say_what_is_
 @pytest.mark.parametrize(
     ("header", "cells", "words"),
     [
-        ("unti", "mm", "no such column 'unti'; allowed are file, role, sample, s,"),
-        ("", "mm", "'mm' is in a column without a name"),
+        ("unti", "mm", "'mm' is in a column 'unti'; allowed are file, role, sample, s,"),
+        ("", "mm", "'mm' is in a column ''; allowed are"),
     ],
 )
 def test_an_answer_in_a_column_without_a_known_name_is_refused(small, tmp_path, header, cells, words):
