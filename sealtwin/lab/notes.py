@@ -19,7 +19,7 @@ from sealtwin.trial.trial_file import Trial
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
 from validate.readings.numbers import is_ambiguous, number
-from validate.settings import OF_THE_SHEET, SIGNS, Columns
+from validate.settings import Columns
 
 NAME, DATE, OPERATOR = "name", "date", "operator"
 OWN = (NAME, DATE, OPERATOR)
@@ -99,12 +99,7 @@ class Note:
                 self.take(key, value, where)
 
     def take(self, key: str, value: Any, where: str) -> None:
-        """Add a setting by its dotted key. Columns that describe a whole sheet become settings of [readings]."""
-        table, _, name = key.rpartition(".")
-        if table == COLUMNS and name in (*OF_THE_SHEET, "as_written"):
-            key = f"readings.{name}"
-        elif key == f"{COLUMNS}.sign":
-            key, value = "readings.quantity", SIGNS.get(f"{value}", value)
+        """Add a setting by its dotted key."""
         try:
             for each in ORIGINS if key == "data" else (key,):
                 if each not in known_keys():

@@ -18,7 +18,7 @@ from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
 from sealtwin.lab.sheets import table_of
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
-from validate.settings import Columns, Declared
+from validate.settings import SIGNS, Columns, Declared
 
 MOST_PHOTOS = 12  # Photos in one question
 LONGEST_QUESTION = 1500  # Letters of a cell of the pairing file
@@ -44,8 +44,9 @@ def _column(reference: str) -> str:
 
 READ_AS: Mapping[str, Callable[[str], Any]] = {
     **dict.fromkeys(("s", "repeat"), _column),
-    **dict.fromkeys(("unit", "sign", "s_from"), str.lower),
+    **dict.fromkeys(("unit", "s_from"), str.lower),
     **dict.fromkeys(("datum_level_mm", "crack"), value_of),
+    "sign": lambda text: SIGNS.get(text.lower(), text),
     "range": str.upper,
 }
 """Functions that read the text in a column of the pairing file. Other texts are values as they are."""
@@ -57,10 +58,14 @@ LISTS: Mapping[str, Callable[[str], Any]] = {
     "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
 }
 """Columns with several values, and functions that read each. A unit of places is a single one."""
-NOT_COLUMNS = ("columns", "quantity", "sample")
-OF_SHEETS = [name for name in {**Columns.model_fields, **Declared.model_fields} if name not in NOT_COLUMNS]
-"""Columns of the pairing file that describe a sheet, with the names of the settings of [readings]."""
-ANSWERS = (*OF_SHEETS, "crack", SETTINGS)
+SETTING = {
+    **{name: f"{OF_COLUMNS}.{name}" for name in Columns.model_fields},
+    **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
+    "sign": "readings.quantity",
+    "crack": "photo.crack",
+}
+"""Settings of a trial by the column of the pairing file that answers them."""
+ANSWERS = (*SETTING, SETTINGS)
 """Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
 file has those that are needed; a user may add any of them."""
 NAMES = ("file", "role", "sample")
@@ -71,15 +76,14 @@ PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a fil
 def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
     """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
     note = Note()
-    for name, text in ((name, answers[name]) for name in (*OF_SHEETS, "crack") if answers.get(name)):
-        table = "photo" if name == "crack" else OF_COLUMNS if name in Columns.model_fields else "readings"
+    for name, text in ((name, answers[name]) for name in SETTING if answers.get(name)):
         value = READ_AS.get(name, str)(text)
         if name in LISTS:
             parts = re.split(r"[\s,;]+", text)
             if name != "as_written" and not all(map(REFERENCE.fullmatch, parts)):
                 parts = re.split(r"\s*;\s*", text)
             value = [*map(LISTS[name], parts)] if name != "places" or len(parts) > 1 else text
-        note.take(f"{table}.{name}", value, where)
+        note.take(SETTING.get(name, name), value, where)
     try:
         note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
     except (ValueError, RecursionError) as fault:

@@ -67,7 +67,7 @@ def test_toml_has_the_trials_own_keys(tmp_path):
     values = {key: entry.value for key, entry in note.entries.items()}
     assert values == {
         "photo.data": "measured", "readings.data": "measured", "date": "2026-05-03", "crack.depth_mm": 16,
-        "readings.quantity": "depth",
+        "readings.columns.sign": "down",
     }  # fmt: skip
     for key, fault in zip(("depht_mm", "photo.mm_per_pixl", "mesh"), note.faults, strict=True):
         assert f"{key} = " in fault
