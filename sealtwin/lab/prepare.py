@@ -62,7 +62,8 @@ def gather(sample: LabSample, defaults: Note, of_table: Note) -> None:
 
     ``defaults`` are settings of all samples, ``of_table`` those of this one in a table of the folder.
     """
-    own, every = of_table, [(role, file) for role, files in sample.files.items() for file in files]
+    own = of_table
+    every: list[tuple[Role, PurePath]] = [(role, file) for role in sample.files for file in sample.files[role]]
     for number, (role, file) in enumerate(every):
         path, limit = sample.folder / file, LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
         if path.is_symlink() or not path.is_file():

@@ -1,4 +1,4 @@
-"""What errors of sheets contain, and the cells of a table."""
+"""Read the cells of a table, and the doubts in an error of a sheet."""
 
 from itertools import zip_longest
 from pathlib import Path
