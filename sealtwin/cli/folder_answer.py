@@ -186,7 +186,10 @@ def _pairing_row(sample: LabSample) -> list[str]:
     is_unsound = sample.questions and sample.fate not in ("failed", "bug")
     return [
         sample.name if "photo" in sample.files else "?",
-        *(few(sample.files.get(role, ["?" if sample.questions else "-"]), 1) for role in ("photo", "readings", "note")),
+        *(
+            few(sample.files.get(role) or ["?" if sample.questions else "-"], 1)
+            for role in ("photo", "readings", "note")
+        ),
         f"{sample.fate}, not sound" if is_unsound else sample.fate,
     ]
 

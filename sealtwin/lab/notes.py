@@ -112,8 +112,8 @@ class Note:
 def read_note(path: Path, sample: str, *, answered: bool = False) -> Note:
     """Read the settings of a TOML file, or of a text if each of its lines is ``key = value`` with a known key.
 
-    Another file is a fault if it may have settings, that is a number that is not in the key of its ``sample``, unless
-    its row has been ``answered``.
+    Another file is a fault if it may have settings, that is a known key, or a number that is not in the key of its
+    ``sample``, unless its row has been ``answered``.
     """
     note, where = Note(), as_text(path)
     try:
@@ -130,9 +130,9 @@ def read_note(path: Path, sample: str, *, answered: bool = False) -> Note:
             note.take_tables(tomllib.loads(text), where)
             if not note.faults:
                 return note
-    numbers = [word for word in text.split() if NUMBER.search(word) and sample_key(word) != sample]
-    is_open = not answered and (len(content) == LARGEST_READ_BYTES or bool(numbers))
-    return Note(faults=[f"{where}: {NOT_READ}"] if is_open else [])
+    settings = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
+    is_open = len(content) == LARGEST_READ_BYTES or any(sample_key(word) != sample for word in settings)
+    return Note(faults=[f"{where}: {NOT_READ}"] if is_open and not answered else [])
 
 
 def read_defaults(path: Path) -> Note:

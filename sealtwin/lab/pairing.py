@@ -118,7 +118,7 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     if waiting := few([*lost, *sheets]):
         finding = f"{waiting} may be the sheet of a photo that has none, so these photos wait for the answers."
         for sample in lacking:
-            sample.is_held = True
+            sample.files["readings"] = []
             sample.ask(Doubt("pairing", PAIRING, finding))
     without = few([sample.files["photo"][0] for sample in lacking], MOST_PHOTOS) or "none"
     for sample in alone:

@@ -76,7 +76,7 @@ def gather(sample: LabSample, defaults: Note, of_table: Note) -> None:
             sample.raw.append(KeptFile(role, file.as_posix(), kept_as, files.sha256(path), size))
             if role == "note" and "photo" in sample.files:
                 own = own.beside(read_note(path, sample.key, answered=bool(sample.answers[role, file].get(SETTINGS))))
-    if "readings" not in sample.files and not sample.is_held:
+    if "readings" not in sample.files:
         # The folder's settings of readings, as those of fills, are for other samples.
         own, defaults = own.without("readings.data"), defaults.without(*OF_READINGS)
         for key in [key for key in own.entries if key.startswith(OF_READINGS) and "photo" in sample.files]:
@@ -102,14 +102,13 @@ def prepare(sample: LabSample) -> None:
     if "photo" not in sample.files:
         return
     settings = _settings_of(sample)
-    roles = {*sample.files, "photo", *(["readings"] if sample.is_held else [])}
-    missing = {key for key, (role, *_) in NEEDED.items() if role in roles} - settings.keys()
+    missing = {key for key, (role, *_) in NEEDED.items() if role in sample.files} - settings.keys()
     sample.stand_ins = missing - {SCALE} if settings.keys() & SCALES else missing
     for key in (key for key in NEEDED if key in sample.stand_ins):
         _, settings[key], remedy = NEEDED[key]
         fault = f"{key} is missing: {remedy} in {DEFAULTS}, or in the sample's note (NAME.toml)."
         sample.ask(offering_markers(fault, sample.folder / sample.files["photo"][0]) if key == SCALE else fault)
-    if "readings" not in sample.files:
+    if not sample.files.get("readings"):
         settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
     excluded = tuple(begin for key, begin in EXCLUDED.items() if key in settings)
     left = names_in(with_settings(with_settings({}, STARTER), settings)) - settings.keys()
@@ -159,7 +158,7 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
     settings: dict[str, Any] = {"name": sample.name, "readings.sample": sample.name}
     settings |= {key: entry.value for key, entry in entries.items() if key not in OWN}
     # Without a photo, the other settings are checked.
-    kept = {role: (f"{every[0]}", "photo.png") for role, every in sample.files.items()}
+    kept = {role: (f"{every[0]}", "photo.png") for role, every in sample.files.items() if every}
     kept |= {raw.role: (raw.original, raw.kept_as) for raw in sample.raw}
     for role, key in NAMED_FILES.items():
         original, kept_as = kept.get(role, ("", None))

@@ -26,11 +26,10 @@ class LabSample:
     folder: Path  # The lab's
     name: str
     files: dict[Role, list[PurePath]] = field(default_factory=dict[Role, list[PurePath]])
-    """Files by role. Several of one role but notes are in question."""
+    """Files by role. Several of one role but notes are in question. Without any readings, the sample waits for its sheet."""
     answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
     questions: dict[str, tuple[set[PurePath], tuple[str, ...]]] = field(default_factory=dict)
     """Files in whose rows a question is, and the columns for its answer, by its sentence."""
-    is_held: bool = False  # True if it has no readings and a sheet without a photo may be its own
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)

@@ -39,6 +39,7 @@ def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_an
         ("crack.depth_mm = 8\ndepth_mm = 8", None),
         ("Risstiefe ½ cm", None),
         ("Siehe P02.", None),
+        ("crack.tilt = lean", None),
         ("x = " + "[" * 5000 + "1", None),
         ("Wort " * 50_000, None),
         ("crack.depth_mm = 8\noperator = 'M\xfcller'".encode("latin-1"), None),
