@@ -72,13 +72,13 @@ def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
 
     began = time.perf_counter()
     check_runs(first, Progress())
-    unready = [outcome for outcome in first.outcomes if outcome.faults]
+    unready = [outcome for outcome in first.samples if outcome.questions]
     checked_s = time.perf_counter() - began
 
     print("Read as:")
-    for outcome in first.outcomes:
-        print(f"  {outcome.sample.name}  {outcome.dialect}")
-    dialects = len({outcome.dialect for outcome in first.outcomes})
+    for outcome in first.samples:
+        print(f"  {outcome.name}  {outcome.dialect}")
+    dialects = len({outcome.dialect for outcome in first.samples})
     return [
         Row("trials taken in", _count(first, "new"), "of 10", len(HANDS), len(HANDS)),
         Row("dialects", dialects, "", FEWEST_DIALECTS, len(HANDS)),
@@ -101,7 +101,7 @@ def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
 
 
 def _count(ingested: Ingested, fate: str) -> int:
-    return sum(outcome.fate == fate for outcome in ingested.outcomes)
+    return sum(outcome.fate == fate for outcome in ingested.samples)
 
 
 @dataclass
@@ -193,7 +193,7 @@ def ordinary_rows(scratch: Path) -> list[Row]:
         (folder / f"{name}.toml").write_text(f"crack.depth_mm = 8.0\nphoto.ends_px = {ENDS}\n", encoding="utf-8")
     before = {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "lab.toml"}
     first = ingest(folder, lab, Progress())
-    faults = {outcome.sample.name: outcome.faults for outcome in first.outcomes if outcome.faults}
+    faults = {outcome.name: [*outcome.questions] for outcome in first.samples if outcome.questions}
     rows = list(csv.DictReader((lab / PAIRING).read_text(encoding="utf-8").splitlines()))
     answered = set[str]()
     for row in rows:
@@ -208,15 +208,15 @@ def ordinary_rows(scratch: Path) -> list[Row]:
         writer.writeheader()
         writer.writerows(rows)
     again = ingest(folder, lab, Progress(), pairing=lab / PAIRING)
-    taken = {outcome.sample.name for outcome in again.outcomes if not outcome.faults}
+    taken = {outcome.name for outcome in again.samples if not outcome.questions}
     wrong = [name for number, name in enumerate(names) if name in taken and not _as_written(lab / name, number)]
     unchanged = all((folder / name).read_bytes() == content for name, content in before.items())
     print("Ordinary sheets:")
-    outcomes = {outcome.sample.name: outcome for outcome in again.outcomes}
+    outcomes = {outcome.name: outcome for outcome in again.samples}
     for name, sheet in zip(names, SHEETS, strict=True):
         fate = "taken unedited" if name not in faults else "taken after an answer" if name in taken else "NOT TAKEN"
         print(f"  {sheet.manner}: {fate}{', READ WRONG' if name in wrong else ''}")
-        for fault in faults.get(name, []) + ([] if name in taken else outcomes[name].faults):
+        for fault in faults.get(name, []) + ([] if name in taken else [*outcomes[name].questions]):
             print(f"    {fault}")
     count, sound = len(SHEETS), len(taken & set(names))
     return [

@@ -29,7 +29,7 @@ def rows_of(lab: Path) -> list[tuple[Any, ...]]:
 
 
 def fates(ingested: Ingested) -> dict[str, str]:
-    return {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
+    return {outcome.name: outcome.fate for outcome in ingested.samples}
 
 
 def levels_mm(lab: Path, sample: str) -> list[float]:

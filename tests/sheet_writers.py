@@ -128,7 +128,7 @@ def _table(hand: Hand, s_mm: Sequence[float], levels_mm: Floats) -> list[Sequenc
         rows = [rows[index] for index in hand.order]
     if hand.note:
         names, units = [*names, "Bemerkung"], [*units, ""]
-        rows = [[*row, "gut; Foto 1, 2"] for row in rows]
+        rows = [[*row, "ok; Foto 1, Blatt 2"] for row in rows]
     return [names, *([units] if hand.units == "row" else []), *rows]
 
 

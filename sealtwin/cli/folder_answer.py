@@ -8,6 +8,7 @@ from typing import Any
 from sealtwin.cli.answer import BAD_INPUT, BUG, GATE_FAILED, SOME_FAILED, Answer
 from sealtwin.cli.trial_answer import SAY_ORIGIN
 from sealtwin.core.doubts import CONFIRMS
+from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import (
     RUN,
     Catalogue,
@@ -16,16 +17,15 @@ from sealtwin.lab.catalogue import (
     latest_trials,
     progress_of,
     read_run,
-    revisions,
 )
 from sealtwin.lab.files import TRIAL, few, plain
 from sealtwin.lab.ingest import Ingested
-from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.run_samples import SampleRun
-from sealtwin.lab.sample import SampleOutcome
+from sealtwin.lab.sample import PAIRING, LabSample
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.grid import letters
+from validate.readings.names import sample_key
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
@@ -59,25 +59,25 @@ def _or_dash(value: float | None, broad: int) -> str:
 
 def ingest_answer(ingested: Ingested) -> Answer:
     """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next."""
-    outcomes = ingested.outcomes
-    lines = _table(("sample", "photo", "readings", "note", "state"), [_pairing_row(outcome) for outcome in outcomes])
-    for outcome in outcomes:
-        lines += _understood(outcome)
-    remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
+    samples = ingested.samples
+    lines = _table(("sample", "photo", "readings", "note", "state"), [*map(_pairing_row, samples)])
+    for sample in samples:
+        lines += _understood(sample)
+    remarks = [CatalogueFault(sample.name, remark) for sample in samples for remark in sample.remarks]
     lines += _together(remarks, "note: ")
     unused = [CatalogueFault(each.file, each.reason) for each in ingested.left_out if not each.lost]
     lines += _together(unused, "Not used: ")
     failed = _together(ingested.faults)
     more = [f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all."]
     lines += [*failed[:MOST_FAULTS], *(more if len(failed) > MOST_FAULTS else [])]
-    fates = {outcome.fate for outcome in outcomes}
+    fates = {sample.fate for sample in samples}
     code = SOME_FAILED if fates - {"failed"} else BAD_INPUT
     code = BUG if "bug" in fates else code if ingested.faults else 0
     content = {
         "version": 1,
         "lab": shown(ingested.lab),
         "dry_run": ingested.dry_run,
-        "samples": [_sample(outcome) for outcome in outcomes],
+        "samples": [*map(_sample, samples)],
         "left_out": [{"file": each.file, "reason": each.reason} for each in ingested.left_out],
         "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
@@ -91,7 +91,7 @@ def checked_answer(ingested: Ingested, batch: Batch) -> Answer:
     code = BUG if BUG in (first.exit_code, batch.exit_code) else first.exit_code or batch.exit_code
     # The run folder of a sample is in that of its trial.
     notes = [CatalogueFault(row.folder.split("/")[-2], text) for row in batch.done for text in row.warnings]
-    pages = [f"All walls: {batch.out / SHEET}"] if batch.done and not ingested.dry_run else []
+    pages = [f"All walls: {batch.out / SHEET}"] if batch.done else []
     lines = [*first.lines, *_together(notes, "note: "), *pages]
     return Answer({**first.content, "traced": batch.content(), "exit_code": code}, lines, code)
 
@@ -102,8 +102,7 @@ def list_answer(lab: Path) -> Answer:
     head = ("sample", "revision", "date", "taken in", "data", "depth_mm", "readings", "result")
     cells = [[_text({**row, "taken in": row["ingested_utc"][:10]}[column]) for column in head] for row in rows]
     lines = _table(head, cells) if rows else ["No trials yet."]
-    unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
-    lines += _together([*faults, *unready])
+    lines += _together(faults)
     return _lab_answer(lab, rows, faults, lines)
 
 
@@ -139,10 +138,13 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
 
 
 def show_answer(lab: Path, sample: str) -> Answer:
-    """Answer of 'sealtwin lab show': all revisions of a sample, and its faults."""
-    catalogue, records, faults = revisions(lab, sample)
+    """Answer of 'sealtwin lab show': all revisions of a sample, and its faults. Raises InputError without a sample."""
+    catalogue = Catalogue.of(lab)
+    records, faults = catalogue.of_sample(sample_key(sample)), catalogue.faults().get(sample_key(sample), [])
+    if not records and not faults:
+        raise InputError(f"{lab}: has no sample {sample!r:.80}. List its samples with 'sealtwin lab list {lab}'.")
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
-    lines = [line for record in reversed(records) for line in _revision(catalogue, record)]
+    lines = [line for record in reversed(records) for line in _revision(lab, record)]
     lines += [f"{_begin(fault.sentence)}{fault.sentence}" for fault in faults]
     return _lab_answer(lab, rows, faults, lines)
 
@@ -152,8 +154,8 @@ def _lab_answer(lab: Path, trials: object, faults: Sequence[CatalogueFault], lin
     return Answer(content, [*map(plain, lines)])
 
 
-def _revision(catalogue: Catalogue, record: Record) -> list[str]:
-    place = f"{shown(catalogue.lab)}/{record.folder}"
+def _revision(lab: Path, record: Record) -> list[str]:
+    place = f"{shown(lab)}/{record.folder}"
     return [
         f"{record.name}, revision {record.revision}, taken in {record.ingested_utc} from {record.source}",
         f"  trial: {place}/{TRIAL}; results: sealtwin run {place}/{TRIAL} --out {place}/{RUN}",
@@ -161,34 +163,34 @@ def _revision(catalogue: Catalogue, record: Record) -> list[str]:
         *([] if record.dialect is None else [f"  read as {record.dialect}"]),
         *(f"  given: {key} = {value!r}" for key, value in record.said.items()),
         *(f"  note: {remark}" for remark in record.remarks),
-        f"  result: {progress_of(catalogue, record)}",
-        *(f"  {_begin(sentence)}{sentence}" for sentence in catalogue.unready(record)),
+        f"  result: {progress_of(lab, record)}",
     ]
 
 
-def _sample(outcome: SampleOutcome) -> dict[str, Any]:
-    files = outcome.sample.files.items()
+def _sample(sample: LabSample) -> dict[str, Any]:
     return {
-        "name": outcome.sample.name,
-        "state": outcome.fate,
-        "sound": not outcome.faults,
-        "files": {role: [file.as_posix() for file in each] for role, each in files},
-        "faults": list(map(str, outcome.faults)),
-        "remarks": outcome.remarks,
-        "dialect": outcome.dialect,
-        "columns": dict(outcome.understood.roles) if outcome.understood else {},
-        "folder": outcome.trial,
-        "revision": outcome.revision,
+        "name": sample.name,
+        "state": sample.fate,
+        "sound": not sample.questions,
+        "files": {role: [file.as_posix() for file in files] for role, files in sample.files.items()},
+        "faults": [*sample.questions],
+        "remarks": sample.remarks,
+        "dialect": sample.dialect,
+        "columns": dict(sample.understood.roles) if sample.understood else {},
+        "folder": sample.record and sample.record.folder,
+        "revision": sample.record and sample.record.revision,
     }
 
 
-def _pairing_row(outcome: SampleOutcome) -> list[str]:
-    sample = outcome.sample
-    is_unsound = outcome.faults and outcome.fate not in ("failed", "bug")
+def _pairing_row(sample: LabSample) -> list[str]:
+    is_unsound = sample.questions and sample.fate not in ("failed", "bug")
     return [
         sample.name if "photo" in sample.files else "?",
-        *(few(sample.files.get(role, ["?" if sample.questions else "-"]), 1) for role in ("photo", "readings", "note")),
-        f"{outcome.fate}, not sound" if is_unsound else outcome.fate,
+        *(
+            few(sample.files.get(role) or ["?" if sample.questions else "-"], 1)
+            for role in ("photo", "readings", "note")
+        ),
+        f"{sample.fate}, not sound" if is_unsound else sample.fate,
     ]
 
 
@@ -210,10 +212,10 @@ def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
     ]
 
 
-def _understood(outcome: SampleOutcome) -> list[str]:
+def _understood(sample: LabSample) -> list[str]:
     """Return how a sheet was read: a sentence; if it is in question, its first rows with unused cells in brackets."""
-    name, sheet = outcome.sample.name, outcome.sheet_in_question
-    lines = [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
+    name, sheet = sample.name, sample.sheet_in_question
+    lines = [f"{name}: read as {sample.dialect}."] if sample.dialect else []
     if sheet is None:
         return lines
     roles, broad = dict(sheet.roles), range(max((len(texts) for _, texts in sheet.rows), default=0))
@@ -227,20 +229,20 @@ def _understood(outcome: SampleOutcome) -> list[str]:
 
 
 def _ending(ingested: Ingested) -> list[str]:
-    samples = [each for each in ingested.outcomes if "photo" in each.sample.files]
-    sound = [each for each in samples if not each.faults]
-    unchanged = sum(outcome.fate == "unchanged" for outcome in sound)
+    samples = [each for each in ingested.samples if "photo" in each.files]
+    sound = [each for each in samples if not each.questions]
+    unchanged = sum(sample.fate == "unchanged" for sample in sound)
     count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if not sound:
         lines = [f"No sample is sound yet, of {counted(len(samples), 'sample')}."]
-    lab, questions = shown(ingested.lab), any(each.faults for each in ingested.outcomes)
+    lab, questions = shown(ingested.lab), any(each.questions for each in ingested.samples)
     if ingested.dry_run:
         where = f"repeat the command without --dry-run and edit {lab}/{PAIRING}."
         return [*lines, "Dry run: nothing was written.", *([f"To answer the questions, {where}"] if questions else [])]
     if questions:
         lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")
-    if any(outcome.trial for outcome in ingested.outcomes):
+    if any(sample.record for sample in ingested.samples):
         lines.append(f"Catalogue: sealtwin lab list {lab}")
     if sound:
         lines.append(f"To run them: sealtwin lab run {lab}")

@@ -17,9 +17,7 @@ def ingest(
     pairing: Annotated[
         File, option("Another pairing.csv; by default LAB/pairing.csv is read if you edited it.", "CSV")
     ] = None,
-    dry_run: Annotated[
-        bool, flag("--dry-run", "Pair, trace, check and report; write nothing, not even the tracings.")
-    ] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Pair, read and report; trace and write nothing.")] = False,
     jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
@@ -41,13 +39,16 @@ def ingest(
 
     Example: sealtwin ingest measurements --out lab --dry-run
     """
-    from sealtwin.cli.folder_answer import checked_answer
+    from sealtwin.cli.folder_answer import checked_answer, ingest_answer
     from sealtwin.lab.ingest import ingest as take_in
     from sealtwin.lab.run_checks import check_runs
 
     with command.progress() as progress:
         ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
-    command.reply(checked_answer(ingested, check_runs(ingested, command.progress(), jobs)))
+    if dry_run:
+        command.reply(ingest_answer(ingested))
+    else:
+        command.reply(checked_answer(ingested, check_runs(ingested, command.progress(), jobs)))
 
 
 @answers(device=True)

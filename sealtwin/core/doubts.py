@@ -27,7 +27,7 @@ class Doubt:
 
     @property
     def is_open(self) -> bool:
-        """True if it must be settled before anything is read: nothing confirms what is written, or it may change all."""
+        """True if it must be settled before anything is read: nothing confirms it, or it may change all readings."""
         return CONFIRMS not in self.answers or self.stops
 
     @property

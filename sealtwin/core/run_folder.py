@@ -14,7 +14,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from sealtwin.core.errors import BusyError, InputError, as_text
-from sealtwin.core.files import is_temporary, read_bytes, read_json, sha256, write_bytes, write_json, write_text
+from sealtwin.core.files import is_temporary, read_json, sha256, write_json, write_text
 
 MANIFEST = "manifest.json"
 LOCK = ".lock"
@@ -116,18 +116,6 @@ class RunFolder:
             **facts,
         }
         self.save()
-
-    def copy_stage(self, stage: str, other: "RunFolder") -> None:
-        """Copy a finished ``stage`` from another run folder. Nothing is copied if its files were changed there.
-
-        The manifest is written last, so a killed process leaves the stage unfinished.
-        """
-        entry = other.manifest["stages"][stage]
-        if other.is_current(stage, entry["key"]):
-            for name in entry["outputs"]:
-                write_bytes(self.path / name, read_bytes(other.path / name))
-            self.manifest["stages"][stage] = entry
-            self.save()
 
     def finished(self) -> list[str]:
         """Return the finished stages whose inputs and outputs are in the folder, in the order of the pipeline."""

@@ -19,17 +19,17 @@ from validate.readings.numbers import WORDS as LAB_WORDS
 from validate.readings.numbers import plain_letters
 
 Role = Literal["photo", "mask", "readings", "fill", "note", "ignore"]
-"""Role of a file. A "fill" is the sheet of a liquid weighed into the crack."""
+"""Role of a file. A "fill" is the CSV of a liquid weighed into the crack."""
 
 ROLES: tuple[Role, ...] = get_args(Role)
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "mask": "photo.mask"}
-NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
+NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file", "fill": "crack.fill.file"}
 """Settings of a trial that name a file, by the file's role."""
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 TEXT_SUFFIXES = {".txt", ".md"}
-UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Reported as a fault: they contain a lab's numbers
-TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab"} | UNREAD_TABLES
+TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab"}
+TABLE_SUFFIXES |= {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Not read, but they contain a lab's numbers
 POSSIBLE: Mapping[str, tuple[Role, ...]] = {
     **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
     **dict.fromkeys(TABLE_SUFFIXES, ("readings", "fill", "note")),
@@ -64,6 +64,21 @@ class FilePlace:
         return sample_key(self.sample)
 
 
+Placed = dict[PurePath, list[FilePlace]]
+"""Samples and roles by file. A file of several samples has several, each with the answers that say what is read."""
+
+
+@dataclass(frozen=True)
+class KeptFile:
+    """A file of the lab, and its copy in a trial's folder."""
+
+    role: Role
+    original: str  # Path in the lab's folder
+    kept_as: str  # Path of the identical copy in the trial's folder
+    sha256: str
+    size_bytes: int
+
+
 @dataclass(frozen=True)
 class LeftOut:
     """A file or a folder that is not used, and the reason."""
@@ -71,10 +86,6 @@ class LeftOut:
     file: str
     reason: str
     lost: bool  # True if it may contain data of the lab
-
-    @property
-    def sentence(self) -> str:
-        return f"{self.file}: {self.reason}"
 
 
 def place_of(file: PurePath) -> FilePlace | None:

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 
 from digitise.image.decoding import PHOTO_SUFFIXES
@@ -22,18 +21,18 @@ from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueF
 from sealtwin.lab.files import (
     DEFAULTS,
     TABLE_SUFFIXES,
-    TEXT_SUFFIXES,
     TRIAL,
     LeftOut,
-    as_label,
+    Placed,
     few,
     find_files,
     folder_of,
     place_of,
 )
-from sealtwin.lab.notes import Note, read_defaults, read_note, read_settings_table
-from sealtwin.lab.pairing import PAIRING, Placed, SampleFiles, pair, pairing_text, read_decisions
-from sealtwin.lab.sample import INPUTS, SampleOutcome, gather, prepare
+from sealtwin.lab.notes import Note, read_defaults, read_settings_table
+from sealtwin.lab.pairing import pair, pairing_text, read_decisions
+from sealtwin.lab.prepare import INPUTS, gather, prepare
+from sealtwin.lab.sample import PAIRING, LabSample
 from sealtwin.study.photos import OWN
 from sealtwin.trial.trial_file import Trial, trial_text
 
@@ -46,15 +45,17 @@ class Ingested:
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
-    outcomes: list[SampleOutcome]  # Of samples, and of files that belong to no photo
+    samples: list[LabSample]  # And files that belong to no photo
     left_out: list[LeftOut]
     placed: Placed
+    decisions: Placed
 
     @property
     def faults(self) -> list[CatalogueFault]:
         """Faults of samples, of files without a sample, and of files that are lost."""
-        faults = [CatalogueFault(each.sample.name, f"{fault}") for each in self.outcomes for fault in each.faults]
-        return faults + [CatalogueFault(each.file, each.sentence) for each in self.left_out if each.lost]
+        faults = [(sample.name, question) for sample in self.samples for question in sample.questions]
+        faults += [(each.file, f"{each.file}: {each.reason}") for each in self.left_out if each.lost]
+        return [CatalogueFault(*fault) for fault in faults]
 
 
 def ingest(
@@ -77,9 +78,6 @@ def ingest(
     # Without the path of the folder; it does not change if folder and lab are moved together.
     source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
     named = {file: place for file in names if (place := place_of(file)) is not None}
-    if any(place.role == "photo" and not place.key for place in named.values()):
-        # The folder of one sample: its photo needs no name.
-        named = {file: replace(one, sample=one.sample or as_label(folder.name)) for file, one in named.items()}
     decisions = None if pairing is None else read_decisions(pairing, named)
     with _catalogue(lab, progress, dry_run) as catalogue:
         if decisions is None and edited.is_file() and files.sha256(edited) != catalogue.content.pairing:
@@ -88,54 +86,47 @@ def ingest(
             decisions = catalogue.decisions(source)
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
         samples, of_tables = _paired(folder, placed, left_out)
-        ingested = Ingested(lab, source, dry_run, [], left_out, placed)
+        ingested = Ingested(lab, source, dry_run, samples, left_out, placed, decisions)
         if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
-        intake = SampleIntake(folder, source, defaults, of_tables, catalogue, dry_run)
         for done, sample in enumerate(samples, start=1):
-            ingested.outcomes.append(intake.take_in(sample, progress))
+            with _asking(sample, lab, progress):
+                gather(sample, defaults, of_tables.get(sample.key, Note()))
+                _decide(ingested, catalogue, sample)
             progress.advance(done, sample.name)
         if not dry_run:
-            write_pairing(ingested, catalogue)
-            catalogue.state(source, decisions, ingested.faults)
-            catalogue.save()
+            save_questions(ingested, catalogue)
     return ingested
 
 
-def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[SampleFiles], Mapping[str, Note]]:
-    """Return the samples, the files without a photo, and the settings in tables by sample.
-
-    A text without a photo and without a number is left out.
-    """
+def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[LabSample], Mapping[str, Note]]:
+    """Return the samples, the files without a photo, and the settings in tables by sample."""
     photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
     lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
     rest, of_tables = dict(placed), dict[str, Note]()
     for file, (first, *_) in placed.items():
-        path, ending = folder / file, file.suffix.lower()
-        if first.role not in ("readings", "note") or first.key in photos or path.is_symlink():
+        if first.role not in ("readings", "note") or first.key in photos or file.suffix.lower() not in TABLE_SUFFIXES:
             continue
-        if ending in TABLE_SUFFIXES and (table := read_settings_table(path)) is not None:
+        if (table := read_settings_table(folder / file)) is not None:
             rest.pop(file)
             placed[file] = [replace(first, sample="", role="note")]
             of_tables |= {key: of_tables.get(key, Note()).beside(note) for key, note in table.items()}
             if lacking := few(sorted(table.keys() - photos)):
                 reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
                 left_out.append(LeftOut(f"{file}", reason, lost=True))
-        elif ending in TEXT_SUFFIXES and read_note(path, first.key) == Note():
-            rest.pop(file)
-            left_out.append(LeftOut(f"{file}", "its name is that of no photo.", lost=False))
-    return pair(rest, lost), of_tables
+    return pair(folder, rest, lost), of_tables
 
 
-def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
-    """Write the pairing file, with each question in the row of the file that it is about.
+def save_questions(ingested: Ingested, catalogue: Catalogue, *, edited: bool = False) -> None:
+    """Write the catalogue, and the pairing file with each question in the row of the file that it is about.
 
-    The pairing file then counts as not edited by the user.
+    The pairing file then counts as not edited by the user; one that is ``edited`` is left as it is.
     """
-    asked = [(outcome.sample, question) for outcome in ingested.outcomes for question in outcome.faults]
-    files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, asked))
-    catalogue.content.pairing = files.sha256(catalogue.lab / PAIRING)
+    if not edited:
+        files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, ingested.samples))
+        catalogue.content.pairing = files.sha256(catalogue.lab / PAIRING)
+    catalogue.save(ingested.source, ingested.decisions, ingested.faults)
 
 
 @contextmanager
@@ -168,125 +159,113 @@ def _refuse_nested(folder: Path, lab: Path) -> None:
         )
 
 
-@dataclass(frozen=True)
-class SampleIntake:
-    """Takes samples of a lab's folder into the catalogue, one at a time."""
+@contextmanager
+def _asking(sample: LabSample, lab: Path, progress: Progress) -> Iterator[None]:
+    """Make questions of a sample's errors, which stop no other sample; a failure of the lab's own disk is raised."""
+    try:
+        yield
+    except InputError as fault:
+        sample.ask(*str(fault).splitlines())
+    except OSError as fault:
+        if fault.filename is None or Path(fault.filename).is_relative_to(lab):
+            raise
+        sample.ask(f"{fault.filename}: {fault.strerror}. Make it readable.")
+    except Exception as fault:
+        # A bug in one sample must not stop the others; the command ends with code 1.
+        progress.note(traceback.format_exc())
+        sample.fate, sample.questions = "bug", {}
+        sample.ask(f"{sample.name}: {type(fault).__name__}: {fault}. A bug: please report it.")
 
-    folder: Path
-    source: str  # Name of the folder in the catalogue
-    defaults: Note  # Content of its lab.toml
-    of_tables: Mapping[str, Note]  # Settings of its tables, by sample
-    catalogue: Catalogue
-    dry_run: bool
 
-    def take_in(self, sample: SampleFiles, progress: Progress) -> SampleOutcome:
-        """Take in a sample. Its faults do not stop other samples; a failure of the lab's own disk is raised."""
-        outcome = SampleOutcome(self.folder, sample)
-        try:
-            outcome = gather(self.folder, sample, self.defaults, self.of_tables.get(sample.key, Note()))
-            self._decide(outcome)
-        except InputError as fault:
-            outcome.ask(*str(fault).splitlines())
-        except OSError as fault:
-            if fault.filename is None or Path(fault.filename).is_relative_to(self.catalogue.lab):
-                raise
-            outcome.ask(f"{fault.filename}: {fault.strerror}. Make it readable.")
-        except Exception as fault:
-            # A bug in one sample must not stop the others; the command ends with code 1.
-            progress.note(traceback.format_exc())
-            last = traceback.extract_tb(fault.__traceback__)[-1]
-            place = f"{Path(last.filename).name}, line {last.lineno}"
-            outcome.fate, outcome.faults = "bug", []
-            outcome.ask(f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug: please report it.")
-        return outcome
-
-    def _decide(self, outcome: SampleOutcome) -> None:
-        """Set the fate of the sample, or its faults. Raises InputError for a fault that stops it."""
-        sample, before = outcome.sample, self.catalogue.of_sample(outcome.sample.key)[-1:]
-        for record in before if not outcome.faults else ():
-            if record.content == outcome.content and self._is_whole(record):
-                outcome.fate, outcome.trial, outcome.revision = "unchanged", record.folder, record.revision
-                outcome.remarks, outcome.dialect = list(record.remarks), record.dialect
-                return
-            # A sample of the same name from another folder is another sample, unless its photo is the same.
-            photos = {raw.sha256 for raw in (*outcome.raw, *record.files) if raw.role == "photo"}
-            if len(photos) > 1 and record.source not in (self.source, as_text(self.folder)):
-                raise InputError(
-                    f"{sample.files['photo'][0]}: a sample {record.name} with another photo came from {record.source}; "
-                    "give this one another name in the pairing file."
-                )
-        prepare(outcome)
-        if not outcome.faults and outcome.settings is not None:
-            if not self.dry_run:
-                self.keep(outcome, outcome.settings, *before)
-            outcome.fate = "revised" if before else "new"
-
-    def _is_whole(self, record: Record) -> bool:
-        names = (TRIAL, *(file.kept_as for file in record.files))
-        return all((self.catalogue.lab / record.folder / name).is_file() for name in names)
-
-    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None = None) -> None:
-        """Write a trial's folder, unchanged copies of its files, trial.toml, record.json, and add it to the catalogue.
-
-        ``before`` is the sample's latest trial. If it was neither run nor edited and its files are the same, it is
-        written again with the new settings and keeps its revision. Raises InputError if a file has changed since it was
-        read, or if another sample has the folder's name.
-        """
-        lab, sample, text = self.catalogue.lab, outcome.sample, trial_text(trial)
-        name, revision, answered = folder_of(sample.name), 1, False
-        if before is not None:
-            latest = lab / before.folder
-            answered = before.files == tuple(outcome.raw) and self._is_whole(before)
-            answered = answered and files.sha256(latest / TRIAL) == before.trial_sha256
-            answered = answered and not (latest / RUN / "profile.csv").exists()
-            # The number of a later revision follows an @, which no sample's name contains.
-            revision = before.revision + (not answered)
-            name = before.folder if answered else f"{before.folder.partition('@')[0]}@{revision}"
-        if (lab / name).exists() and not answered:
+def _decide(ingested: Ingested, catalogue: Catalogue, sample: LabSample) -> None:
+    """Set the fate of the sample, or its questions. Raises InputError for a fault that stops it."""
+    before = catalogue.of_sample(sample.key)[-1:]
+    for record in before if not sample.questions else ():
+        if record.content == sample.content and _is_whole(catalogue.lab, record):
+            sample.fate, sample.record = "unchanged", record
+            sample.remarks, sample.dialect = [*record.remarks], record.dialect
+            return
+        # A sample of the same name from another folder is another sample, unless its photo is the same.
+        photos = {raw.sha256 for raw in (*sample.raw, *record.files) if raw.role == "photo"}
+        if len(photos) > 1 and record.source != ingested.source:
             raise InputError(
-                f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name "
-                "in the pairing file."
+                f"{sample.files['photo'][0]}: a sample {record.name} with another photo came from {record.source}; "
+                "give this one another name in the pairing file."
             )
-        settings = {key: entry.value for key, entry in outcome.note.entries.items()}
-        record = Record(
-            sample=sample.key,
-            name=sample.name,
-            revision=revision,
-            folder=name,
-            source=self.source,
-            content=outcome.content,
-            files=tuple(outcome.raw),
-            dialect=outcome.dialect,
-            date=settings.get("date"),
-            operator=settings.get("operator"),
-            said=json.loads(json.dumps(settings, default=str)),
-            remarks=tuple(outcome.remarks),
-            ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
-            sealtwin=version("sealtwin"),
-            trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
+    prepare(sample)
+    if not sample.questions and sample.trial is not None:
+        if not ingested.dry_run:
+            keep(ingested, catalogue, sample, sample.trial, *before)
+        sample.fate = "revised" if before else "new"
+
+
+def _is_whole(lab: Path, record: Record) -> bool:
+    names = (TRIAL, *(file.kept_as for file in record.files))
+    return all((lab / record.folder / name).is_file() for name in names)
+
+
+def keep(
+    ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Trial, before: Record | None = None
+) -> None:
+    """Write a trial's folder, unchanged copies of its files, trial.toml, record.json, and add it to the catalogue.
+
+    ``before`` is the sample's latest trial. If it was neither run nor edited and its files are the same, it is written
+    again with the new settings and keeps its revision. Raises InputError if a file has changed since it was read, or if
+    another sample has the folder's name.
+    """
+    lab, text = catalogue.lab, trial_text(trial)
+    name, revision, answered = folder_of(sample.name), 1, False
+    if before is not None:
+        latest = lab / before.folder
+        answered = before.files == tuple(sample.raw) and _is_whole(lab, before)
+        answered = answered and files.sha256(latest / TRIAL) == before.trial_sha256
+        answered = answered and not (latest / RUN / "profile.csv").exists()
+        # The number of a later revision follows an @, which no sample's name contains.
+        revision = before.revision + (not answered)
+        name = before.folder if answered else f"{before.folder.partition('@')[0]}@{revision}"
+    if (lab / name).exists() and not answered:
+        raise InputError(
+            f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name "
+            "in the pairing file."
         )
-        folder = lab / name if answered else lab / INCOMING
-        if answered:
-            files.write_text(folder / TRIAL, text)
-        else:
-            shutil.rmtree(folder, ignore_errors=True)
-            write_trial(outcome, trial, folder)
-        files.write_json(folder / RECORD, asdict(record))
-        if not answered:
-            with naming(lab / name):
-                folder.rename(lab / name)
-        self.catalogue.put(record)
-        outcome.trial, outcome.revision = name, revision
+    settings = {key: entry.value for key, entry in sample.note.entries.items()}
+    record = Record(
+        sample=sample.key,
+        name=sample.name,
+        revision=revision,
+        folder=name,
+        source=ingested.source,
+        content=sample.content,
+        files=tuple(sample.raw),
+        dialect=sample.dialect,
+        date=settings.get("date"),
+        operator=settings.get("operator"),
+        said=json.loads(json.dumps(settings, default=str)),
+        remarks=tuple(sample.remarks),
+        ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
+    )
+    folder = lab / name if answered else lab / INCOMING
+    if answered:
+        files.write_text(folder / TRIAL, text)
+    else:
+        shutil.rmtree(folder, ignore_errors=True)
+        write_trial(sample, trial, folder)
+    files.write_json(folder / RECORD, asdict(record))
+    if not answered:
+        with naming(lab / name):
+            folder.rename(lab / name)
+    sample.record = record
 
 
-def write_trial(outcome: SampleOutcome, trial: Trial, folder: Path) -> None:
+def write_trial(sample: LabSample, trial: Trial, folder: Path) -> None:
     """Write copies of a sample's files, and its trial.toml, into ``folder``.
 
     Raises InputError if a file has changed since it was hashed.
     """
     (folder / INPUTS).mkdir(parents=True)
-    for raw in outcome.raw:
-        path = outcome.folder / raw.original
+    for raw in sample.raw:
+        path = sample.folder / raw.original
         content = read_bytes(path)
         if hashlib.sha256(content).hexdigest() != raw.sha256:
             raise InputError(f"{path}: the file changed during the ingest. Repeat the command.")

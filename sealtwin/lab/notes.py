@@ -19,11 +19,11 @@ from sealtwin.trial.trial_file import Trial
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
 from validate.readings.numbers import is_ambiguous, number
-from validate.settings import OF_THE_SHEET, SIGNS, Columns
+from validate.settings import Columns
 
 NAME, DATE, OPERATOR = "name", "date", "operator"
-OWN = (DATE, OPERATOR)
-"""Keys that only notes have, and that go into the catalogue."""
+OWN = (NAME, DATE, OPERATOR)
+"""Keys that do not go into the trial: its name is that of the photo, and the others go into the catalogue."""
 ORIGINS = ("photo.data", "readings.data")
 """Settings that the key data of a note stands for: the origin of photo and readings."""
 OF_READINGS = ("readings.", "gate.")  # Prefixes of keys that only samples with readings need
@@ -48,8 +48,7 @@ NOT_READ = (
     "such as settings = crack.depth_mm = 9.0; if it has readings, set its role to readings; if neither, to ignore."
 )
 SAMPLE = "sample"  # Column of a table of settings
-ASSIGNED = re.compile(r"\s*[A-Za-z_]\w*(\.[A-Za-z_]\w*)*\s*=[^#\ufffd]*")
-"""Line ``key = value`` without a comment, which may change its meaning."""
+DOUBTFUL = set("#\ufffd")  # A comment may change the meaning of a setting; the other mark stands for unknown letters
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
 LONGEST = 200
@@ -100,12 +99,7 @@ class Note:
                 self.take(key, value, where)
 
     def take(self, key: str, value: Any, where: str) -> None:
-        """Add a setting by its dotted key. Columns that describe a whole sheet become settings of [readings]."""
-        table, _, name = key.rpartition(".")
-        if table == COLUMNS and name in (*OF_THE_SHEET, "as_written"):
-            key = f"readings.{name}"
-        elif key == f"{COLUMNS}.sign":
-            key, value = "readings.quantity", SIGNS.get(f"{value}", value)
+        """Add a setting by its dotted key."""
         try:
             for each in ORIGINS if key == "data" else (key,):
                 if each not in known_keys():
@@ -118,8 +112,8 @@ class Note:
 def read_note(path: Path, sample: str, *, answered: bool = False) -> Note:
     """Read the settings of a TOML file, or of a text if each of its lines is ``key = value`` with a known key.
 
-    Another file is a fault if it may have settings, that is a number that is not in the key of its ``sample``, unless
-    its row has been ``answered``.
+    Another file is a fault if it may have settings, that is a known key, or a number that is not in the key of its
+    ``sample``, unless its row has been ``answered``.
     """
     note, where = Note(), as_text(path)
     try:
@@ -131,14 +125,14 @@ def read_note(path: Path, sample: str, *, answered: bool = False) -> Note:
     except InputError as fault:
         return Note(faults=str(fault).splitlines())
     text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
-    if all(ASSIGNED.fullmatch(line) for line in text.splitlines() if line.strip()):
+    if not DOUBTFUL & set(text):
         with suppress(ValueError, RecursionError):
             note.take_tables(tomllib.loads(text), where)
             if not note.faults:
                 return note
-    numbers = [word for word in text.split() if NUMBER.search(word) and sample_key(word) != sample]
-    is_open = not answered and (len(content) == LARGEST_READ_BYTES or bool(numbers))
-    return Note(faults=[f"{where}: {NOT_READ}"] if is_open else [])
+    settings = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
+    is_open = len(content) == LARGEST_READ_BYTES or any(sample_key(word) != sample for word in settings)
+    return Note(faults=[f"{where}: {NOT_READ}"] if is_open and not answered else [])
 
 
 def read_defaults(path: Path) -> Note:
@@ -164,7 +158,7 @@ def read_settings_table(path: Path) -> dict[str, Note] | None:
     a table.
     """
     try:
-        head, rows = table_of(path)
+        head, rows = table_of(path) if not path.is_symlink() else ((), [])
     except InputError:
         return None  # Reported when it is read as a sheet.
     if SAMPLE not in head or not any("." in key and key in known_keys() for key in head):
@@ -200,7 +194,7 @@ def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
     # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh.
     named = (key for key in dotted_names(Trial) if not key.startswith("mesh."))
-    return frozenset([*OWN, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
+    return frozenset([DATE, OPERATOR, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
 
 
 @cache
@@ -209,12 +203,12 @@ def tables() -> frozenset[str]:
 
 
 def _checked(key: str, value: Any) -> Any:
-    """Return the value of a key. Raises ValueError for an invalid value of a key that only notes have."""
+    """Return the value of a key; of one that only notes have, as a text. Raises ValueError if it is not a date."""
+    if key == OPERATOR:
+        return plain(f"{value}"[:LONGEST])
     if key == DATE:
         try:
             return date.fromisoformat(f"{value}"[:10]).isoformat()
         except ValueError:
             raise ValueError("is not a date; write 2026-12-31.") from None
-    if key in (NAME, OPERATOR) and not (isinstance(value, str) and 0 < len(value) <= LONGEST and plain(value) == value):
-        raise ValueError(f"is not one line of 1 to {LONGEST} visible letters, in quotes.")
     return value

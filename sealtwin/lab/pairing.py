@@ -3,8 +3,7 @@
 import re
 import tomllib
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path, PurePath
 from textwrap import shorten
 from typing import Any
@@ -12,21 +11,20 @@ from typing import Any
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
-from sealtwin.lab.files import ROLES, TABLES, UNREAD_TABLES, FilePlace, Role, as_label, few, roles_of
+from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, Role, as_label, few, roles_of
 from sealtwin.lab.notes import COLUMNS as OF_COLUMNS
 from sealtwin.lab.notes import Note, value_of
+from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
 from sealtwin.lab.sheets import table_of
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
-from validate.settings import Columns, Declared
+from validate.settings import SIGNS, Columns, Declared
 
-PAIRING = "pairing.csv"
 MOST_PHOTOS = 12  # Photos in one question
 LONGEST_QUESTION = 1500  # Letters of a cell of the pairing file
 REFERENCE = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|-?\d+([.,]\d+)?")
 """B, B:D or 9; several lower-case letters are more likely a name."""
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
-SETTINGS = "settings"
 
 SHEET_ALONE = (
     "Write its sample into the column sample; if it has several, add a row of this file for each, with its own range, "
@@ -38,9 +36,6 @@ NOTE_ALONE = (
 )
 ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
-Placed = dict[PurePath, list[FilePlace]]
-"""Samples and roles by file. A file of several samples has several, each with the answers that say what is read."""
-
 
 def _column(reference: str) -> str:
     """Return a column's letter as the span "B:B", which cannot be the name of a column."""
@@ -49,8 +44,9 @@ def _column(reference: str) -> str:
 
 READ_AS: Mapping[str, Callable[[str], Any]] = {
     **dict.fromkeys(("s", "repeat"), _column),
-    **dict.fromkeys(("unit", "sign", "s_from"), str.lower),
-    **dict.fromkeys(("header_rows", "datum_level_mm", "crack"), value_of),
+    **dict.fromkeys(("unit", "s_from"), str.lower),
+    **dict.fromkeys(("datum_level_mm", "crack"), value_of),
+    "sign": lambda text: SIGNS.get(text.lower(), text),
     "range": str.upper,
 }
 """Functions that read the text in a column of the pairing file. Other texts are values as they are."""
@@ -62,12 +58,16 @@ LISTS: Mapping[str, Callable[[str], Any]] = {
     "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
 }
 """Columns with several values, and functions that read each. A unit of places is a single one."""
-NOT_COLUMNS = ("columns", "quantity", "sample")
-OF_SHEETS = [name for name in {**Columns.model_fields, **Declared.model_fields} if name not in NOT_COLUMNS]
-"""Columns of the pairing file that describe a sheet, with the names of the settings of [readings]."""
-ANSWERS = (*OF_SHEETS, "crack", "mass", SETTINGS)
-"""Columns for the user's answers: about a sheet, the number of the crack in a photo, the masses of a fill, and other
-settings. The pairing file has those that are needed; a user may add any of them."""
+SETTING = {
+    **{name: f"{OF_COLUMNS}.{name}" for name in Columns.model_fields},
+    **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
+    "sign": "readings.quantity",
+    "crack": "photo.crack",
+}
+"""Settings of a trial by the column of the pairing file that answers them."""
+ANSWERS = (*SETTING, SETTINGS)
+"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
+file has those that are needed; a user may add any of them."""
 NAMES = ("file", "role", "sample")
 COLUMNS = (*NAMES, *ANSWERS, "question")
 PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a file a row is about
@@ -76,15 +76,14 @@ PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a fil
 def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
     """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
     note = Note()
-    for name, text in ((name, answers[name]) for name in (*OF_SHEETS, "crack") if answers.get(name)):
-        table = "photo" if name == "crack" else OF_COLUMNS if name in Columns.model_fields else "readings"
+    for name, text in ((name, answers[name]) for name in SETTING if answers.get(name)):
         value = READ_AS.get(name, str)(text)
         if name in LISTS:
             parts = re.split(r"[\s,;]+", text)
             if name != "as_written" and not all(map(REFERENCE.fullmatch, parts)):
                 parts = re.split(r"\s*;\s*", text)
             value = [*map(LISTS[name], parts)] if name != "places" or len(parts) > 1 else text
-        note.take(f"{table}.{name}", value, where)
+        note.take(SETTING.get(name, name), value, where)
     try:
         note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
     except (ValueError, RecursionError) as fault:
@@ -93,28 +92,7 @@ def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
     return note
 
 
-@dataclass
-class SampleFiles:
-    """Files of one photo; or files of one name that belong to no photo."""
-
-    name: str
-    files: dict[Role, list[PurePath]] = field(default_factory=dict[Role, list[PurePath]])
-    """Files by role. Several of one role but notes are in question."""
-    answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
-    questions: list[tuple[Doubt, PurePath]] = field(default_factory=list)  # Each with the file in whose row it is
-    is_held: bool = False  # True if it has no readings and a sheet without a photo may be its own
-
-    @property
-    def key(self) -> str:
-        return sample_key(self.name)
-
-    def file(self, role: Role) -> PurePath | None:
-        """Return the file of a role; None if there is none, or several."""
-        files = self.files.get(role, [])
-        return files[0] if len(files) == 1 else None
-
-
-def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
+def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     """Return the samples, sorted by name, and behind them the files without a photo. Ignored files are omitted.
 
     ``lost`` names files that cannot be read. While a sheet has no photo, or one of these may be a sheet, photos without
@@ -122,10 +100,10 @@ def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
     """
     rows: list[tuple[Role, PurePath, FilePlace]]
     rows = [(place.role, file, place) for file, places in placed.items() for place in places if place.role != "ignore"]
-    samples = dict[str, SampleFiles]()
+    samples = dict[str, LabSample]()
     for role, file, place in sorted(rows, key=lambda row: (ROLES.index(row[0]), row[1])):
         name = place.sample or f"{file}"
-        sample = samples.setdefault(sample_key(name), SampleFiles(name))
+        sample = samples.setdefault(sample_key(name), LabSample(folder, name))
         sample.files.setdefault(role, []).append(file)
         sample.answers[role, file] = place.answers
     photos = [sample for _, sample in sorted(samples.items()) if "photo" in sample.files]
@@ -134,42 +112,30 @@ def pair(placed: Placed, lost: Sequence[str]) -> list[SampleFiles]:
     sheets = [file for sample in alone for role in TABLES for file in sample.files.get(role, ())]
     for sample in photos:
         for role, files in sample.files.items():
-            # A copy in a format that is read replaces it: P01.csv for P01.xls.
-            files[:] = [file for file in files if file.suffix.lower() not in UNREAD_TABLES] or files
-            if len(files) > 1 and role != "note":
-                question = Doubt("pairing", few(files), f"{len(files)} files are its {role}.", ONE_OF_SEVERAL)
-                sample.questions += [(question, file) for file in files]
+            for file in files if len(files) > 1 and role != "note" else ():
+                finding = f"{len(files)} files are its {role}."
+                sample.ask(Doubt("pairing", few(files), finding, ONE_OF_SEVERAL), file=file)
     if waiting := few([*lost, *sheets]):
         finding = f"{waiting} may be the sheet of a photo that has none, so these photos wait for the answers."
         for sample in lacking:
-            sample.is_held = True
-            sample.questions.append((Doubt("pairing", PAIRING, finding), sample.files["photo"][0]))
+            sample.files["readings"] = []
+            sample.ask(Doubt("pairing", PAIRING, finding))
     without = few([sample.files["photo"][0] for sample in lacking], MOST_PHOTOS) or "none"
-    for sample, role, file in (
-        (one, role, file) for one in alone for role, files in one.files.items() for file in files
-    ):
-        remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
-        question = Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy)
-        sample.questions.append((question, file))
+    for sample in alone:
+        for role, file in ((role, file) for role, files in sample.files.items() for file in files):
+            remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
+            sample.ask(Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy))
     return [*photos, *alone]
 
 
-@dataclass(frozen=True)
-class RowQuestion:
-    sentence: str
-    file: PurePath  # File in whose row it is written
-    columns: tuple[str, ...] = ()  # Columns for the answer
-
-    def __str__(self) -> str:
-        return self.sentence
-
-
-def pairing_text(placed: Placed, asked: Iterable[tuple[SampleFiles, RowQuestion]]) -> str:
+def pairing_text(placed: Placed, samples: Sequence[LabSample]) -> str:
     """Return the text of the pairing file: a row for each file and sample, sorted by sample, with its questions."""
     questions, used = defaultdict[tuple[PurePath, str], list[str]](list), set[str]()
-    for sample, question in asked:
-        questions[question.file, sample.key].append(question.sentence)
-        used.update(column if column in ANSWERS else SETTINGS for column in question.columns)
+    for sample in samples:
+        for sentence, (files, columns) in sample.questions.items():
+            for file in files:
+                questions[file, sample.key].append(sentence)
+            used.update(column if column in ANSWERS else SETTINGS for column in columns)
     rows = list[tuple[Any, dict[str, str]]]()
     for file, places in placed.items():
         for place in places:
@@ -194,15 +160,16 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
         raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
     head, rows = table_of(path)
     faults = [f"{path}: no column {name}." for name in NAMES if name not in head]
-    faults += [
-        f"{path}: no such column {name!r:.80}; allowed are {', '.join(COLUMNS)}." for name in {*head} - {*COLUMNS, ""}
-    ]
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
     by_cell = {as_text_cell(file.as_posix()): file for file in named} | {file.as_posix(): file for file in named}
     decisions: Placed = {}
     for line, texts in rows if not faults else ():
         where, cells = f"{path}, line {line}", dict(texts)
-        faults += [f"{where}: {text!r:.80} is in a column without a name." for name, text in texts if text and not name]
+        faults += [
+            f"{where}: {text!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
+            for name, text in texts
+            if text and name not in COLUMNS
+        ]
         written, role, sample = (cells.get(name, "") for name in NAMES)
         if (file := by_cell.get(written)) is None:
             faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")

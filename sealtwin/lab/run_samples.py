@@ -49,14 +49,12 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
     others. Raises InputError if the folder is not a lab.
     """
     catalogue = Catalogue.of(lab)
-    left_out = [SampleRun(fault.name, "left out", reason=fault.sentence) for fault in catalogue.faults()]
-    asked = {sample_key(one.name) for one in left_out}
-    trials = list[Record]()
-    for record in {record.sample: record for record in catalogue.records}.values():
-        if unready := catalogue.unready(record):
-            left_out.append(SampleRun(record.name, "left out", record.folder, reason=" ".join(unready)))
-        elif record.sample not in asked:
-            trials.append(record)
+    faults = catalogue.faults()
+    left_out = [
+        SampleRun(first.name, "left out", reason=" ".join(fault.sentence for fault in (first, *others)))
+        for first, *others in faults.values()
+    ]
+    trials = [record for record in catalogue.latest if record.sample not in faults]
     return sorted([*_run_all(lab, trials, how, progress), *left_out], key=lambda one: sample_key(one.name))
 
 

@@ -1,38 +1,12 @@
-"""The readers of sheets, as a lab uses them: readings, a fill, and the cells of a table."""
+"""Read the cells of a table, and the doubts in an error of a sheet."""
 
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from digitise.weighing.fill import WeighedFill
-from sealtwin.core.doubts import Doubt, ReadSheet
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Profile
-from sealtwin.core.settings import checked
 from validate.readings.files import read_grid
 from validate.readings.grid import SheetFaults
-from validate.readings.read_readings import WAYS, is_unanswered, read_readings
-from validate.readings.rest import ask_about_rest
-from validate.readings.rows import read_rows
-from validate.readings.table import find_table
-from validate.settings import Declared
-
-
-def look_at(
-    path: Path, declared: Declared, depth_mm: float | None = None
-) -> tuple[Profile | None, tuple[Doubt, ...], ReadSheet | None]:
-    """Read a sheet as a run does, without the crack's length.
-
-    Returns the readings, or None if they cannot be read; what is open or in doubt; and the sheet as it was understood,
-    or None if it cannot be opened.
-    """
-    try:
-        profile = read_readings(path, declared, None, depth_mm)
-    except InputError as fault:
-        return None, doubts_in(fault), fault.understood if isinstance(fault, SheetFaults) else None
-    return profile, profile.questions, profile.understood
 
 
 def doubts_in(fault: InputError) -> tuple[Doubt, ...]:
@@ -51,28 +25,3 @@ def table_of(path: Path) -> tuple[tuple[str, ...], list[tuple[int, list[tuple[st
     texts = {row: tuple(cell.text for cell in cells) for row, cells in read_grid(path).rows.items()}
     (_, head), *rows = [*texts.items()] or [(1, ())]
     return head, [(row, [*zip_longest(head, texts, fillvalue="")]) for row, texts in rows]
-
-
-def read_fill(path: Path, declared: Declared, unit: str = "") -> tuple[dict[str, Any], str]:
-    """Read the sheet of a liquid weighed into a crack. It is read like readings, with masses in place of stations.
-
-    Returns the columns of a trial's [crack.fill], and a sentence on how the sheet was read. ``unit`` is that of the
-    masses if the sheet lacks it. Raises InputError with file, row, column, value and the remedy.
-    """
-    if unit not in ("", "g", "kg"):
-        raise InputError(f"{path}: mass = {unit!r:.40} is no unit of the masses; write g or kg.")
-    table = find_table(read_grid(path, declared.sheet, declared.separator), declared, "mass", unit or None)
-    rows = read_rows(table)
-    ask_about_rest(table, rows)
-    if asked := [doubt for doubt in table.doubts if is_unanswered(doubt, declared)]:
-        raise SheetFaults(asked)
-    cells = rows.cells
-    # Masses are cumulative, so a step without a level can be dropped.
-    if not len(cells.s_mm):
-        raise InputError(f"{path}: no step has both a mass and a level; write the level that belongs to each mass.")
-    levels_mm = np.nanmean(cells.levels_mm, axis=1)
-    content = {"mass_g": np.round(cells.s_mm, 6).tolist(), "level_mm": (np.round(levels_mm, 6) + 0.0).tolist()}
-    checked(WeighedFill, path, content)
-    last = f"{content['mass_g'][-1]:g} g at {content['level_mm'][-1]:g} mm"
-    way = WAYS["depth" if cells.is_depth else "level"]
-    return content, f"{path}: read as a fill of {len(levels_mm)} steps, up to {last}; {way}."

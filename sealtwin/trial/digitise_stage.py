@@ -24,7 +24,6 @@ from sealtwin.trial.job import (
     shown,
     stage_settings,
 )
-from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 
 if TYPE_CHECKING:
@@ -81,13 +80,6 @@ def bring_up_to_date(job: Job) -> bool:
     facts = {"given": list(inputs), "path_source": outline.path_source}
     job.folder.record("digitise", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
     return True
-
-
-def tracing_key(trial: Trial, source: Path) -> str:
-    """Return the key with which this stage digitises a trial. It depends on the photo's bytes and on settings alone."""
-    trial = trial.loaded(source)
-    numbers = numbers_up_to("digitise")
-    return stage_key(_hashes_of_sample(trial, source), stage_settings(trial, "digitise"), numbers)
 
 
 def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":

@@ -133,8 +133,6 @@ CASES: list[WrongInput] = [
     ingested("a depth in a photo's name", _named("N3 9mm.png"), "N3 9mm", code=0),
     ingested("path and nozzle that nobody said", _files(NOT_SAID), 'path.volume_ml = "cavity"', "path.trim_mm = 10.0",
         "path.speed_mm_s = 4.0", "nozzle.diameter_mm = 2.4", code=0),
-    answers(INGEST.replace(" --quiet", ""))("a picture in a folder that a dry run forgets", _blurred, "N3.png",
-        code=SOME_FAILED, lacks=("refused.png", "inputs/photo")),
     typed("a typed scale that markers in the photo contradict", _beside_markers, "4 markers of 4x4_50",
         "0.5 mm/px", "20.0 mm wide", "16 mm", "photo.mm_per_px", "photo.markers", more=" 0.5", code=0),
     *(answers(f"{command} {{given}}/photo.png --depth-mm 16 --out {{out}}")("no scale, but markers in the photo",

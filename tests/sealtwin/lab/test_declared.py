@@ -48,25 +48,19 @@ def test_what_is_not_said_of_the_fluid_is_the_starters(small, tmp_path, fluid, s
     assert (given.yield_stress_pa, given.viscosity_pa_s) == (stress_pa, viscosity_pa_s)
     # Without a rest the jet, still falling, is read as a spike of the level.
     assert trial.solver.settle_s == 2.0
-    assert any("fluid.yield_stress_pa = 5.0" in text for text in ingested.outcomes[0].remarks) is assumed
+    assert any("fluid.yield_stress_pa = 5.0" in text for text in ingested.samples[0].remarks) is assumed
     assert ("fluid.yield_stress_pa = 5.0" in trial.note) is assumed, "which every report shows"
 
 
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        (
-            "P02_Notiz.toml",
-            'crack.depth_mm = 8\nreadings.state = "wet"',
-            "P02_Notiz.toml: readings.state is given, but the",
-        ),
         ("P01.toml", TRACED.format("P02.png"), "P01.toml: photo.file = 'P02.png', but the sample's photo is P01.png"),
         (
             "P01.toml",
             f'{P01}mask = "P01_mask.png"\n',
             "P01.toml: photo.mask = 'P01_mask.png', but the sample's mask is no file",
         ),
-        ("P01.toml", f'name = "P\\u202e1"\n{P01}', "is not one line"),
         ("P01.toml", "a." * 60_000 + "b = 1", "P01.toml: a dotted key has more than 16 parts"),
     ],
 )
@@ -78,3 +72,10 @@ def test_a_note_that_contradicts_its_samples_files_or_cannot_be_is_the_one_fault
     ]
     assert len(faults) == 1
     assert sentence in faults[0]
+
+
+def test_settings_of_readings_without_readings_are_asked_about(small, tmp_path):
+    (small / "P02_Messung.csv").unlink()
+    (small / "P02_Notiz.toml").write_text('crack.depth_mm = 8\nreadings.state = "wet"')
+    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+    assert fault.sentence.startswith("P02_Notiz.toml: readings.state is given, but the sample has no readings")

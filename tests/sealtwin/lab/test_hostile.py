@@ -8,11 +8,11 @@ import pytest
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
 from sealtwin.lab import files as lab_files
-from sealtwin.lab import sample
+from sealtwin.lab import prepare
 from sealtwin.lab.catalogue import CATALOGUE, latest_trials
 from sealtwin.lab.files import LeftOut
 from sealtwin.lab.ingest import ingest
-from tests.labs import QUIET, fates, sealtwin
+from tests.labs import QUIET, answer, fates, sealtwin
 from tests.pictures import mortar, write_png
 
 
@@ -30,7 +30,7 @@ def test_links_are_not_followed(small, tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("P02 mesures.xlsb", b"PK\x03\x04", "damaged, or not an XLSX"),
+        ("P02 mesures.xlsb", b"PK\x03\x04", "damaged, or not a workbook"),
         pytest.param("P02_Messung.csv", None, "not a plain file", id="a link"),
     ],
 )
@@ -45,11 +45,11 @@ def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name, con
     assert fault.sentence.startswith(f"{name}: {sentence}")
 
 
-def test_what_was_saved_anew_beside_it_stands_in(small, tmp_path):
+def test_what_was_saved_anew_is_asked_about_beside_the_old(small, tmp_path):
     (small / "P02_Messung.xls").write_bytes(b"old")
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert fates(ingested) == {"P01": "new", "P02": "new"}
-    assert str(ingested.outcomes[1].sample.file("readings")) == "P02_Messung.csv"
+    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "failed"}
+    answer(tmp_path / "lab", {"P02_Messung.xls": {"role": "ignore"}})
+    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "new"}
 
 
 def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):
@@ -100,10 +100,10 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
     with (small / "P01.csv").open("wb") as sheet:
         sheet.truncate(1_000_000_000)
     monkeypatch.setattr(
-        sample.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
+        prepare.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
-    assert list(map(str, ingested.outcomes[0].faults)) == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]
+    assert [*ingested.samples[0].questions] == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]
 
 
 def test_too_many_files_are_refused(small, tmp_path, monkeypatch):

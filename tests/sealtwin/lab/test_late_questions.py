@@ -40,7 +40,7 @@ def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(la
     assert "2 cracks compete" in question(lab, "P02.png")
     assert "a 2 in the column crack" in (asked := question(lab, "P02.png"))
     assert Path(asked.partition("Look at ")[2].partition(". ")[0]).is_file(), asked
-    assert question(lab, "P01.csv").startswith("P01.csv, line 8, column s_mm: 40 mm is outside the crack")
+    assert question(lab, "P01.csv").startswith("P01.csv: 40 mm in A8 is outside the crack")
     assert question(lab, "P01.png") == ""
     answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"crack": "2"}})
     last = _ingest(folder, lab)
@@ -66,8 +66,8 @@ def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
     )
     asked = _ingest(small, lab)
     assert asked.exit_code == 6, asked.output
-    assert 's_from = "second", or in pairing.csv' in asked.output
-    assert 's_from = "second", or in pairing.csv' in question(lab, "P01.csv")
+    assert "Give s_from = second." in asked.output
+    assert "Give s_from = second." in question(lab, "P01.csv")
     answer(lab, {"P01.csv": {"s_from": "second"}})
     assert _ingest(small, lab).exit_code == 0
     readings = present(load_trial(lab / "P01@2" / "trial.toml").readings, "readings")

@@ -44,11 +44,11 @@ def test_all_sound_samples_are_run_once_and_the_others_named(ready, monkeypatch)
     assert samples["P01"]["reason"].startswith("ZeroDivisionError: by zero. A bug: please report")
     assert "by zero" in (ready / "P01" / "run" / "fault.txt").read_text()
     assert "trim_mm" in samples["P02"]["reason"]
-    assert samples["P04"]["reason"].startswith("P04_Messung.csv, line 1:")
+    assert samples["P04"]["reason"].startswith("P04_Messung.csv: column A")
     assert (ready / "P03" / "run" / "report.html").is_file()
     assert samples["P03"]["mean_error_mm"] > 0
     text = sealtwin("lab", "run", ready, "--device", "cpu").stdout
-    for words in ("P01     done", "P03     up to date", "P04     left out", "left out: P04: P04_Messung.csv, line 1"):
+    for words in ("P01     done", "P03     up to date", "P04     left out", "left out: P04: P04_Messung.csv: column A"):
         assert words in text
 
 

@@ -34,7 +34,7 @@ def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
     assert "P01/run/overlay.png" in (lab / "index.html").read_text()
     outside, unseen = content["faults"]
     assert unseen["name"] == "P02"
-    assert "line 8, column s_mm: 40 mm is outside the crack, 0 to 1" in outside["sentence"]
+    assert "P01.csv: 40 mm in A8 is outside the crack, 0 to 1" in outside["sentence"]
     traces = [lab / "P01" / "run" / name for name in ("overlay.png", "outline.json")]
     before = [path.stat().st_mtime_ns for path in traces]
     again = _ingest(small, lab)

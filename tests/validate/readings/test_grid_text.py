@@ -42,7 +42,7 @@ def test_fields_are_read_whatever_separates_them(tmp_path, separator, newline, s
     assert grid.separator == separator
     assert [row - stated for row in grid.rows] == [1, 2, 4, 6, 7, 8]
     assert texts(grid, 2 + stated) == [title[1]]
-    assert texts(grid, 8 + stated) == ["", "12,34", "1,25", "-0,01", "gut; Foto 1, 2"]
+    assert texts(grid, 8 + stated) == ["", "12,34", "1,25", "-0,01", "ok; Foto 1, Blatt 2"]
 
 
 ENCODINGS = [
