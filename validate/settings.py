@@ -30,9 +30,6 @@ AS_WRITTEN = re.compile(
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
-OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
-"""Settings that [readings.columns] accepts too, with the same meaning as in [readings]."""
-Sign = Literal["up", "down"]
 Rounding = Literal["nearest", "down", "toward_zero"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 Role = Literal["calibrated-on", "held-out", "undeclared"]
@@ -49,7 +46,7 @@ def _spelt_once(unit: Any) -> Any:
 
 
 class Columns(Settings):
-    """Columns of a sheet without clear column names, and other facts that the sheet leaves open, as in [readings]."""
+    """Columns and rows of a sheet, if its header does not name them."""
 
     s: Text | None = None
     """Column of the stations: its name in the header, or its letter in a spreadsheet, such as "A"."""
@@ -70,19 +67,6 @@ class Columns(Settings):
     """Words of this sheet for a missing reading, in addition to the usual ones, such as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
     """Part of the sheet to read: cells such as "F2:I30", columns such as "F:I", or rows such as "2:30"."""
-    sign: Sign | None = None
-    """Direction of the readings: "up" for levels, "down" for depths, like quantity of [readings]."""
-    sheet: Text | None = None
-    """Name of the worksheet, like sheet of [readings]."""
-    unit: Unit | DialUnit | None = None
-    """Unit of all columns, like unit of [readings]."""
-    datum: Datum | None = None
-    """Datum of the readings, like datum of [readings]."""
-    datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
-    """Height of the datum above the sample's surface, like datum_level_mm of [readings]."""
-
-    _one_spelling = field_validator("unit", mode="before")(_spelt_once)
-
     @field_validator("missing")
     @classmethod
     def _are_words(cls, words: tuple[str, ...]) -> tuple[str, ...]:
@@ -136,26 +120,6 @@ class Declared(Settings):
                     f"range, worksheets or names; found {answer!r:.40}"
                 )
         return answers
-
-    @model_validator(mode="after")
-    def _says_it_once(self) -> Self:
-        """Copy the settings that [readings.columns] gives for the whole sheet to those of [readings]."""
-        if (columns := self.columns) is None:
-            return self
-        given: dict[str, Any] = {key: value for key in OF_THE_SHEET if (value := getattr(columns, key)) is not None}
-        if columns.sign is not None:
-            given["quantity"] = SIGNS[columns.sign]
-        for key, value in given.items():
-            if key in self.model_fields_set and getattr(self, key) != value:
-                raise ValueError(
-                    f"{key} is {getattr(self, key)!r:.40}, but columns gives {value!r:.40}; keep one of them"
-                )
-        # The model is frozen; its own validator may set fields.
-        rest = columns.model_copy(update=dict.fromkeys((*OF_THE_SHEET, "sign")))
-        for key, value in {**given, "columns": rest}.items():
-            object.__setattr__(self, key, value)
-        self.model_fields_set.update(given)
-        return self
 
     @model_validator(mode="after")
     def _knows_its_datum(self) -> Self:

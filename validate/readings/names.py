@@ -125,11 +125,6 @@ def without_unit(name: str) -> tuple[str, ColumnUnit | None, bool]:
     return plain, next(iter(units), None) if len(units) < 2 else None, is_sound and len(units) < 2
 
 
-def unit_in(name: str) -> ColumnUnit | None:
-    """Return the unit in a name, whose other words may be unknown; None without one, or with several."""
-    return without_unit(name)[1]
-
-
 def unit_of(text: str) -> ColumnUnit | None:
     """Return the unit of a text that contains only a unit, such as "[mm]"; else None."""
     plain, unit, is_sound = without_unit(f"[{text.strip().strip('[](){}/. ')}]")
