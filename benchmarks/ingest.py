@@ -30,8 +30,8 @@ from benchmarks.table import Row, run_benchmark
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
 from sealtwin.lab.ingest import Ingested, ingest
-from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.run_checks import check_runs
+from sealtwin.lab.sample import PAIRING
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import DEFAULTS, ENDS, HANDS, make_lab_folder
 from validate.readings.grid import SheetFaults

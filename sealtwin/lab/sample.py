@@ -26,7 +26,7 @@ class LabSample:
     folder: Path  # The lab's
     name: str
     files: dict[Role, list[PurePath]] = field(default_factory=dict[Role, list[PurePath]])
-    """Files by role. Several of one role are in question, except notes. Without readings, the sample waits for its sheet."""
+    """Files by role. Several of one role but notes are in question. An empty list of readings waits for a sheet."""
     answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
     questions: dict[str, tuple[set[PurePath], tuple[str, ...]]] = field(default_factory=dict)
     """Files in whose rows a question is, and the columns for its answer, by its sentence."""
