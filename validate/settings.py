@@ -67,6 +67,7 @@ class Columns(Settings):
     """Words of this sheet for a missing reading, in addition to the usual ones, such as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
     """Part of the sheet to read: cells such as "F2:I30", columns such as "F:I", or rows such as "2:30"."""
+
     @field_validator("missing")
     @classmethod
     def _are_words(cls, words: tuple[str, ...]) -> tuple[str, ...]:

@@ -14,8 +14,8 @@ from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import opened
 from sealtwin.core.settings import dotted_names, read_toml
 from sealtwin.lab.files import NAMED_FILES, NOTE_SUFFIX, plain
-from sealtwin.lab.sheets import table_of
 from sealtwin.trial.trial_file import Trial
+from validate.readings.files import table_of
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
 from validate.readings.numbers import is_ambiguous, number

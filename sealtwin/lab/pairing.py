@@ -15,7 +15,7 @@ from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, Role, as_label,
 from sealtwin.lab.notes import COLUMNS as OF_COLUMNS
 from sealtwin.lab.notes import Note, value_of
 from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
-from sealtwin.lab.sheets import table_of
+from validate.readings.files import table_of
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
 from validate.settings import SIGNS, Columns, Declared

@@ -7,13 +7,13 @@ from typing import Any
 
 from digitise.settings import LARGEST_FILE_BYTES, NO_SCALE
 from sealtwin.core import files
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
 from sealtwin.lab.files import DEFAULTS, NAMED_FILES, PICTURES, KeptFile, Role
 from sealtwin.lab.notes import ALTERNATIVES, DEPTH, OF_READINGS, OWN, SCALE, Note, read_note
 from sealtwin.lab.pairing import note_of_answers
 from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
-from sealtwin.lab.sheets import doubts_in
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.trial_file import Trial, names_in, with_settings
@@ -176,3 +176,11 @@ def _origin_of(sample: LabSample, key: str) -> str:
     entries = sample.note.entries.items()
     origins = [entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(key)]
     return ", ".join(dict.fromkeys(origins[::-1])) or str(sample.files["photo"][0].with_suffix(".toml"))
+
+
+def doubts_in(fault: InputError) -> tuple[Doubt, ...]:
+    """Return the parts of an error: those of a sheet, or a sentence of any other one each."""
+    if isinstance(fault, SheetFaults):
+        return fault.doubts
+    parts = (sentence.partition(": ") for sentence in str(fault).splitlines())
+    return tuple(Doubt("input", where, finding) for where, _, finding in parts)

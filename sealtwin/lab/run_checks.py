@@ -15,9 +15,8 @@ from sealtwin.lab.catalogue import RUN, Catalogue
 from sealtwin.lab.files import TRIAL, folder_of
 from sealtwin.lab.ingest import Ingested, save_questions, write_trial
 from sealtwin.lab.notes import DEPTH, SCALE
-from sealtwin.lab.prepare import INPUTS
+from sealtwin.lab.prepare import INPUTS, doubts_in
 from sealtwin.lab.sample import PAIRING, LabSample
-from sealtwin.lab.sheets import doubts_in
 from sealtwin.study.photos import Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run

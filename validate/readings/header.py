@@ -60,7 +60,7 @@ def numeric(cell: Cell) -> tuple[str, str] | None:
     return match[1], match[2]
 
 
-def find_header(grid: Grid, span: SheetPart, along: str = "station") -> Header:
+def find_header(grid: Grid, span: SheetPart) -> Header:
     """Return the header of the table in a part of a sheet. Without names of columns it has no rows."""
     rows = [row for row in grid.rows if row <= span.bottom]
     inside = [row for row in rows if row >= span.top]
@@ -70,8 +70,8 @@ def find_header(grid: Grid, span: SheetPart, along: str = "station") -> Header:
         following = rows[(index := bisect_left(rows, begin)) : index + MOST_ROWS]
         for count in range(1, len(following) + 1):
             header = following[:count]
-            if (names := _names_if_header(grid, span, header, along)) is not None:
-                return _extended(grid, span, header, names, following[count:], along)
+            if (names := _names_if_header(grid, span, header)) is not None:
+                return _extended(grid, span, header, names, following[count:])
     return _header_above(grid, span, inside)
 
 
@@ -106,24 +106,22 @@ def _merged_names(grid: Grid, rows: Sequence[int]) -> dict[tuple[int, int], str]
     }
 
 
-def _names_if_header(grid: Grid, span: SheetPart, rows: Sequence[int], along: str) -> dict[int, str] | None:
+def _names_if_header(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str] | None:
     """Return the names in rows if these are a header: with a column of places and one of readings, and no number."""
     if any(sum(bool(cell.text) for cell in grid.rows[row]) < 2 for row in rows):
         return None
     names = names_of(grid, span, rows)
     meanings = {column: what for column, name in names.items() if (what := meaning(name)) is not None}
-    stations = [column for column, what in meanings.items() if what.role == along]
+    stations = [column for column, what in meanings.items() if what.role == "station"]
     if not stations or not any(what.role in ("reading", "repeat") for what in meanings.values()):
         return None
     return None if any(numeric(grid.cell(row, column)) for row in rows for column in stations) else names
 
 
-def _extended(
-    grid: Grid, span: SheetPart, header: list[int], names: dict[int, str], rows: Sequence[int], along: str
-) -> Header:
+def _extended(grid: Grid, span: SheetPart, header: list[int], names: dict[int, str], rows: Sequence[int]) -> Header:
     """Return a header with the rows of units and of numbers of repeats below it."""
     for row in rows:
-        longer = _names_if_header(grid, span, [*header, row], along)
+        longer = _names_if_header(grid, span, [*header, row])
         texts = {column: cell.text for column, cell in enumerate(grid.rows[row]) if cell.text}
         meanings = {column: meaning(name) for column, name in (longer or {}).items()}
         if longer is None or not all(_is_name(text, meanings.get(column)) for column, text in texts.items()):

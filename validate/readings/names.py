@@ -9,9 +9,9 @@ from typing import Literal
 from validate.readings.numbers import WORDS, plain_letters
 from validate.settings import DialUnit, Quantity, Unit
 
-Role = Literal["station", "mass", "reading", "repeat", "sample", "other"]
-"""Role of a column. "mass": mass of a liquid. "repeat": number of a reading within its station. "sample": name of the
-row's sample. "other": notes, other quantities, or figures calculated from readings."""
+Role = Literal["station", "reading", "repeat", "sample", "other"]
+"""Role of a column. "repeat": number of a reading within its station. "sample": name of the sample of the row. "other":
+notes, other quantities, or figures calculated from readings."""
 ColumnUnit = Unit | DialUnit | Literal["g", "kg"]
 MM: dict[ColumnUnit, float] = {
     "mm": 1.0,
@@ -80,8 +80,6 @@ def meaning(name: str) -> Meaning | None:
         return None
     if words & FACE:
         words -= RELATIVE
-    if words & COLUMNS["mass"]:
-        return Meaning("mass", unit) if not numbers else None
     if words & COLUMNS["axis"] and unit in MM and words <= COLUMNS["axis"] | OF_STATION:
         words = words - COLUMNS["axis"] | {"s"}
     if words & COLUMNS["along"] and words & COLUMNS["crack"] and words <= OF_STATION:

@@ -154,7 +154,7 @@ class _Reader:
         return Reading(math.nan if value_mm is None else value_mm, row, column.index, digit_mm)
 
     def _in_mm(self, row: int, column: Column, cell: Cell) -> float | None:
-        """Return the number of a cell in millimetres (of a mass: in grams), or None after noting what is wrong."""
+        """Return the number of a cell in millimetres or None after noting what is wrong."""
         text = numeric(cell)
         value = None
         if cell.kind == "number":

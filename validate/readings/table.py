@@ -9,7 +9,6 @@ from validate.readings.beside import changes
 from validate.readings.grid import Grid, letters, listed, quoted
 from validate.readings.header import Header, SheetPart, cells_in, find_header, lettered, numeric, roles_in
 from validate.readings.names import (
-    FACTORS,
     MM,
     ColumnUnit,
     Role,
@@ -49,7 +48,6 @@ class Table:
     repeat: Column | None = None
     others: dict[int, Role] = field(default_factory=dict[int, Role])  # Columns that are known to be something else
     stands_in: bool = False  # True if a question asks for the columns
-    mass_unit: ColumnUnit | None = None  # Unit of masses whose column has none
 
     @property
     def chosen(self) -> Columns:
@@ -82,28 +80,28 @@ class Table:
         return any(doubt.is_open and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
 
 
-def find_table(grid: Grid, declared: Declared, along: Role = "station", mass_unit: ColumnUnit | None = None) -> Table:
-    """Return the table with the columns of places (or of masses, ``along``) and of readings.
+def find_table(grid: Grid, declared: Declared) -> Table:
+    """Return the table with the columns of places and of readings.
 
     What the sheet leaves open is added to its doubts, and the likeliest columns stand in for it, so that everything
     else about the sheet can be asked at the same time.
     """
     span = SheetPart.of((declared.columns or Columns()).range)
-    header = find_header(grid, span, along)
+    header = find_header(grid, span)
     body = [row for row in grid.rows if header.first <= row <= span.bottom and any(cells_in(grid, span, row))]
-    table = Table(grid, declared, span, header, body, [*grid.doubts], mass_unit=mass_unit)
-    _end_before_next_table(table, along)
-    _set_roles(table, along)
+    table = Table(grid, declared, span, header, body, [*grid.doubts])
+    _end_before_next_table(table)
+    _set_roles(table)
     _ask_for_units(table)
     _ask_for_direction(table)
     return table
 
 
-def _end_before_next_table(table: Table, along: Role) -> None:
+def _end_before_next_table(table: Table) -> None:
     """Take the first of several tables one below the other, and ask for a range."""
     for count, row in enumerate(table.body):
         roles = roles_in(cell.text for _, cell in cells_in(table.grid, table.span, row))
-        if count and along in roles and roles & {"reading", "repeat"}:
+        if count and "station" in roles and roles & {"reading", "repeat"}:
             rows = [each for each in table.body[:count] if any(map(numeric, table.grid.rows[each]))] or [row]
             _ask_for_range(table, f"another table begins in row {row}.", rows)
             table.body = table.body[:count]
@@ -116,12 +114,12 @@ def _ask_for_range(table: Table, finding: str, rows: Sequence[int], left: int = 
     table.ask("range", finding, "Name the cells of the table of this sample.", answer)
 
 
-def _set_roles(table: Table, along: Role) -> None:
+def _set_roles(table: Table) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
     chosen, names, numbers = table.chosen, table.header.names, _columns_of_numbers(table)
     meanings = {column: what for column, name in names.items() if (what := meaning(name)) is not None}
     by_role = {role: [k for k, what in meanings.items() if what.role == role] for role in get_args(Role)}
-    stations, readings, repeats = by_role[along], by_role["reading"], by_role["repeat"]
+    stations, readings, repeats = by_role["station"], by_role["reading"], by_role["repeat"]
     stations = stations if chosen.s is None else _chosen(table, [chosen.s], numbers)
     repeats = repeats if chosen.repeat is None else _chosen(table, [chosen.repeat], numbers)
     if chosen.levels is not None:
@@ -131,7 +129,7 @@ def _set_roles(table: Table, along: Role) -> None:
         # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
         readings, repeats = repeats, []
     used = {*stations, *readings, *repeats}
-    named = {*meanings} - {*by_role["mass"]} | used
+    named = {*meanings} | used
     unknown = [column for column in numbers if column not in named]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
     for column in by_role["sample"]:
@@ -140,7 +138,7 @@ def _set_roles(table: Table, along: Role) -> None:
     if problems:
         table.stands_in, repeats = True, []
         stations, readings = _stand_ins(table, stations, readings, unknown or numbers, "; ".join(problems))
-    table.station = next((_column(table, column, along) for column in stations), None)
+    table.station = next((_column(table, column, "station") for column in stations), None)
     table.readings = [_column(table, column, "reading") for column in readings]
     table.repeat = next((_column(table, column, "repeat") for column in repeats), None)
     used = {column.index for column in table.used}
@@ -232,7 +230,7 @@ def _column(table: Table, column: int, role: Role) -> Column:
     name, what = table.header.names.get(column, ""), meaning(table.header.names.get(column, ""))
     rest, unit, _ = without_unit(name)
     row, answer = max(table.header.rows, default=1), [letters(column)]
-    if role not in ("repeat", "mass") and (is_no_length(name) or unit in ("g", "kg")):
+    if role != "repeat" and (is_no_length(name) or unit in ("g", "kg")):
         finding = f"{quoted(name)} is no length, but a share, an angle, a ratio or a mass."
         table.ask("no length", finding, "Name other columns, or write lengths into the sheet.", row=row)
     elif has_rest(name) or (what is None and changes(rest)):
@@ -266,16 +264,13 @@ def _ask_for_units(table: Table) -> None:
         values = [numeric(table.grid.cell(row, column.index)) for row in table.body]
         texts = dict.fromkeys(value[1] for value in values if value is not None)
         units: set[ColumnUnit | None] = {unit_of(text) for text in texts if text}
-        allowed = {*FACTORS} if column.role == "mass" else {*MM}
         all_units = {*units, column.unit} - {None}
-        if units - allowed or len(all_units) > 1 or (units and "" in texts and column.unit is None):
+        if units - {*MM} or len(all_units) > 1 or (units and "" in texts and column.unit is None):
             finding = f"column {letters(column.index)} has {' and '.join(filter(None, texts))} in its cells"
             table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
         setting: ColumnUnit | None = declared
         if column.role == "station" and places is not None:
             setting = places if isinstance(places, str) else "mm"
-        elif column.role == "mass":
-            setting = table.mass_unit
         elif column.role == "station" and declared in get_args(DialUnit):
             setting = None
         unit = column.unit or next(iter(all_units), None)
@@ -292,7 +287,6 @@ def _ask_for_units(table: Table) -> None:
         table.ask("unit", finding, "Remove the setting, or correct the header.")
     if lacking := by_source["none"]:
         answer = {"unit" if declared is None else "columns.places": "mm"}
-        answer = {"mass": "g"} if table.station is not None and table.station.role == "mass" else answer
         remedy = f"Units are {', '.join(get_args(Unit))}."
         table.ask("unit", f"column {listed(lacking)} has no unit.", remedy, answer, lacking)
 

@@ -29,7 +29,6 @@ NAMES = {
     Meaning("reading", "mm", None, "3"): "Mesure n° 3 [mm]",
     Meaning("reading"): "value|lectura",
     Meaning("repeat"): "Messung|Reading No.|Lauf|Zyklus Nr.",
-    Meaning("mass", "g"): "Masse [g]",
     Meaning("sample"): "Muestra Nº|Sample ID|Prüfkörper Nr.",
     Meaning("other", "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
     Meaning("other"): "Nr.|Temperatur [°C]|Station Nr|Opérateur",
