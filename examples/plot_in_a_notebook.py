@@ -20,7 +20,8 @@ for record in (crack, solid, path):
 
 # %%
 # Readings as a lab writes them: rows of a list, whose columns are named as in a sheet. Units and the direction are in
-# the names; None is a missing reading, and a column of remarks is not read.
+# the names; None is a missing reading. A remark that may change readings is asked about: here it says why one is
+# missing, and ``as_written`` confirms that.
 rows = [
     [1, 9.4, 9.6, ""],
     [2, 6.5, 6.6, ""],
@@ -29,7 +30,7 @@ rows = [
     [7, -1.6, -1.5, ""],
 ]
 columns = ["s [cm]", "depth 1 [mm]", "depth 2 [mm]", "remark"]
-readings = st.read_readings(rows, crack, solid, columns=columns, data="synthetic")
+readings = st.read_readings(rows, crack, solid, columns=columns, as_written=["D4"], data="synthetic")
 print(readings.s_mm, readings.level_mm)
 
 # %%

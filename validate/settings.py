@@ -61,8 +61,8 @@ class Columns(Settings):
     s_from: Literal["first", "second"] | None = None
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
-    """Rows to ignore: by number from 1, or by the text of their first cell, such as ["Mittelwert", 9]. A number that
-    may be both is "row 9" or "cell 9"."""
+    """Rows to ignore, by number from 1 or by the text of their first cell, such as ["Mittelwert", 9]; a first cell 9 is
+    "cell 9". Single readings to ignore, by their cells, such as "E14"."""
     missing: tuple[Text, ...] = ()
     """Words of this sheet for a missing reading, in addition to the usual ones, such as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None

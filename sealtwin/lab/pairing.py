@@ -21,7 +21,7 @@ from validate.readings.names import sample_key
 from validate.settings import SIGNS, Columns, Declared
 
 MOST_PHOTOS = 12  # Photos in one question
-LONGEST_QUESTION = 1500  # Letters of a cell of the pairing file
+LONGEST_QUESTION = 8000  # Letters of a cell of the pairing file
 REFERENCE = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|-?\d+([.,]\d+)?")
 """B, B:D or 9; several lower-case letters are more likely a name."""
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer

@@ -126,13 +126,13 @@ def prepare(sample: LabSample) -> None:
         sample.ask(*str(fault).splitlines())
 
 
-def _declared(path: Path, note: Note, sample: str | None = None) -> Declared:
-    """Return what a note declares about a sheet. A wrong value is reported as a fault of its key."""
+def _declared(path: Path, note: Note, sample: str | None = None) -> Declared | None:
+    """Return what a note declares about a sheet; None if a value is wrong, which is reported as a fault of its key."""
     of_sheets = tuple(f"readings.{name}" for name in Declared.model_fields)
     given = {key: entry.value for key, entry in note.entries.items() if key.startswith(of_sheets)}
     with suppress(InputError):
         return checked(Declared, path, with_settings({"readings": {"sample": sample}}, given)["readings"])
-    return Declared(sample=sample)
+    return None
 
 
 def _read(sample: LabSample, file: PurePath) -> None:
@@ -141,6 +141,8 @@ def _read(sample: LabSample, file: PurePath) -> None:
     depth_mm = depth.value if depth is not None and isinstance(depth.value, int | float) else None
     # Without a photo, the name of the file is in question too.
     declared = _declared(path, sample.note, sample.name if "photo" in sample.files else None)
+    if declared is None:
+        return  # With a wrong answer, all others would be asked about again.
     try:
         profile = read_readings(path, declared, None, depth_mm)
     except InputError as fault:

@@ -121,7 +121,7 @@ def test_what_is_wrong_with_readings_is_told_by_keywords(tmp_path, rows, columns
 def test_columns_of_a_file_are_its_table(tmp_path, crack, solid):
     sheet = tmp_path / "sheet.csv"
     sheet.write_text("a,b,c\n10,7,-4.0\n30,8,-3.0\n", encoding="utf-8")
-    readings = st.read_readings(sheet, crack, solid, columns={"s": "A", "levels": ["C"], "unit": "mm", "sign": "up"})
+    readings = st.read_readings(sheet, crack, solid, columns={"s": "A", "levels": ["C"]}, unit="mm", quantity="level")
     assert readings.level_mm == pytest.approx([-4.0, -3.0])
     with pytest.raises(st.InputError, match="columns of a file is a table"):
         st.read_readings(sheet, columns=["s_mm", "level_mm"])

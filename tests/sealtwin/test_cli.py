@@ -70,7 +70,7 @@ def test_a_bad_sheet_gets_one_sentence_before_the_long_run(tmp_path):
     sheet = tiny_lab(tmp_path).with_name("readings.csv")
     sheet.write_text("s_mm,height\n0,-16\n")
     sentence = refusal("run", tmp_path / "trial.toml", "--out", tmp_path / "run", "--quiet")
-    assert f"{sheet}, line 1" in sentence
+    assert f"{sheet}: column B" in sentence
     assert "height" in sentence
     assert not (tmp_path / "run" / "particles.csv").exists()
 

@@ -110,10 +110,10 @@ def quoted(text: str) -> str:
     return repr(clipped(text))
 
 
-def listed(texts: Sequence[str]) -> str:
+def listed(texts: Sequence[str], most: int = MOST_NAMED) -> str:
     """Return the first texts in a sentence, and the number of the others."""
-    more = f" and {len(texts) - MOST_NAMED} more" if len(texts) > MOST_NAMED else ""
-    return ", ".join(texts[:MOST_NAMED]) + more
+    more = f" and {len(texts) - most} more" if len(texts) > most else ""
+    return ", ".join(texts[:most]) + more
 
 
 def shown(text: str) -> str:

@@ -9,15 +9,17 @@ from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
 from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
 from validate.readings.header import numeric, roles_in
-from validate.readings.names import is_note
+from validate.readings.names import is_note, sample_key
 from validate.readings.numbers import is_missing
 from validate.readings.rows import ReadRows
 from validate.readings.table import Table
 
+MOST_QUOTED = 60
 MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
-REMEDY = "If it does, declare what it says: unit, direction, zero, end of s, rows to skip. Confirm it in any case."
+REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
 NAMES = "names"  # Entry of as_written for the names of file and worksheet
 MARKS = {"struck": "struck through", "hidden": "hidden", "coloured": "coloured unlike the others"}
+CODE = re.compile(r"[^\W\d_]{1,3}[ _-]?[0-9]+\w?")
 LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat with its word, or a letter
 
 
@@ -37,13 +39,20 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     """
     sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
-    texts += [text for text in _names(table.grid, table.declared.sample) if changes(text.text)]
+    texts += _names(table.grid, table.declared.sample)
     columns = [text.answer.rstrip("0123456789") if text.beside else "" for text in texts]
     many = {column for column, count in Counter(columns).items() if column and count > MOST_CELLS}
     if texts:
         entries = [column if column in many else text.answer for text, column in zip(texts, columns, strict=True)]
-        quotes = [f"{text.place or text.answer} {quoted(text.text)}{text.beside}" for text in texts]
-        confirms, finding = [*dict.fromkeys(entries)], f"does this change the readings? {listed(quotes)}."
+        alike = dict[str, list[Text]]()
+        for text in texts:
+            alike.setdefault(text.text, []).append(text)
+        quotes = [
+            f"{each[0].place or each[0].answer} {quoted(text)}{each[0].beside}"
+            f"{f' and in {len(each) - 1} more' if len(each) > 1 else ''}"
+            for text, each in alike.items()
+        ]
+        confirms, finding = [*dict.fromkeys(entries)], f"does this change the readings? {listed(quotes, MOST_QUOTED)}."
         stops = any(changes(text.text) for text in texts if text.answer != NAMES)
         table.ask("remark", finding, REMEDY, {CONFIRMS: confirms}, confirms, stops=stops)
     _ask_about_marks(table, rows)
@@ -100,7 +109,9 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without that of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
     for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
-        if len(name.strip()) > 1:
+        # "P02" in the file of P01 is another sample.
+        is_other = sample and CODE.fullmatch(name) and sample_key(name) != sample_key(sample)
+        if is_other or (len(name.strip()) > 1 and changes(name)):
             yield Text(NAMES, name, place=what)
 
 
@@ -108,6 +119,7 @@ def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     """Ask about readings that are struck through, hidden, or coloured unlike the others of their column."""
     used = {column.index for column in table.used}
     read = [mark for mark in table.grid.marks if mark.row in rows.read and mark.column in used]
+    read = [mark for mark in read if f"{letters(mark.column)}{mark.row}" not in table.chosen.skip]
     for kind, words in MARKS.items():
         marks = [mark for mark in read if mark.kind == kind]
         marks = _unlike(marks, len(rows.read), used) if kind == "coloured" else marks
@@ -117,9 +129,10 @@ def _ask_about_marks(table: Table, rows: ReadRows) -> None:
         if kind == "hidden" and all(sum(mark.column == k for mark in marks) == len(rows.read) for k in columns):
             answers = [letters(column) for column in sorted(columns)]
         else:
-            answers = [f"{row}" for row in sorted({mark.row for mark in marks})]
+            answers = [f"{mark.row}" if kind == "hidden" else f"{letters(mark.column)}{mark.row}" for mark in marks]
+            answers = [*dict.fromkeys(answers)]
         finding = f"{words}, but read: {listed(answers)}."
-        table.ask(kind, finding, "Skip rows that do not count.", {CONFIRMS: answers}, answers)
+        table.ask(kind, finding, "Skip rows or cells that do not count.", {CONFIRMS: answers}, answers)
 
 
 def _unlike(marks: Sequence[Mark], count: int, used: set[int]) -> list[Mark]:

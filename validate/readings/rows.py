@@ -110,7 +110,7 @@ class _Reader:
     def _passed(self) -> Iterator[int]:
         """Yield the rows to skip, and the rows of means and other calculated figures."""
         entries = {f"{entry}".strip() for entry in self.chosen.skip}
-        met = set[str]()
+        met = {f"{letters(column.index)}{row}" for column in self.table.used for row in self.table.body if entries}
         for row in self.table.body:
             first = plain_letters(next((cell.text for _, cell in cells_in(self.grid, self.table.span, row)), ""))
             # A number alone is that of the row.
@@ -146,7 +146,8 @@ class _Reader:
 
     def _reading(self, row: int, column: Column) -> Reading:
         cell = self.grid.cell(row, column.index)
-        if (cell.kind == "text" and is_missing(cell.text)) or plain_letters(cell.text) in self.missing:
+        is_skipped = bool(self.chosen.skip) and f"{letters(column.index)}{row}" in self.chosen.skip
+        if is_skipped or (cell.kind == "text" and is_missing(cell.text)) or plain_letters(cell.text) in self.missing:
             return Reading(math.nan, row, column.index)
         value_mm = self._in_mm(row, column, cell)
         text = (numeric(cell) or ("", ""))[0]

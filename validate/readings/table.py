@@ -258,7 +258,7 @@ def _ask_about_samples(table: Table, column: int) -> None:
 def _ask_for_units(table: Table) -> None:
     """Set the unit of each column by its name, its cells or the settings, and ask for one that is open."""
     declared, places = table.declared.unit, table.chosen.places
-    by_source: dict[str, list[str]] = {source: [] for source in ("none", "setting", "another", "header")}
+    by_source: dict[str, list[int]] = {source: [] for source in ("none", "setting", "another", "header")}
 
     def with_unit(column: Column) -> Column:
         values = [numeric(table.grid.cell(row, column.index)) for row in table.body]
@@ -277,18 +277,19 @@ def _ask_for_units(table: Table) -> None:
         source = "header" if setting in (None, unit) or unit not in MM else "another"
         if unit is None:
             source = "none" if setting is None else "setting"
-        by_source[source].append(letters(column.index))
+        by_source[source].append(column.index)
         return replace(column, unit=unit or setting)
 
     table.station = None if table.station is None else with_unit(table.station)
     table.readings = [*map(with_unit, table.readings)]
     if by_source["another"] and places is None and not by_source["setting"]:
-        finding = f"column {listed(by_source['another'])} has another unit than the settings, {declared}."
+        finding = f"{_named(table, by_source['another'])} has another unit than the settings, {declared}."
         table.ask("unit", finding, "Remove the setting, or correct the header.")
     if lacking := by_source["none"]:
-        answer = {"unit" if declared is None else "columns.places": "mm"}
-        remedy = f"Units are {', '.join(get_args(Unit))}."
-        table.ask("unit", f"column {listed(lacking)} has no unit.", remedy, answer, lacking)
+        is_place = [table.station is not None and column == table.station.index for column in lacking]
+        answer = ({"columns.places": "mm"} if any(is_place) else {}) | ({} if all(is_place) else {"unit": "mm"})
+        remedy = f"Units are {', '.join(get_args(Unit))}; places have their own."
+        table.ask("unit", f"{_named(table, lacking)} has no unit.", remedy, answer, [*map(letters, lacking)])
 
 
 def _ask_for_direction(table: Table) -> None:

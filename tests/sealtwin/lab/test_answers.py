@@ -22,7 +22,7 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
     assert fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
     assert levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
     assert question(lab, "P01.csv") == ""
-    assert "P01.csv,readings,P01,A,B C,down,mm" in pairing.read_text()
+    assert "P01.csv,readings,P01,A,B C,mm,down" in pairing.read_text()
     assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
     assert hashes_of(small) == before
 
@@ -42,7 +42,7 @@ def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, 
     (small / "P01.csv").write_text(UNKNOWN)
     (small / "P02_Messung.csv").write_text(UNKNOWN)
     with (small / "lab.toml").open("a") as lab_toml:
-        lab_toml.write('quantity = "depth"\n[readings.columns]\ns = "A"\nlevels = ["B:C"]\nunit = "mm"\n')
+        lab_toml.write('quantity = "depth"\nunit = "mm"\n[readings.columns]\ns = "A"\nlevels = ["B:C"]\n')
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
     datum = 'readings.datum = "sealant_top"; readings.datum_level_mm = 1'

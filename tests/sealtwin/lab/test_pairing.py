@@ -178,7 +178,7 @@ def test_the_pairing_has_only_columns_that_are_asked_for_or_answered(small, tmp_
     assert columns() == ["file", "role", "sample", "question"]
     edit(small / "P02_Messung.csv", "[mm]", "")
     ingest(small, lab, QUIET)
-    assert columns() == ["file", "role", "sample", "unit", "question"]
+    assert columns() == ["file", "role", "sample", "places", "unit", "question"]
     # By hand: a column that nothing asks for, in another place.
     answer(lab, {"P02_Messung.csv": {"unit": "mm"}, "P01.csv": {"as_written": "B3"}})
     assert "P02" not in {fault.name for fault in ingest(small, lab, QUIET).faults}

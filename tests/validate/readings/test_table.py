@@ -59,7 +59,7 @@ def test_a_table_is_read_as_it_is_meant(read, text, declared, repeats_mm):
 
 UNIT, B, S = {"unit": "mm"}, {"columns": {"levels": ["B"]}}, "s [mm];"
 ASKED = {
-    "no header": (ROWS, {}, "columns = A B C; unit A B C = mm; quantity = depth"),
+    "no header": (ROWS, {}, "columns = A B C; unit A B C = mm mm; quantity = depth"),
     "an unknown name": (S + "Tiefe [mm];z\n" + ROWS, {}, "columns = A B"),
     "no name": (S + "Tiefe [mm]\n" + ROWS, {}, "columns = A B"),
     "weights": (S + "Tiefe [mm];Gewicht\n" + ROWS, {}, "columns = A B"),
@@ -84,7 +84,7 @@ ASKED = {
     "two spellings": ("Probe;s [mm];Tiefe [mm]\nlab;0;1\nlab;5;1\nlab';10;2\n", {}, "range = A2:C3"),
     "a range that ends early": (H + ROWS, {"columns": {"range": "A1:C3"}}, "range 4 = range"),
     "a range that begins late": (H + ROWS, {"columns": {"range": "A3:C4"}}, "range 2 = range"),
-    "no unit": ("s;Tiefe\n" + SINGLE, {}, "unit A B = mm"),
+    "no unit": ("s;Tiefe\n" + SINGLE, {}, "unit A B = mm mm"),
     "a dial of readings alone": ("s;Tiefe\n" + SINGLE, {"unit": "1/10 mm"}, "unit A = mm"),
     "a unit of another kind": (S + "Tiefe [cm]\n" + SINGLE, UNIT, "unit"),
     "units in some cells": (S + "Tiefe\n0;1,5 mm\n5;2\n10;3 mm\n", UNIT, "unit"),
