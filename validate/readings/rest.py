@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
-from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
+from validate.readings.grid import Grid, Mark, letters, listed, shown
 from validate.readings.header import numeric, roles_in
 from validate.readings.names import is_note, sample_key
 from validate.readings.numbers import is_missing
 from validate.readings.rows import ReadRows
 from validate.readings.table import Table
 
-MOST_QUOTED = 60
+MOST_QUOTED, LONGEST_QUOTED = 60, 400  # Texts of a sheet, and letters of each
 MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
 REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
 NAMES = "names"  # Entry of as_written for the names of file and worksheet
@@ -48,7 +48,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
         for text in texts:
             alike.setdefault(text.text, []).append(text)
         quotes = [
-            f"{each[0].place or each[0].answer} {quoted(text)}{each[0].beside}"
+            f"{each[0].place or each[0].answer} {text[:LONGEST_QUOTED]!r}{each[0].beside}"
             f"{f' and in {len(each) - 1} more' if len(each) > 1 else ''}"
             for text, each in alike.items()
         ]
