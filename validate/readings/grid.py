@@ -101,13 +101,13 @@ def column_of(name: str) -> int:
     return column - 1
 
 
-def clipped(text: str) -> str:
-    return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 1] + "…"
+def clipped(text: str, longest: int = LONGEST_SHOWN) -> str:
+    return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
-def quoted(text: str) -> str:
+def quoted(text: str, longest: int = LONGEST_SHOWN) -> str:
     """Return the text clipped, in quotation marks and with escapes."""
-    return repr(clipped(text))
+    return repr(clipped(text, longest))
 
 
 def listed(texts: Sequence[str], most: int = MOST_NAMED) -> str:

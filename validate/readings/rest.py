@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
-from validate.readings.grid import Grid, Mark, letters, listed, shown
+from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
 from validate.readings.header import numeric, roles_in
 from validate.readings.names import is_note, sample_key
 from validate.readings.numbers import is_missing
@@ -44,14 +44,12 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     many = {column for column, count in Counter(columns).items() if column and count > MOST_CELLS}
     if texts:
         entries = [column if column in many else text.answer for text, column in zip(texts, columns, strict=True)]
-        alike = dict[str, list[Text]]()
+        alike = dict[str, list[str]]()
         for text in texts:
-            alike.setdefault(text.text, []).append(text)
-        quotes = [
-            f"{each[0].place or each[0].answer} {text[:LONGEST_QUOTED]!r}{each[0].beside}"
-            f"{f' and in {len(each) - 1} more' if len(each) > 1 else ''}"
-            for text, each in alike.items()
-        ]
+            quote = f"{text.place or text.answer} {quoted(text.text, LONGEST_QUOTED)}{text.beside}"
+            alike.setdefault(text.text, []).append(quote)
+        # Each text is shown; of equal ones the first.
+        quotes = [*map(listed, alike.values())]
         confirms, finding = [*dict.fromkeys(entries)], f"does this change the readings? {listed(quotes, MOST_QUOTED)}."
         stops = any(changes(text.text) for text in texts if text.answer != NAMES)
         table.ask("remark", finding, REMEDY, {CONFIRMS: confirms}, confirms, stops=stops)
