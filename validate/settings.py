@@ -29,6 +29,7 @@ AS_WRITTEN = re.compile(
 
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
+COLUMN, SPAN, CELL = r"^[A-Z]{1,3}$", r"^[A-Z]{1,3}(:[A-Z]{1,3})?$", r"^[A-Z]{1,3}[1-9][0-9]{0,6}$"
 RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
 Rounding = Literal["nearest", "down", "toward_zero"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
@@ -48,21 +49,19 @@ def _spelt_once(unit: Any) -> Any:
 class Columns(Settings):
     """Columns and rows of a sheet, if its header does not name them."""
 
-    s: Text | None = None
-    """Column of the stations: its name in the header, or its letter in a spreadsheet, such as "A"."""
-    levels: Annotated[tuple[Text, ...], Field(min_length=1, max_length=256)] | None = None
-    """Columns of readings: names, letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is
-    read."""
+    s: Annotated[str, Field(pattern=COLUMN)] | None = None
+    """Column of the stations: its letter in a spreadsheet, such as "A"."""
+    levels: Annotated[tuple[Annotated[str, Field(pattern=SPAN)], ...], Field(min_length=1, max_length=256)] | None = None
+    """Columns of readings: letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is read."""
     places: Unit | Annotated[tuple[float, ...], Field(min_length=2, max_length=10_000)] | None = None
     """Meaning of the numbers of the stations: their unit, or, if they only count, places in mm, of the lowest and the
     highest number if stations are evenly spaced, else of each in order."""
-    repeat: Text | None = None
+    repeat: Annotated[str, Field(pattern=COLUMN)] | None = None
     """Column that numbers the readings of a station, if each reading has its own row."""
     s_from: Literal["first", "second"] | None = None
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
-    skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
-    """Rows to ignore, by number from 1 or by the text of their first cell, such as ["Mittelwert", 9]; a first cell 9 is
-    "cell 9". Single readings to ignore, by their cells, such as "E14"."""
+    skip: tuple[Annotated[str, Field(pattern=CELL)] | Annotated[int, Field(ge=1)], ...] = ()
+    """Rows to ignore, by number from 1, and single readings, by their cells, such as [9, "E14"]."""
     missing: tuple[Text, ...] = ()
     """Words of this sheet for a missing reading, in addition to the usual ones, such as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
@@ -100,7 +99,7 @@ class Declared(Settings):
     """Columns of the sheet, if its header does not name them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
-    "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place are its repeats, "range"
+    "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place, or without a place, are repeats, "range"
     if places outside the range are not of this sample, "worksheets" if the texts of other worksheets, "names" if the
     name of the file or the worksheet changes no reading."""
     datum: Datum = "sample_surface"

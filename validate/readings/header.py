@@ -9,13 +9,12 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Grid, column_of
-from validate.readings.names import OF_READING, REPEAT, UNITS, WORD, Meaning, Role, meaning, unit_of
-from validate.readings.numbers import number, plain_letters
+from validate.readings.names import Role, meaning, unit_of
+from validate.readings.numbers import number
 
 MOST_ROWS = 3  # Rows of a header
 FIRST_ROWS = 60  # Rows among which it begins
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
-LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
 QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
 """A number and the unit behind it."""
 
@@ -67,12 +66,20 @@ def find_header(grid: Grid, span: SheetPart) -> Header:
     # A part without a header has that of the rows above it.
     above = [row for row in reversed(rows) if row < span.top]
     for begin in (*inside[:FIRST_ROWS], *above):
-        following = rows[(index := bisect_left(rows, begin)) : index + MOST_ROWS]
-        for count in range(1, len(following) + 1):
-            header = following[:count]
-            if (names := _names_if_header(grid, span, header)) is not None:
-                return _extended(grid, span, header, names, following[count:])
-    return _header_above(grid, span, inside)
+        index, header = bisect_left(rows, begin), None
+        for count in range(1, MOST_ROWS + 1):
+            candidate = rows[index : index + count]
+            # Rows with units and with the numbers of repeats belong to the header above them.
+            if names := _names_if_header(grid, span, candidate):
+                header = Header(tuple(candidate), names, max(candidate[-1] + 1, span.top))
+            elif header is not None:
+                break
+        if header is not None:
+            return header
+    # Without known names, it is the rows of texts above the first row with numbers.
+    first = next((row for row in inside if _has_numbers(grid, span, row)), inside[0] if inside else span.top)
+    texts = tuple(row for row in grid.rows if first - MOST_ROWS <= row < first and len([*cells_in(grid, span, row)]) > 1)
+    return Header(texts, names_of(grid, span, texts), first)
 
 
 def names_of(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str]:
@@ -80,30 +87,18 @@ def names_of(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str]
 
     A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
     """
-    names, merged = dict[int, str](), _merged_names(grid, rows)
-    width = max((*(len(grid.rows[row]) for row in rows), *(column + 1 for _, column in merged)), default=0)
-    for column in range(span.left, min(width, span.right + 1)):
+    names = dict[int, str]()
+    for column in range(span.left, min(max((len(grid.rows[row]) for row in rows), default=0), span.right + 1)):
         parts = list[str]()
         for count, row in enumerate(rows, start=1):
             text = grid.cell(row, column).text
             if not text and any(grid.cell(lower, column).text for lower in rows[count:]):
                 left = (grid.cell(row, other).text for other in range(column - 1, span.left - 1, -1))
                 text = next(filter(None, left), "")
-            text = text or merged.get((row, column), "")
             parts += [text] if text and text not in parts else []
         if parts:
             names[column] = " ".join(parts)
     return names
-
-
-def _merged_names(grid: Grid, rows: Sequence[int]) -> dict[tuple[int, int], str]:
-    """Return the name in each cell of a range that is merged across columns: "Depth 2" is its second."""
-    return {
-        (top, column): f"{grid.cell(top, left).text} {column - left + 1}"
-        for top, left, _, right in grid.merged
-        if top in rows and right > left and grid.cell(top, left).text
-        for column in range(left + 1, right + 1)
-    }
 
 
 def _names_if_header(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str] | None:
@@ -118,44 +113,9 @@ def _names_if_header(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[i
     return None if any(numeric(grid.cell(row, column)) for row in rows for column in stations) else names
 
 
-def _extended(grid: Grid, span: SheetPart, header: list[int], names: dict[int, str], rows: Sequence[int]) -> Header:
-    """Return a header with the rows of units and of numbers of repeats below it."""
-    for row in rows:
-        longer = _names_if_header(grid, span, [*header, row])
-        texts = {column: cell.text for column, cell in enumerate(grid.rows[row]) if cell.text}
-        meanings = {column: meaning(name) for column, name in (longer or {}).items()}
-        if longer is None or not all(_is_name(text, meanings.get(column)) for column, text in texts.items()):
-            break
-        header, names = [*header, row], longer
-    return Header(tuple(header), names, max(header[-1] + 1, span.top))
-
-
-def _is_name(text: str, what: Meaning | None) -> bool:
-    """Return whether a cell below a name is its unit or the number of a repeat, or belongs to another quantity."""
-    words = set(WORD.findall(plain_letters(text)))
-    is_number = (
-        what is not None
-        and bool(words)
-        and all(word.isdigit() or word in REPEAT | OF_READING | {*UNITS} for word in words)
-    )
-    return unit_of(text) is not None or is_number or (what is not None and what.role == "other")
-
-
-def _header_above(grid: Grid, span: SheetPart, inside: Sequence[int]) -> Header:
-    """Return the row of texts directly above the first row with numbers in most cells, as far as it has one."""
-
-    def is_data(row: int) -> bool:
-        are_numbers = [numeric(cell) is not None for _, cell in cells_in(grid, span, row)]
-        return sum(are_numbers) > max(1, len(are_numbers) / 2)
-
-    first = next((row for row in inside if is_data(row)), inside[0] if inside else span.top)
-    header = list[int]()
-    for row in reversed([row for row in grid.rows if row < first]):
-        texts = [*cells_in(grid, span, row)]
-        if len(header) == MOST_ROWS or row < first - len(header) - 1 or len(texts) < 2:
-            break
-        header.insert(0, row)
-    return Header(tuple(header), names_of(grid, span, header), first)
+def _has_numbers(grid: Grid, span: SheetPart, row: int) -> bool:
+    are_numbers = [numeric(cell) is not None for _, cell in cells_in(grid, span, row)]
+    return sum(are_numbers) > max(1, len(are_numbers) / 2)
 
 
 def roles_in(names: Iterable[str]) -> set[Role]:
@@ -165,9 +125,9 @@ def roles_in(names: Iterable[str]) -> set[Role]:
 
 
 def lettered(entry: str) -> range:
-    """Return the columns that a letter or a span of letters means, such as "B" or "B:D"; none for a name."""
-    match = LETTERS.fullmatch(entry)
-    return range(0) if match is None else range(column_of(match[1]), column_of(match[2] or match[1]) + 1)
+    """Return the columns that a letter or a span of letters means, such as "B" or "B:D"."""
+    first, _, last = entry.partition(":")
+    return range(column_of(first), column_of(last or first) + 1)
 
 
 def cells_in(grid: Grid, span: SheetPart, row: int) -> Iterator[tuple[int, Cell]]:

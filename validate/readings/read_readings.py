@@ -76,7 +76,7 @@ def readings_of(
     ask_about_rest(table, rows)
     if isinstance(settings, Readings) and filling is not None:
         filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
-    if not table.stands_in and len(cells.s_mm) > 1:
+    if not table.is_open("columns", "range") and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
         crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
         doubts = screens(cells, *crack, grid.place)
@@ -110,7 +110,7 @@ def take_readings(
     """
     if table.ndim != 2 or table.shape[1] < 2:
         raise InputError(f"{settings.file}: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
-    columns = Columns(s="A:A", levels=(f"B:{letters(table.shape[1] - 1)}",))
+    columns = Columns(s="A", levels=(f"B:{letters(table.shape[1] - 1)}",))
     named = {"columns": columns, "unit": "mm", "quantity": settings.quantity or "level"}
     grid = grid_of_rows(f"{settings.file}", table.tolist())
     return readings_of(grid, settings.model_copy(update=named), length_mm, depth_mm)

@@ -1,6 +1,7 @@
 """The rows of a table as stations with their readings, in millimetres."""
 
 import math
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -8,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS
-from validate.readings.grid import Cell, Kind, letters, listed, quoted
+from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.header import cells_in, numeric
 from validate.readings.names import FACTORS, is_calculated
 from validate.readings.numbers import common_mark, decimals_of, is_ambiguous, is_missing, number, plain_letters
@@ -23,12 +24,15 @@ HUGE_MM = 1e9  # Numbers above are no places, and too large to be divided
 LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
 
 
-OTHER_KINDS: dict[Kind, tuple[str, str]] = {
+COMPLAINTS = {
     "formula": ("a formula without a stored result", "Open the workbook in a spreadsheet program and save it."),
     "error": ("an error of the spreadsheet", "Correct the formula, or clear the cell."),
     "date": ("a date; spreadsheets convert numbers such as 16.1 to dates", "Enter the number again."),
+    "mark": ("another decimal mark than in the other cells", "Write all numbers with one mark."),
+    "word": ("no number, but a word", "If it marks a missing reading, name it."),
+    "number": ("no number in the unit of its column", "Write one number into the cell."),
 }
-"""Findings about cells of kinds that are no numbers, and remedies."""
+"""Findings about cells that cannot be read, and remedies, by the kind of the cell or of its text."""
 
 
 class Reading(NamedTuple):
@@ -51,52 +55,53 @@ class ReadRows:
 
 class _Reader:
     def __init__(self, table: Table) -> None:
-        self.table, self.grid, self.declared, self.chosen = table, table.grid, table.declared, table.chosen
-        self.merged = _merged_places(table)
+        self.table, self.grid, self.chosen = table, table.grid, table.chosen
         self.missing = {plain_letters(word) for word in self.chosen.missing}
         self.mark: Decimal | None = self._decimal_mark()
-        self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
+        self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
 
     def read(self) -> ReadRows:
         self._refuse_fields()
         passed = set(self._passed())
         repeat, station = self.table.repeat, self.table.station
-        is_long = repeat is not None or bool(self.merged) or "repeats" in (self.declared.as_written or ())
+        is_long = repeat is not None or "repeats" in (self.table.declared.as_written or ())
         stations = dict[float, dict[str, Reading]]()
-        read, twice, places = set[int](), list[str](), dict[float, float]()
+        read, twice, blank, places, place = set[int](), list[str](), list[str](), dict[float, float](), BLANK
         for row in self.table.body:
             if station is None or row in passed or not self._has_readings(row):
                 continue
-            place = self.merged.get(row, self.grid.cell(row, station.index))
+            cell = f"{letters(station.index)}{row}"
+            if not self.grid.cell(row, station.index).text:
+                blank.append(cell)
+            else:
+                place = self.grid.cell(row, station.index)
             s_mm = self._in_mm(row, station, place)
             readings = [self._reading(row, column) for column in self.table.readings]
             if s_mm is None:
                 passed.add(row)
                 continue
             read.add(row)
-            cell = f"{letters(station.index)}{row}"
             s_mm = places.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
-            own = stations.setdefault(s_mm, {})
-            if own and not is_long:
-                twice.append(cell)
-                continue
-            for reading in readings:
-                label = self.grid.cell(row, repeat.index).text if repeat is not None else f"{len(own) + 1}"
-                if repeat is not None and (label in own or is_missing(label)):
-                    twice.append(cell)
-                own[label] = reading
+            of_station = stations.setdefault(s_mm, {})
+            is_twice = bool(of_station) and not is_long
+            for reading in () if is_twice else readings:
+                label = self.grid.cell(row, repeat.index).text if repeat is not None else f"{len(of_station) + 1}"
+                is_twice = is_twice or label in of_station or is_missing(label)
+                of_station[label] = reading
+            twice += [cell] if is_twice and cell not in blank else []
         self._report()
+        if blank:
+            remedy = "If these are repeats of the place above, confirm it; else write a place into every row."
+            finding = f"{listed(blank)}: no place beside the readings."
+            answers = {CONFIRMS: ["repeats"], **skipping(self.table, blank)}
+            self.table.ask("place", finding, remedy, answers, blank, stops=True)
         if twice:
             finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
             remedy = "Correct them, or name the column that numbers the repeats (repeat)."
             answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(self.table, twice)
             self.table.ask("twice", finding, remedy, answers, twice, stops=True)
-        kept = {
-            s_mm: own
-            for s_mm, own in sorted(stations.items())
-            if not all(math.isnan(each.value_mm) for each in own.values())
-        }
-        return ReadRows(self._arrays(self._at_places(kept)), self.mark, is_long, frozenset(read), frozenset(passed))
+        kept = [each for each in sorted(stations.items()) if any(mm == mm for mm, *_ in each[1].values())]
+        return ReadRows(self._arrays(dict(kept)), self.mark, is_long, frozenset(read), frozenset(passed))
 
     def _refuse_fields(self) -> None:
         """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
@@ -109,20 +114,15 @@ class _Reader:
 
     def _passed(self) -> Iterator[int]:
         """Yield the rows to skip, and the rows of means and other calculated figures."""
-        entries = {f"{entry}".strip() for entry in self.chosen.skip}
-        met = {f"{letters(column.index)}{row}" for column in self.table.used for row in self.table.body if entries}
-        for row in self.table.body:
-            first = plain_letters(next((cell.text for _, cell in cells_in(self.grid, self.table.span, row)), ""))
-            # A number alone is that of the row.
-            names = {f"{row}", f"row {row}", f"cell {first}", f"{row}" if first.isdecimal() else first}
-            meant = {entry for entry in entries if plain_letters(entry) in names}
-            met |= meant
-            label = "" if self.table.repeat is None else self.grid.cell(row, self.table.repeat.index).text
-            if meant or is_calculated(first) or is_calculated(label):
-                yield row
-        if entries - met:
-            finding = f"skip has {listed([*map(quoted, sorted(entries - met))])}, which is no row of the table."
+        entries, columns = {f"{entry}" for entry in self.chosen.skip}, [letters(each.index) for each in self.table.used]
+        if absent := entries - {f"{column}{row}" for row in self.table.body for column in ("", *columns)}:
+            finding = f"skip has {listed(sorted(absent))}, which is no row and no reading of the table."
             self.table.ask("skip", finding, "Correct skip; rows are counted from 1.")
+        for row in self.table.body:
+            first = next((cell.text for _, cell in cells_in(self.grid, self.table.span, row)), "")
+            label = "" if self.table.repeat is None else self.grid.cell(row, self.table.repeat.index).text
+            if f"{row}" in entries or is_calculated(first) or is_calculated(label):
+                yield row
 
     def _has_readings(self, row: int) -> bool:
         """Return whether a row has a place or a number: rows of texts alone are remarks."""
@@ -133,8 +133,8 @@ class _Reader:
         return is_place or any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
 
     def _decimal_mark(self) -> Decimal | None:
-        if self.declared.decimal is not None:
-            return self.declared.decimal
+        if self.table.declared.decimal is not None:
+            return self.table.declared.decimal
         columns = [column for column in self.table.used if column is not self.table.repeat]
         cells = [self.grid.cell(row, column.index) for row in self.table.body for column in columns]
         texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
@@ -146,7 +146,7 @@ class _Reader:
 
     def _reading(self, row: int, column: Column) -> Reading:
         cell = self.grid.cell(row, column.index)
-        is_skipped = bool(self.chosen.skip) and f"{letters(column.index)}{row}" in self.chosen.skip
+        is_skipped = f"{letters(column.index)}{row}" in self.chosen.skip
         if is_skipped or (cell.kind == "text" and is_missing(cell.text)) or plain_letters(cell.text) in self.missing:
             return Reading(math.nan, row, column.index)
         value_mm = self._in_mm(row, column, cell)
@@ -164,32 +164,32 @@ class _Reader:
             value = number(text[0], self.mark)
         if value is not None:
             return value * FACTORS[column.unit or "mm"]
-        what, remedy = _complaint(cell, column, self.mark)
-        self.unread.setdefault((what, remedy), []).append((f"{letters(column.index)}{row}", cell.text))
+        has_digits = any(map(str.isdigit, cell.text)) or column.role != "reading"
+        text_kind = "mark" if number(cell.text) is not None else "number" if has_digits else "word"
+        kind = cell.kind if cell.kind in COMPLAINTS else text_kind
+        self.unread[kind][f"{letters(column.index)}{row}"] = cell.text
         return None
 
     def _report(self) -> None:
         """Ask about cells that are no numbers, with one question for each kind of mistake."""
-        for (what, remedy), cells in self.unread.items():
-            names = [name for name, _ in cells]
-            answers: dict[str, Any] = skipping(self.table, names)
-            if "word" in what:
-                answers = {"columns.missing": [*dict.fromkeys(text for _, text in cells)]}
-            texts = listed([f"{name} {quoted(text)}" for name, text in cells])
-            self.table.ask("cell", f"{texts}: {what}.", remedy, answers, names)
+        for kind, cells in self.unread.items():
+            finding, remedy = COMPLAINTS[kind]
+            answers: dict[str, Any] = skipping(self.table, [*cells])
+            if kind == "word":
+                answers = {"columns.missing": [*dict.fromkeys(cells.values())]}
+            texts = listed([f"{name} {quoted(text)}" for name, text in cells.items()])
+            self.table.ask("cell", f"{texts}: {finding}.", remedy, answers, [*cells])
 
-    def _at_places(self, stations: dict[float, dict[str, Reading]]) -> dict[float, dict[str, Reading]]:
-        """Return numbered stations at the places that the settings give for their numbers."""
-        places = self.chosen.places
-        if not isinstance(places, tuple) or len(stations) < 2:
-            return stations
-        numbers = list(stations)
-        if len(places) not in (2, len(numbers)):
-            finding = f"places has {len(places)} numbers, but {len(numbers)} places have readings."
+    def _at_places(self, numbers: list[float]) -> list[float]:
+        """Return the places that the settings give for the numbers of stations; without these, the numbers."""
+        places, count = self.chosen.places, len(numbers)
+        if not isinstance(places, tuple) or count < 2:
+            return numbers
+        if len(places) not in (2, count):
+            finding = f"places has {len(places)} numbers, but {count} places have readings."
             self.table.ask("places", finding, "Give the first and the last place, or all.")
-            return stations
-        written = numbers if len(places) == len(numbers) else [numbers[0], numbers[-1]]
-        return dict(zip(np.interp(numbers, written, places).tolist(), stations.values(), strict=True))
+            return numbers
+        return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
 
     def _arrays(self, stations: dict[float, dict[str, Reading]]) -> ReadCells:
         labels = sorted({label for own in stations.values() for label in own}, key=_by_number)
@@ -201,13 +201,13 @@ class _Reader:
         readings_mm, columns = parts[..., 0], parts[..., 2]
         station = self.table.station
         return ReadCells(
-            s_mm=np.array(list(stations)),
+            s_mm=np.array(self._at_places([*stations])),
             readings_mm=readings_mm,
             rows=parts[..., 1].astype(np.int64),
             columns=columns.max(axis=0, initial=-1).astype(np.int64),
             digits_mm=parts[..., 3],
             is_depth=self.table.quantity == "depth",
-            datum_level_mm=self.declared.datum_level_mm or 0.0,
+            datum_level_mm=self.table.declared.datum_level_mm or 0.0,
             station_column=0 if station is None else station.index,
             header_row=max(self.table.header.rows, default=1),
             s_unit_mm=FACTORS[(station and station.unit) or "mm"],
@@ -218,28 +218,6 @@ class _Reader:
 def read_rows(table: Table) -> ReadRows:
     """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
     return _Reader(table).read()
-
-
-def _merged_places(table: Table) -> dict[int, Cell]:
-    """Return the place of each row whose place is merged over several rows. These rows are its repeats."""
-    station, places = table.station, dict[int, Cell]()
-    for top, left, bottom, right in table.grid.merged:
-        if station is not None and left == right == station.index and bottom > top >= table.header.first:
-            places |= {row: table.grid.cell(top, left) for row in range(top, bottom + 1)}
-    return places
-
-
-def _complaint(cell: Cell, column: Column, mark: Decimal | None) -> tuple[str, str]:
-    """Return what is wrong with a cell, and what to do."""
-    if cell.kind in OTHER_KINDS:
-        return OTHER_KINDS[cell.kind]
-    if not cell.text:
-        return "no place beside the readings", "Write a place into every row."
-    if number(cell.text) is not None:
-        return f"another mark than the decimal {mark} of this sheet", "Write all numbers with one mark."
-    if any(map(str.isdigit, cell.text)) or column.role != "reading":
-        return f"no number in {column.unit or 'its unit'}", "Write one number into the cell."
-    return "no number, but a word", "If it marks a missing reading, name it."
 
 
 def _by_number(label: str) -> tuple[bool, float, str]:

@@ -27,7 +27,6 @@ from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
 @dataclass(frozen=True)
 class Column:
     index: int  # From 0
-    name: str
     role: Role
     unit: ColumnUnit | None = None
     quantity: Quantity | None = None
@@ -47,7 +46,6 @@ class Table:
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
     others: dict[int, Role] = field(default_factory=dict[int, Role])  # Columns that are known to be something else
-    stands_in: bool = False  # True if a question asks for the columns
 
     @property
     def chosen(self) -> Columns:
@@ -116,34 +114,30 @@ def _ask_for_range(table: Table, finding: str, rows: Sequence[int], left: int = 
 
 def _set_roles(table: Table) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
-    chosen, names, numbers = table.chosen, table.header.names, _columns_of_numbers(table)
-    meanings = {column: what for column, name in names.items() if (what := meaning(name)) is not None}
+    chosen, numbers = table.chosen, _columns_of_numbers(table)
+    meanings = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
     by_role = {role: [k for k, what in meanings.items() if what.role == role] for role in get_args(Role)}
-    stations, readings, repeats = by_role["station"], by_role["reading"], by_role["repeat"]
-    stations = stations if chosen.s is None else _chosen(table, [chosen.s], numbers)
-    repeats = repeats if chosen.repeat is None else _chosen(table, [chosen.repeat], numbers)
+    stations = _chosen(table, chosen.s and (chosen.s,), numbers, by_role["station"])
+    readings = _chosen(table, chosen.levels, numbers, by_role["reading"])
+    repeats = _chosen(table, chosen.repeat and (chosen.repeat,), numbers, by_role["repeat"])
     if chosen.levels is not None:
-        readings = _chosen(table, chosen.levels, numbers)
-        repeats = [] if len(readings) > 1 else [column for column in repeats if column not in readings]
+        repeats = [column for column in repeats if column not in readings and len(readings) == 1]
     if not readings:
         # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
         readings, repeats = repeats, []
-    used = {*stations, *readings, *repeats}
-    named = {*meanings} | used
-    unknown = [column for column in numbers if column not in named]
+    unknown = [column for column in numbers if column not in {*meanings, *stations, *readings, *repeats}]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
     for column in by_role["sample"]:
         _ask_about_samples(table, column)
-    problems = [*_problems(table, stations, readings, repeats, unknown)]
-    if problems:
-        table.stands_in, repeats = True, []
-        stations, readings = _stand_ins(table, stations, readings, unknown or numbers, "; ".join(problems))
+    if problems := [*_problems(table, stations, readings, repeats, unknown)]:
+        stations, readings = _stand_ins(table, stations, readings, unknown or numbers, f"{'; '.join(problems)}.")
+        repeats = []
     table.station = next((_column(table, column, "station") for column in stations), None)
     table.readings = [_column(table, column, "reading") for column in readings]
     table.repeat = next((_column(table, column, "repeat") for column in repeats), None)
     used = {column.index for column in table.used}
-    others: tuple[Role, ...] = "other", "repeat", "sample"
-    table.others = {column: role for role in others for column in by_role[role] if column not in used}
+    table.others = {column: what.role for column, what in meanings.items() if column not in used}
+    table.others = {column: role for column, role in table.others.items() if role in ("other", "repeat", "sample")}
 
 
 def _columns_of_numbers(table: Table) -> list[int]:
@@ -156,31 +150,23 @@ def _columns_of_numbers(table: Table) -> list[int]:
     return sorted(columns)
 
 
-def _chosen(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> list[int]:
-    """Return the columns that a setting names, by letter or by name; a question asks for one that is missing."""
-    names, columns = table.header.names, dict[int, None]()
-    for entry in entries:
-        by_letter = [column for column in lettered(entry) if column in {*names, *numbers}]
-        by_name = [column for column, name in names.items() if name == entry]
-        if not by_letter + by_name:
-            by_name = [column for column, name in names.items() if plain_letters(name) == plain_letters(entry)]
-        if not by_name + by_letter or (by_name and by_letter and by_name != by_letter[:1]):
-            what = "is a letter and also a name" if by_name else "is not a column"
-            finding = f"{quoted(entry)} {what}; the columns are {_named(table, [*names])}."
-            table.ask("columns", finding, 'Name it by its letter, such as "B:B".')
-        columns |= dict.fromkeys(by_letter or by_name)
-    return [*columns]
+def _chosen(table: Table, entries: Sequence[str] | None, numbers: Sequence[int], by_name: list[int]) -> list[int]:
+    """Return the columns whose letters a setting has; without it, those by their names."""
+    if entries is None:
+        return by_name
+    columns = {entry: [k for k in lettered(entry) if k in {*table.header.names, *numbers}] for entry in entries}
+    if empty := [entry for entry, of_entry in columns.items() if not of_entry]:
+        table.ask("columns", f"{listed(empty)} is no column of the table.", "Name columns by their letters.")
+    return [*dict.fromkeys(column for of_entry in columns.values() for column in of_entry)]
 
 
 def _problems(
     table: Table, stations: Sequence[int], readings: Sequence[int], repeats: Sequence[int], unknown: Sequence[int]
 ) -> Iterator[str]:
     """Yield what is not clear about the columns, as parts of a sentence."""
-    names = [table.header.names.get(column, "") for column in readings]
+    names = [plain_letters(table.header.names.get(column, "")) for column in readings]
     meanings = [what for what in map(meaning, names) if what is not None]
-    units, ways = (
-        {*each} - {None} for each in ([what.unit for what in meanings], [what.quantity for what in meanings])
-    )
+    kinds = {_kind(table, column) for column in readings}
     if len(stations) != 1 or {*stations} & {*readings}:
         yield f"{_named(table, stations) or 'no column'} is the place along the crack"
     if not readings:
@@ -188,12 +174,18 @@ def _problems(
     if unknown:
         yield f"{_named(table, unknown)} has numbers under an unknown name"
     if table.chosen.levels is None:
-        if len({*map(plain_letters, names)}) < len(names) or len(units) > 1 or len(ways) > 1:
+        if len({*names}) < len(names) or len(kinds) > 1:
             yield f"{_named(table, readings)} have the same name, or differ in unit or direction"
         if any(int(what.number or 0) > len(readings) for what in meanings):
             yield f"{_named(table, readings)} has a number that counts no repeats"
     if len(repeats) > 1 or (repeats and len(readings) > 1):
         yield f"{_named(table, repeats)} counts repeats by its name, beside other columns"
+
+
+def _kind(table: Table, column: int) -> tuple[ColumnUnit | None, Quantity | None]:
+    """Return unit and direction in the name of a column."""
+    what = meaning(table.header.names.get(column, ""))
+    return (None, None) if what is None else (what.unit, what.quantity)
 
 
 def _named(table: Table, columns: Sequence[int]) -> str:
@@ -205,38 +197,35 @@ def _stand_ins(
     table: Table, stations: list[int], readings: list[int], likely: Sequence[int], finding: str
 ) -> tuple[list[int], list[int]]:
     """Return the likeliest columns, and ask for them."""
-    names, cells = table.header.names, [table.grid.cell(row, table.span.left).text for row in table.body]
     beside = [column for column in readings if stations[1:] and column < stations[1]]
     if beside and beside != readings:
         rows = [min((*table.header.rows, *table.body)), *table.body]
-        _ask_for_range(table, f"{finding}. Are there several tables?", rows, stations[0], beside[-1])
+        _ask_for_range(table, f"{finding} Are there several tables?", rows, stations[0], beside[-1])
         return stations[:1], beside
-    if {"station", "reading"} <= roles_in(cells):
+    if {"station", "reading"} <= roles_in(table.grid.cell(row, table.span.left).text for row in table.body):
         table.ask("columns", "places are side by side.", "Transpose the table in a copy: one row for each place.")
         return [], []
-    stations = stations or [column for column in likely if column not in readings]
-    readings = [column for column in readings or likely if column not in stations[:1]]
-    kinds = [(what.unit, what.quantity) if (what := meaning(names.get(k, ""))) else None for k in readings]
-    readings = [column for column, kind in zip(readings, kinds, strict=True) if kind == kinds[0]]
-    entries = [f"{k}:{k}" if k in names.values() else k for k in map(letters, [*stations[:1], *readings])]
+    stations = (stations or [column for column in likely if column not in readings])[:1]
+    readings = [column for column in readings or likely if column not in stations]
+    readings = [column for column in readings if _kind(table, column) == _kind(table, readings[0])]
+    entries = [*map(letters, (*stations, *readings))]
     answers = {"columns.s": entries[0], "columns.levels": entries[1:]} if readings and stations else {}
-    remedy = "Name the columns of places and of readings by their letters; others are not read then."
-    table.ask("columns", f"{finding}.", remedy, answers)
-    return stations[:1], readings
+    table.ask("columns", finding, "Name the columns of places and of readings by their letters.", answers)
+    return stations, readings
 
 
 def _column(table: Table, column: int, role: Role) -> Column:
     """Return a column; ask about marks of its name that may change what is read, whatever is declared."""
-    name, what = table.header.names.get(column, ""), meaning(table.header.names.get(column, ""))
-    rest, unit, _ = without_unit(name)
+    name, (unit, quantity) = table.header.names.get(column, ""), _kind(table, column)
+    rest, written, _ = without_unit(name)
     row, answer = max(table.header.rows, default=1), [letters(column)]
-    if role != "repeat" and (is_no_length(name) or unit in ("g", "kg")):
+    if role != "repeat" and (is_no_length(name) or written in ("g", "kg")):
         finding = f"{quoted(name)} is no length, but a share, an angle, a ratio or a mass."
         table.ask("no length", finding, "Name other columns, or write lengths into the sheet.", row=row)
-    elif has_rest(name) or (what is None and changes(rest)):
+    elif has_rest(name) or (meaning(name) is None and changes(rest)):
         remedy = "If it does, write the readings that are meant under a plain name."
         table.ask("name", f"does {quoted(name)} change the readings?", remedy, {CONFIRMS: answer}, answer, row)
-    return Column(column, name, role, unit, None if what is None else what.quantity)
+    return Column(column, role, written, quantity)
 
 
 def _ask_about_samples(table: Table, column: int) -> None:
@@ -258,38 +247,36 @@ def _ask_about_samples(table: Table, column: int) -> None:
 def _ask_for_units(table: Table) -> None:
     """Set the unit of each column by its name, its cells or the settings, and ask for one that is open."""
     declared, places = table.declared.unit, table.chosen.places
-    by_source: dict[str, list[int]] = {source: [] for source in ("none", "setting", "another", "header")}
+    lacking, another, is_needed = list[Column](), list[int](), False
 
     def with_unit(column: Column) -> Column:
+        nonlocal is_needed
         values = [numeric(table.grid.cell(row, column.index)) for row in table.body]
         texts = dict.fromkeys(value[1] for value in values if value is not None)
-        units: set[ColumnUnit | None] = {unit_of(text) for text in texts if text}
-        all_units = {*units, column.unit} - {None}
-        if units - {*MM} or len(all_units) > 1 or (units and "" in texts and column.unit is None):
+        units = {column.unit, *(unit_of(text) or text for text in texts)} - {None, ""}
+        if units - {*MM} - {column.unit} or len(units) > 1 or (units and "" in texts and column.unit is None):
             finding = f"column {letters(column.index)} has {' and '.join(filter(None, texts))} in its cells"
             table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
         setting: ColumnUnit | None = declared
-        if column.role == "station" and places is not None:
-            setting = places if isinstance(places, str) else "mm"
-        elif column.role == "station" and declared in get_args(DialUnit):
-            setting = None
-        unit = column.unit or next(iter(all_units), None)
-        source = "header" if setting in (None, unit) or unit not in MM else "another"
-        if unit is None:
-            source = "none" if setting is None else "setting"
-        by_source[source].append(column.index)
+        if column.role == "station" and (places is not None or declared in get_args(DialUnit)):
+            setting = "mm" if isinstance(places, tuple) else places
+        unit = next((unit for unit in (column.unit, *map(unit_of, texts)) if unit is not None), None)
+        lacking.extend([column] if unit is None and setting is None else [])
+        another.extend([column.index] if unit in MM and setting not in (None, unit) else [])
+        is_needed = is_needed or unit is None
         return replace(column, unit=unit or setting)
 
     table.station = None if table.station is None else with_unit(table.station)
     table.readings = [*map(with_unit, table.readings)]
-    if by_source["another"] and places is None and not by_source["setting"]:
-        finding = f"{_named(table, by_source['another'])} has another unit than the settings, {declared}."
+    if another and places is None and not is_needed:
+        finding = f"{_named(table, another)} has another unit than the settings, {declared}."
         table.ask("unit", finding, "Remove the setting, or correct the header.")
-    if lacking := by_source["none"]:
-        is_place = [table.station is not None and column == table.station.index for column in lacking]
-        answer = ({"columns.places": "mm"} if any(is_place) else {}) | ({} if all(is_place) else {"unit": "mm"})
-        remedy = f"Units are {', '.join(get_args(Unit))}; places have their own."
-        table.ask("unit", f"{_named(table, lacking)} has no unit.", remedy, answer, [*map(letters, lacking)])
+    if lacking:
+        roles, remedy = {column.role for column in lacking}, f"Units are {', '.join(get_args(Unit))}."
+        answers = {"columns.places": "mm"} if "station" in roles else {}
+        answers |= {"unit": "mm"} if "reading" in roles else {}
+        cells = [column.index for column in lacking]
+        table.ask("unit", f"{_named(table, cells)} has no unit.", remedy, answers, [*map(letters, cells)])
 
 
 def _ask_for_direction(table: Table) -> None:

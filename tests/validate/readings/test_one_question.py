@@ -65,7 +65,7 @@ SHEETS = {
         {"unit", "twice"},
     ),
     "thousands": ("s [mm];Tiefe [mm]\n" + _rows("{s};{a}").replace(".", ",").replace("\n", "1\n"), {"decimal"}),
-    "a number in the name, a total": ("s [mm];Tiefe 5 mm\n" + _rows("{s};{a}") + ";51.2\n", {"columns", "cell"}),
+    "a number in the name, a total": ("s [mm];Tiefe 5 mm\n" + _rows("{s};{a}") + ";51.2\n", {"columns", "place"}),
     "the end of a range": (H + "\n" + _rows(changed={3: "12;a;b"}), {"range", "cell"}),
     "signs in the name": ("s [mm];Tiefe (+5 mm)\n" + _rows("{s};{a}"), {"columns", "name", "quantity"}),
 }

@@ -1,7 +1,5 @@
 """Rows as stations: numbers, missing readings, repeats in rows of their own, rows to skip, and the crack's limits."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -9,7 +7,6 @@ from hypothesis import strategies as st
 
 from sealtwin.core.errors import InputError
 from tests.validate.readings.conftest import brief, declared_of, listed
-from validate.readings.files import read_grid
 from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import grid_of_rows, read_readings, readings_of
 from validate.settings import Columns, Declared
@@ -46,8 +43,9 @@ READ = {
     "a letter of a repeat": ("s [mm];Messung;Tiefe [mm]\n0;A;1\n0;B;1,1\n5;A;2\n5;B;2,1\n", {}, PAIRS),
     "a declared number of a repeat": (RUNS, {"columns": {"levels": ["C"], "repeat": "B"}}, PAIRS),
     "rows of one place, as written": (SAME, {"as_written": ("repeats",)}, PAIRS),
-    "rows to skip": (H + "0;1\n5;2\n9;9\nSoll;7\nx;3\n", {"columns": {"skip": ["row 4", "soll", 6]}}, TWO),
-    "first cells to skip": (H + "0;1\n5;2\n4;9\n", {"columns": {"skip": ["cell 4"]}}, TWO),
+    "rows to skip": (H + "0;1\n5;2\n9;9\nSoll;7\nx;3\n", {"columns": {"skip": [4, 5, 6]}}, TWO),
+    "readings to skip": (PAIR + "0;1;9\n5;2;2,1\n", {"columns": {"skip": ["C2"]}}, [[-1, None], PAIRS[1]]),
+    "rows without a place": (H + "0;1\n;1,1\n5;2\n;2,1\n", {"as_written": ("repeats",)}, PAIRS),
 }
 
 
@@ -63,7 +61,7 @@ ASKED = {
     **{f"no number: {text}": (H + f"0;1\n5;{text}\n10;3\n", {}, "cell B3 = 3") for text in WRONG.split("|")},
     "a word": (H + "0;1\n5;feucht\n10;3\n", {}, "cell B3 = feucht"),
     "another mark": (H + "0;1,5\n5;2.5\n10;3,5\n", {}, "cell B3 = 3"),
-    "no place": (H + "0;1\n;2\n10;3\n", {}, "cell A3 = 3"),
+    "no place": (H + "0;1\n;2\n10;3\n", {}, "place A3 = repeats 3"),
     "a place that is none": (H + "0;1\nP5;2\n10;3\n", {}, "cell A3 = 3"),
     "places that are none": (H + "P0;1\nP5;2\n10;3\n", {}, "cell A2 A3"),
     "numbers that became dates": (H + "0;1\n5.1.2026;16.1.2026\n10;3\n", {}, "cell A3 B3 = 3"),
@@ -72,7 +70,7 @@ ASKED = {
     "a place twice": (SAME, {}, "twice A3 A5 = repeats"),
     "a repeat twice": ("s_mm;Wdh;depth_mm\n0;1;1\n0;1;2\n5;1;2\n", {}, "twice A3 = 3"),
     "a repeat without a number": ("s_mm;Wdh;depth_mm\n0;1;1\n0;;2\n5;1;2\n", {}, "twice A3 = 3"),
-    "no such row": (H + "0;1\n5;2\n", {"columns": {"skip": ["Soll", 9]}}, "skip"),
+    "no such row": (H + "0;1\n5;2\n", {"columns": {"skip": ["B9", 9]}}, "skip"),
     "too few places": (H + "1;1\n2;2\n3;3\n4;3\n", {"columns": {"places": [0, 5, 9]}}, "places"),
     "one station": (H + "0;1\n", {}, "stations"),
     "a place outside the crack": (H + "0;1\n5;2\n300;3\n", {}, "outside A4 = 4"),
@@ -99,12 +97,6 @@ def test_a_crack_of_unknown_length_has_a_limit_too(write):
     with pytest.raises(SheetFaults) as caught:
         read_readings(path, Declared(), None, 10.0)
     assert [doubt.kind for doubt in caught.value.doubts] == ["outside"]
-
-
-def test_a_place_that_is_merged_over_rows_has_these_as_repeats(write):
-    grid = read_grid(write(H + "0;1\n;1,1\n5;2\n;2,1\n"))
-    profile = readings_of(replace(grid, merged=((2, 0, 3, 0), (4, 0, 5, 0))), Declared())
-    assert listed(profile) == PAIRS
 
 
 def test_rows_and_arrays_are_a_sheet():
