@@ -92,7 +92,8 @@ def read_readings(
     readings
         A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array or a list of
         rows, (n, 1 + r), in mm: arc length along the crack, then r levels of each station, with NaN for a missing one.
-        Cells of an array are named as in a spreadsheet: "B4" is the reading [3, 1].
+        Cells of an array are named as in a spreadsheet whose first row has the names of the columns: "B5" is the
+        reading [3, 1].
     columns
         For an array or a list, the names of its columns as in the header of a sheet, for example ``["s_cm", "depth 1
         [mm]", "remark"]``: the rows are then read as a sheet. For a file, the table [readings.columns].

@@ -37,21 +37,15 @@ NOTE_ALONE = (
 ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
 
-def _column(reference: str) -> str:
-    """Return a column's letter as the span "B:B", which cannot be the name of a column."""
-    return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
-
-
 READ_AS: Mapping[str, Callable[[str], Any]] = {
-    **dict.fromkeys(("s", "repeat"), _column),
+    **dict.fromkeys(("s", "repeat", "range"), str.upper),
     **dict.fromkeys(("unit", "s_from"), str.lower),
     **dict.fromkeys(("datum_level_mm", "crack"), value_of),
     "sign": lambda text: SIGNS.get(text.lower(), text),
-    "range": str.upper,
 }
 """Functions that read the text in a column of the pairing file. Other texts are values as they are."""
 LISTS: Mapping[str, Callable[[str], Any]] = {
-    "levels": _column,
+    "levels": str.upper,
     "places": value_of,
     "skip": value_of,
     "missing": str,

@@ -200,7 +200,8 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
         record_files.read_simulation(job.path).doubts or volume_warnings(sealant_mm3, solid.cavity_volume_mm3)
     ):
         simulated = None  # A level from settings that are in doubt says nothing about the readings
-    filling = Filling(outline, solid, sealant_mm3 if declared else 0.0, simulated)
+    left = 1 - (job.trial.readings.shrinkage_percent or 0.0) / 100
+    filling = Filling(outline, solid, left * sealant_mm3 if declared else 0.0, simulated)
     readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
     refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
     return readings

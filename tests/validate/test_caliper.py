@@ -91,13 +91,13 @@ SLOPE_MM = np.linspace(-12.0, -4.0, 9)
 @pytest.mark.parametrize(
     ("change", "answer"),
     [
-        (lambda mm: mm.__setitem__((3, 1), 0.0), "C4"),
+        (lambda mm: mm.__setitem__((3, 1), 0.0), "C5"),
         (lambda mm: mm.__imul__(-0.5), "sign"),
     ],
     ids=["a zero", "the sign"],
 )
 def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
-    """Broken on purpose, without its screens, an array raises none. A file's header is one row more."""
+    """Broken on purpose, without its screens, an array raises none."""
     repeats_mm = np.round(SLOPE_MM[:, None] + 0.02 * np.random.default_rng(3).standard_normal((9, 3)), 2)
     change(repeats_mm)
     table = np.round(np.column_stack([np.arange(0.0, 81.0, 10.0), repeats_mm]), 3)
@@ -118,9 +118,9 @@ def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
         (lambda table: table[:, 0], "shape"),
         (lambda table: table[:1], "1 station"),
         (lambda table: np.vstack([table, table[:1]]), "twice"),
-        (lambda table: np.vstack([table, [90, 1, 1, 1]]), "90 mm in A4"),
-        (lambda table: np.vstack([table, [20, 160, 1, 1]]), "160 mm in B4"),
-        (lambda table: np.vstack([table, [np.nan, 1, 1, 1]]), "A4"),
+        (lambda table: np.vstack([table, [90, 1, 1, 1]]), "90 mm in A5"),
+        (lambda table: np.vstack([table, [20, 160, 1, 1]]), "160 mm in B5"),
+        (lambda table: np.vstack([table, [np.nan, 1, 1, 1]]), "A5"),
     ],
     ids=["a list", "one station", "a place twice", "beyond the crack", "above any filling", "nowhere"],
 )

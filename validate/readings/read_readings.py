@@ -1,8 +1,6 @@
 """Caliper readings of a trial: a sheet, or rows of an array."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +11,11 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.readings.files import read_grid
 from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, letters
-from validate.readings.header import numeric
-from validate.readings.numbers import number
 from validate.readings.rest import ask_about_rest
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.screens import Filling, screens
 from validate.readings.table import Table, find_table
-from validate.settings import Columns, Declared, Readings
+from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
@@ -62,7 +58,6 @@ def readings_of(
     table = find_table(grid, settings)
     rows = read_rows(table)
     cells = rows.cells
-    _ask_beyond_range(table)
     if length_mm is not None and table.chosen.s_from == "second":
         cells = cells.from_other_end(length_mm)
     if len(cells.s_mm) < 2 and not table.is_open():
@@ -74,17 +69,15 @@ def readings_of(
     if depth_mm is not None and has_places:
         check_in_crack(table, cells, length_mm, depth_mm if has_levels else None)
     ask_about_rest(table, rows)
-    if isinstance(settings, Readings) and filling is not None:
-        filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
     if not table.is_open("columns", "range") and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
         crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
         doubts = screens(cells, *crack, grid.place)
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
-    asked = [doubt for doubt in table.doubts if is_unanswered(doubt, settings)]
+    questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, settings))
     understood = _understood(table, rows)
-    if any(doubt.is_open for doubt in asked):
-        raise SheetFaults(asked, understood)
+    if any(doubt.is_open for doubt in questions):
+        raise SheetFaults(questions, understood)
     return Profile(
         cells.s_mm,
         np.nanmean(cells.levels_mm, axis=1),
@@ -92,8 +85,8 @@ def readings_of(
         settings.data if isinstance(settings, Readings) else "undeclared",
         grid.path.name,
         _dialect(table, rows),
-        doubts=tuple(map(str, asked)),
-        questions=tuple(asked),
+        doubts=tuple(map(str, questions)),
+        questions=questions,
         understood=understood,
         is_depth=cells.is_depth,
     )
@@ -105,15 +98,14 @@ def take_readings(
     """Return readings of an array, with the checks and doubts of ``read_readings``.
 
     ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths if
-    ``settings.quantity`` is "depth". NaN marks a missing reading. Doubts name cells as a spreadsheet without a header
-    would: B4 is the reading [3, 1]. Raises InputError.
+    ``settings.quantity`` is "depth". NaN marks a missing reading. Doubts name cells as a spreadsheet with one row of
+    names would: B5 is the reading [3, 1]. Raises InputError.
     """
     if table.ndim != 2 or table.shape[1] < 2:
         raise InputError(f"{settings.file}: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
-    columns = Columns(s="A", levels=(f"B:{letters(table.shape[1] - 1)}",))
-    named = {"columns": columns, "unit": "mm", "quantity": settings.quantity or "level"}
-    grid = grid_of_rows(f"{settings.file}", table.tolist())
-    return readings_of(grid, settings.model_copy(update=named), length_mm, depth_mm)
+    names = ["s_mm", *(f"{settings.quantity or 'level'}_{count}_mm" for count in range(1, table.shape[1]))]
+    grid = grid_of_rows(f"{settings.file}", [names, *table.tolist()])
+    return readings_of(grid, settings, length_mm, depth_mm)
 
 
 def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:
@@ -131,7 +123,7 @@ def _cell(value: Any) -> Cell:
     return Cell(f"{value}".strip())
 
 
-def is_unanswered(doubt: Doubt, settings: Declared) -> bool:
+def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
     """Return whether ``as_written`` leaves an entry of a doubt open: the cell, its row or its column confirms it."""
     answered = set(settings.as_written or ())
     if doubt.kind == "datum" and settings.datum != "sample_surface":
@@ -140,20 +132,6 @@ def is_unanswered(doubt: Doubt, settings: Declared) -> bool:
         answered & ({entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""})
         for entry in doubt.answers[CONFIRMS]
     )
-
-
-def _ask_beyond_range(table: Table) -> None:
-    """Ask about a place of the same sample that goes on beyond those that are read, in the next row."""
-    grid, below, station = table.grid, max(table.header.rows, default=0), table.station
-    samples, body = [column for column, role in table.others.items() if role == "sample"], {*table.body}
-    for pair in pairwise(row for row in grid.rows if row > below):
-        texts = [numeric(grid.cell(row, station.index)) if station is not None else None for row in pair]
-        before, after = (number(text[0]) if text is not None else None for text in texts)
-        is_one = len({grid.cell(row, column).text for row in pair for column in samples} - {""}) < 2
-        beyond = {*pair} - body
-        if len(beyond) == 1 and before is not None and after is not None and before < after and is_one:
-            finding, row = "this place goes on beyond those of the range.", beyond.pop()
-            table.ask("range", finding, "Extend the range.", {CONFIRMS: ["range"]}, [f"{row}"], row)
 
 
 def _dialect(table: Table, rows: ReadRows) -> str:
@@ -172,22 +150,18 @@ def _dialect(table: Table, rows: ReadRows) -> str:
 
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:
-    """Return the columns with their roles and the first rows, with the cells that are read."""
-    roles, several = dict[int, str](), table.repeat is None and len(table.readings) > 1
-    for count, column in enumerate(table.readings, start=1):
-        roles[column.index] = f"{WAYS[column.quantity]}{f' {count}' if several else ''}, {column.unit or 'no unit'}"
+    """Return the columns with their roles, the header and the first rows, with the cells that are read."""
+    roles = {each.index: f"{WAYS[each.quantity]}, {each.unit or 'no unit'}" for each in table.readings}
     if table.station is not None:
         roles[table.station.index] = f"s, {table.station.unit or 'no unit'}"
     if table.repeat is not None:
         roles[table.repeat.index] = "repeat"
-    shown_rows = [*table.grid.rows][:MOST_ROWS_SHOWN]
-    if table.body and table.body[0] not in shown_rows:
-        shown_rows = [*shown_rows[:2], *table.header.rows, *table.body[: MOST_ROWS_SHOWN // 2]]
-    width = max((len(table.grid.rows[row]) for row in shown_rows), default=0)
-    read = {(row, column.index) for row in shown_rows if row in rows.read for column in table.used}
+    header = table.header.rows
+    first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MOST_ROWS_SHOWN]
+    width = max((len(table.grid.rows[row]) for row in first), default=0)
     return ReadSheet(
         tuple((letters(column), roles.get(column, "not read")) for column in range(width)),
-        tuple((row, tuple(cell.text for cell in table.grid.rows[row])) for row in dict.fromkeys(shown_rows)),
-        frozenset(read),
-        frozenset(table.header.rows),
+        tuple((row, tuple(cell.text for cell in table.grid.rows[row])) for row in first),
+        frozenset((row, column.index) for row in first if row in rows.read for column in table.used),
+        frozenset(header),
     )

@@ -2,12 +2,12 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from sealtwin.core.doubts import CONFIRMS
 from validate.readings.beside import changes, is_harmless
-from validate.readings.grid import Grid, Mark, letters, listed, quoted, shown
+from validate.readings.grid import Grid, letters, listed, quoted, shown
 from validate.readings.header import numeric, roles_in
 from validate.readings.names import is_note, sample_key
 from validate.readings.numbers import is_missing
@@ -15,7 +15,7 @@ from validate.readings.rows import ReadRows
 from validate.readings.table import Table
 
 MOST_QUOTED, LONGEST_QUOTED = 60, 400  # Texts of a sheet, and letters of each
-MOST_CELLS = 3  # Quoted cells of a column below the header from which on the column is named instead
+DIGITS = "0123456789"
 REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
 NAMES = "names"  # Entry of as_written for the names of file and worksheet
 MARKS = {"struck": "struck through", "hidden": "hidden", "coloured": "coloured unlike the others"}
@@ -40,10 +40,9 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
     texts += _names(table.grid, table.declared.sample)
-    columns = [text.answer.rstrip("0123456789") if text.beside else "" for text in texts]
-    many = {column for column, count in Counter(columns).items() if column and count > MOST_CELLS}
     if texts:
-        entries = [column if column in many else text.answer for text, column in zip(texts, columns, strict=True)]
+        # Too many cells to name are confirmed by their columns.
+        entries = [text.answer if len(texts) <= MOST_QUOTED else text.answer.rstrip(DIGITS) for text in texts]
         alike = dict[str, list[str]]()
         for text in texts:
             quote = f"{text.place or text.answer} {quoted(text.text, LONGEST_QUOTED)}{text.beside}"
@@ -64,7 +63,8 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     for row, cells in grid.rows.items():
         filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
         if row in rows.read or row in table.header.rows:
-            beside = _beside(table, row) if row in rows.read else ""
+            texts = [grid.cell(row, column.index).text for column in table.used if column is not table.repeat]
+            beside = f" beside {' '.join(map(shown, texts[:5]))}" if row in rows.read else ""
             for column, cell in filled:
                 if _may_change(table, row, column, numbers, sample):
                     yield Text(f"{letters(column)}{row}", cell.text, beside)
@@ -97,12 +97,6 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
     return column not in table.others or not is_harmless(f"{name}: {cell.text}", sample)
 
 
-def _beside(table: Table, row: int) -> str:
-    """Return the place and the readings of a row in words."""
-    texts = [table.grid.cell(row, column.index).text for column in table.used if column is not table.repeat]
-    return f" beside {' '.join(map(shown, texts[:5]))}"
-
-
 def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without that of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
@@ -114,32 +108,17 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
 
 
 def _ask_about_marks(table: Table, rows: ReadRows) -> None:
-    """Ask about readings that are struck through, hidden, or coloured unlike the others of their column."""
-    used = {column.index for column in table.used}
-    read = [mark for mark in table.grid.marks if mark.row in rows.read and mark.column in used]
-    read = [mark for mark in read if f"{letters(mark.column)}{mark.row}" not in table.chosen.skip]
+    """Ask about readings that are struck through, hidden, or coloured unlike most of their column."""
+    looks = {(mark.kind, mark.row, mark.column): mark.text or mark.kind for mark in table.grid.marks}
     for kind, words in MARKS.items():
-        marks = [mark for mark in read if mark.kind == kind]
-        marks = _unlike(marks, len(rows.read), used) if kind == "coloured" else marks
-        if not marks:
-            continue
-        columns = {mark.column for mark in marks}
-        if kind == "hidden" and all(sum(mark.column == k for mark in marks) == len(rows.read) for k in columns):
-            answers = [letters(column) for column in sorted(columns)]
-        else:
-            answers = [f"{mark.row}" if kind == "hidden" else f"{letters(mark.column)}{mark.row}" for mark in marks]
-            answers = [*dict.fromkeys(answers)]
-        finding = f"{words}, but read: {listed(answers)}."
-        table.ask(kind, finding, "Skip rows or cells that do not count.", {CONFIRMS: answers}, answers)
-
-
-def _unlike(marks: Sequence[Mark], count: int, used: set[int]) -> list[Mark]:
-    """Return the marks of colours that most cells of their column do not have."""
-    unlike = list[Mark]()
-    for column in used:
-        here = [mark for mark in marks if mark.column == column]
-        colours = Counter(mark.text for mark in here)
-        colours[""] += count - len(here)
-        usual = colours.most_common(1)[0][0]
-        unlike += [mark for mark in here if mark.text != usual]
-    return unlike
+        answers = list[str]()
+        for column in table.used if looks else ():
+            name = letters(column.index)
+            read = [row for row in rows.read if f"{name}{row}" not in table.chosen.skip]
+            of_rows = {row: looks.get((kind, row, column.index), "") for row in sorted(read)}
+            usual = Counter(of_rows.values()).most_common(1)[0][0] if kind == "coloured" and read else ""
+            unlike = [f"{name}{row}" for row, look in of_rows.items() if look != usual]
+            answers += [name] if kind == "hidden" and len(unlike) == len(rows.read) else unlike
+        if answers:
+            finding = f"{words}, but read: {listed(answers)}."
+            table.ask(kind, finding, "Skip rows or cells that do not count.", {CONFIRMS: answers}, answers)
