@@ -28,7 +28,6 @@ AS_WRITTEN = re.compile(
 """
 
 
-Text = Annotated[str, Field(min_length=1, max_length=200)]
 COLUMN, SPAN, CELL = r"^[A-Z]{1,3}$", r"^[A-Z]{1,3}(:[A-Z]{1,3})?$", r"^[A-Z]{1,3}[1-9][0-9]{0,6}$"
 RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
 Rounding = Literal["nearest", "down", "toward_zero"]
@@ -62,20 +61,8 @@ class Columns(Settings):
     """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Annotated[str, Field(pattern=CELL)] | Annotated[int, Field(ge=1)], ...] = ()
     """Rows to ignore, by number from 1, and single readings, by their cells, such as [9, "E14"]."""
-    missing: tuple[Text, ...] = ()
-    """Words of this sheet for a missing reading, in addition to the usual ones, such as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
     """Part of the sheet to read: cells such as "F2:I30", columns such as "F:I", or rows such as "2:30"."""
-
-    @field_validator("missing")
-    @classmethod
-    def _are_words(cls, words: tuple[str, ...]) -> tuple[str, ...]:
-        for word in words:
-            parts = re.split(r"[\s;,|/]+", word)
-            numbers = [part for part in parts if re.fullmatch(r"[-+]?\d+(\.\d+)?", part)]
-            if len(parts) > 1 and numbers and (len(numbers) > 1 or re.search(r"[;,|/]|\d\.\d", word)):
-                raise ValueError(f"{word!r:.60} contains readings; give only the word for the missing one")
-        return words
 
 
 class Declared(Settings):

@@ -48,7 +48,6 @@ LISTS: Mapping[str, Callable[[str], Any]] = {
     "levels": str.upper,
     "places": value_of,
     "skip": value_of,
-    "missing": str,
     "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
 }
 """Columns with several values, and functions that read each. A unit of places is a single one."""

@@ -29,7 +29,7 @@ COMPLAINTS = {
     "error": ("an error of the spreadsheet", "Correct the formula, or clear the cell."),
     "date": ("a date; spreadsheets convert numbers such as 16.1 to dates", "Enter the number again."),
     "mark": ("another decimal mark than in the other cells", "Write all numbers with one mark."),
-    "word": ("no number, but a word", "If it marks a missing reading, name it."),
+    "word": ("no number, but a word", "If it marks a missing reading, skip it."),
     "number": ("no number in the unit of its column", "Write one number into the cell."),
 }
 """Findings about cells that cannot be read, and remedies, by the kind of the cell or of its text."""
@@ -56,7 +56,6 @@ class ReadRows:
 class _Reader:
     def __init__(self, table: Table) -> None:
         self.table, self.grid, self.chosen = table, table.grid, table.chosen
-        self.missing = {plain_letters(word) for word in self.chosen.missing}
         self.mark: Decimal | None = self._decimal_mark()
         self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
 
@@ -105,8 +104,8 @@ class _Reader:
 
     def _refuse_fields(self) -> None:
         """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
-        width = max((len(self.grid.rows[row]) for row in self.table.header.rows), default=self.table.span.right)
-        rows = [f"{row}" for row in self.table.body if any(map(numeric, self.grid.rows[row][width:]))]
+        last = max(self.table.header.names, default=self.table.span.right)
+        rows = [f"{row}" for row in self.table.body if any(map(numeric, self.grid.rows[row][last + 1 :]))]
         if rows and self.grid.separator == ",":
             finding = f"row {listed(rows)} has more fields than the header."
             remedy = "If these are decimal commas, save the sheet with semicolons between fields."
@@ -133,12 +132,10 @@ class _Reader:
         return is_place or any(cell.kind not in ("text", "date") or numeric(cell) for cell in used)
 
     def _decimal_mark(self) -> Decimal | None:
-        if self.table.declared.decimal is not None:
-            return self.table.declared.decimal
         columns = [column for column in self.table.used if column is not self.table.repeat]
         cells = [self.grid.cell(row, column.index) for row in self.table.body for column in columns]
         texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
-        mark = common_mark(texts, self.grid.separator)
+        mark = self.table.declared.decimal or common_mark(texts, self.grid.separator)
         if mark is None and (doubtful := [text for text in texts if is_ambiguous(text)]):
             finding = f"the mark in {quoted(doubtful[0])} is a decimal mark, or separates thousands."
             self.table.ask("decimal", finding, answers={"decimal": "comma" if "," in doubtful[0] else "point"})
@@ -147,7 +144,7 @@ class _Reader:
     def _reading(self, row: int, column: Column) -> Reading:
         cell = self.grid.cell(row, column.index)
         is_skipped = f"{letters(column.index)}{row}" in self.chosen.skip
-        if is_skipped or (cell.kind == "text" and is_missing(cell.text)) or plain_letters(cell.text) in self.missing:
+        if is_skipped or (cell.kind == "text" and is_missing(cell.text)):
             return Reading(math.nan, row, column.index)
         value_mm = self._in_mm(row, column, cell)
         text = (numeric(cell) or ("", ""))[0]
@@ -174,11 +171,8 @@ class _Reader:
         """Ask about cells that are no numbers, with one question for each kind of mistake."""
         for kind, cells in self.unread.items():
             finding, remedy = COMPLAINTS[kind]
-            answers: dict[str, Any] = skipping(self.table, [*cells])
-            if kind == "word":
-                answers = {"columns.missing": [*dict.fromkeys(cells.values())]}
             texts = listed([f"{name} {quoted(text)}" for name, text in cells.items()])
-            self.table.ask("cell", f"{texts}: {finding}.", remedy, answers, [*cells])
+            self.table.ask("cell", f"{texts}: {finding}.", remedy, skipping(self.table, [*cells]), [*cells])
 
     def _at_places(self, numbers: list[float]) -> list[float]:
         """Return the places that the settings give for the numbers of stations; without these, the numbers."""
@@ -226,10 +220,12 @@ def _by_number(label: str) -> tuple[bool, float, str]:
     return value is None, value or 0.0, label
 
 
-def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[int]]:
-    """Return the answer that skips the rows of some cells; none if these are half of all."""
-    rows = sorted({int(cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")) for cell in cells})
-    return {"columns.skip": rows} if 2 * len(rows) < len(table.body) else {}
+def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
+    """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
+    place = "" if table.station is None else letters(table.station.index)
+    entries = [int(row) if (row := cell.removeprefix(place)).isdigit() else cell for cell in cells]
+    rows = {cell.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ") for cell in cells}
+    return {"columns.skip": entries} if 2 * len(rows) < len(table.body) else {}
 
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:

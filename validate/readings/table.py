@@ -13,7 +13,6 @@ from validate.readings.names import (
     ColumnUnit,
     Role,
     has_rest,
-    is_calculated,
     is_no_length,
     meaning,
     sample_key,
@@ -114,7 +113,8 @@ def _ask_for_range(table: Table, finding: str, rows: Sequence[int], left: int = 
 
 def _set_roles(table: Table) -> None:
     """Set the columns of a table by its names and the settings, or ask for them."""
-    chosen, numbers = table.chosen, _columns_of_numbers(table)
+    chosen, cells = table.chosen, [each for row in table.body for each in cells_in(table.grid, table.span, row)]
+    numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
     meanings = {column: what for column, name in table.header.names.items() if (what := meaning(name)) is not None}
     by_role = {role: [k for k, what in meanings.items() if what.role == role] for role in get_args(Role)}
     stations = _chosen(table, chosen.s and (chosen.s,), numbers, by_role["station"])
@@ -137,17 +137,6 @@ def _set_roles(table: Table) -> None:
     table.repeat = next((_column(table, column, "repeat") for column in repeats), None)
     used = {column.index for column in table.used}
     table.others = {column: what.role for column, what in meanings.items() if column not in used}
-    table.others = {column: role for column, role in table.others.items() if role in ("other", "repeat", "sample")}
-
-
-def _columns_of_numbers(table: Table) -> list[int]:
-    """Return the columns with numbers below the header, except in rows of means."""
-    columns = set[int]()
-    for row in table.body:
-        cells = list(cells_in(table.grid, table.span, row))
-        if not is_calculated(cells[0][1].text):
-            columns |= {column for column, cell in cells if numeric(cell) or cell.kind == "formula"}
-    return sorted(columns)
 
 
 def _chosen(table: Table, entries: Sequence[str] | None, numbers: Sequence[int], by_name: list[int]) -> list[int]:

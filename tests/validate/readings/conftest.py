@@ -13,7 +13,7 @@ from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Columns, Declared
 
-ADDED = ("as_written", "skip", "missing")  # Settings of which all entries count
+ADDED = ("as_written", "skip")  # Settings of which all entries count
 
 
 def declared_of(columns: dict[str, Any] | None = None, **declared: Any) -> Declared:

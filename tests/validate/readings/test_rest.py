@@ -78,11 +78,6 @@ def test_rows_that_are_skipped_are_not_quoted(read):
     assert not read(f"{H}\n0;1\n5;2\n7;9;verrutscht\n10;3\n", columns={"skip": [4]}).questions
 
 
-def test_a_single_reading_is_skipped_by_its_cell(read):
-    repeats_mm = read("s_mm;depth_1_mm;depth_2_mm\n0;1;1,1\n5;9;2\n10;3;3,1\n", columns={"skip": ["B3"]}).repeats_mm
-    assert [[mm == mm for mm in row] for row in repeats_mm.tolist()] == [[True, True], [False, True], [True, True]]
-
-
 def _colour(sheet: Any, *cells: str) -> None:
     for cell in cells:
         sheet[cell].fill = PatternFill("solid", fgColor="FFFF0000")
