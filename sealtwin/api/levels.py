@@ -120,7 +120,7 @@ def read_readings(
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
     from validate.readings.grid import SheetFaults
     from validate.readings.read_readings import read_readings as from_file
-    from validate.readings.read_readings import readings_of, take_readings
+    from validate.readings.read_readings import readings_of
 
     if unknown := [name for name in fitted or () if name not in SETTINGS]:
         raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
@@ -143,7 +143,8 @@ def read_readings(
             if useless := [name for name in OF_A_FILE if given[name] not in (None, "mm")]:
                 raise InputError(f"read_readings: {useless[0]} describes a file, but an array has no format. Omit it.")
             table = _as_numbers(readings)
-            profile, digest = take_readings(table, settings, *limits_mm), sha256_of(table)
+            names = ["s_mm", *(f"{quantity or 'level'}_{count}_mm" for count in range(1, table.shape[1]))]
+            profile, digest = readings_of(_named_rows(table, names)[0], settings, *limits_mm), sha256_of(table)
     except SheetFaults as fault:
         raise InputError("\n".join(doubt.in_words("python") for doubt in fault.doubts)) from None
     doubts = tuple(doubt.in_words("python") for doubt in profile.questions)
@@ -154,12 +155,15 @@ def read_readings(
 
 def _as_numbers(rows: Any) -> NDArray[np.float64]:
     try:
-        return np.asarray(rows, dtype=np.float64)
+        table = np.asarray(rows, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
             "read_readings: the rows are not all numbers of the same length. Use NaN for a missing reading, or give "
             "columns."
         ) from None
+    if table.ndim != 2 or table.shape[1] < 2:
+        raise InputError(f"read_readings: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
+    return table
 
 
 def _named_rows(rows: Any, names: list[Any]) -> "tuple[Grid, str]":

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from validate.readings.read_readings import read_readings, take_readings
+from validate.readings.read_readings import grid_of_rows, read_readings, readings_of
 from validate.readings.rows import LONGEST_MM
 from validate.settings import Readings
 
@@ -31,6 +31,12 @@ def sheet(tmp_path):
 
 def read(path: Path, settings: Readings = SETTINGS) -> Any:
     return read_readings(path, settings, length_mm=80.0, depth_mm=16.0)
+
+
+def take(table: Any, settings: Readings = SETTINGS) -> Any:
+    """Read rows of numbers as those of a sheet."""
+    grid = grid_of_rows("caliper.csv", [["s_mm", *(f"level_{k}_mm" for k in range(1, table.shape[1]))], *table.tolist()])
+    return readings_of(grid, settings, 80.0, 16.0)
 
 
 def test_levels_are_means_of_the_readings_that_are_there(sheet):
@@ -79,7 +85,7 @@ TABLE = np.array([[0, -16.1, -15.9, -16.0], [10, -10.0, -9.8, -10.2], [5, -13.0,
 
 
 def test_readings_in_memory_are_those_of_a_sheet(sheet):
-    taken, read_back = take_readings(TABLE, SETTINGS, 80.0, 16.0), read(sheet(GOOD))
+    taken, read_back = take(TABLE), read(sheet(GOOD))
     assert taken.s_mm.tolist() == [0, 5, 10]
     assert taken.level_mm == pytest.approx(read_back.level_mm)
     assert taken.repeats_mm == pytest.approx(read_back.repeats_mm, nan_ok=True)
@@ -101,32 +107,31 @@ def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
     repeats_mm = np.round(SLOPE_MM[:, None] + 0.02 * np.random.default_rng(3).standard_normal((9, 3)), 2)
     change(repeats_mm)
     table = np.round(np.column_stack([np.arange(0.0, 81.0, 10.0), repeats_mm]), 3)
-    taken = take_readings(table, SETTINGS, 80.0, 16.0)
+    taken = take(table)
     lines = [",".join(f"{value:g}" for value in row) for row in table]
     file = tmp_path / "caliper.csv"
     file.write_text("\n".join(["s_mm,level_1_mm,level_2_mm,level_3_mm", *lines]), encoding="utf-8")
     of_array, of_file = ([doubt.finding for doubt in one.questions] for one in (taken, read(file)))
     assert of_array == of_file != []
     assert any(doubt.answers["as_written"] == [answer] for doubt in taken.questions)
-    answered = take_readings(table, SETTINGS.model_copy(update={"as_written": (answer,)}), 80.0, 16.0)
+    answered = take(table, SETTINGS.model_copy(update={"as_written": (answer,)}))
     assert len(answered.doubts) == len(taken.doubts) - 1
 
 
 @pytest.mark.parametrize(
     ("change", "named"),
     [
-        (lambda table: table[:, 0], "shape"),
         (lambda table: table[:1], "1 station"),
         (lambda table: np.vstack([table, table[:1]]), "twice"),
         (lambda table: np.vstack([table, [90, 1, 1, 1]]), "90 mm in A5"),
         (lambda table: np.vstack([table, [20, 160, 1, 1]]), "160 mm in B5"),
         (lambda table: np.vstack([table, [np.nan, 1, 1, 1]]), "A5"),
     ],
-    ids=["a list", "one station", "a place twice", "beyond the crack", "above any filling", "nowhere"],
+    ids=["one station", "a place twice", "beyond the crack", "above any filling", "nowhere"],
 )
 def test_readings_in_memory_are_judged_as_those_of_a_sheet(change, named):
     with pytest.raises(InputError, match=r"^caliper\.csv") as caught:
-        take_readings(change(TABLE), SETTINGS, 80.0, 16.0)
+        take(change(TABLE))
     assert named in str(caught.value)
 
 

@@ -241,7 +241,7 @@ CASES: list[WrongInput] = [
     lab("a factor above", {"P01.csv": f"Faktor;0.1\n{table('1.5', '1.4', '1.3', '1.2')}"}, "A1 'Faktor 0.1'"),
     lab("a row of no height",
         {"P01.xlsx": xlsx(*[f"<v>{depth}</v>" for depth in (1.5, 1.4, 1.3)], row='ht="0" customHeight="1"')}, "hidden",
-        "as_written = 4"),
+        "as_written = A4 B4"),
     lab("a column of no width",
         {"P01.ods": ods(*SOUND, styles=FLAT, columns=COLUMNS)},
         "hidden", "as_written = B"),

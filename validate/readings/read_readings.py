@@ -8,7 +8,7 @@ import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS, Doubt
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Profile
+from sealtwin.core.records import Profile
 from validate.readings.files import read_grid
 from validate.readings.grid import BLANK, Cell, Grid, ReadSheet, SheetFaults, letters
 from validate.readings.rest import ask_about_rest
@@ -90,22 +90,6 @@ def readings_of(
         understood=understood,
         is_depth=cells.is_depth,
     )
-
-
-def take_readings(
-    table: Floats, settings: Readings, length_mm: float | None = None, depth_mm: float | None = None
-) -> Profile:
-    """Return readings of an array, with the checks and doubts of ``read_readings``.
-
-    ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths if
-    ``settings.quantity`` is "depth". NaN marks a missing reading. Doubts name cells as a spreadsheet with one row of
-    names would: B5 is the reading [3, 1]. Raises InputError.
-    """
-    if table.ndim != 2 or table.shape[1] < 2:
-        raise InputError(f"{settings.file}: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
-    names = ["s_mm", *(f"{settings.quantity or 'level'}_{count}_mm" for count in range(1, table.shape[1]))]
-    grid = grid_of_rows(f"{settings.file}", [names, *table.tolist()])
-    return readings_of(grid, settings, length_mm, depth_mm)
 
 
 def grid_of_rows(name: str, rows: Sequence[Sequence[Any]]) -> Grid:

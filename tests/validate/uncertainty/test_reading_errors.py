@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from sealtwin.core.records import Floats, Profile
-from validate.readings.read_readings import take_readings
+from validate.readings.read_readings import grid_of_rows, readings_of
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import DRAWS, MOST, Budget, Component, Curve, half_width
 from validate.uncertainty.meniscus import Mouth
@@ -183,7 +183,8 @@ def test_rounding_to_one_side_shifts_all_readings_by_half_a_step(quantity, round
     """The level rises from -8 to 8 mm, in halves: its first and last station are on either side of the datum."""
     numbers = (np.arange(-8.0, 9.0) if quantity == "level" else np.arange(8.0, -9.0, -1.0))[:, None]
     settings = readings(quantity=quantity, rounding=rounding)
-    profile = take_readings(np.hstack([S_MM[:, None], numbers, numbers + 0.5, numbers]), settings)
+    table = np.hstack([S_MM[:, None], numbers, numbers + 0.5, numbers]).tolist()
+    profile = readings_of(grid_of_rows("rows", [["s_mm", *(f"{quantity}_{k}_mm" for k in (1, 2, 3))], *table]), settings)
     whole = budget_of(profile, settings, Uncertainty(), MOUTH)
     shift = [one for one in whole.components if one.setting == "readings.rounding"]
     assert "readings.rounding" not in {one.setting for one in whole.missing}
