@@ -390,6 +390,7 @@ def test_a_fluid_neither_freezes_nor_needs_to_say_so():
         ("inject(crack, solid, path, Fluid(U=1), seed=-1)", "inject: seed = -1"),
         ("inject(crack, solid, path, Fluid(U=1), threads=0)", "inject: threads = 0"),
         ("inject(crack, solid, path, Fluid(U=1), solver=Solver(radius_mm=5))", "solver.radius_mm is 5"),
+        ("read_readings(READINGS[:, 0])", "shape"),
         ("read_readings(READINGS, unit='cm')", "read_readings: unit"),
         ("read_readings(READINGS + [90, 0, 0], crack, solid)", "readings: 90.5 mm in A2"),
         ("read_readings(READINGS, fitted=['fluid.u'])", "read_readings: fitted: fluid.u"),

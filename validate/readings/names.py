@@ -80,10 +80,8 @@ def meaning(name: str) -> Meaning | None:
         return None
     if words & FACE:
         words -= RELATIVE
-    if words & COLUMNS["axis"] and unit in MM and words <= COLUMNS["axis"] | OF_STATION:
+    if (words & COLUMNS["axis"] and unit in MM) or (words & COLUMNS["along"] and words & COLUMNS["crack"]):
         words = words - COLUMNS["axis"] | {"s"}
-    if words & COLUMNS["along"] and words & COLUMNS["crack"] and words <= OF_STATION:
-        words = words | {"s"}
     if words & SAMPLE and numbers:
         return None
     if words & STATION:
