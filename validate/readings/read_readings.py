@@ -64,12 +64,13 @@ def readings_of(
         finding = f"{counted(len(cells.s_mm), 'station')} with a reading; at least two are needed."
         table.ask("stations", finding, "Add stations, or name another sheet or range.")
     # What only follows from a stand-in for another answer is not asked.
-    has_places = not table.is_open("columns", "unit", "no length", "decimal", "range", "places")
+    is_sure = not (table.stands_in or table.is_open("range"))
+    has_places = is_sure and not table.is_open("unit", "no length", "decimal", "places")
     has_levels = has_places and not table.is_open("quantity")
     if depth_mm is not None and has_places:
         check_in_crack(table, cells, length_mm, depth_mm if has_levels else None)
     ask_about_rest(table, rows)
-    if not table.is_open("columns", "range") and len(cells.s_mm) > 1:
+    if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
         crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
         doubts = screens(cells, *crack, grid.place)

@@ -45,6 +45,7 @@ class Table:
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
     others: dict[int, Role] = field(default_factory=dict[int, Role])  # Columns that are known to be something else
+    stands_in: bool = False  # True if columns that no name and no setting names stand in
 
     @property
     def chosen(self) -> Columns:
@@ -130,6 +131,7 @@ def _set_roles(table: Table) -> None:
     for column in by_role["sample"]:
         _ask_about_samples(table, column)
     if problems := [*_problems(table, stations, readings, repeats, unknown)]:
+        table.stands_in = not (stations and readings)
         stations, readings = _stand_ins(table, stations, readings, unknown or numbers, f"{'; '.join(problems)}.")
         repeats = []
     table.station = next((_column(table, column, "station") for column in stations), None)

@@ -53,6 +53,10 @@ SHEETS = {
         f"{H};;{H}\n" + _rows("{s};{a};{b};;{s};{b};{a}", {2: "8;y;3.6;;8;3.6;3.7"}),
         {"range", "cell"},
     ),
+    "another column, far station, zero": (
+        f"{H};z\n" + _rows("{s};{a};{b};7", {7: "28;0;0;7", 14: "560;3.9;3.8;7"}),
+        {"columns", "outside", "code"},
+    ),
     "several samples": (
         f"Probe;{H};Bemerkung\n"
         + _rows("P0;{s};{a};{b};")
