@@ -80,8 +80,8 @@ def names_of(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str]
 
     A name above others is that of the columns to its right without one: "Depth" above "1", "2" and "3" is in each.
     """
-    names, merged = dict[int, str](), _merged_names(grid, rows)
-    width = max((*(len(grid.rows[row]) for row in rows), *(column + 1 for _, column in merged)), default=0)
+    names = dict[int, str]()
+    width = max((len(grid.rows[row]) for row in rows), default=0)
     for column in range(span.left, min(width, span.right + 1)):
         parts = list[str]()
         for count, row in enumerate(rows, start=1):
@@ -89,21 +89,10 @@ def names_of(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str]
             if not text and any(grid.cell(lower, column).text for lower in rows[count:]):
                 left = (grid.cell(row, other).text for other in range(column - 1, span.left - 1, -1))
                 text = next(filter(None, left), "")
-            text = text or merged.get((row, column), "")
             parts += [text] if text and text not in parts else []
         if parts:
             names[column] = " ".join(parts)
     return names
-
-
-def _merged_names(grid: Grid, rows: Sequence[int]) -> dict[tuple[int, int], str]:
-    """Return the name in each cell of a range that is merged across columns: "Depth 2" is its second."""
-    return {
-        (top, column): f"{grid.cell(top, left).text} {column - left + 1}"
-        for top, left, _, right in grid.merged
-        if top in rows and right > left and grid.cell(top, left).text
-        for column in range(left + 1, right + 1)
-    }
 
 
 def _names_if_header(grid: Grid, span: SheetPart, rows: Sequence[int]) -> dict[int, str] | None:

@@ -79,7 +79,7 @@ def readings_of(
     if not table.stands_in and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
         crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
-        doubts = screens(cells, *crack, grid.place)
+        doubts = screens(cells, *crack, grid.place())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     asked = [doubt for doubt in table.doubts if is_unanswered(doubt, settings)]
     understood = _understood(table, rows)

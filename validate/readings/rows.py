@@ -52,7 +52,6 @@ class ReadRows:
 class _Reader:
     def __init__(self, table: Table) -> None:
         self.table, self.grid, self.declared, self.chosen = table, table.grid, table.declared, table.chosen
-        self.merged = _merged_places(table)
         self.missing = {plain_letters(word) for word in self.chosen.missing}
         self.mark: Decimal | None = self._decimal_mark()
         self.unread: dict[tuple[str, str], list[tuple[str, str]]] = {}  # Cells and texts, by what is wrong
@@ -61,14 +60,13 @@ class _Reader:
         self._refuse_fields()
         passed = set(self._passed())
         repeat, station = self.table.repeat, self.table.station
-        is_long = repeat is not None or bool(self.merged) or "repeats" in (self.declared.as_written or ())
+        is_long = repeat is not None or "repeats" in (self.declared.as_written or ())
         stations = dict[float, dict[str, Reading]]()
         read, twice, places = set[int](), list[str](), dict[float, float]()
         for row in self.table.body:
             if station is None or row in passed or not self._has_readings(row):
                 continue
-            place = self.merged.get(row, self.grid.cell(row, station.index))
-            s_mm = self._in_mm(row, station, place)
+            s_mm = self._in_mm(row, station, self.grid.cell(row, station.index))
             readings = [self._reading(row, column) for column in self.table.readings]
             if s_mm is None:
                 passed.add(row)
@@ -209,24 +207,12 @@ class _Reader:
             is_depth=self.table.quantity == "depth",
             datum_level_mm=self.declared.datum_level_mm or 0.0,
             station_column=0 if station is None else station.index,
-            header_row=max(self.table.header.rows, default=1),
-            s_unit_mm=FACTORS[(station and station.unit) or "mm"],
-            unit_mm=max((FACTORS[column.unit or "mm"] for column in self.table.readings), default=1.0),
         )
 
 
 def read_rows(table: Table) -> ReadRows:
     """Return the readings of a table, sorted along s; what cannot be read is added to its doubts."""
     return _Reader(table).read()
-
-
-def _merged_places(table: Table) -> dict[int, Cell]:
-    """Return the place of each row whose place is merged over several rows. These rows are its repeats."""
-    station, places = table.station, dict[int, Cell]()
-    for top, left, bottom, right in table.grid.merged:
-        if station is not None and left == right == station.index and bottom > top >= table.header.first:
-            places |= {row: table.grid.cell(top, left) for row in range(top, bottom + 1)}
-    return places
 
 
 def _complaint(cell: Cell, column: Column, mark: Decimal | None) -> tuple[str, str]:

@@ -1,7 +1,5 @@
 """Rows as stations: numbers, missing readings, repeats in rows of their own, rows to skip, and the crack's limits."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -9,7 +7,6 @@ from hypothesis import strategies as st
 
 from sealtwin.core.errors import InputError
 from tests.validate.readings.conftest import brief, declared_of, listed
-from validate.readings.files import read_grid
 from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import grid_of_rows, read_readings, readings_of
 from validate.settings import Columns, Declared
@@ -64,6 +61,7 @@ ASKED = {
     "a word": (H + "0;1\n5;feucht\n10;3\n", {}, "cell B3 = feucht"),
     "another mark": (H + "0;1,5\n5;2.5\n10;3,5\n", {}, "cell B3 = 3"),
     "no place": (H + "0;1\n;2\n10;3\n", {}, "cell A3 = 3"),
+    "places merged over rows": (H + "0;1\n;1,1\n5;2\n;2,1\n", {}, "cell A3 A5"),
     "a place that is none": (H + "0;1\nP5;2\n10;3\n", {}, "cell A3 = 3"),
     "places that are none": (H + "P0;1\nP5;2\n10;3\n", {}, "cell A2 A3"),
     "numbers that became dates": (H + "0;1\n5.1.2026;16.1.2026\n10;3\n", {}, "cell A3 B3 = 3"),
@@ -84,7 +82,7 @@ ASKED = {
 
 @pytest.mark.parametrize(("text", "declared", "questions"), ASKED.values(), ids=ASKED)
 def test_rows_that_may_mean_something_else_are_asked_about(doubts_of, text, declared, questions):
-    assert brief([doubt for doubt in doubts_of(text, 10.0, **declared) if doubt.kind != "sign slip"]) == questions
+    assert brief([doubt for doubt in doubts_of(text, 10.0, **declared) if doubt.kind != "outlier"]) == questions
 
 
 def test_one_mistake_in_many_rows_is_one_question(doubts_of):
@@ -99,12 +97,6 @@ def test_a_crack_of_unknown_length_has_a_limit_too(write):
     with pytest.raises(SheetFaults) as caught:
         read_readings(path, Declared(), None, 10.0)
     assert [doubt.kind for doubt in caught.value.doubts] == ["outside"]
-
-
-def test_a_place_that_is_merged_over_rows_has_these_as_repeats(write):
-    grid = read_grid(write(H + "0;1\n;1,1\n5;2\n;2,1\n"))
-    profile = readings_of(replace(grid, merged=((2, 0, 3, 0), (4, 0, 5, 0))), Declared())
-    assert listed(profile) == PAIRS
 
 
 def test_rows_and_arrays_are_a_sheet():
