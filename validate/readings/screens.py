@@ -144,7 +144,8 @@ def screens(
             if names:
                 readings_mm[i, j] = np.nan
             answers = {CONFIRMS: list(names) or [kind], **ANSWERS.get(kind, {})}
-            place = ", ".join((where, *names))
+            what = "row" if j is ALL else "column" if i is ALL else "cell"
+            place = f"{where}, {what} {', '.join(names)}" if names else where
             doubts.setdefault(names or kind, Doubt(kind, place, sentence, REMEDIES[kind], answers, names))
         cells = replace(cells, readings_mm=readings_mm)
     return list(doubts.values())

@@ -126,7 +126,7 @@ def test_what_may_not_be_meant_is_named_once(table, facts, asked):
 def test_a_doubt_has_its_cell_its_answers_and_a_remedy():
     cells = cells_of(changed({(2, 2): 0.0}))
     (doubt,) = doubts_of(cells)
-    assert (doubt.kind, doubt.where, doubt.cells) == ("outlier", "lab.csv, C4", ("C4",))
+    assert (doubt.kind, doubt.where, doubt.cells) == ("outlier", "lab.csv, cell C4", ("C4",))
     assert doubt.answers == {"as_written": ["C4"]}
     assert "0 mm at s = 10 mm" in doubt.finding
     assert doubt.remedy
