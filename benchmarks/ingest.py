@@ -44,7 +44,7 @@ SLOWEST_S = 1.0
 JUDGED_SEED, SOUND_SHEETS, EACH = 2027, 400, 2
 MOST_QUESTIONED = 5.0  # Percent of the sound sheets that may be questioned
 FEWEST_UNASKED = 14
-UNREADABLE = 1  # Ordinary sheets whose readings are not in the file: formulas that no program has calculated
+UNREADABLE = 1  # Ordinary sheets to be edited: of formulas that no program has calculated, and of merged places
 ROUNDING_MM = 1e-9
 CONFIRMED = re.compile(r"as_written = ([\w ]+)\.")
 ANSWER = re.compile(r"readings\.as_written = \[([^]]*)\]")

@@ -145,7 +145,7 @@ def test_python_is_warned_of_what_a_run_cannot_show(way):
 def test_python_is_warned_of_doubtful_readings():
     """A code for a missing reading was taken for a level without a word."""
     doubtful = np.column_stack([READINGS, READINGS[:, 1:]])
-    doubtful[1, 1], doubtful[2, 3] = -999, 0
+    doubtful[1, 1], doubtful[2, 3], doubtful[0, 4] = -999, 0, -2.2
     with pytest.warns(RuntimeWarning, match="-999 mm at s = .*a missing reading") as caught:
         readings = st.read_readings(doubtful)
     assert [str(one.message) for one in caught] == list(readings.doubts)

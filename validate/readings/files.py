@@ -37,17 +37,15 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
         if sheet is None:
             return read_text(path, content, separator)
         finding = f"a text file, which has no sheets, but [readings] sheet = {sheet!r}."
-        raise refused(as_text(path), finding, "Remove this setting, or give the workbook.")
+        raise refused(path, finding, "Remove this setting, or give the workbook.")
     from validate.readings import open_document, workbook
     from validate.readings.worksheets import chosen_grid
 
     try:
         archive = zipfile.ZipFile(io.BytesIO(content))
         if (unpacked_mb := sum(entry.file_size for entry in archive.infolist()) / 1e6) > LARGEST_UNPACKED_MB:
-            finding = (
-                f"the workbook has {unpacked_mb:.0f} MB when it is unpacked; the limit is {LARGEST_UNPACKED_MB} MB."
-            )
-            raise refused(as_text(path), finding, SMALLER)
+            finding = f"a workbook of {unpacked_mb:.0f} MB when it is unpacked; the limit is {LARGEST_UNPACKED_MB} MB."
+            raise refused(path, finding, SMALLER)
         # openpyxl warns about skipped styles and extensions, which contain no readings.
         with warnings.catch_warnings(action="ignore"):
             if open_document.MIMETYPE in content[:128]:
@@ -55,13 +53,13 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
             elif "[Content_Types].xml" in archive.namelist():
                 program, sheets = "XLSX", [*workbook.read_worksheets(archive, content)]
             else:
-                raise refused(as_text(path), "a zip file, but not an XLSX.", SAVE_AGAIN)
+                raise refused(path, "a zip file, but not an XLSX.", SAVE_AGAIN)
     except SheetFaults:
         raise
     except Exception as fault:  # Damaged files raise errors of any class.
         cause = fault.__cause__ or fault
         finding = f"damaged, or not a workbook ({type(cause).__name__}: {shown(str(cause))})."
-        raise refused(as_text(path), finding, SAVE_AGAIN) from fault
+        raise refused(path, finding, SAVE_AGAIN) from fault
     return chosen_grid(path, program, sheets, sheet)
 
 
@@ -85,10 +83,10 @@ def _content(path: Path) -> bytes:
         raise InputError(f"{as_text(path)}: {finding} Give the sheet's path in [readings] file.") from fault
     if len(content) > LARGEST_FILE_BYTES:
         finding = f"larger than {LARGEST_FILE_BYTES:,} bytes."
-        raise refused(as_text(path), finding, SMALLER)
+        raise refused(path, finding, SMALLER)
     if content.startswith(OLD_EXCEL):
-        raise refused(as_text(path), "an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
+        raise refused(path, "an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
     if other := OTHER_FORMAT.match(content):
         finding = f"another format with the file name of a sheet: it begins with {other[1].decode('latin-1')!r}."
-        raise refused(as_text(path), finding, SAVE_AGAIN)
+        raise refused(path, finding, SAVE_AGAIN)
     return content

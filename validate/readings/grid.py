@@ -47,11 +47,9 @@ class Grid:
     written: tuple[str, ...] = ()  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
     separator: str | None = None  # Separator of a text file
     sheet: str | None = None  # Name of a workbook's sheet
-    merged: tuple[tuple[int, int, int, int], ...] = ()
-    """Merged ranges: first row, first column, last row, last column; rows from 1, columns from 0."""
     marks: tuple[Mark, ...] = ()  # Of cells with content, and comments
     elsewhere: tuple[tuple[str, str], ...] = ()
-    """Other texts of a workbook with their places: ("sheet 'Notes', cell A1", "all in cm"), ("page header", "P01")."""
+    """Other texts of a workbook with their places: ("sheet 'Notes', row 1", "all in cm"), ("page header", "P01")."""
 
     doubts: tuple[Doubt, ...] = ()  # What is open about the file
 
@@ -59,7 +57,7 @@ class Grid:
         if len(self.rows) > MOST_ROWS:
             raise refused(self.place(), f"has more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations.")
         for row, cells in self.rows.items():
-            if any(cell.text or cell.kind != "text" for cell in cells[MOST_COLUMNS:]):
+            if any(cell != BLANK for cell in cells[MOST_COLUMNS:]):
                 finding = f"has more than {MOST_COLUMNS} columns, which is the limit."
                 raise refused(self.place(row), finding, "Delete everything outside the table.")
 
@@ -82,9 +80,9 @@ class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet,
         super().__init__("\n".join(map(str, self.doubts)))
 
 
-def refused(place: str, finding: str, remedy: str) -> SheetFaults:
+def refused(place: Path | str, finding: str, remedy: str) -> SheetFaults:
     """Return the error of a single fault that ends reading. ``place`` may be the path alone."""
-    return SheetFaults([Doubt("file", place, finding, remedy)])
+    return SheetFaults([Doubt("file", as_text(Path(place)), finding, remedy)])
 
 
 def letters(column: int) -> str:

@@ -20,7 +20,8 @@ AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 DECIMALS = re.compile(r"[.,]([0-9]+)$")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 """The typographic minus, and the dash that word processors substitute for a hyphen."""
-DECIMAL_MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
+OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
+"""Mark that numbers with a decimal mark do not contain."""
 
 
 @lru_cache(maxsize=50_000)
@@ -58,9 +59,7 @@ def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
 def number(text: str, mark: Decimal | None = None) -> float | None:
     """Return a finite number with the decimal ``mark``, or with either mark if it is None. Other texts give None."""
     text = text.translate(MINUS)
-    if not NUMBER.fullmatch(text):
-        return None
-    if mark is not None and DECIMAL_MARKS["point" if mark == "comma" else "comma"] in text:
+    if not NUMBER.fullmatch(text) or OTHER_MARKS.get(mark, " ") in text:
         return None
     value = float(text.replace(",", "."))
     return value if math.isfinite(value) else None

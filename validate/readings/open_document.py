@@ -8,11 +8,12 @@ import re
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
+from itertools import chain, islice, repeat
 from xml.etree.ElementTree import Element
 
 from defusedxml.ElementTree import fromstring
 
-from validate.readings.grid import BLANK, MOST_COLUMNS, MOST_ROWS, Cell, Mark
+from validate.readings.grid import BLANK, MOST_COLUMNS, MOST_ROWS, Cell, Kind, Mark
 from validate.readings.worksheets import FORMULA, Entry, Worksheet
 
 MIMETYPE = b"application/vnd.oasis.opendocument.spreadsheet"
@@ -21,19 +22,19 @@ OFFICE, TABLE, TEXT, STYLE, LOOK = (
     f"{{urn:oasis:names:tc:opendocument:xmlns:{name}:1.0}}"
     for name in ("office", "table", "text", "style", "xsl-fo-compatible")
 )
-ERROR_TYPE = "{urn:org:documentfoundation:names:experimental:calc:xmlns:calcext:1.0}value-type"
-NUMBERS = ("float", "percentage", "currency")
-STYLE_NAME, USUAL_STYLE, FORMULA_KEY = (
-    f"{TABLE}{name}" for name in ("style-name", "default-cell-style-name", "formula")
+STYLE_NAME, USUAL_STYLE, VISIBILITY, FORMULA_KEY = (
+    f"{TABLE}{name}" for name in ("style-name", "default-cell-style-name", "visibility", "formula")
 )
 HIDDEN = ("collapse", "filter")
-COLOURS = {"fill": f"{LOOK}background-color", "font": f"{LOOK}color"}
+NUMBERS = ("float", "percentage", "currency")
+OTHER_KINDS: dict[str | None, Kind] = {"date": "date", "time": "date", "boolean": "truth"}
+COLOURS = (f"{LOOK}background-color", f"{LOOK}color")
 PLAIN = ("", "transparent", "#000000", "#ffffff")  # Colours
-NO_SIZE = re.compile(r"0*(?:[.,]0*)?[a-z%]*")  # "0cm", of an invisible row or column
 ERROR = re.compile(r"#.*[^\W\d_].*|(?:err|fehler|erreur|error)\s?:\s?[0-9]+", re.IGNORECASE)
 """Text of an error: #DIV/0!, #WERT!, Err:503. In contrast, ### is a number in a column that is too narrow."""
 BEHIND = re.compile(r"[-+]?[0-9][0-9.,' \u00a0\u202f]*(\D+)")
 """A displayed number, and the text that its format adds behind it."""
+Look = Callable[[str | None], Mapping[str, str]]
 
 
 def read_worksheets(archive: zipfile.ZipFile) -> Iterator[Worksheet]:
@@ -53,45 +54,41 @@ def read_worksheets(archive: zipfile.ZipFile) -> Iterator[Worksheet]:
         yield _sheet(table, look)
 
 
-def _sheet(table: Element, look: Callable[[str | None], Mapping[str, str]]) -> Worksheet:
-    def is_hidden(element: Element, size: str) -> bool:
-        shown_size = look(element.get(STYLE_NAME)).get(f"{STYLE}{size}", "1cm")
-        return element.get(f"{TABLE}visibility") in HIDDEN or NO_SIZE.fullmatch(shown_size) is not None
-
+def _sheet(table: Element, look: Look) -> Worksheet:
     sheet = Worksheet(table.get(f"{TABLE}name", ""), look(table.get(STYLE_NAME)).get(f"{TABLE}display") == "false")
-    usual: dict[int, str | None] = {}
-    for each in _below(table, "table-column"):
-        columns = range(len(usual), min(len(usual) + _count(each, "columns-repeated"), MOST_COLUMNS + 1))
-        usual |= dict.fromkeys(columns, each.get(USUAL_STYLE))
-        sheet.hidden_columns |= set(columns if is_hidden(each, "column-width") else ())
+    repeated = (repeat(each, _count(each, "columns")) for each in _below(table, "table-column"))
+    columns = [*islice(chain.from_iterable(repeated), MOST_COLUMNS + 1)]
+    sheet.hidden_columns = {number for number, each in enumerate(columns) if each.get(VISIBILITY) in HIDDEN}
+    usual = dict(enumerate(each.get(USUAL_STYLE) for each in columns))
     number = 1
     for row in _below(table, "table-row"):
         entries, column = dict[int, Entry](), 0
         for cell in row.iterfind(f"{TABLE}*"):
-            after = column + _count(cell, "columns-repeated")
+            after = column + _count(cell, "columns")
             if (value := _value(cell)) != BLANK:
-                looks = [look(cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column))]
-                looks += [look(span.get(f"{TEXT}style-name")) for span in cell.iter(f"{TEXT}span")]
-                struck = any(each.get(f"{STYLE}text-line-through-style", "none") != "none" for each in looks)
-                colours = {what: looks[0].get(key, "") for what, key in COLOURS.items()}
-                named = ", ".join(f"{what} {colour}" for what, colour in colours.items() if colour.lower() not in PLAIN)
-                entry = Entry(value, cell.get(FORMULA_KEY) is not None, struck, named)
+                style = cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column)
+                entry = Entry(value, cell.get(FORMULA_KEY) is not None, *_marks(cell, style, look))
                 # One column too many is enough for a refusal.
                 entries |= dict.fromkeys(range(column, min(after, MOST_COLUMNS + 1)), entry)
             if (note := cell.find(f"{OFFICE}annotation")) is not None:
                 sheet.comments.append(Mark(number, column, "comment", _text(note)))
-            below, beside = number + _count(cell, "rows-spanned"), column + _count(cell, "columns-spanned")
-            if (below, beside) != (number + 1, column + 1):
-                sheet.merged.append((number, column, below - 1, beside - 1))
             column = after
-        times = _count(row, "rows-repeated")
+        after = number + _count(row, "rows")
         if entries:
-            rows = range(number, number + min(times, MOST_ROWS + 1 - len(sheet.rows)))
+            rows = range(number, min(after, number + MOST_ROWS + 1 - len(sheet.rows)))
             sheet.rows |= dict.fromkeys(rows, entries)
-            sheet.hidden_rows |= set(rows if is_hidden(row, "row-height") else ())
-        number += times
+            sheet.hidden_rows |= set(rows if row.get(VISIBILITY) in HIDDEN else ())
+        number = after
     sheet.drop_zeros()
     return sheet
+
+
+def _marks(cell: Element, style: str | None, look: Look) -> tuple[bool, str]:
+    """Return whether the text of a cell is struck through, and its colours."""
+    looks = [look(style), *(look(span.get(f"{TEXT}style-name")) for span in cell.iter(f"{TEXT}span"))]
+    struck = any(each.get(f"{STYLE}text-line-through-style", "none") != "none" for each in looks)
+    colours = " ".join(colour for key in COLOURS if (colour := looks[0].get(key, "").lower()) not in PLAIN)
+    return struck, colours
 
 
 def _below(element: Element, tag: str) -> Iterator[Element]:
@@ -104,24 +101,21 @@ def _below(element: Element, tag: str) -> Iterator[Element]:
 
 
 def _count(element: Element, what: str) -> int:
-    return max(1, int(element.get(f"{TABLE}number-{what}", "1")[:9]))
+    return max(1, int(element.get(f"{TABLE}number-{what}-repeated", "1")[:9]))
 
 
 def _value(cell: Element) -> Cell:
-    kind, text, formula = cell.get(f"{OFFICE}value-type"), _text(cell), cell.get(FORMULA_KEY)
+    kind, text, is_formula = cell.get(f"{OFFICE}value-type"), _text(cell), cell.get(FORMULA_KEY) is not None
     # Excel, and OpenOffice up to 3, save an error as the number 0 with its text.
-    may_fail = kind in NUMBERS or formula is not None
-    if cell.get(ERROR_TYPE) == "error" or text.startswith("Err:") or (may_fail and ERROR.fullmatch(text)):
-        return Cell(text or "an error", "error")
+    if (kind in NUMBERS or is_formula) and ERROR.fullmatch(text):
+        return Cell(text, "error")
     if kind in NUMBERS:
         value, behind = float(cell.get(f"{OFFICE}value", "nan")), BEHIND.fullmatch(text)
         unit = "%" if kind == "percentage" else "" if behind is None else behind[1].strip()
         return Cell(f"{value:.15g}", "number" if math.isfinite(value) else "error", unit)
-    if kind in ("date", "time"):
-        return Cell(text or cell.get(f"{OFFICE}date-value", ""), "date")
-    if kind == "boolean":
-        return Cell(cell.get(f"{OFFICE}boolean-value", "").upper(), "truth")
-    if kind is None and formula is not None:
+    if kind in OTHER_KINDS:
+        return Cell(text or f"{kind}", OTHER_KINDS[kind])
+    if kind is None and is_formula:
         return FORMULA
     return Cell(text or cell.get(f"{OFFICE}string-value", "").strip())
 

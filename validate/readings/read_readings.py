@@ -73,7 +73,7 @@ def readings_of(
     if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
         crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
-        doubts = screens(cells, *crack, grid.place)
+        doubts = screens(cells, *crack, grid.place())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, settings))
     understood = _understood(table, rows)

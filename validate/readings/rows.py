@@ -203,9 +203,6 @@ class _Reader:
             is_depth=self.table.quantity == "depth",
             datum_level_mm=self.table.declared.datum_level_mm or 0.0,
             station_column=0 if station is None else station.index,
-            header_row=max(self.table.header.rows, default=1),
-            s_unit_mm=FACTORS[(station and station.unit) or "mm"],
-            unit_mm=max((FACTORS[column.unit or "mm"] for column in self.table.readings), default=1.0),
         )
 
 

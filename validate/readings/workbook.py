@@ -8,12 +8,14 @@ import io
 import math
 import re
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import date
+from itertools import chain
 from typing import Any
 
 import openpyxl
 from defusedxml.ElementTree import fromstring
+from openpyxl.comments.comment_sheet import CommentSheet
 from openpyxl.packaging.relationship import get_dependents, get_rels_path
 from openpyxl.styles.numbers import BUILTIN_FORMATS, BUILTIN_FORMATS_MAX_SIZE
 from openpyxl.utils.cell import coordinate_to_tuple
@@ -24,10 +26,8 @@ from openpyxl.xml.constants import COMMENTS_NS
 from validate.readings.grid import BLANK, MOST_COLUMNS, Cell, Mark
 from validate.readings.worksheets import FORMULA, Entry, Worksheet
 
-WORKBOOK = "xl/workbook.xml"  # Part of an XLSX about the workbook as a whole
-CALCULATES_ON_LOAD = re.compile(rb"<(?:\w+:)?calcPr\b[^>]*\bfullCalcOnLoad\s*=\s*[\"'](?:1|true)")
-"""Mark of a program that calculates nothing and leaves that to the program that opens the file. Excel removes the
-mark."""
+LEFT_TO_OTHERS = b'fullCalcOnLoad="1"'  # Mark of a program that calculates nothing. Excel removes it
+HIDDEN = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # Attributes of rows and columns
 NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
 """A letter that no date format contains. Words for "General" in other languages, such as "Standard", contain one."""
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
@@ -56,63 +56,59 @@ def read_worksheets(archive: zipfile.ZipFile, content: bytes) -> Iterator[Worksh
     book: Any = openpyxl.load_workbook(
         io.BytesIO(content), read_only=True, data_only=True, keep_links=False, rich_text=True
     )
-    parts = archive.namelist()
-    never_calculated = WORKBOOK in parts and CALCULATES_ON_LOAD.search(archive.read(WORKBOOK)) is not None
     codes = BUILTIN_FORMATS | dict(enumerate(book._number_formats, BUILTIN_FORMATS_MAX_SIZE))
-    words, looks = set[int](), dict[int, tuple[str, bool, str]]()
-    for number, style in enumerate(book._cell_styles):
-        code = codes.get(style.numFmtId, "")
-        if NO_DATE.search(TEXT_OR_COLOUR.sub("", code)):
-            words.add(number)
-        behind = SHOWN_BEHIND.search(code.partition(";")[0])
-        unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
-        font = book._fonts[style.fontId]
-        looks[number] = unit, bool(font.strike), _colours(font, book._fills[style.fillId])
+    looks = [_look(style, codes.get(style.numFmtId, ""), book) for style in book._cell_styles]
+    words = {number for number, (is_word, *_) in enumerate(looks) if is_word}
+    dates = book._date_formats - words, book._timedelta_formats - words
     for source in book.worksheets:
         sheet = Worksheet(source.title, source.sheet_state != "visible")
-        dates = set(book._date_formats) - words, set(book._timedelta_formats) - words
         with source._get_source() as part:
             _fill(sheet, _CellParser(part, source._shared_strings, True, book.epoch, *dates, True), looks)
-        sheet.drop_zeros(never_calculated=never_calculated)
+        sheet.drop_zeros(never_calculated=LEFT_TO_OTHERS in archive.read("xl/workbook.xml"))
         links = get_rels_path(source._worksheet_path)
-        for link in get_dependents(archive, links).find(COMMENTS_NS) if links in parts else ():
-            sheet.comments += _comments(archive.read(link.target))
+        for link in get_dependents(archive, links).find(COMMENTS_NS) if links in archive.namelist() else ():
+            root: Any = fromstring(archive.read(link.target))
+            comments: Any = CommentSheet.from_tree(root)
+            for name, comment in comments.comments:
+                row, column = coordinate_to_tuple(name)
+                # Excel begins a comment with its author.
+                text = comment.text.strip().removeprefix(f"{comment.author}:").strip()
+                sheet.comments.append(Mark(row, column - 1, "comment", text))
         yield sheet
 
 
-def _colours(font: Any, fill: Any) -> str:
-    """Return the colours of font and fill that are neither black, white nor automatic."""
-    colours = {"fill": fill.fill_type and getattr(fill, "fgColor", None), "font": font.color}
-    names = {what: f"{each.type} {each.value} {each.tint}" for what, each in colours.items() if each is not None}
-    return ", ".join(f"{what} {name}" for what, name in names.items() if not PLAIN.match(name))
+def _look(style: Any, code: str, book: Any) -> tuple[bool, str, bool, str]:
+    """Return whether a style's format is a word for "General", its unit, whether it is struck, and its colours."""
+    font, fill, behind = (
+        book._fonts[style.fontId],
+        book._fills[style.fillId],
+        SHOWN_BEHIND.search(code.partition(";")[0]),
+    )
+    unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
+    colours = font.color, fill.fill_type and getattr(fill, "fgColor", None)
+    names = [f"{each.type} {each.value} {each.tint}" for each in colours if each is not None]
+    is_word = NO_DATE.search(TEXT_OR_COLOUR.sub("", code)) is not None
+    return is_word, unit, bool(font.strike), " ".join(name for name in names if not PLAIN.match(name))
 
 
-def _fill(sheet: Worksheet, parser: _CellParser, looks: dict[int, tuple[str, bool, str]]) -> None:
-    for _, cells in parser.parse():
-        for each in cells:
-            value = each["value"]
-            unit, struck, colours = looks.get(each["style_id"], ("", False, ""))
-            cell = _cell(value, each["data_type"], unit)
-            if cell != BLANK:
-                if isinstance(value, list):  # Rich text
-                    struck = struck or any(part.font.strike for part in value if not isinstance(part, str))
-                # One column too many is enough for a refusal.
-                column = min(each["column"] - 1, MOST_COLUMNS)
-                sheet.rows.setdefault(each["row"], {})[column] = Entry(cell, each["formula"], struck, colours)
-    for cells in parser.merged_cells.mergeCell if parser.merged_cells else ():
-        sheet.merged.append((cells.min_row, cells.min_col - 1, cells.max_row, cells.max_col - 1))
-    sheet.hidden_rows = {int(row) for row, each in parser.row_dimensions.items() if _is_hidden(each, "ht")}
+def _fill(sheet: Worksheet, parser: _CellParser, looks: Sequence[tuple[bool, str, bool, str]]) -> None:
+    for each in chain.from_iterable(cells for _, cells in parser.parse()):
+        value, (_, unit, struck, colours) = each["value"], looks[each["style_id"]]
+        cell = _cell(value, each["data_type"], unit)
+        if cell != BLANK:
+            rich_text = value if isinstance(value, list) else ()
+            struck = struck or any(part.font.strike for part in rich_text if not isinstance(part, str))
+            # One column too many is enough for a refusal.
+            column = min(each["column"] - 1, MOST_COLUMNS)
+            sheet.rows.setdefault(each["row"], {})[column] = Entry(cell, each["formula"], struck, colours)
+    sheet.hidden_rows = {int(row) for row, each in parser.row_dimensions.items() if HIDDEN & each.items()}
     for each in parser.column_dimensions.values():
-        if _is_hidden(each, "width"):
+        if HIDDEN & each.items():
             sheet.hidden_columns |= set(range(int(each["min"]) - 1, min(int(each["max"]), MOST_COLUMNS)))
     page = getattr(parser, "HeaderFooter", None)
     for name in page.__elements__ if page else ():
         if text := FIELD.sub(" ", str(getattr(page, name))).strip():
             sheet.on_page.append(("page header" if "Header" in name else "page footer", text))
-
-
-def _is_hidden(dimension: dict[str, Any], size: str) -> bool:
-    return dimension.get("hidden") in ("1", "true") or float(dimension.get(size) or 1) == 0
 
 
 def _cell(value: Any, data_type: str, unit: str) -> Cell:
@@ -129,13 +125,3 @@ def _cell(value: Any, data_type: str, unit: str) -> Cell:
     if isinstance(value, date):
         return Cell(f"{value:%Y-%m-%d %H:%M}".removesuffix(" 00:00"), "date")
     return Cell(unescape(str(value)).strip(), "date" if data_type == "d" else "text")
-
-
-def _comments(content: bytes) -> Iterator[Mark]:
-    """Yield the comments of a sheet without the name of their author, with which Excel begins them."""
-    root = fromstring(content)
-    authors = [author.text for author in root.findall(".//{*}author")]
-    for comment in root.findall(".//{*}comment"):
-        row, column = coordinate_to_tuple(comment.get("ref", ""))
-        text = "".join(comment.itertext()).strip().removeprefix(f"{authors[int(comment.get('authorId', 0))]}:")
-        yield Mark(row, column - 1, "comment", text.strip())

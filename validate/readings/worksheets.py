@@ -1,17 +1,15 @@
 """The worksheets of a workbook, and the choice of the one with the readings."""
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import as_text
-from validate.readings.grid import BLANK, Cell, Grid, Mark, letters, quoted, refused
+from validate.readings.grid import BLANK, Cell, Grid, Mark, listed, quoted, refused
 from validate.readings.numbers import number
 
-MOST_TEXTS = 200  # Texts of another worksheet that are quoted
-MOST_NAMED = 12  # Worksheets named in a question
+MOST_TEXTS = 200  # Rows of another worksheet whose texts are quoted
 FORMULA = Cell("", "formula")
 
 
@@ -28,7 +26,6 @@ class Worksheet:
     def __init__(self, name: str, hidden: bool) -> None:
         self.name, self.hidden = name, hidden
         self.rows: dict[int, dict[int, Entry]] = {}  # By row number from 1, then by column from 0
-        self.merged: list[tuple[int, int, int, int]] = []  # As in a Grid
         self.comments: list[Mark] = []
         self.hidden_rows: set[int] = set()
         self.hidden_columns: set[int] = set()
@@ -49,13 +46,9 @@ class Worksheet:
 
     def has_table(self) -> bool:
         """Return whether at least two rows have two numbers."""
-        numbers = Counter(
-            row
-            for row, entries in self.rows.items()
-            for (text, kind, _), *_ in entries.values()
-            if kind in ("number", "formula") or (kind == "text" and number(text) is not None)
-        )
-        return sum(count > 1 for count in numbers.values()) > 1
+        rows = ([entry.cell for entry in entries.values()] for entries in self.rows.values())
+        counts = [sum(cell == FORMULA or number(cell.text) is not None for cell in cells) for cells in rows]
+        return sum(count > 1 for count in counts) > 1
 
     def marks(self) -> Iterator[Mark]:
         yield from self.comments
@@ -69,16 +62,15 @@ class Worksheet:
                     yield Mark(row, column, "hidden")
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Yield the texts of the sheet with their places."""
-        sheet = f"sheet {quoted(self.name)}"
-        yield from ((f"{sheet}, {place}", text) for place, text in self.on_page)
-        texts = [(row, column, text) for row, column, _, text in self.comments]
+        """Yield the texts of the sheet with their places; those of a row are one."""
+        sheet, texts = f"sheet {quoted(self.name)}", [*self.on_page]
+        texts += [(f"comment in row {row}", text) for row, _, _, text in self.comments]
         for row, entries in self.rows.items():
-            texts += [(row, column, cell.text) for column, (cell, *_) in entries.items() if cell.kind == "text"]
-        for row, column, text in texts[:MOST_TEXTS]:
-            yield f"{sheet}, cell {letters(column)}{row}", text
-        if (more := len(texts) - MOST_TEXTS) > 0:
-            yield sheet, f"... and {more} more texts"
+            if words := [cell.text for cell, *_ in entries.values() if cell.kind == "text"]:
+                texts.append((f"row {row}", " ".join(words)))
+        yield from ((f"{sheet}, {place}", text) for place, text in texts[:MOST_TEXTS])
+        if texts[MOST_TEXTS:]:
+            yield sheet, f"{len(texts)} texts in all"
 
 
 def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: str | None) -> Grid:
@@ -86,17 +78,17 @@ def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: s
     filled = [sheet for sheet in sheets if sheet.rows]
     if not filled:
         finding = "has no rows of readings: all its sheets are empty, or saved as Strict Open XML."
-        raise refused(as_text(path), finding, "Save it with its cells as an ordinary XLSX.")
+        raise refused(path, finding, "Save it with its cells as an ordinary XLSX.")
     tables = [sheet for sheet in filled if sheet.has_table()] or filled
     chosen = [sheet for sheet in tables if not sheet.hidden]
     named, finding = chosen or tables, f"{'several' if chosen else 'only hidden'} sheets may have the readings:"
     if wanted is not None:
         chosen = [sheet for sheet in sheets if sheet.name == wanted]
         named, finding = sheets, f"has no sheet {quoted(wanted)}, only"
-    doubts = list[Doubt]()
+    doubts: tuple[Doubt, ...] = ()
     if len(chosen) != 1:
-        names = ", ".join(quoted(sheet.name) for sheet in named[:MOST_NAMED])
-        doubts.append(Doubt("sheet", as_text(path), f"{finding} {names}.", answers={"sheet": named[0].name}))
+        finding += f" {listed([quoted(sheet.name) for sheet in named])}."
+        doubts = (Doubt("sheet", as_text(path), finding, answers={"sheet": named[0].name}),)
     # The first one stands in, so that what else is open is asked at the same time.
     sheet = (chosen or named)[0]
     rows = {
@@ -104,19 +96,13 @@ def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: s
         for row, entries in sorted(sheet.rows.items())
     }
     # Sheets that may have the readings of another sample are no remarks on this one.
-    others = (
-        text
-        for other in sheets
-        if other is not sheet and (other.hidden or other not in tables)
-        for text in other.texts()
-    )
+    others = [other for other in sheets if other is not sheet and (other.hidden or other not in tables)]
     return Grid(
         path,
         rows,
         (program, f"sheet {quoted(sheet.name)}"),
         sheet=sheet.name,
-        merged=tuple(sheet.merged),
         marks=tuple(sorted(sheet.marks())),
-        elsewhere=(*sheet.on_page, *others),
-        doubts=tuple(doubts),
+        elsewhere=(*sheet.on_page, *(text for other in others for text in other.texts())),
+        doubts=doubts,
     )

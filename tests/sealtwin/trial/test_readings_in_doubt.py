@@ -57,9 +57,10 @@ def test_readings_are_held_against_no_volume_that_nobody_said(run):
 
 
 def test_a_level_from_settings_that_are_in_doubt_does_not_accuse_the_readings(run):
-    high, simulation = Profile(np.array([0.0, 14.2]), np.array([2.0, 2.0])), run / "simulation.json"
+    turned, simulation = Profile(np.array([0.0, 14.2]), np.array([0.0, -6.0])), run / "simulation.json"
+    (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n1,-5\n4,-4\n7,-3\n10,-2\n13,-1\n")
     with job_in(run) as job:
-        for signs in (1, 0):
-            readings = present(readings_of(job, high), "readings")
-            assert sum(doubt.kind == "sign" for doubt in readings.questions) == signs
+        for directions in (1, 0):
+            readings = present(readings_of(job, turned), "readings")
+            assert sum(doubt.kind == "direction" for doubt in readings.questions) == directions
             simulation.write_text(simulation.read_text().replace("{", '{"doubts": ["is it in g/cm3?"],', 1))

@@ -13,6 +13,8 @@ from openpyxl.styles.colors import Color
 from tests.sheet_writers import rewritten
 from validate.readings.files import LARGEST_UNPACKED_MB, read_grid
 from validate.readings.grid import Cell, Grid, SheetFaults
+from validate.readings.read_readings import read_readings
+from validate.settings import Declared
 
 ROWS = [["s [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]"], [0, 1.5, 1.6], [5, 2, None], [10, 2.5, 2.6]]
 
@@ -90,18 +92,15 @@ def test_marks_are_of_cells_with_content(first, read):
     plain = Color(rgb="00FFFFFF"), Color(theme=1), Color(indexed=64), Color(auto=True), Color(rgb="FF000000")
     for column, (colour, other) in enumerate(zip(plain[:3], plain[2:], strict=True), start=1):
         first.cell(1, column).fill, first.cell(1, column).font = PatternFill("solid", fgColor=colour), Font(color=other)
-    shown = {(2, 1): "fill rgb FFFFFF00 0.0", (3, 1): "font rgb FFFF0000 0.0", (4, 0): "font theme 5 0.0"}
+    shown = {(2, 1): "rgb FFFFFF00 0.0", (3, 1): "rgb FFFF0000 0.0", (4, 0): "theme 5 0.0"}
     coloured = {(*cell, "coloured", colours) for cell, colours in shown.items()}
     assert marks(grid := read()) == {(2, 0, "struck", ""), (2, 2, "struck", ""), *coloured}
     assert grid.rows[2][2].text == "2.1 2.3"
 
 
-def test_hidden_rows_and_columns_are_marked(first, read, tmp_path):
+def test_hidden_rows_and_columns_are_marked(first, read):
     first.row_dimensions[2].hidden = first.column_dimensions["C"].hidden = True
     assert marks(read()) == {(*cell, "hidden", "") for cell in [(2, 0), (2, 1), (2, 2), (1, 2), (4, 2)]}
-    narrow = '</sheetData><cols><col min="2" max="9" width="0"/></cols><sheetData>'
-    flat = rewritten(tmp_path / "a.xlsx", sheet=narrow + rows_of(*HEADER) + '<row ht="0"><c><v>1</v></c></row>')
-    assert marks(read_grid(flat)) == {(1, 1, "hidden", ""), (2, 0, "hidden", "")}
 
 
 def test_comments_are_read_without_their_author(first, read):
@@ -109,7 +108,7 @@ def test_comments_are_read_without_their_author(first, read):
     first.parent.create_sheet("Notes")["C3"].comment = Comment("from the right end", "x")
     grid = read()
     assert marks(grid) == {(2, 1, "comment", "in inch!"), (9, 3, "comment", "zero: 5 mm")}
-    assert grid.elsewhere == (("sheet 'Notes', cell C3", "from the right end"),)
+    assert grid.elsewhere == (("sheet 'Notes', comment in row 3", "from the right end"),)
 
 
 def test_texts_elsewhere_have_their_place(first, read):
@@ -122,16 +121,16 @@ def test_texts_elsewhere_have_their_place(first, read):
         many.append([line, None, f"line {line}"])
     elsewhere = read("Sheet").elsewhere
     assert elsewhere[:2] == (("page header", "P01"), ("page footer", "all in cm"))
-    assert elsewhere[2:4] == (("sheet 'in inch', page footer", "end"), ("sheet 'in inch', cell B1", "Sample P02"))
+    assert elsewhere[2:4] == (("sheet 'in inch', page footer", "end"), ("sheet 'in inch', row 1", "Sample P02"))
     assert len(elsewhere) == 4 + 200 + 1
-    assert elsewhere[-2:] == (("sheet 'Log', cell C200", "line 199"), ("sheet 'Log'", "... and 50 more texts"))
+    assert elsewhere[-2:] == (("sheet 'Log', row 200", "line 199"), ("sheet 'Log'", "250 texts in all"))
 
 
 def test_the_sheet_with_a_table_is_read_without_a_question(first, read):
     first.parent.create_sheet("Cover").append(["Probe 7"])
     table = first.parent.copy_worksheet(first)
     table.title, table.sheet_state = "Rechnung", "hidden"
-    assert (read().sheet, read().elsewhere[0]) == ("Sheet", ("sheet 'Cover', cell A1", "Probe 7"))
+    assert (read().sheet, read().elsewhere[0]) == ("Sheet", ("sheet 'Cover', row 1", "Probe 7"))
     assert read("Rechnung").sheet == "Rechnung"
 
 
@@ -173,12 +172,31 @@ def test_cells_of_other_programs_are_read(tmp_path, name):
     assert [cell.text or cell.kind for cell in read_grid(path).rows[2]] == read
 
 
+MERGED = {
+    "columns": ([["s [mm]", "Tiefe [mm]", None], [0, 1.5, 1.6], [5, 2, 2.1]], "B1:C1"),
+    "cell": ([["s [mm]", "Tiefe [mm]"], [0, 1.5], [None, 1.6], [5, 2]], "A2:A3"),
+}
+
+
+@pytest.mark.parametrize("kind", MERGED)
+def test_a_merged_cell_is_its_first_cell_and_what_lacks_is_asked_about(tmp_path, kind):
+    rows, span = MERGED[kind]
+    book = openpyxl.Workbook()
+    for row in rows:
+        book.worksheets[0].append(row)
+    book.worksheets[0].merge_cells(span)
+    book.save(tmp_path / "lab.xlsx")
+    with pytest.raises(SheetFaults) as caught:
+        read_readings(tmp_path / "lab.xlsx", Declared())
+    assert [doubt.kind for doubt in caught.value.doubts] == [kind]
+
+
 def test_merged_ranges_and_links_take_no_memory(tmp_path):
     """A worksheet of openpyxl would have 17 thousand million cells of each."""
     merged = '</sheetData><mergeCells><mergeCell ref="B3:C3"/><mergeCell ref="A1:XFD1048576"/></mergeCells>'
     link = '<hyperlinks><hyperlink ref="A1:XFD1048576" display="x"/></hyperlinks><sheetData>'
     grid = read_grid(rewritten(tmp_path / "a.xlsx", sheet=rows_of(*HEADER) + merged + link))
-    assert grid.merged == ((3, 1, 3, 2), (1, 0, 1_048_576, 16_383))
+    assert [len(cells) for cells in grid.rows.values()] == [2]
 
 
 DAMAGED = {

@@ -38,12 +38,12 @@ SHEETS = {
     ),
     "no direction, far station, zero": (
         NO_WAY + _rows(changed={7: "28;0;0", 14: "560;3.9;3.8"}),
-        {"quantity", "outside", "code"},
+        {"quantity", "outside", "outlier"},
     ),
     "direction and short span": (NO_WAY + _rows(s_mm=np.round(S / 10, 1)), {"quantity", "span"}),
     "a cell and another zero": (
         H.replace("Tiefe", "Pegel") + "\n" + _rows(changed={3: "12;?!;3.9"}),
-        {"cell", "sign", "datum"},
+        {"cell", "sign"},
     ),
     "two tables below each other": (
         f"P1\n{H}\n" + _rows(changed={4: "16;x;3.1"}) + f"\nP2, vom rechten Ende\n{H}\n" + _rows(),
@@ -55,7 +55,7 @@ SHEETS = {
     ),
     "another column, far station, zero": (
         f"{H};z\n" + _rows("{s};{a};{b};7", {7: "28;0;0;7", 14: "560;3.9;3.8;7"}),
-        {"columns", "outside", "code"},
+        {"columns", "outside", "outlier"},
     ),
     "several samples": (
         f"Probe;{H};Bemerkung\n"

@@ -126,8 +126,8 @@ def test_marks_and_texts_of_a_workbook_are_asked_about(tmp_path, change, declare
 
 def test_a_zero_that_is_no_face_is_answered_by_the_datum(read):
     text = H + "\n" + "".join(f"{s};{-4 - s / 100}\n" for s in range(0, 12, 2))
-    assert {doubt.kind for doubt in read(text, 20.0, as_written=("sign",)).questions} == {"datum"}
-    assert not read(text, 20.0, as_written=("sign",), datum="caliper_base", datum_level_mm=-5.0).questions
+    assert {doubt.kind for doubt in read(text, 20.0).questions} == {"sign"}
+    assert not read(text, 20.0, datum="caliper_base", datum_level_mm=-5.0).questions
 
 
 def test_doubts_do_not_hide_faults(doubts_of):

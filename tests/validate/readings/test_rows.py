@@ -80,7 +80,7 @@ ASKED = {
 
 @pytest.mark.parametrize(("text", "declared", "questions"), ASKED.values(), ids=ASKED)
 def test_rows_that_may_mean_something_else_are_asked_about(doubts_of, text, declared, questions):
-    assert brief([doubt for doubt in doubts_of(text, 10.0, **declared) if doubt.kind != "sign slip"]) == questions
+    assert brief([doubt for doubt in doubts_of(text, 10.0, **declared) if doubt.kind != "outlier"]) == questions
 
 
 def test_one_mistake_in_many_rows_is_one_question(doubts_of):
