@@ -174,7 +174,7 @@ def test_cells_of_other_programs_are_read(tmp_path, name):
 
 MERGED = {
     "columns": ([["s [mm]", "Tiefe [mm]", None], [0, 1.5, 1.6], [5, 2, 2.1]], "B1:C1"),
-    "cell": ([["s [mm]", "Tiefe [mm]"], [0, 1.5], [None, 1.6], [5, 2]], "A2:A3"),
+    "place": ([["s [mm]", "Tiefe [mm]"], [0, 1.5], [None, 1.6], [5, 2]], "A2:A3"),
 }
 
 
