@@ -18,49 +18,47 @@ NEAR = 2  # Words on either side that can make a word harmless
 
 def plain(text: str) -> str:
     """Return the text in small letters without accents, and with k for c."""
-    letters = unicodedata.normalize("NFKD", text.casefold())
-    return "".join(letter for letter in letters if unicodedata.category(letter) != "Mn").translate(LETTERS)
+    text = unicodedata.normalize("NFKD", text.casefold()).translate(LETTERS)
+    return "".join(letter for letter in text if unicodedata.category(letter) != "Mn")
 
 
 LISTS = tomllib.loads(resources("validate").joinpath("readings", "words_beside.toml").read_text("utf-8"))
 UNLESS = {kind: set(others.split()) for kind, others in LISTS.pop("unless").items()}
 WORTH = LISTS.pop("worth") | dict.fromkeys(LISTS["harmless"], 6) | dict.fromkeys(LISTS["weak"], 1)
-KINDS = {
-    plain(re.sub(r"\.$", " ", entry)): kind
-    for kinds in LISTS.values()
-    for kind, entries in kinds.items()
-    for entry in entries.split()
-}
-BEHIND = {"number": "loose", "sample": "measure"}  # Kinds of a number behind these: no label, another sample
-ASKED = {*LISTS["changes"], "sign", "measure"}
+KINDS = {plain(entry): kind for kinds in LISTS.values() for kind, entries in kinds.items() for entry in entries.split()}
+BEHIND = {"number": "loose", "sample": "another"}  # Kinds of a number behind these: no label, another sample
+CHANGES = {*LISTS["changes"], "sign", "equals", "measure"}
+ASKED = CHANGES | {*LISTS["subjects"]}
 HAN = "[\u3040-\u30ff\u3400-\u9fff]"  # Scripts without blanks
 LETTER = rf"(?:(?!{HAN})[^\W\d_])"
 HAN_ENTRIES = "|".join(entry for entry in sorted(KINDS, reverse=True) if entry > "\u3040")
 FIGURES = re.compile(
-    "(?i)"
-    # Dates, times, addresses of mail, kilometres of a road, temperatures.
-    r"(?<![\w.,/-])(?:\d{4}([-/. ]{1,2})\d\d?\1\d\d?|\d\d?([-/.]) ?\d\d?\2 ?(?:20)?\d\d|\d\d?[/.]20\d\d"
+    # Dates, times, addresses of mail, kilometres of a road, temperatures, lengths of calipers; "i.O.", "b.z.".
+    r"(?i)(?<![\w.,/-])(?:\d{4}([-/. ]{1,2})\d\d?\1\d\d?|\d\d?([-/.]) ?\d\d?\2 ?(?:20)?\d\d|\d\d?[/.]20\d\d"
     r"|\d\d?\. ?\d\d?\.(?!\d)|(?!1/)\d\d?/\d\d?)(?![\w/-])|(?:\d{4}年)?\d\d?月(?:\d\d?日)?"
     r"|(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?::[0-5]\d(?::[0-5]\d)?|[h時点](?:[0-5]\d分?)?)(?![\w:])"
-    r"|[\w.-]+@[\w.-]+|k[mp] ?\d[\d.,+]*|\d+ ?\+ ?\d{3}(?:[.,]\d+)?|-?\d+(?:[.,]\d)? ?(?:° ?c\b|degc)|\b0 ?[-\u2013] ?[1-9]\d0 ?mm"
+    r"|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|k[mp] ?\d[\d.,+]*|\b\d{1,4} ?\+ ?\d{3}(?:[.,]\d+)?"
+    r"|-?\d{1,3}(?:[.,]\d)? ?(?:° ?c\b|degc)|\b0 ?[-\u2013] ?[1-9]\d0 ?mm|(?<![\w.])(?:i\.o|b\.z)\."
 )
 NUMBER_SIGN = re.compile(
-    r"(?i)(?<!\w)(?:n[or]\.?\s*(?=[a-z]{0,3}[-/]?\d)|n\.?[°º]|№)|(?<=\d )(?:nolu|numaral\w+)"
-    r"|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
+    r"(?i)(?<!\w)(?:(?:n[or]|s)\.?\s*(?=[a-z]{0,3}[-/]?\d)|n\.?[°º]|№|v\.č\.|č\.(?= ?\d))"
+    r"|(?<=\d )(?:nolu|numaral\w+)|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
 )
 TOKEN = re.compile(
-    r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|\d+,\d+|\d+ ?[%°]|\d/10+\b|\b1/\d+|\d{1,3}\.\d{1,2}(?![\w.]))"
-    r"|(?P<sign>\d ?(?:[mc]m|x)(?![a-z])|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|\d\s?['\"](?![td][ae])"
-    r"|[+\u00b1\u00d7*%\u00b0?=<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])"
+    r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|\b\d+,\d+|\b\d+ ?[%°]|\d/10+\b|\b1/\d+|\b\d{1,3}\.\d{1,2}(?![\w.]))"
+    # Units behind a number or in brackets; marks of inches; signs.
+    r"|(?P<sign>\d ?(?:[mc]m|x)(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
+    r"|\d\s?['\"](?![td][ae])|[+\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
+    r"|(?P<code>\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
     rf"|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:[-./+,_:][\da-zA-Z]+)*)"
-    rf"|(?P<word>{HAN_ENTRIES}|§|(?![A-Z](?!\w)){LETTER}{{1,40}}(?:\.{LETTER}+)*)|(?P<letter>{HAN})"
+    rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?![A-Z](?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
 )
 GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|bei|beim|nach|zur?|zum|[Gg]emess\w+)\b")
 
 
 def changes(text: str) -> bool:
     """Return True if a text has a word or a sign that may change readings: unit, side, zero, factor, rejection."""
-    return not ASKED.isdisjoint(_kinds(text))
+    return not CHANGES.isdisjoint(_kinds(text))
 
 
 def is_harmless(text: str, sample: str = "") -> bool:
@@ -68,18 +66,18 @@ def is_harmless(text: str, sample: str = "") -> bool:
 
     Texts without a harmless topic, and numbers without a harmless label, give False.
     """
-    if sample and sample_key(text) == sample_key(sample):
+    if sample_key(text) == sample_key(sample):
         return True
     if len(text) > LONGEST:
         return False
     if sample:
-        text = re.sub(rf"(?<!\w){re.escape(sample)}(?![\w'*+?])", " ", text, flags=re.IGNORECASE)
-    if {*_kinds(text.replace("=", " "))} - {"sample"} == {"zero", "face"}:
+        text = re.sub(rf"(?<!\w){re.escape(sample)}(?![\w'*+?])", " ¤ ", text, flags=re.IGNORECASE)
+    kinds, score = _kinds(text), float(re.search(r"\w", text) is None)
+    if {*kinds} - {"sample", "equals"} == {"zero", "face"}:
         return True
-    kinds, score = _kinds(text), 0 if re.search(r"\w", text) else 1
     for i, kind in enumerate(kinds):
         if not UNLESS.get(kind, set()).isdisjoint(kinds[max(i - NEAR, 0) : i + NEAR + 1]):
-            score += WORTH["person"] * (kind == "negation")
+            score += 6 * (kind == "negation")
         elif kind in ASKED:
             return False
         else:
@@ -89,17 +87,14 @@ def is_harmless(text: str, sample: str = "") -> bool:
 
 def _kinds(text: str) -> list[str]:
     """Return the kinds of words, numbers and signs, without unknown words of up to four letters."""
-    text = FIGURES.sub(" § ", unicodedata.normalize("NFKC", NUMBER_SIGN.sub(" ", text)))
+    text = FIGURES.sub(" § ", unicodedata.normalize("NFKC", NUMBER_SIGN.sub(" ¤ ", text)))
     has_names = not (text.isupper() or GERMAN.search(text))
     kinds = list[str]()
     for token in TOKEN.finditer(text):
-        word, kind = token[0], token.lastgroup or ""
+        word, kind = token[0], str(token.lastgroup)
         if kind == "word":
-            kind = _kind(plain(word))
-            if not kind and has_names and word[0].isupper():
-                kind = "name" if token.start() and len(word) > 2 else ""
-            elif not kind and len(word) > 4:
-                kind = "unknown"
+            unknown = "name" if has_names and word[0].isupper() else "unknown" if len(word) > 4 else ""
+            kind = _kind(plain(word)) or (unknown if token.start() else "")
         elif kind == "number":
             kind = BEHIND.get(kinds[-1] if kinds else "", kind)
         if kind:
@@ -110,6 +105,9 @@ def _kinds(text: str) -> list[str]:
 def _kind(word: str) -> str:
     """Return the kind of the longest entry that fits a plain word, or an empty text."""
     ends = range(1, len(word) + 1)
-    parts = [f"*{word[start:end]}" for end in ends for start in range(end)]
-    fits = KINDS.keys() & {f"{word} ", *(word[:end] for end in ends), *parts}
-    return KINDS[max(fits, key=len)] if fits else ""
+    parts = {
+        f"{word}.",
+        *(word[:end] for end in ends),
+        *(f"*{word[start:end]}" for end in ends for start in range(end)),
+    }
+    return KINDS.get(max(KINDS.keys() & parts, key=len, default=""), "")
