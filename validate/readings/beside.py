@@ -12,21 +12,20 @@ from importlib.resources import files as resources
 from validate.readings.names import sample_key
 
 LETTERS = str.maketrans("łø\u0131æc\u2019", "loiak'")
-LONGEST = 400  # Letters; a longer text is quoted in any case
 NEAR = 2  # Words on either side that can make a word harmless
 
 
 def plain(text: str) -> str:
-    """Return the text in small letters without accents, and with k for c."""
+    """Return the text in small letters without accents, and with k for c. Marks of Japanese letters are kept."""
     text = unicodedata.normalize("NFKD", text.casefold()).translate(LETTERS)
-    return "".join(letter for letter in text if unicodedata.category(letter) != "Mn")
+    bare = [letter for letter in text if letter > "\u3000" or unicodedata.category(letter) != "Mn"]
+    return unicodedata.normalize("NFC", "".join(bare))
 
 
 LISTS = tomllib.loads(resources("validate").joinpath("readings", "words_beside.toml").read_text("utf-8"))
 UNLESS = {kind: set(others.split()) for kind, others in LISTS.pop("unless").items()}
-WORTH = LISTS.pop("worth") | dict.fromkeys(LISTS["harmless"], 6) | dict.fromkeys(LISTS["weak"], 1)
+WORTH = dict.fromkeys(LISTS["harmless"], 6) | dict.fromkeys(LISTS["weak"], 1) | LISTS.pop("worth")
 KINDS = {plain(entry): kind for kinds in LISTS.values() for kind, entries in kinds.items() for entry in entries.split()}
-BEHIND = {"number": "loose", "sample": "another"}  # Kinds of a number behind these: no label, another sample
 CHANGES = {*LISTS["changes"], "sign", "equals", "measure"}
 ASKED = CHANGES | {*LISTS["subjects"]}
 HAN = "[\u3040-\u30ff\u3400-\u9fff]"  # Scripts without blanks
@@ -37,16 +36,18 @@ FIGURES = re.compile(
     r"(?i)(?<![\w.,/-])(?:\d{4}([-/. ]{1,2})\d\d?\1\d\d?|\d\d?([-/.]) ?\d\d?\2 ?(?:20)?\d\d|\d\d?[/.]20\d\d"
     r"|\d\d?\. ?\d\d?\.(?!\d)|(?!1/)\d\d?/\d\d?)(?![\w/-])|(?:\d{4}年)?\d\d?月(?:\d\d?日)?"
     r"|(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?::[0-5]\d(?::[0-5]\d)?|[h時点](?:[0-5]\d分?)?)(?![\w:])"
-    r"|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|k[mp] ?\d[\d.,+]*|\b\d{1,4} ?\+ ?\d{3}(?:[.,]\d+)?"
-    r"|-?\d{1,3}(?:[.,]\d)? ?(?:° ?c\b|degc)|\b0 ?[-\u2013] ?[1-9]\d0 ?mm|(?<![\w.])(?:i\.o|b\.z)\.|(?<=\w)['\u2019]s\b"
+    r"|\b(?:klo?|ore)\.? ?\d\d?\.\d\d|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|(?:k[mp]|hmp) ?\d[\d.,+]*"
+    r"|\b[a-z]?\d{1,4} ?\+ ?\d{3}(?:[.,]\d+)?|-?\d{1,3}(?:[.,]\d)? ?(?:° ?c\b|degc)"
+    r"|\b0 ?[-\u2013] ?[1-9]\d0 ?mm|(?<![\w.])(?:i\.o|b\.z)\.|(?<=\w)['\u2019]s\b"
 )
 NUMBER_SIGN = re.compile(
-    r"(?i)(?<!\w)(?:(?:n[or]|s)\.?\s*(?=[a-z]{0,3}[-/]?\d)|n\.?[°º]|№|v\.č\.|č\.(?= ?\d))"
+    r"(?i)(?<!\w)(?:(?:n[or]|s/n|s)\.?\s*(?=[a-z]{0,3}[-/]?\d)|n\.?[°º]|№|v\.č\.|č\.(?= ?\d))"
     r"|(?<=\d )(?:nolu|numaral\w+)|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
 )
 TOKEN = re.compile(
-    r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|\b\d+,\d+|\b\d+ ?[%°]|\d/10+\b|\b1/\d+|\b\d{1,3}\.\d{1,2}(?![\w.]))"
-    # Units behind a number or in brackets; marks of inches; signs.
+    r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|\b\d+,\d+|\b\d+ ?[%°]|\d/10+\b|\b1/\d+"
+    r"|\b\d{1,3}\.\d{1,2}(?:-\d\d?\.\d\d)?(?![\w.]))"
+    # Units behind numbers or in brackets; marks of inches; signs.
     r"|(?P<sign>\d ?(?:[mc]m|x)(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
     r"|\d\s?['\"](?![td][ae])|[+\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
     r"|(?P<code>\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
@@ -68,12 +69,12 @@ def is_harmless(text: str, sample: str = "") -> bool:
     """
     if sample_key(text) == sample_key(sample):
         return True
-    if len(text) > LONGEST:
+    if len(text) > 400:  # Letters; longer ones are quoted in any case
         return False
     if sample:
-        text = re.sub(rf"(?<!\w){re.escape(sample)}(?![\w'*+?])", " ¤ ", text, flags=re.IGNORECASE)
-    kinds, score = _kinds(text), float(re.search(r"\w", text) is None)
-    if {*kinds} - {"sample", "equals"} == {"zero", "face"}:
+        text = re.sub(rf"(?i)(?<!\w){re.escape(sample)}(?![\w'*+?])", " ¤ ", text)
+    kinds, score = _kinds(text), 0
+    if {*kinds} - {"sample", "equals", ""} == {"zero", "face"}:
         return True
     for i, kind in enumerate(kinds):
         if not UNLESS.get(kind, set()).isdisjoint(kinds[max(i - NEAR, 0) : i + NEAR + 1]):
@@ -82,21 +83,22 @@ def is_harmless(text: str, sample: str = "") -> bool:
             return False
         else:
             score += WORTH.get(kind, 0)
-    return score > 0
+    return score > 0 or not text.strip("-\u2013\u2014/.,;()_ ")
 
 
 def _kinds(text: str) -> list[str]:
     """Return the kinds of words, numbers and signs, without unknown words of up to four letters."""
     text = FIGURES.sub(" § ", unicodedata.normalize("NFKC", NUMBER_SIGN.sub(" ¤ ", text)))
     has_names = not (text.isupper() or GERMAN.search(text))
-    kinds = list[str]()
+    kinds = [""]
     for token in TOKEN.finditer(text):
         word, kind = token[0], str(token.lastgroup)
         if kind == "word":
             unknown = "name" if has_names and word[0].isupper() else "unknown" if len(word) > 4 else ""
             kind = _kind(plain(word)) or (unknown if token.start() else "")
         elif kind == "number":
-            kind = BEHIND.get(kinds[-1] if kinds else "", kind)
+            # Behind another it has no label; behind a word for a sample it is that of another one.
+            kind = {"number": "loose", "sample": "another"}.get(kinds[-1], kind)
         if kind:
             kinds.append(kind)
     return kinds
