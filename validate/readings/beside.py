@@ -45,12 +45,12 @@ NUMBER_SIGN = re.compile(
     r"|(?<=\d )(?:nolu|numaral\w+)|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
 )
 TOKEN = re.compile(
-    r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|\b\d+,\d+|\b\d+ ?[%°]|\d/10+\b|\b1/\d+"
-    r"|\b\d{1,3}\.\d{1,2}(?:-\d\d?\.\d\d)?(?![\w.]))"
+    r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|(?<!\d)\d+(?:,\d+| ?[%°])|\d/10+\b|\b1/\d+"
+    r"|(?<!\d)\d{1,3}\.\d{1,2}(?:-\d\d?\.\d\d)?(?![\w.]))"
     # Units behind numbers or in brackets; marks of inches; signs.
     r"|(?P<sign>\d ?(?:[mc]m|x)(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
     r"|\d\s?['\"](?![td][ae])|[+\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
-    r"|(?P<code>\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
+    r"|(?P<code>\b[A-Z]{2,3}[- ]?\d+(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
     rf"|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:[-./+,_:][\da-zA-Z]+)*)"
     rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?![A-Z](?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
 )
@@ -96,7 +96,7 @@ def _kinds(text: str) -> list[str]:
         if kind == "word":
             unknown = "name" if has_names and word[0].isupper() else "unknown" if len(word) > 4 else ""
             kind = _kind(plain(word)) or (unknown if token.start() else "")
-        elif kind == "number":
+        elif kind in ("number", "code"):
             # Behind another it has no label; behind a word for a sample it is that of another one.
             kind = {"number": "loose", "sample": "another"}.get(kinds[-1], kind)
         if kind:
