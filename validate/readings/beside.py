@@ -50,7 +50,7 @@ TOKEN = re.compile(
     # Units behind numbers or in brackets; marks of inches; signs.
     r"|(?P<sign>\d ?(?:[mc]m|x)(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
     r"|\d\s?['\"](?![td][ae])|[+\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
-    r"|(?P<code>\b[A-Z]{2,3}[- ]?\d+(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
+    r"|(?P<code>\b(?!SN|R[HF]|UR)[A-Z]{2,3}[- ]?\d+(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
     rf"|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:[-./+,_:][\da-zA-Z]+)*)"
     rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?![A-Z](?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
 )
