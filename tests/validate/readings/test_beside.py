@@ -28,8 +28,8 @@ HARMLESS = (
     "Teknisyen: Can Öz|měřila Hanka, zapsal Jirka|dalej pisze Kasia, bo Tomek ma zajęcia|visto, Marta|確認済 佐藤|"
     "Crack sealant level, sheet 4 of 9, K. Obuya|Proefstuk ligt in kast 3, onderste plank.|"
     "pics are on Dannys phone (IMG_2231 to 2240), will upload tmrw|sigue en la hoja 2|tady došla propiska, dál tužkou"
-    "|Оригинал протокола в шкафу у Петровой|folytatás a 4. oldalon|Carotte de la RD 906|记录：小李，复核：王工"
-    "|Nullpunkt = Probenoberfläche|zero on surface|zéro sur la face|nula na povrchu vzorku|零点在试样表面"
+    "|Оригинал протокола в шкафу у Петровой|folytatás a 4. oldalon|记录：小李，复核：王工"
+    "|Anna Meier|Nullpunkt = Probenoberfläche|zero on surface|zéro sur la face|nula na povrchu vzorku|零点在试样表面"
 )
 CHANGING = (
     "all values in inches|rows 4 to 6 rejected, see repeat below|checked: zero is on a 5 mm block|"
@@ -49,7 +49,7 @@ CHANGING = (
     "lectura con galga de 3 mm|Técnico Rita: tudo em cm|Laborant Kees: alles in cm|"
     "początek z prawej|Lisa: allt i cm|başlangıç sağda|测量取消|測定中止|"
     "Notes: each number is the sum of two gauges|Every second station left out|"
-    "la cota se toma desde la base|värdena ska dubblas|Sample kept on its side while measured|"
+    "la cota se toma desde la base|värdena ska dubblas|"
     "Anna read it from the other bank|Foto vom rechten Ende|Observación: en pulgadas|"
     "Nota: em polegadas|Měřítko s podložkou 2 mm|Skjutmått på 2 mm kloss|测量人陈静：倒序|備考：インチ|"
     "Operator changed, new zero|Anna Brown measured this on 12 June 2025 from the exit end|"
@@ -67,7 +67,7 @@ UNKNOWN = (
     "este valor é suspeito|wartości podwojone|posuvka stála šikmo|mätt från fönstret|"
     "az ablaktól mérve|窓側から測定|Sunny, sealant still soft|Misurato da Paolo al contrario|"
     "Měřila Eva, pozpátku|Mérte Éva, visszafelé|Stored flat, measured tilted|"
-    "Fotos spiegelverkehrt|filas 4 a 6 nulas|met vulplaatje|rivit 4-6 pois"
+    "Fotos spiegelverkehrt|filas 4 a 6 nulas|Sample kept on its side while measured|met vulplaatje|rivit 4-6 pois"
 )
 """Texts that change readings by words of no list."""
 BETWEEN = (
@@ -75,7 +75,7 @@ BETWEEN = (
     "|*|+|not ok|no signal|OK?|5|5.0|Operator 5|measured 5 by Anna|gauge 5.00|Messuhr 5,00|gauge -5|Caliper, 5 mm"
     "|Photo 5,00|Caliper 0-6 inch|Messschieber in Zoll|caliper on 150 mm block|Caliper: zero at 0.01 mm|1:10"
     "|45 %|Order: 3 2 1"
-    "|Gemessen von der Tischplatte|Probe Rückseite|sample P02|P02|Anna Meier|datum is the table"
+    "|Gemessen von der Tischplatte|Probe Rückseite|sample P02|P02|datum is the table"
     "|Seite 2|测量取消|Projekt 88, Probe 89|Regal 3, Probe P05|Regal 3, P05"
     "|测量人陈静：倒序|样品5号|Prüfer Meier: Umgedreht"
     "|Operator: Anna Meier, Werte in Fuß|Messschieber Mahr, Werte in Schritt|gestrichen: A. Meier"
@@ -133,7 +133,7 @@ SHEETS_WITH_A_CHANGE = 'P01 inch|in inch|P01 in|P01 [in]|P01 left|P01 links|P01 
 def test_time_does_not_explode_with_the_length():
     """A cell has up to 32,767 letters. Alternatives that match the same word would take 2^n steps."""
     begin = time.process_time()
-    for text in ("da " * 130 + "x", "1" * 400, "1" * 32_000, "Datum " + "1. " * 130, "ß" * 399):
+    for text in ("da " * 130 + "x", "1" * 400, "1" * 32_000, "1, " * 130, "ß" * 399):
         assert not is_harmless(text)
     assert time.process_time() - begin < 2
 
