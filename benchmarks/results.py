@@ -35,6 +35,7 @@ COMMANDS = {
     "solids": "benchmarks/solids.py",
     "digitise_speed": "benchmarks/digitise_speed.py",
     "ingest": "benchmarks/ingest.py",
+    "sentences": "-m benchmarks.sentences",
     "fuzz": "-m benchmarks.fuzz",
     "report_speed": "benchmarks/report_speed.py",
     "cold": "-m benchmarks.cold",

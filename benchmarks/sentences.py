@@ -1,4 +1,4 @@
-"""Sixty texts beside readings, in sixteen languages, written by somebody who had not seen the reader.
+"""Sixty texts beside readings, in many languages, written by somebody who had not seen the reader.
 
 ``python -m benchmarks.sentences`` puts each text of ``sentences.csv`` above, below, between or beside the rows of a
 sound sheet, and reads it: thirty change the readings and must be asked about, thirty do not.

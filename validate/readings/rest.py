@@ -44,10 +44,10 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
         # Too many cells to name are confirmed by their columns.
         entries = [text.answer if len(texts) <= MOST_QUOTED else text.answer.rstrip(DIGITS) for text in texts]
         alike = dict[str, list[str]]()
-        for text in texts:
+        for text in sorted(texts, key=lambda text: not changes(text.text)):
             quote = f"{text.place or text.answer} {quoted(text.text, LONGEST_QUOTED)}{text.beside}"
             alike.setdefault(text.text, []).append(quote)
-        # Each text is shown; of equal ones the first.
+        # Each text is shown, those with a word that may change readings first; of equal ones the first.
         quotes = [*map(listed, alike.values())]
         confirms, finding = [*dict.fromkeys(entries)], f"does this change the readings? {listed(quotes, MOST_QUOTED)}."
         stops = any(changes(text.text) for text in texts if text.answer != NAMES)
