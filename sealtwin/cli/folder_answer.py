@@ -18,13 +18,13 @@ from sealtwin.lab.catalogue import (
     progress_of,
     read_run,
 )
-from sealtwin.lab.files import TRIAL, few, plain
+from sealtwin.lab.files import TRIAL, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.run_samples import SampleRun
 from sealtwin.lab.sample import PAIRING, LabSample
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
-from validate.readings.grid import letters
+from validate.readings.grid import letters, listed
 from validate.readings.names import sample_key
 from validate.units import counted
 
@@ -140,7 +140,8 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
 def show_answer(lab: Path, sample: str) -> Answer:
     """Answer of 'sealtwin lab show': all revisions of a sample, and its faults. Raises InputError without a sample."""
     catalogue = Catalogue.of(lab)
-    records, faults = catalogue.of_sample(sample_key(sample)), catalogue.faults().get(sample_key(sample), [])
+    key = sample_key(sample)
+    records, faults = [each for each in catalogue.records if each.sample == key], catalogue.faults().get(key, [])
     if not records and not faults:
         raise InputError(f"{lab}: has no sample {sample!r:.80}. List its samples with 'sealtwin lab list {lab}'.")
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
@@ -163,7 +164,7 @@ def _revision(lab: Path, record: Record) -> list[str]:
         *([] if record.dialect is None else [f"  read as {record.dialect}"]),
         *(f"  given: {key} = {value!r}" for key, value in record.said.items()),
         *(f"  note: {remark}" for remark in record.remarks),
-        f"  result: {progress_of(lab, record)}",
+        f"  result: {progress_of(read_run(lab, record))}",
     ]
 
 
@@ -187,7 +188,7 @@ def _pairing_row(sample: LabSample) -> list[str]:
     return [
         sample.name if "photo" in sample.files else "?",
         *(
-            few(sample.files.get(role) or ["?" if sample.questions else "-"], 1)
+            listed([*map(str, sample.files.get(role, []))] or ["?" if sample.questions else "-"], 1)
             for role in ("photo", "readings", "note")
         ),
         f"{sample.fate}, not sound" if is_unsound else sample.fate,
@@ -207,7 +208,7 @@ def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
         if fault.name not in of:
             of.append(fault.name)
     return [
-        f"{begins or _begin(sentence)}{'' if sentence.partition(':')[0] == of[0] else f'{few(of)}: '}{sentence}"
+        f"{begins or _begin(sentence)}{'' if sentence.partition(':')[0] == of[0] else f'{listed(of)}: '}{sentence}"
         for sentence, of in names.items()
     ]
 

@@ -24,7 +24,6 @@ COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
-VERSION: Literal[5] = 5
 REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
 
 
@@ -32,7 +31,7 @@ REMEDY = "Move it away and ingest the same folders again, which rebuilds it from
 class Record:
     sample: str  # Key of its name: equal for all spellings
     name: str
-    revision: int  # From 1; a changed file or note makes a new trial, and the old one stays
+    revision: int  # From 1; a trial that was run or edited stays, and its sample's next one is a new revision
     folder: str
     source: str  # Name of the lab's folder, with a hash of its place
     content: str  # Hash of files and notes
@@ -65,9 +64,10 @@ class CatalogueFile(Result):
 
     model_config = ConfigDict(frozen=False)
 
-    version: Literal[5]
+    version: Literal[6]
     pairing: str
-    """Hash of the pairing file as the last ingest wrote it. If the file has another hash, the user has edited it."""
+    """Hash of the pairing file as the last ingest read or wrote it, or "" without one. A file with another hash was
+    edited by the user."""
     sources: dict[str, SourceFile]
 
 
@@ -80,11 +80,10 @@ class Catalogue:
     def __init__(self, lab: Path) -> None:
         """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
         self.lab, self.path = lab, lab / CATALOGUE
-        records = sorted(map(_read_record, lab.glob(f"*/{RECORD}")), key=lambda each: (each.sample, each.revision))
-        self._trials = defaultdict[str, list[Record]](list)  # By sample; the latest is last
-        for record in records:
-            self._trials[record.sample].append(record)
-        self.content = CatalogueFile(version=VERSION, pairing="", sources={})
+        records = map(_read_record, lab.glob(f"[!.]*/{RECORD}"))
+        self.records = sorted(records, key=lambda record: (record.sample, record.revision))
+        self.latest = {record.sample: record for record in self.records}  # By the key of the sample
+        self.content = CatalogueFile(version=6, pairing="", sources={})
         if self.path.is_file():
             self.content = read_record(CatalogueFile, self.path, REMEDY)
 
@@ -97,29 +96,13 @@ class Catalogue:
             )
         return cls(lab)
 
-    @property
-    def records(self) -> list[Record]:
-        return [record for trials in self._trials.values() for record in trials]
-
-    @property
-    def latest(self) -> list[Record]:
-        """The latest trial of each sample."""
-        return [trials[-1] for trials in self._trials.values()]
-
-    def of_sample(self, key: str) -> list[Record]:
-        return self._trials.get(key, [])
-
-    def faults(self) -> dict[str, list[CatalogueFault]]:
+    def faults(self) -> Mapping[str, list[CatalogueFault]]:
         """Return the faults of the last ingest of each source, by the key of the sample's name."""
         by_sample = defaultdict[str, list[CatalogueFault]](list)
-        for fault in (fault for source in self.content.sources.values() for fault in source.faults):
-            by_sample[sample_key(fault.name)].append(fault)
+        for source in self.content.sources.values():
+            for fault in source.faults:
+                by_sample[sample_key(fault.name)].append(fault)
         return by_sample
-
-    def decisions(self, source: str) -> Placed:
-        """Return the user's decisions on the files of a source."""
-        kept = self.content.sources.get(source)
-        return kept.decisions if kept else {}
 
     def save(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
@@ -140,7 +123,7 @@ def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]
     """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults of the lab's last ingests."""
     catalogue = Catalogue.of(lab)
     faults = catalogue.faults()
-    rows = [_row(lab, record, faults.get(record.sample, [])) for record in catalogue.latest]
+    rows = [_row(lab, record, faults.get(key, [])) for key, record in catalogue.latest.items()]
     return rows, [fault for each in faults.values() for fault in each]
 
 
@@ -163,9 +146,8 @@ def read_run(lab: Path, record: Record) -> TrialResult | None:
     return read_result(folder) if (folder / RESULT).is_file() else None
 
 
-def progress_of(lab: Path, record: Record) -> str:
+def progress_of(result: TrialResult | None) -> str:
     """Return the state of a trial's run in words."""
-    result = read_run(lab, record)
     if result is None:
         return "not run"
     if result.comparison is None:
@@ -175,13 +157,17 @@ def progress_of(lab: Path, record: Record) -> str:
 
 
 def _row(lab: Path, record: Record, faults: Sequence[CatalogueFault]) -> dict[str, Any]:
-    result, depth = read_run(lab, record), record.said.get("crack.depth_mm")
-    row = {**vars(record), "sample": record.name, "data": record.said.get("photo.data")}
+    result, depth = read_run(lab, record), record.said.get("crack.depth_mm", "not given")
+    row = {
+        **vars(record),
+        "sample": record.name,
+        "state": "not sound" if faults else "taken in",
+        "data": record.said.get("photo.data"),
+        "depth_mm": "along the crack" if isinstance(depth, list) else depth,
+        "result": "not sound" if faults else progress_of(result),
+        "mean_error_mm": result and result.comparison and result.comparison.mean_error_mm,
+        "reason": " ".join(fault.sentence for fault in faults) or None,
+    }
     for file in record.files:
         row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
-    row["depth_mm"] = depth if isinstance(depth, int | float) else "along the crack"
-    row["mean_error_mm"] = result and result.comparison and result.comparison.mean_error_mm
-    row["result"] = "not sound" if faults and row["mean_error_mm"] is None else progress_of(lab, record)
-    row["state"] = "not sound" if faults else "taken in"
-    row["reason"] = " ".join(fault.sentence for fault in faults) or None
     return {column: row.get(column) for column in COLUMNS}

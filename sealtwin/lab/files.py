@@ -45,9 +45,9 @@ MARK = re.compile(r"[^\w .-]")
 OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
 DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
 MOST_ENTRIES = 50_000  # Files and folders; more means that a disk was given by mistake
-MOST_NAMES = 3  # Names in one sentence
 HIDDEN = (".", "~$")
 NOT_READ = "its ending is not read."
+UNSHOWN = "its name has characters that no text can show; rename it."
 CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
 
 
@@ -55,7 +55,7 @@ CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that c
 class FilePlace:
     """Sample and role of a file or of a part of it, by its name or by a row of the pairing file."""
 
-    sample: str  # Empty if the name gives none
+    sample: str
     role: Role
     answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
 
@@ -91,8 +91,9 @@ class LeftOut:
 def place_of(file: PurePath) -> FilePlace | None:
     """Return the sample and the role that a path relative to the lab's folder gives; None if its ending is not read.
 
-    The sample is the stem without words for a role at its ends. Folders count too: photos/P01.jpg and sheets/P01.csv
-    belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a note unless its own name has another role.
+    The sample is the stem without words for a role at its ends, or the whole name if it has no other words. Folders
+    count too: photos/P01.jpg and sheets/P01.csv belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a
+    note unless its own name has another role.
     """
     possible, names = roles_of(file), list[str]()
     if not possible:
@@ -106,7 +107,7 @@ def place_of(file: PurePath) -> FilePlace | None:
         roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
     # A mask in a folder of photos is a mask: roles other than the default of the ending count.
     roles = [role for role in roles if role in possible[1:]] or [*possible]
-    return FilePlace(as_label("-".join(names)), roles[0])
+    return FilePlace(as_label("-".join(names) or file.name), roles[0])
 
 
 def roles_of(file: PurePath) -> tuple[Role, ...]:
@@ -150,38 +151,25 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the folder of photos, sheets and notes.")
-    files, left_out, entries = list[PurePath](), list[LeftOut](), 0
-
-    def leave_out(path: object, reason: str, *, lost: bool) -> None:
-        left_out.append(LeftOut(plain(as_text(Path(os.path.relpath(f"{path}", folder)))), reason, lost))
-
-    def unreadable(fault: OSError) -> None:
-        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
-        leave_out(fault.filename, reason, lost=True)
-
-    for place, folders, names in os.walk(folder, onerror=unreadable):
+    files, left_out, shut, entries = list[PurePath](), list[LeftOut](), list[OSError](), 0
+    for place, folders, names in os.walk(folder, onerror=shut.append):
         entries += len(folders) + len(names)
         if entries > MOST_ENTRIES:
             raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
         links = [name for name in folders if Path(place, name).is_symlink()]
-        for path in (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN)):
-            file, is_read = path.relative_to(folder), bool(roles_of(path))
-            if not is_read:
-                leave_out(path, NOT_READ, lost=False)
-            elif plain(as_text(file)) != str(file):
-                leave_out(path, "its name has characters that no text can show; rename it.", lost=True)
+        for file in (Path(place, name).relative_to(folder) for name in (*names, *links) if not name.startswith(HIDDEN)):
+            shown, is_read = plain(as_text(file)), bool(roles_of(file))
+            if not is_read or shown != str(file):
+                left_out.append(LeftOut(shown, UNSHOWN if is_read else NOT_READ, is_read))
             elif str(file) != DEFAULTS:
                 files.append(file)
+    for fault in shut:
+        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
+        left_out.append(LeftOut(plain(as_text(Path(fault.filename).relative_to(folder))), reason, lost=True))
     return sorted(files), sorted(left_out, key=lambda each: each.file)
 
 
 def plain(text: str) -> str:
     """Return ``text`` on one line, with "?" for characters that move a terminal's cursor or reverse the writing."""
     return "".join("?" if unicodedata.category(letter) in CONTROLS else letter for letter in text)
-
-
-def few(names: Sequence[object], most: int = MOST_NAMES) -> str:
-    """Return a text with the first ``most`` names and the number of the others."""
-    more = len(names) - most
-    return ", ".join(map(str, names[:most])) + (f" and {more} more" if more > 0 else "")

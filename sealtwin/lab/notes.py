@@ -4,7 +4,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import date
 from functools import cache
 from pathlib import Path
@@ -64,75 +64,82 @@ class NoteEntry:
 class Note:
     """Settings in notes by dotted key, and the faults of the notes."""
 
-    entries: dict[str, NoteEntry] = field(default_factory=dict)
-    faults: list[str] = field(default_factory=list)
+    entries: dict[str, NoteEntry] = field(default_factory=dict[str, NoteEntry])
+    faults: list[str] = field(default_factory=list[str])
 
-    def without(self, *prefixes: str) -> "Note":
-        """Return this note without settings whose keys begin with one of ``prefixes``."""
-        return replace(self, entries={key: one for key, one in self.entries.items() if not key.startswith(prefixes)})
+    @property
+    def values(self) -> dict[str, Any]:
+        return {key: entry.value for key, entry in self.entries.items()}
 
-    def over(self, defaults: "Note") -> "Note":
-        """Return this note, with ``defaults`` for settings that it does not give."""
-        dropped = set[str]()
-        for ways in ALTERNATIVES:
-            others = [way for way in ways if not way & self.entries.keys()]
-            if len(others) < len(ways):
-                dropped = dropped.union(*others)
-        taken = {key: entry for key, entry in defaults.entries.items() if key not in dropped}
+    def over(self, defaults: "Note", without: tuple[str, ...] = ()) -> "Note":
+        """Return this note, with ``defaults`` for settings that it does not give.
+
+        Defaults whose keys begin with one of ``without`` are left out.
+        """
+        given = self.entries.keys()
+        dropped = {
+            key
+            for ways in ALTERNATIVES
+            if any(way & given for way in ways)
+            for way in ways
+            if not way & given
+            for key in way
+        }
+        taken = {
+            key: entry for key, entry in defaults.entries.items() if key not in dropped and not key.startswith(without)
+        }
         return Note(taken | self.entries, [*defaults.faults, *self.faults])
-
-    def beside(self, other: "Note") -> "Note":
-        """Return this note with another one of equal rank. A setting that both give is a fault."""
-        faults = [
-            f"{entry.origin}: {key} is also given in {self.entries[key].origin}; keep one of the two."
-            for key, entry in other.entries.items()
-            if key in self.entries
-        ]
-        return Note(self.entries | other.entries, [*self.faults, *other.faults, *faults])
 
     def take_tables(self, content: Mapping[str, Any], where: str) -> None:
         """Add the settings of TOML tables, and a fault for each key that no trial has."""
         for key, value in content.items():
-            if isinstance(value, dict) and (key in tables() or key == COLUMNS):
-                self.take_tables({f"{key}.{name}": one for name, one in value.items()}, where)
+            if isinstance(value, dict) and key not in known_keys():
+                self.take_tables({f"{key}.{name}": inner for name, inner in value.items()}, where)
             else:
                 self.take(key, value, where)
 
     def take(self, key: str, value: Any, where: str) -> None:
-        """Add a setting by its dotted key."""
+        """Add a setting by its dotted key. One that another file gives is a fault."""
         try:
             for each in ORIGINS if key == "data" else (key,):
                 if each not in known_keys():
                     raise ValueError(KEYS)
+                other = self.entries.get(each)
+                if other is not None and other.origin != where:
+                    raise ValueError(f"also given in {other.origin}; keep one of the two.")
                 self.entries[each] = NoteEntry(_checked(each, value), where)
         except ValueError as fault:
             self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
 
 
-def read_note(path: Path, sample: str, *, answered: bool = False) -> Note:
-    """Read the settings of a TOML file, or of a text if each of its lines is ``key = value`` with a known key.
+def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) -> None:
+    """Add to ``note`` the settings of a TOML file, or of a text if each of its lines is ``key = value`` of a known key.
 
     Another file is a fault if it may have settings, that is a known key, or a number that is not in the key of its
     ``sample``, unless its row has been ``answered``.
     """
-    note, where = Note(), as_text(path)
+    where = as_text(path)
     try:
         if path.suffix.lower() == NOTE_SUFFIX:
             note.take_tables(read_toml(path, name="note", starter=STARTER), where)
-            return note
+            return
         with naming(path), opened(path) as file:
             content = file.read(LARGEST_READ_BYTES)
     except InputError as fault:
-        return Note(faults=str(fault).splitlines())
+        note.faults += str(fault).splitlines()
+        return
     text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
     if not DOUBTFUL & set(text):
         with suppress(ValueError, RecursionError):
-            note.take_tables(tomllib.loads(text), where)
-            if not note.faults:
-                return note
-    settings = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
-    is_open = len(content) == LARGEST_READ_BYTES or any(sample_key(word) != sample for word in settings)
-    return Note(faults=[f"{where}: {NOT_READ}"] if is_open and not answered else [])
+            settings, alone = tomllib.loads(text), Note()
+            alone.take_tables(settings, where)
+            if not alone.faults:
+                note.take_tables(settings, where)
+                return
+    words = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
+    is_open = len(content) == LARGEST_READ_BYTES or any(sample_key(word) != sample for word in words)
+    if is_open and not answered:
+        note.faults.append(f"{where}: {NOT_READ}")
 
 
 def read_defaults(path: Path) -> Note:
@@ -141,50 +148,47 @@ def read_defaults(path: Path) -> Note:
     if path.is_symlink() or not path.is_file():
         return note
     note.take_tables(read_toml(path, name="note", starter=STARTER), as_text(path))
-    note.faults += [
-        f"{path}: {key} applies to one sample only; move it into that sample's note."
-        for key in OF_ONE
-        if key in note.entries
-    ]
+    one = [key for key in OF_ONE if key in note.entries]
+    note.faults += [f"{path}: {key} applies to one sample only; move it into that sample's note." for key in one]
     if note.faults:
         raise InputError("\n".join(note.faults))
     return note
 
 
-def read_settings_table(path: Path) -> dict[str, Note] | None:
-    """Read a table with a row for each sample: its first row has "sample" and dotted keys of a trial.
+def read_settings_table(path: Path, notes: dict[str, Note]) -> set[str]:
+    """Add to ``notes``, by the key of the sample, the settings of a table with a row for each sample.
 
-    Returns the settings by the key of the sample, or None for another table. Raises InputError with the faults of such
-    a table.
+    Its first row has "sample" and dotted keys of a trial. Returns the keys of its samples; none for another table.
+    Raises InputError with the faults of such a table.
     """
     try:
         head, rows = table_of(path) if not path.is_symlink() else ((), [])
     except InputError:
-        return None  # Reported when it is read as a sheet.
-    if SAMPLE not in head or not any("." in key and key in known_keys() for key in head):
-        return None
-    notes, faults = dict[str, Note](), list[str]()
+        return set()  # Reported when it is read as a sheet.
+    if SAMPLE not in head or not any("." in key for key in known_keys() & {*head}):
+        return set()
+    named = set[str]()
     for row, texts in rows:
-        note, where, cells = Note(), f"{path}, row {row}", dict(texts)
-        sample = sample_key(cells.pop(SAMPLE, ""))
-        if not sample or sample in notes:
-            faults.append(f"{where}: its sample is missing, or has another row; each sample needs one.")
+        cells = dict(texts)
+        name = sample_key(cells.pop(SAMPLE)) or f"row {row}"
+        named.add(name)
+        note = notes.setdefault(name, Note())
         for key, text in cells.items():
             if text:
-                note.take(key, value_of(text), where)
-        faults += note.faults
-        notes[sample] = note
-    if faults:
+                note.take(key, value_of(text), f"{path}, row {row}")
+    if faults := [fault for name in sorted(named) for fault in notes[name].faults]:
         raise InputError("\n".join(faults))
-    return notes
+    return named
 
 
 def value_of(text: str) -> Any:
     """Return the value in a cell: a number, a value of TOML, or the text, such as 1,234, which may be two numbers."""
-    if (value := None if is_ambiguous(text) else number(text)) is not None:
+    if is_ambiguous(text):
+        return text
+    if (value := number(text)) is not None:
         return int(value) if value.is_integer() else value
     try:
-        return text if is_ambiguous(text) else tomllib.loads(f"value = {text}")["value"]
+        return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, KeyError, RecursionError):
         return text
 
@@ -193,13 +197,8 @@ def value_of(text: str) -> Any:
 def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
     # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh.
-    named = (key for key in dotted_names(Trial) if not key.startswith("mesh."))
+    named = {key for key in dotted_names(Trial) if not key.startswith("mesh.")} - {COLUMNS}
     return frozenset([DATE, OPERATOR, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
-
-
-@cache
-def tables() -> frozenset[str]:
-    return frozenset(key.partition(".")[0] for key in known_keys() if "." in key)
 
 
 def _checked(key: str, value: Any) -> Any:

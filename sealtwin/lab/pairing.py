@@ -11,13 +11,12 @@ from typing import Any
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
-from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, Role, as_label, few, roles_of
+from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, as_label, roles_of
 from sealtwin.lab.notes import COLUMNS as OF_COLUMNS
 from sealtwin.lab.notes import Note, value_of
 from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
 from validate.readings.files import table_of
-from validate.readings.grid import quoted
-from validate.readings.names import sample_key
+from validate.readings.grid import listed, quoted
 from validate.settings import SIGNS, Columns, Declared
 
 MOST_PHOTOS = 12  # Photos in one question
@@ -43,21 +42,16 @@ def _column(reference: str) -> str:
 
 
 READ_AS: Mapping[str, Callable[[str], Any]] = {
-    **dict.fromkeys(("s", "repeat"), _column),
+    **dict.fromkeys(("s", "repeat", "levels"), _column),
     **dict.fromkeys(("unit", "s_from"), str.lower),
-    **dict.fromkeys(("datum_level_mm", "crack"), value_of),
+    **dict.fromkeys(("datum_level_mm", "crack", "places", "skip"), value_of),
     "sign": lambda text: SIGNS.get(text.lower(), text),
     "range": str.upper,
-}
-"""Functions that read the text in a column of the pairing file. Other texts are values as they are."""
-LISTS: Mapping[str, Callable[[str], Any]] = {
-    "levels": _column,
-    "places": value_of,
-    "skip": value_of,
-    "missing": str,
     "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
 }
-"""Columns with several values, and functions that read each. A unit of places is a single one."""
+"""Functions that read a value in a column of the pairing file. Other texts are values as they are."""
+LISTS = ("levels", "places", "skip", "missing", "as_written")
+"""Columns with several values. A unit of places is a single one."""
 SETTING = {
     **{name: f"{OF_COLUMNS}.{name}" for name in Columns.model_fields},
     **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
@@ -76,14 +70,12 @@ PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a fil
 def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
     """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
     note = Note()
-    for name, text in ((name, answers[name]) for name in SETTING if answers.get(name)):
-        value = READ_AS.get(name, str)(text)
-        if name in LISTS:
-            parts = re.split(r"[\s,;]+", text)
-            if name != "as_written" and not all(map(REFERENCE.fullmatch, parts)):
-                parts = re.split(r"\s*;\s*", text)
-            value = [*map(LISTS[name], parts)] if name != "places" or len(parts) > 1 else text
-        note.take(SETTING.get(name, name), value, where)
+    for name, text in ((name, answers[name]) for name in SETTING if name in answers):
+        read, parts = READ_AS.get(name, str), re.split(r"(?:[\s;]|,(?!\d))+", text)
+        if name != "as_written" and not all(map(REFERENCE.fullmatch, parts)):
+            parts = re.split(r"\s*;\s*", text)
+        is_list = name in LISTS and (name != "places" or len(parts) > 1)
+        note.take(SETTING[name], [*map(read, parts)] if is_list else read(text), where)
     try:
         note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
     except (ValueError, RecursionError) as fault:
@@ -98,34 +90,32 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     ``lost`` names files that cannot be read. While a sheet has no photo, or one of these may be a sheet, photos without
     a sheet are held back.
     """
-    rows: list[tuple[Role, PurePath, FilePlace]]
-    rows = [(place.role, file, place) for file, places in placed.items() for place in places if place.role != "ignore"]
     samples = dict[str, LabSample]()
-    for role, file, place in sorted(rows, key=lambda row: (ROLES.index(row[0]), row[1])):
-        name = place.sample or f"{file}"
-        sample = samples.setdefault(sample_key(name), LabSample(folder, name))
-        sample.files.setdefault(role, []).append(file)
-        sample.answers[role, file] = place.answers
-    photos = [sample for _, sample in sorted(samples.items()) if "photo" in sample.files]
-    alone = [sample for _, sample in sorted(samples.items()) if "photo" not in sample.files]
-    lacking = [sample for sample in photos if "readings" not in sample.files]
-    sheets = [file for sample in alone for role in TABLES for file in sample.files.get(role, ())]
-    for sample in photos:
+    rows = [(ROLES.index(place.role), file, place) for file, places in placed.items() for place in places]
+    for _, file, place in sorted(rows, key=lambda row: row[:2]):
+        if place.role != "ignore":
+            sample = samples.setdefault(place.key, LabSample(folder, place.sample))
+            sample.files.setdefault(place.role, []).append(file)
+            sample.answers[place.role, file] = place.answers
+    order = sorted(samples.values(), key=lambda sample: ("photo" not in sample.files, sample.key))
+    lacking = [sample for sample in order if "photo" in sample.files and "readings" not in sample.files]
+    without = listed([f"{sample.files['photo'][0]}" for sample in lacking], MOST_PHOTOS) or "none"
+    waiting = [*lost]
+    for sample in order:
         for role, files in sample.files.items():
-            for file in files if len(files) > 1 and role != "note" else ():
-                finding = f"{len(files)} files are its {role}."
-                sample.ask(Doubt("pairing", few(files), finding, ONE_OF_SEVERAL), file=file)
-    if waiting := few([*lost, *sheets]):
-        finding = f"{waiting} may be the sheet of a photo that has none, so these photos wait for the answers."
-        for sample in lacking:
-            sample.files["readings"] = []
-            sample.ask(Doubt("pairing", PAIRING, finding))
-    without = few([sample.files["photo"][0] for sample in lacking], MOST_PHOTOS) or "none"
-    for sample in alone:
-        for role, file in ((role, file) for role, files in sample.files.items() for file in files):
-            remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
-            sample.ask(Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy))
-    return [*photos, *alone]
+            for file in files:
+                if "photo" not in sample.files:
+                    remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
+                    sample.ask(Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy))
+                    waiting += [f"{file}"] if role in TABLES else []
+                elif len(files) > 1 and role != "note":
+                    finding = f"{len(files)} files are its {role}."
+                    sample.ask(Doubt("pairing", listed([*map(str, files)]), finding, ONE_OF_SEVERAL), file=file)
+    for sample in lacking if waiting else ():
+        sample.files["readings"] = []
+        finding = f"{listed(waiting)} may be the sheet of a photo that has none, so these photos wait for the answers."
+        sample.ask(Doubt("pairing", PAIRING, finding))
+    return order
 
 
 def pairing_text(placed: Placed, samples: Sequence[LabSample]) -> str:
@@ -139,10 +129,10 @@ def pairing_text(placed: Placed, samples: Sequence[LabSample]) -> str:
     rows = list[tuple[Any, dict[str, str]]]()
     for file, places in placed.items():
         for place in places:
-            text = " ".join(questions[file, sample_key(place.sample or f"{file}")])
+            text = " ".join(questions[file, place.key])
             row = {"file": file.as_posix(), "role": place.role, "sample": place.sample, **place.answers}
-            rows.append(((place.key, ROLES.index(place.role), file), row))
             row["question"] = shorten(text, LONGEST_QUESTION, placeholder="...")
+            rows.append(((place.key, ROLES.index(place.role), file), row))
             used.update(place.answers)
     columns = [name for name in COLUMNS if name in used or name not in ANSWERS]
     order = [row for _, row in sorted(rows, key=lambda row: row[0])]
@@ -161,28 +151,23 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     head, rows = table_of(path)
     faults = [f"{path}: no column {name}." for name in NAMES if name not in head]
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
-    by_cell = {as_text_cell(file.as_posix()): file for file in named} | {file.as_posix(): file for file in named}
+    by_cell = {name: file for file in named for name in (file.as_posix(), as_text_cell(file.as_posix()))}
     decisions: Placed = {}
     for line, texts in rows if not faults else ():
-        where, cells = f"{path}, line {line}", dict(texts)
+        where, cells = f"{path}, line {line}", {name: text for name, text in texts if text}
         faults += [
             f"{where}: {text!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
-            for name, text in texts
-            if text and name not in COLUMNS
+            for name, text in cells.items()
+            if name not in COLUMNS
         ]
-        written, role, sample = (cells.get(name, "") for name in NAMES)
+        written, role = cells.get("file", ""), cells.get("role", "")
         if (file := by_cell.get(written)) is None:
             faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")
-            continue
-        answers = {name: text for name, text in cells.items() if name in ANSWERS and text}
-        possible = (*roles_of(file), "ignore")
-        if role not in possible:
+        elif role not in (possible := (*roles_of(file), "ignore")):
             faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")
-        elif as_label(sample) != sample:
-            faults.append(f"{where}: {file}: a sample {sample!r:.80}; leave out marks such as / and $.")
-        elif role in ("photo", "mask") and not sample:
-            faults.append(f"{where}: {file} has no sample; write the sample's name, or the role ignore.")
         else:
+            answers = {name: cells[name] for name in ANSWERS if name in cells}
+            sample = as_label(cells.get("sample", named[file].sample))
             decisions.setdefault(file, []).append(FilePlace(sample, ROLES[ROLES.index(role)], answers))
     for file, places in decisions.items():
         parts = {"".join(place.answers.get(name, "") for name in PART).upper() for place in places} - {""}

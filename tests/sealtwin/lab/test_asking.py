@@ -26,6 +26,7 @@ def lab(two, sound, tmp_path_factory):
     next(fault for fault in FAULTS if fault.what == "two photos of one sample").plant(folder)
     lab = folder.parent / "lab"
     ingest(folder, lab, QUIET)
+    files.write_text(lab / "P01" / "run" / "profile.csv", "a level")
     with (folder / "P01.csv").open("a") as sheet:
         sheet.write("11.5,-1.0,-1.0,-1.0\n")
     answer = sealtwin("ingest", folder, "--out", lab, "--quiet")

@@ -49,7 +49,7 @@ def test_what_was_saved_anew_is_asked_about_beside_the_old(small, tmp_path):
     (small / "P02_Messung.xls").write_bytes(b"old")
     assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "failed"}
     answer(tmp_path / "lab", {"P02_Messung.xls": {"role": "ignore"}})
-    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "new"}
+    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "revised"}
 
 
 def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):

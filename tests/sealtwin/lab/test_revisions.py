@@ -22,7 +22,9 @@ def test_ingesting_twice_adds_nothing(sound):
     assert after | {CATALOGUE: ""} == before | {CATALOGUE: ""}
 
 
-def test_a_changed_file_makes_a_revision_and_the_old_one_stays(small, lab):
+def test_a_changed_file_makes_a_revision_of_a_run_and_what_was_run_stays(small, lab):
+    (lab / "P01" / "run").mkdir()
+    (lab / "P01" / "run" / "profile.csv").write_text("a level")
     old = hashes_of(lab / "P01")
     with (small / "P01.csv").open("a") as sheet:
         sheet.write("11.5,-1.0,-1.0,-1.0\n")
