@@ -26,6 +26,8 @@ COLUMNS = (
 )  # fmt: skip
 REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
 
+NOT_SOUND = "it has open questions, and its files are not in the lab's folder. Ingest them, or move its trial away."
+
 
 @dataclass(frozen=True)
 class Record:
@@ -43,6 +45,7 @@ class Record:
     remarks: tuple[str, ...]
     ingested_utc: str
     trial_sha256: str = ""  # Of trial.toml as it was written
+    sound: bool = True  # False if files or settings are in question, or if writing it was interrupted
 
 
 @dataclass(frozen=True)
@@ -97,11 +100,17 @@ class Catalogue:
         return cls(lab)
 
     def faults(self) -> Mapping[str, list[CatalogueFault]]:
-        """Return the faults of the last ingest of each source, by the key of the sample's name."""
+        """Return the faults of the last ingest of each source, by the key of the sample's name.
+
+        A sample whose files were removed before its questions were answered has a fault too.
+        """
         by_sample = defaultdict[str, list[CatalogueFault]](list)
         for source in self.content.sources.values():
             for fault in source.faults:
                 by_sample[sample_key(fault.name)].append(fault)
+        for key, record in self.latest.items():
+            if not (record.sound or key in by_sample):
+                by_sample[key] = [CatalogueFault(record.name, NOT_SOUND)]
         return by_sample
 
     def save(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:

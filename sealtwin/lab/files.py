@@ -15,21 +15,26 @@ from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.trial.trial_file import folder_name
 from validate.readings.names import sample_key
-from validate.readings.numbers import WORDS as LAB_WORDS
-from validate.readings.numbers import plain_letters
+from validate.readings.numbers import WORDS, plain_letters
 
 Role = Literal["photo", "mask", "readings", "fill", "note", "ignore"]
 """Role of a file. A "fill" is the CSV of a liquid weighed into the crack."""
 
 ROLES: tuple[Role, ...] = get_args(Role)
-PICTURES: Mapping[Role, str] = {"photo": "photo.file", "mask": "photo.mask"}
-NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file", "fill": "crack.fill.file"}
+NAMED_FILES: Mapping[Role, str] = {
+    "photo": "photo.file",
+    "mask": "photo.mask",
+    "readings": "readings.file",
+    "fill": "crack.fill.file",
+}
 """Settings of a trial that name a file, by the file's role."""
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 TEXT_SUFFIXES = {".txt", ".md"}
-TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab"}
-TABLE_SUFFIXES |= {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Not read, but they contain a lab's numbers
+TABLE_SUFFIXES = {
+    ".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab",
+    ".xls", ".xlsb", ".numbers", ".sxc", ".gsheet",  # Not read, but they contain a lab's numbers
+}  # fmt: skip
 POSSIBLE: Mapping[str, tuple[Role, ...]] = {
     **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
     **dict.fromkeys(TABLE_SUFFIXES, ("readings", "fill", "note")),
@@ -38,8 +43,6 @@ POSSIBLE: Mapping[str, tuple[Role, ...]] = {
 }
 """Roles that a file may have, by its ending. The first is the default."""
 TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of tables of numbers
-WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
-"""Words, by role, that give a file this role if they are at the beginning or the end of a name."""
 SEPARATORS = re.compile(r"([\s._-]+)")  # Between the words of a name
 MARK = re.compile(r"[^\w .-]")
 OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
@@ -122,7 +125,7 @@ def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
     for end, beside in ((-1, slice(-2, None)), (0, slice(2))):
         while parts:
             word = plain_letters(parts[end])
-            of_word: list[Role] = [role for role in roles if word in WORDS.get(role, ())]
+            of_word: list[Role] = [role for role in roles if word in WORDS["files"].get(role, "").split()]
             if word and not of_word:
                 break
             meant += of_word[:1]
@@ -157,8 +160,8 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
         if entries > MOST_ENTRIES:
             raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
-        links = [name for name in folders if Path(place, name).is_symlink()]
-        for file in (Path(place, name).relative_to(folder) for name in (*names, *links) if not name.startswith(HIDDEN)):
+        names += [name for name in folders if Path(place, name).is_symlink()]
+        for file in (Path(place, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):
             shown, is_read = plain(as_text(file)), bool(roles_of(file))
             if not is_read or shown != str(file):
                 left_out.append(LeftOut(shown, UNSHOWN if is_read else NOT_READ, is_read))

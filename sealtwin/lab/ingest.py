@@ -38,7 +38,6 @@ from validate.readings.grid import listed
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """Folder in which a trial is written first. Ingest deletes it, so its name must be one that no user gives a folder."""
-UNFINISHED = "its ingest was interrupted; repeat it."
 
 
 @dataclass(frozen=True)
@@ -93,9 +92,6 @@ def ingest(
         ingested = Ingested(lab, source, dry_run, samples, left_out, placed, decisions)
         if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
-        if not dry_run:
-            # If the process is killed, 'lab run' must not run a trial whose questions are not yet in the catalogue.
-            catalogue.save(source, decisions, [CatalogueFault(sample.name, UNFINISHED) for sample in samples])
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         for done, sample in enumerate(samples, start=1):
             _take_in(ingested, catalogue, sample, defaults, of_tables.get(sample.key, Note()), progress)
@@ -196,7 +192,8 @@ def _fate_of(sample: LabSample, latest: Record | None, ingested: Ingested) -> Fa
             f"{sample.files['photo'][0]}: a sample {latest.name} with another photo came from {latest.source}; "
             "give this one another name in the pairing file."
         )
-    return "unchanged" if latest.content == sample.content and _has_files(ingested.lab, latest) else "revised"
+    is_same = latest.content == sample.content and bool(latest.sound or sample.questions)
+    return "unchanged" if is_same and _has_files(ingested.lab, latest) else "revised"
 
 
 def _has_files(lab: Path, record: Record, *, unchanged: bool = False) -> bool:
@@ -245,7 +242,10 @@ def keep(ingested: Ingested, sample: LabSample, trial: Trial) -> None:
         remarks=tuple(sample.remarks),
         ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
+        sound=not sample.questions,
     )
+    # If the process is killed, 'lab run' must not run a trial that is not complete.
+    files.write_json(folder / RECORD, asdict(replace(record, sound=False)))
     for raw in sample.raw:
         path = sample.folder / raw.original
         content = read_bytes(path)

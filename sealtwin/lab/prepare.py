@@ -8,7 +8,7 @@ from digitise.settings import LARGEST_FILE_BYTES, NO_SCALE
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.files import DEFAULTS, NAMED_FILES, PICTURES, KeptFile, Role
+from sealtwin.lab.files import DEFAULTS, NAMED_FILES, KeptFile, Role
 from sealtwin.lab.notes import ALTERNATIVES, DEPTH, OF_READINGS, ORIGINS, OWN, SCALE, Note, read_note
 from sealtwin.lab.pairing import note_of_answers
 from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
@@ -60,7 +60,7 @@ def gather(sample: LabSample, defaults: Note, own: Note) -> None:
     """
     for role, every in sample.files.items():
         for count, file in enumerate(every):
-            path, limit = sample.folder / file, LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
+            path, limit = sample.folder / file, LARGEST_FILE_BYTES if role in ("photo", "mask") else LARGEST_SHEET_BYTES
             if path.is_symlink() or not path.is_file():
                 sample.ask(f"{path}: not a plain file; links are not followed: copy the file itself.")
             elif (size := path.stat().st_size) > limit:
@@ -105,17 +105,19 @@ def prepare(sample: LabSample) -> None:
     for key in sample.stand_ins:
         fault = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
         sample.ask(offering_markers(fault, photo))
+    given = names_in(with_settings({}, settings))
     settings |= sample.stand_ins
     if not sample.files.get("readings"):
         settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
-    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in settings)
-    left = names_in(with_settings(with_settings({}, STARTER), settings)) - settings.keys()
-    assumed = {key: value for key, value in STARTER.items() if key in left and not key.startswith(excluded)}
-    if listed := [f"{key} = {toml_value(value)}" for key, value in (sample.stand_ins | assumed).items()]:
-        sentence = f"Assumed, since no note of the lab gives it: {', '.join(listed)}."
-        settings["note"] = f"{sentence} {settings.get('note', '')}".strip()
+    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in given)
+    starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)}
+    content = with_settings(with_settings({}, starter), settings)
+    assumed = sample.stand_ins | {key: starter[key] for key in starter if key in names_in(content) - given}
+    if assumed:
+        listed = ", ".join(f"{key} = {toml_value(value)}" for key, value in assumed.items())
+        sentence = f"Assumed, since no note of the lab gives it: {listed}."
+        content["note"] = f"{sentence} {settings.get('note', '')}".strip()
         sample.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
-    content = with_settings(with_settings({}, assumed), settings)
     try:
         trial = checked(Trial, sample.folder, content, lambda key: _origin_of(sample, key))
     except InputError as fault:
