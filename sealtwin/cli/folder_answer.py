@@ -59,20 +59,24 @@ def _or_dash(value: float | None, broad: int) -> str:
 
 def ingest_answer(ingested: Ingested) -> Answer:
     """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next."""
-    samples = ingested.samples
+    samples, traced = ingested.samples, ingested.traced or Batch(ingested.lab)
     lines = _table(("sample", "photo", "readings", "note", "state"), [*map(_pairing_row, samples)])
     for sample in samples:
         lines += _understood(sample)
-    remarks = [CatalogueFault(sample.name, remark) for sample in samples for remark in sample.remarks]
-    lines += _together(remarks, "note: ")
+    lines += _together(
+        [CatalogueFault(sample.name, remark) for sample in samples for remark in sample.remarks], "note: "
+    )
     unused = [CatalogueFault(each.file, each.reason) for each in ingested.left_out if not each.lost]
     lines += _together(unused, "Not used: ")
     failed = _together(ingested.faults)
     more = [f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all."]
-    lines += [*failed[:MOST_FAULTS], *(more if len(failed) > MOST_FAULTS else [])]
+    lines += [*failed[:MOST_FAULTS], *(more if len(failed) > MOST_FAULTS else []), *_ending(ingested)]
+    # The run folder of a sample is in that of its trial.
+    warned = [CatalogueFault(row.folder.split("/")[-2], text) for row in traced.done for text in row.warnings]
+    lines += [*_together(warned, "note: "), *([f"All walls: {traced.out / SHEET}"] if traced.done else [])]
     fates = {sample.fate for sample in samples}
     code = SOME_FAILED if fates - {"failed"} else BAD_INPUT
-    code = BUG if "bug" in fates else code if ingested.faults else 0
+    code = BUG if "bug" in fates or traced.exit_code == BUG else code if ingested.faults else 0
     content = {
         "version": 1,
         "lab": shown(ingested.lab),
@@ -81,19 +85,9 @@ def ingest_answer(ingested: Ingested) -> Answer:
         "left_out": [{"file": each.file, "reason": each.reason} for each in ingested.left_out],
         "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
+        **({} if ingested.traced is None else {"traced": traced.content()}),
     }
-    return Answer(content, [*map(plain, (*lines, *_ending(ingested)))], code)
-
-
-def checked_answer(ingested: Ingested, batch: Batch) -> Answer:
-    """Answer of 'sealtwin ingest', with what was traced."""
-    first = ingest_answer(ingested)
-    code = BUG if BUG in (first.exit_code, batch.exit_code) else first.exit_code or batch.exit_code
-    # The run folder of a sample is in that of its trial.
-    notes = [CatalogueFault(row.folder.split("/")[-2], text) for row in batch.done for text in row.warnings]
-    pages = [f"All walls: {batch.out / SHEET}"] if batch.done else []
-    lines = [*first.lines, *_together(notes, "note: "), *pages]
-    return Answer({**first.content, "traced": batch.content(), "exit_code": code}, lines, code)
+    return Answer(content, [*map(plain, lines)], code)
 
 
 def list_answer(lab: Path) -> Answer:
@@ -141,7 +135,7 @@ def show_answer(lab: Path, sample: str) -> Answer:
     """Answer of 'sealtwin lab show': all revisions of a sample, and its faults. Raises InputError without a sample."""
     catalogue = Catalogue.of(lab)
     key = sample_key(sample)
-    records, faults = [each for each in catalogue.records if each.sample == key], catalogue.faults().get(key, [])
+    records, faults = [each for each in catalogue.records if each.key == key], catalogue.faults().get(key, [])
     if not records and not faults:
         raise InputError(f"{lab}: has no sample {sample!r:.80}. List its samples with 'sealtwin lab list {lab}'.")
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]

@@ -31,12 +31,10 @@ NOT_SOUND = "it has open questions, and its files are not in the lab's folder. I
 
 @dataclass(frozen=True)
 class Record:
-    sample: str  # Key of its name: equal for all spellings
     name: str
     revision: int  # From 1; a trial that was run or edited stays, and its sample's next one is a new revision
     folder: str
     source: str  # Name of the lab's folder, with a hash of its place
-    content: str  # Hash of files and notes
     files: tuple[KeptFile, ...]
     dialect: str | None  # Dialect of the sheet of readings, as a sentence
     date: str | None
@@ -46,6 +44,11 @@ class Record:
     ingested_utc: str
     trial_sha256: str = ""  # Of trial.toml as it was written
     sound: bool = True  # False if files or settings are in question, or if writing it was interrupted
+
+    @property
+    def key(self) -> str:
+        """Key of its sample's name, which is equal for all spellings."""
+        return sample_key(self.name)
 
 
 @dataclass(frozen=True)
@@ -84,8 +87,8 @@ class Catalogue:
         """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
         self.lab, self.path = lab, lab / CATALOGUE
         records = map(_read_record, lab.glob(f"[!.]*/{RECORD}"))
-        self.records = sorted(records, key=lambda record: (record.sample, record.revision))
-        self.latest = {record.sample: record for record in self.records}  # By the key of the sample
+        self.records = sorted(records, key=lambda record: (record.key, record.revision))
+        self.latest = {record.key: record for record in self.records}  # By the key of the sample
         self.content = CatalogueFile(version=6, pairing="", sources={})
         if self.path.is_file():
             self.content = read_record(CatalogueFile, self.path, REMEDY)

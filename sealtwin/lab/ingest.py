@@ -1,7 +1,6 @@
-"""Ingest a lab's folder: make a trial of each sample without faults, keep a catalogue, and report all faults."""
+"""Ingest a lab's folder: make a trial of each sample, keep a catalogue, trace the trials, and report all faults."""
 
 import hashlib
-import json
 import os
 import shutil
 import traceback
@@ -10,29 +9,24 @@ from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
+from digitise.settings import CHOICE
 from sealtwin.core import files
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
+from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
-from sealtwin.lab.files import (
-    DEFAULTS,
-    TABLE_SUFFIXES,
-    TRIAL,
-    LeftOut,
-    Placed,
-    find_files,
-    folder_of,
-    place_of,
-)
-from sealtwin.lab.notes import DATE, OPERATOR, Note, read_defaults, read_settings_table
+from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files, folder_of, place_of
+from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
-from sealtwin.lab.prepare import gather, prepare
-from sealtwin.lab.sample import PAIRING, Fate, LabSample
-from sealtwin.study.photos import OWN
+from sealtwin.lab.sample import PAIRING, LabSample, gather, prepare
+from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.study.study_folder import PROFILE
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, trial_text
 from validate.readings.grid import listed
 
@@ -40,7 +34,7 @@ INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """Folder in which a trial is written first. Ingest deletes it, so its name must be one that no user gives a folder."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Ingested:
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
@@ -49,6 +43,7 @@ class Ingested:
     left_out: list[LeftOut]
     placed: Placed
     decisions: Placed
+    traced: Batch | None = None  # None if nothing was to be traced
 
     @property
     def faults(self) -> list[CatalogueFault]:
@@ -59,14 +54,15 @@ class Ingested:
 
 
 def ingest(
-    folder: Path, lab: Path, progress: Progress, *, pairing: Path | None = None, dry_run: bool = False
+    folder: Path, lab: Path, progress: Progress, *, pairing: Path | None = None, dry_run: bool = False, jobs: int = 0
 ) -> Ingested:
     """Take a folder of photos, sheets and notes into ``lab``: a trial for each sample, and a catalogue.
 
-    A sample that the lab already has is skipped; a changed one becomes a new trial, and its old trial stays. Waits for
-    another ingest into the same lab. If the process is killed, repeat the same call to complete the ingest. The user's
-    corrections and answers come from ``pairing``, or from the lab's pairing file if it was edited. The catalogue stores
-    them for ``folder``.
+    A sample that the lab already has is skipped; the trial of a changed one is written again, or stays beside a new
+    revision if it was run or edited. Waits for another ingest into the same lab. If the process is killed, repeat the
+    same call to complete the ingest. The user's corrections and answers come from ``pairing``, or from the lab's
+    pairing file if it was edited. The catalogue stores them for ``folder``. The trials are traced and checked by
+    ``jobs`` processes; 0 leaves that out.
 
     Raises InputError if the folder, its lab.toml, a table of settings or the pairing cannot be used.
     """
@@ -97,7 +93,10 @@ def ingest(
             _take_in(ingested, catalogue, sample, defaults, of_tables.get(sample.key, Note()), progress)
             progress.advance(done, sample.name)
         if not dry_run:
-            save_questions(ingested, catalogue)
+            _save(ingested, catalogue)
+        if jobs:
+            _trace(ingested, progress, jobs)
+            _save(ingested, catalogue)
     return ingested
 
 
@@ -134,15 +133,15 @@ def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list
     return pair(folder, rest, lost), of_tables
 
 
-def save_questions(ingested: Ingested, catalogue: Catalogue) -> None:
+def _save(ingested: Ingested, catalogue: Catalogue) -> None:
     """Write the catalogue, and the pairing file with each question in the row of the file that it is about.
 
     A pairing file that the user has edited since it was read or written is left as it is; the next ingest reads it.
     """
-    lab = catalogue.lab
-    if _pairing_sha256(lab) == catalogue.content.pairing:
-        files.write_text(lab / PAIRING, pairing_text(ingested.placed, ingested.samples))
-        catalogue.content.pairing = _pairing_sha256(lab)
+    path = catalogue.lab / PAIRING
+    if _pairing_sha256(catalogue.lab) == catalogue.content.pairing:
+        files.write_text(path, pairing_text(ingested.placed, ingested.samples))
+        catalogue.content.pairing = files.sha256(path)
     catalogue.save(ingested.source, ingested.decisions, ingested.faults)
 
 
@@ -154,19 +153,23 @@ def _pairing_sha256(lab: Path) -> str:
 def _take_in(
     ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaults: Note, own: Note, progress: Progress
 ) -> None:
-    """Read the files of a sample and write its trial, unless the lab has it already; without questions it has a fate.
+    """Read the files of a sample and write its trial, unless the lab has it already. Without questions it has a fate.
 
     Its errors become its questions and stop no other sample; a failure of the lab's own disk is raised.
     """
-    lab = catalogue.lab
+    lab, latest = catalogue.lab, catalogue.latest.get(sample.key)
     try:
         gather(sample, defaults, own)
         prepare(sample)
         if sample.trial is not None:
-            fate = _fate_of(sample, catalogue.latest.get(sample.key), ingested)
-            if fate != "unchanged" and not ingested.dry_run:
-                keep(ingested, sample, sample.trial)
-            sample.fate = "failed" if sample.questions else fate
+            if latest is not None:
+                _require_same_sample(sample, latest, ingested.source)
+            is_same = latest is not None and _is_up_to_date(lab, latest, sample)
+            sample.record = latest
+            if not (is_same or ingested.dry_run):
+                sample.record = keep(ingested, sample, sample.trial, latest)
+            if not sample.questions:
+                sample.fate = "unchanged" if is_same else "new" if latest is None else "revised"
     except InputError as fault:
         sample.refuse(fault)
     except OSError as fault:
@@ -180,41 +183,41 @@ def _take_in(
         sample.ask(f"{sample.name}: {type(fault).__name__}: {fault}. A bug: please report it.")
 
 
-def _fate_of(sample: LabSample, latest: Record | None, ingested: Ingested) -> Fate:
-    """Return what happens to a sample. Raises InputError if another folder's sample has the name."""
-    sample.record = latest
-    if latest is None:
-        return "new"
-    # A sample of the same name from another folder is another sample, unless its photo is the same.
+def _require_same_sample(sample: LabSample, latest: Record, source: str) -> None:
+    """Raise InputError if the trial with the sample's name has another photo and came from another folder."""
     photos = {raw.sha256 for raw in (*sample.raw, *latest.files) if raw.role == "photo"}
-    if len(photos) > 1 and latest.source != ingested.source:
+    if len(photos) > 1 and latest.source != source:
         raise InputError(
             f"{sample.files['photo'][0]}: a sample {latest.name} with another photo came from {latest.source}; "
             "give this one another name in the pairing file."
         )
-    is_same = latest.content == sample.content and bool(latest.sound or sample.questions)
-    return "unchanged" if is_same and _has_files(ingested.lab, latest) else "revised"
 
 
-def _has_files(lab: Path, record: Record, *, unchanged: bool = False) -> bool:
-    """Return whether a trial has all its files, and with ``unchanged``, whether each is as it was written."""
-    hashes = {TRIAL: record.trial_sha256} | {file.kept_as: file.sha256 for file in record.files}
-    paths = [(lab / record.folder / name, digest) for name, digest in hashes.items()]
-    return all(path.is_file() and (not unchanged or files.sha256(path) == digest) for path, digest in paths)
+def _is_up_to_date(lab: Path, latest: Record, sample: LabSample) -> bool:
+    """Return whether a trial has all its files, is made of the sample's files and settings, and is sound if it can."""
+    is_same = (latest.said, latest.files) == (sample.said, tuple(sample.raw))
+    return is_same and (latest.sound or bool(sample.questions)) and all(path.is_file() for path in _hashes(lab, latest))
 
 
-def keep(ingested: Ingested, sample: LabSample, trial: Trial) -> None:
-    """Write a trial: copies of its files, trial.toml and record.json.
+def _hashes(lab: Path, record: Record) -> dict[Path, str]:
+    """Return the hashes of a trial's files as they were written."""
+    files_of = {TRIAL: record.trial_sha256} | {file.kept_as: file.sha256 for file in record.files}
+    return {lab / record.folder / name: digest for name, digest in files_of.items()}
 
-    The sample's latest trial is written again, unless it was run, was edited or lost a file: then it stays, and the
-    sample gets a new revision in another folder. Raises InputError if a file has changed since it was read, or if
-    another sample has the folder's name.
+
+def keep(ingested: Ingested, sample: LabSample, trial: Trial, latest: Record | None) -> Record:
+    """Write a trial, copies of its files, trial.toml and record.json, and return its record.
+
+    The ``latest`` trial of the sample is written again, unless it was run, was edited or lost a file: then it stays,
+    and the sample gets a new revision in another folder. Raises InputError if a file has changed since it was read, or
+    if another sample has the folder's name.
     """
-    lab, text, latest, settings = ingested.lab, trial_text(trial), sample.record, sample.note.values
+    lab, text, said = ingested.lab, trial_text(trial), sample.said
     folder, name, revision = lab / INCOMING, folder_of(sample.name), 1
     if latest is not None:
         name, revision = latest.folder, latest.revision
-        if _has_files(lab, latest, unchanged=True) and not (lab / name / RUN / PROFILE).exists():
+        is_whole = all(path.is_file() and files.sha256(path) == sha256 for path, sha256 in _hashes(lab, latest).items())
+        if is_whole and not (lab / name / RUN / PROFILE).exists():
             folder = lab / name
         else:
             # The number of a later revision follows an @, which no sample's name contains.
@@ -228,17 +231,15 @@ def keep(ingested: Ingested, sample: LabSample, trial: Trial) -> None:
                 "in the pairing file."
             )
     record = Record(
-        sample=sample.key,
         name=sample.name,
         revision=revision,
         folder=name,
         source=ingested.source,
-        content=sample.content,
         files=tuple(sample.raw),
         dialect=sample.dialect,
-        date=settings.get(DATE),
-        operator=settings.get(OPERATOR),
-        said=json.loads(json.dumps(settings, default=str)),
+        date=said.get(DATE),
+        operator=said.get(OPERATOR),
+        said=said,
         remarks=tuple(sample.remarks),
         ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
@@ -256,4 +257,52 @@ def keep(ingested: Ingested, sample: LabSample, trial: Trial) -> None:
     files.write_json(folder / RECORD, asdict(record))
     with naming(lab / name):
         folder.rename(lab / name)
-    sample.record = record
+    return record
+
+
+def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
+    """Trace each trial with a scale in the folder of its run, check it as its run would, and ask about the faults.
+
+    A page with all walls, and with the sheets in question, is written at the top of the lab. Samples with questions are
+    traced too, so that all questions are asked together. A fault in one sample does not stop the others. Raises
+    InputError if the lab has another program's contact sheet.
+    """
+    lab, traced = ingested.lab, dict[str, tuple[LabSample, PlannedPhoto]]()
+    for sample in ingested.samples:
+        if sample.record is not None and SCALE not in sample.stand_ins:
+            sample.trial_folder = lab / sample.record.folder
+            # Without readings that cannot be read, and without a fill in walls that nobody has described.
+            changed: dict[str, Any] = {"readings": None, "gate": None} if sample.dialect is None else {}
+            if sample.stand_ins.keys() & {DEPTH, "crack.tilt"}:
+                changed["crack.fill"] = None
+            run = f"{sample.record.folder}/{RUN}"
+            traced[run] = sample, PlannedPhoto(sample.trial_folder / TRIAL, run, changed)
+    sheets = {f"{each.file('readings')}": sheet for each in ingested.samples if (sheet := each.sheet_in_question)}
+    planned = [photo for _, photo in traced.values()]
+    batch = ingested.traced = digitise_many(planned, lab, _Steps(progress), jobs, locked=True, sheets=sheets)
+    progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
+    for number, row in enumerate(batch.rows, start=1):
+        _check(*traced[row.folder], row)
+        progress.advance(number, row.folder)
+
+
+def _check(sample: LabSample, photo: PlannedPhoto, row: BatchRow) -> None:
+    """Ask about the faults that prevent the run of the traced trial, and doubts about its readings."""
+    if row.status != "ok":
+        where, _, finding = row.reason.partition(": ")
+        answers = {"crack": 2} if CHOICE in finding else {}
+        sample.ask(Doubt("photo", where, finding.replace(CHOICE, "a 2 in the column crack"), answers=answers))
+    elif DEPTH not in sample.stand_ins:
+        try:
+            with open_folder(sample.trial_folder / RUN, create=True) as opened:
+                readings = check_run(start_job(photo.trial(), sample.trial_folder, opened, "cpu", Progress()))
+            sample.ask(*(() if readings is None else readings.questions))
+        except InputError as fault:
+            sample.refuse(fault)
+
+
+class _Steps(Progress):
+    """Progress without notes: what they say of faults is in the answer, in the names of the lab's own files."""
+
+    def __init__(self, shown: Progress) -> None:
+        self.start, self.advance, self.close = shown.start, shown.advance, shown.close

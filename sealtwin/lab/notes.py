@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import date
@@ -19,7 +19,7 @@ from validate.readings.files import table_of
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
 from validate.readings.numbers import is_ambiguous, number
-from validate.settings import Columns
+from validate.settings import SIGNS, Columns, Declared
 
 NAME, DATE, OPERATOR = "name", "date", "operator"
 OWN = (NAME, DATE, OPERATOR)
@@ -48,10 +48,14 @@ NOT_READ = (
     "such as settings = crack.depth_mm = 9.0; if it has readings, set its role to readings; if neither, to ignore."
 )
 SAMPLE = "sample"  # Column of a table of settings
+SETTINGS = "settings"  # Column of the pairing file for settings of the trial
 DOUBTFUL = set("#\ufffd")  # A comment may change the meaning of a setting; the other mark stands for unknown letters
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
 LONGEST = 200
+REFERENCE = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|-?\d+([.,]\d+)?")
+"""B, B:D or 9; several lower-case letters are more likely a name."""
+CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 
 
 @dataclass(frozen=True)
@@ -191,6 +195,51 @@ def value_of(text: str) -> Any:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, KeyError, RecursionError):
         return text
+
+
+def _column(reference: str) -> str:
+    """Return a column's letter as the span "B:B", which cannot be the name of a column."""
+    return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
+
+
+READ_AS: Mapping[str, Callable[[str], Any]] = {
+    **dict.fromkeys(("s", "repeat", "levels"), _column),
+    **dict.fromkeys(("unit", "s_from"), str.lower),
+    **dict.fromkeys(("datum_level_mm", "crack", "places", "skip"), value_of),
+    "sign": lambda text: SIGNS.get(text.lower(), text),
+    "range": str.upper,
+    "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
+}
+"""Functions that read a value in a column of the pairing file. Other texts are values as they are."""
+LISTS = ("levels", "places", "skip", "missing", "as_written")
+"""Columns with several values. A unit of places is a single one."""
+SETTING = {
+    **{name: f"{COLUMNS}.{name}" for name in Columns.model_fields},
+    **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
+    "sign": "readings.quantity",
+    "crack": "photo.crack",
+}
+"""Settings of a trial by the column of the pairing file that answers them."""
+ANSWERS = (*SETTING, SETTINGS)
+"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
+file has those that are needed; a user may add any of them."""
+
+
+def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
+    """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
+    note = Note()
+    for name, text in ((name, answers[name]) for name in SETTING if name in answers):
+        read, parts = READ_AS.get(name, str), re.split(r"(?:[\s;]|,(?!\d))+", text)
+        if name != "as_written" and not all(map(REFERENCE.fullmatch, parts)):
+            parts = re.split(r"\s*;\s*", text)
+        is_list = name in LISTS and (name != "places" or len(parts) > 1)
+        note.take(SETTING[name], [*map(read, parts)] if is_list else read(text), where)
+    try:
+        note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
+    except (ValueError, RecursionError) as fault:
+        example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
+        note.faults.append(f"{where}: settings = {quoted(answers[SETTINGS])}: {fault}. Write for example {example}.")
+    return note
 
 
 @cache

@@ -1,9 +1,7 @@
 """Pair files with photos by their names and by the user's rows in the pairing file. All else is a question there."""
 
-import re
-import tomllib
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from textwrap import shorten
 from typing import Any
@@ -12,19 +10,13 @@ from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, as_label, roles_of
-from sealtwin.lab.notes import COLUMNS as OF_COLUMNS
-from sealtwin.lab.notes import Note, value_of
-from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
+from sealtwin.lab.notes import ANSWERS, SETTINGS
+from sealtwin.lab.sample import PAIRING, LabSample
 from validate.readings.files import table_of
-from validate.readings.grid import listed, quoted
-from validate.settings import SIGNS, Columns, Declared
+from validate.readings.grid import listed
 
 MOST_PHOTOS = 12  # Photos in one question
 LONGEST_QUESTION = 8000  # Letters of a cell of the pairing file
-REFERENCE = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|-?\d+([.,]\d+)?")
-"""B, B:D or 9; several lower-case letters are more likely a name."""
-CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
-
 SHEET_ALONE = (
     "Write its sample into the column sample; if it has several, add a row of this file for each, with its own range, "
     "sheet or levels; if it has none, set the role to ignore."
@@ -36,52 +28,9 @@ NOTE_ALONE = (
 ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
 
-def _column(reference: str) -> str:
-    """Return a column's letter as the span "B:B", which cannot be the name of a column."""
-    return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
-
-
-READ_AS: Mapping[str, Callable[[str], Any]] = {
-    **dict.fromkeys(("s", "repeat", "levels"), _column),
-    **dict.fromkeys(("unit", "s_from"), str.lower),
-    **dict.fromkeys(("datum_level_mm", "crack", "places", "skip"), value_of),
-    "sign": lambda text: SIGNS.get(text.lower(), text),
-    "range": str.upper,
-    "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
-}
-"""Functions that read a value in a column of the pairing file. Other texts are values as they are."""
-LISTS = ("levels", "places", "skip", "missing", "as_written")
-"""Columns with several values. A unit of places is a single one."""
-SETTING = {
-    **{name: f"{OF_COLUMNS}.{name}" for name in Columns.model_fields},
-    **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
-    "sign": "readings.quantity",
-    "crack": "photo.crack",
-}
-"""Settings of a trial by the column of the pairing file that answers them."""
-ANSWERS = (*SETTING, SETTINGS)
-"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
-file has those that are needed; a user may add any of them."""
 NAMES = ("file", "role", "sample")
 COLUMNS = (*NAMES, *ANSWERS, "question")
 PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a file a row is about
-
-
-def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
-    """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
-    note = Note()
-    for name, text in ((name, answers[name]) for name in SETTING if name in answers):
-        read, parts = READ_AS.get(name, str), re.split(r"(?:[\s;]|,(?!\d))+", text)
-        if name != "as_written" and not all(map(REFERENCE.fullmatch, parts)):
-            parts = re.split(r"\s*;\s*", text)
-        is_list = name in LISTS and (name != "places" or len(parts) > 1)
-        note.take(SETTING[name], [*map(read, parts)] if is_list else read(text), where)
-    try:
-        note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
-    except (ValueError, RecursionError) as fault:
-        example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
-        note.faults.append(f"{where}: settings = {quoted(answers[SETTINGS])}: {fault}. Write for example {example}.")
-    return note
 
 
 def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:

@@ -1,25 +1,74 @@
-"""A sample of a lab's folder during an ingest: its files and settings, the questions about it, and its trial."""
+"""A sample of a lab's folder during an ingest: its files and settings, its trial, and the questions about it."""
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
+from digitise.settings import LARGEST_FILE_BYTES, NO_SCALE
+from sealtwin.core import files
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
+from sealtwin.core.settings import checked
 from sealtwin.lab.catalogue import Record
-from sealtwin.lab.files import KeptFile, Role
-from sealtwin.lab.notes import Note
-from sealtwin.trial.trial_file import Trial
+from sealtwin.lab.files import DEFAULTS, NAMED_FILES, KeptFile, Role
+from sealtwin.lab.notes import (
+    ALTERNATIVES,
+    DEPTH,
+    OF_READINGS,
+    ORIGINS,
+    OWN,
+    SCALE,
+    SETTINGS,
+    Note,
+    note_of_answers,
+    read_note,
+)
+from sealtwin.trial.job import LARGEST_SHEET_BYTES
+from sealtwin.trial.quick_trial import ASSUMED, toml_value
+from sealtwin.trial.trial_file import Trial, names_in, with_settings
 from validate.readings.grid import ReadSheet, SheetFaults
 from validate.readings.names import sample_key
+from validate.readings.read_readings import read_readings
+from validate.settings import Declared
 
 PAIRING = "pairing.csv"
-SETTINGS = "settings"  # Column of the pairing file for settings of the trial
 Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
 """What became of a sample; "failed" if it has questions that its files raise."""
+ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
+STARTER = ASSUMED | {"crack.tilt": "lean", ANGLE: 11.0, "path.fill": 1.0, "path.trim_mm": 10.0}
+"""Settings that are used if no note gives them: those of fluid and solver are of 'sealtwin init', which let the sealant
+settle before its level is measured; the others are the defaults of a trial."""
+EXCLUDED = {
+    "path.plan": "path.",
+    "path.weighed": "path.volume_ml",
+    "solver.model": "solver.",  # The fast model has neither particles nor a rest.
+    "fluid.freeze_after_s": "fluid.yield_stress_pa",
+    FILL: ANGLE,
+}
+"""Beginnings of settings of the starter that a given setting excludes."""
+ORIGIN = 'write data = "measured" (or "reconstructed", "synthetic")'
+NEEDED: Mapping[str, tuple[Role, Any, str]] = {
+    "photo.data": ("photo", "synthetic", ORIGIN),
+    DEPTH: ("photo", 16.0, "no photo shows it: write [crack] depth_mm = 16.0"),
+    "crack.tilt": (
+        "fill",
+        "funnel",
+        "the steps of a fill need it: write [crack] tilt = 'funnel' or, for walls that open downward, 'undercut' if "
+        "the photo shows the mouth's width, 'flare' if it shows the floor's",
+    ),
+    "readings.data": ("readings", "synthetic", ORIGIN),
+    "readings.role": (
+        "readings",
+        "held-out",
+        'write [readings] role = "held-out", or "calibrated-on" if they were used to choose the fluid',
+    ),
+    SCALE: ("photo", 0.1, NO_SCALE),
+}
+"""Required settings that no photo shows: role of the file that requires it, value with which the rest is checked, and
+what to write."""
+SCALES = frozenset[str]().union(*ALTERNATIVES[0])
 
 
 @dataclass
@@ -81,11 +130,126 @@ class LabSample:
         return self.understood if is_asked else None
 
     @property
-    def content(self) -> str:
-        """Hash of files and settings, which changes with any of them."""
-        parts = [
-            sorted(self.note.values.items()),
-            [*self.answers.values()],
-            [(raw.role, raw.sha256) for raw in self.raw],
-        ]
-        return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
+    def said(self) -> Mapping[str, Any]:
+        """Settings in its notes, by dotted key, as JSON has them."""
+        return json.loads(json.dumps(self.note.values, default=str))
+
+
+def gather(sample: LabSample, defaults: Note, own: Note) -> None:
+    """Read a sample's notes and hash its files; does not read photos and sheets.
+
+    ``defaults`` are settings of all samples, ``own`` those of this one in tables of the folder.
+    """
+    for role, every in sample.files.items():
+        for count, file in enumerate(every):
+            path, limit = sample.folder / file, LARGEST_FILE_BYTES if role in ("photo", "mask") else LARGEST_SHEET_BYTES
+            if path.is_symlink() or not path.is_file():
+                sample.ask(f"{path}: not a plain file; links are not followed: copy the file itself.")
+            elif (size := path.stat().st_size) > limit:
+                sample.ask(f"{path}: {size / 1e6:,.0f} MB; the limit for such a file is {limit / 1e6:,.0f} MB.")
+            else:
+                copy = _copy_of(role, file, count)
+                sample.raw.append(KeptFile(role, file.as_posix(), copy, files.sha256(path), size))
+                if role == "note" and "photo" in sample.files:
+                    read_note(path, sample.key, own, answered=SETTINGS in sample.answers[role, file])
+    # The folder's settings of readings, fills and walls may be for other samples.
+    others = (ANGLE if "fill" in sample.files else FILL, *(() if "readings" in sample.files else OF_READINGS))
+    sample.note = own.over(defaults, others)
+    for (role, file), answers in sample.answers.items():
+        if role == "note" or sample.file(role):
+            sample.note = note_of_answers(answers, f"{PAIRING}, {file}").over(sample.note)
+    sample.ask(*sample.note.faults)
+
+
+def _copy_of(role: Role, file: PurePath, count: int = 0) -> str:
+    """Return the path of the copy of a sample's file in the folder of its trial."""
+    return f"inputs/{role}{f'-{count}' if count else ''}{file.suffix.lower()}"
+
+
+def prepare(sample: LabSample) -> None:
+    """Read the sheets of a sample and make its trial, even if it has questions; add all others.
+
+    Settings that are missing have a stand-in, so that the rest is checked at the same time.
+    """
+    from digitise.photo import offering_markers
+
+    for raw in sample.raw:
+        if raw.role == "readings":
+            _read(sample, PurePath(raw.original))
+    if "photo" not in sample.files:
+        return
+    settings, photo = _settings_of(sample), sample.folder / sample.files["photo"][0]
+    sample.stand_ins = {
+        key: stand_in
+        for key, (role, stand_in, _) in NEEDED.items()
+        if role in sample.files and not settings.keys() & (SCALES if key == SCALE else {key})
+    }
+    for key in sample.stand_ins:
+        fault = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
+        sample.ask(offering_markers(fault, photo))
+    given = names_in(with_settings({}, settings))
+    settings |= sample.stand_ins
+    if not sample.files.get("readings"):
+        settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
+    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in given)
+    starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)}
+    content = with_settings(with_settings({}, starter), settings)
+    assumed = sample.stand_ins | {key: starter[key] for key in starter if key in names_in(content) - given}
+    if assumed:
+        listed = ", ".join(f"{key} = {toml_value(value)}" for key, value in assumed.items())
+        sentence = f"Assumed, since no note of the lab gives it: {listed}."
+        content["note"] = f"{sentence} {settings.get('note', '')}".strip()
+        sample.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
+    try:
+        trial = checked(Trial, sample.folder, content, lambda key: _origin_of(sample, key))
+    except InputError as fault:
+        sample.refuse(fault)
+    else:
+        sample.trial = trial if [raw.role for raw in sample.raw].count("photo") == 1 else None
+
+
+def _read(sample: LabSample, file: PurePath) -> None:
+    """Read a sheet of readings as a run does, without the crack's length."""
+    path, values = sample.folder / file, sample.note.values
+    depth = values.get(DEPTH)
+    # Without a photo, the name of the file is in question too.
+    name = sample.name if "photo" in sample.files else None
+    given = with_settings({"readings": {"sample": name}}, values)["readings"]
+    try:
+        declared = checked(Declared, path, {key: given.get(key) for key in Declared.model_fields})
+    except InputError:
+        return  # A fault of its key. With a wrong answer, all others would be asked about again.
+    try:
+        profile = read_readings(path, declared, None, depth if isinstance(depth, int | float) else None)
+    except InputError as fault:
+        sample.refuse(fault, file)
+    else:
+        sample.ask(*profile.questions, file=file)
+        sample.understood = profile.understood
+        sample.dialect = profile.dialect if sample.file("readings") else None
+
+
+def _settings_of(sample: LabSample) -> dict[str, Any]:
+    """Return the settings of a trial by dotted key, from its notes and its files."""
+    entries = sample.note.entries
+    settings: dict[str, Any] = {"name": sample.name, "readings.sample": sample.name}
+    settings |= {key: value for key, value in sample.note.values.items() if key not in OWN}
+    if "readings" not in sample.files:
+        for key in (key for key in entries if key.startswith(OF_READINGS) and key != ORIGINS[1]):
+            sample.ask(f"{entries[key].origin}: {key} is given, but the sample has no readings; add its sheet.")
+    for role, key in NAMED_FILES.items():
+        file = next(iter(sample.files.get(role, ())), None)
+        if key in entries and PurePath(f"{settings[key]}").name != (file and file.name):
+            sample.ask(
+                f"{entries[key].origin}: {key} = {str(settings[key])!r:.80}, but the sample's {role} is "
+                f"{file or 'no file'}; delete the key, and choose the file in the pairing file."
+            )
+        settings[key] = file and _copy_of(role, file)
+    return {key: value for key, value in settings.items() if value is not None}
+
+
+def _origin_of(sample: LabSample, key: str) -> str:
+    """Return the places that give a setting or a table's settings, otherwise the path of a note of the sample."""
+    entries = sample.note.entries.items()
+    origins = [entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(key)]
+    return ", ".join(dict.fromkeys(origins[::-1])) or str(sample.files["photo"][0].with_suffix(".toml"))

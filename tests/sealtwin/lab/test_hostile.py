@@ -8,7 +8,7 @@ import pytest
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
 from sealtwin.lab import files as lab_files
-from sealtwin.lab import prepare
+from sealtwin.lab import sample as samples
 from sealtwin.lab.catalogue import CATALOGUE, latest_trials
 from sealtwin.lab.files import LeftOut
 from sealtwin.lab.ingest import ingest
@@ -100,7 +100,7 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
     with (small / "P01.csv").open("wb") as sheet:
         sheet.truncate(1_000_000_000)
     monkeypatch.setattr(
-        prepare.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
+        samples.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
     assert [*ingested.samples[0].questions] == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]

@@ -8,7 +8,7 @@ import pytest
 from sealtwin.core import record_files
 from sealtwin.core.errors import present
 from sealtwin.core.records import Profile
-from sealtwin.lab import run_checks
+from sealtwin.lab import ingest as steps
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
@@ -76,7 +76,7 @@ def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
 
 def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
     folder, lab = late
-    traced = run_checks.digitise_many
+    traced = steps.digitise_many
 
     def answered_meanwhile(*arguments, **more):
         answer(lab, {"P02.png": {"crack": "2"}})
@@ -84,7 +84,7 @@ def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
 
     for file in folder.glob("P01*"):
         file.unlink()
-    monkeypatch.setattr(run_checks, "digitise_many", answered_meanwhile)
+    monkeypatch.setattr(steps, "digitise_many", answered_meanwhile)
     _ingest(folder, lab)
     monkeypatch.undo()
     assert next(row["crack"] for row in pairing_rows(lab) if row["file"] == "P02.png") == "2"
