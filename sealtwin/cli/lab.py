@@ -34,8 +34,8 @@ def ingest(
 
     A file of several samples gets a row of pairing.csv for each, with its own range, worksheet or columns.
 
-    Repeating the command adds nothing. The trial of a changed sample is written again. If it was run or edited, or has
-    lost a file, it stays beside a new revision.
+    Repeating the command adds nothing. The trial of a changed sample is written again. If it was run or edited, it
+    stays, beside a new revision.
 
     Example: sealtwin ingest measurements --out lab --dry-run
     """

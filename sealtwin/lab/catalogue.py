@@ -2,15 +2,13 @@
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import ConfigDict
-
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.record_files import Result, read_record
+from sealtwin.core.record_files import read_record
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.lab.files import KeptFile, Placed
 from sealtwin.trial.stage_numbers import NUMBERS
@@ -25,7 +23,7 @@ COLUMNS = (
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
 REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
-
+OF_RECORD = "Move its folder away, and ingest the same folders again."
 NOT_SOUND = "it has open questions, and its files are not in the lab's folder. Ingest them, or move its trial away."
 
 
@@ -57,7 +55,8 @@ class CatalogueFault:
     sentence: str
 
 
-class SourceFile(Result):
+@dataclass(frozen=True)
+class SourceFile:
     """A lab's folder in catalogue.json."""
 
     decisions: Placed
@@ -65,16 +64,15 @@ class SourceFile(Result):
     faults: list[CatalogueFault]
 
 
-class CatalogueFile(Result):
+@dataclass
+class CatalogueFile:
     """Content of catalogue.json."""
 
-    model_config = ConfigDict(frozen=False)
-
-    version: Literal[6]
-    pairing: str
+    version: Literal[6] = 6
+    pairing: str = ""
     """Hash of the pairing file as the last ingest read or wrote it, or "" without one. A file with another hash was
     edited by the user."""
-    sources: dict[str, SourceFile]
+    sources: dict[str, SourceFile] = field(default_factory=dict)
 
 
 class Catalogue:
@@ -86,17 +84,18 @@ class Catalogue:
     def __init__(self, lab: Path) -> None:
         """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
         self.lab, self.path = lab, lab / CATALOGUE
-        records = map(_read_record, lab.glob(f"[!.]*/{RECORD}"))
+        records = (
+            replace(read_record(Record, path, OF_RECORD), folder=path.parent.name)
+            for path in lab.glob(f"[!.]*/{RECORD}")
+        )
         self.records = sorted(records, key=lambda record: (record.key, record.revision))
         self.latest = {record.key: record for record in self.records}  # By the key of the sample
-        self.content = CatalogueFile(version=6, pairing="", sources={})
-        if self.path.is_file():
-            self.content = read_record(CatalogueFile, self.path, REMEDY)
+        self.content = read_record(CatalogueFile, self.path, REMEDY) if self.path.is_file() else CatalogueFile()
 
     @classmethod
     def of(cls, lab: Path) -> "Catalogue":
         """Read the catalogue of a lab. Raises InputError if the folder is not a lab."""
-        if not is_lab(lab):
+        if not (lab / CATALOGUE).is_file():
             raise InputError(
                 f"{lab}: is not a lab, since it has no {CATALOGUE}. Make one with 'sealtwin ingest FOLDER --out {lab}'."
             )
@@ -119,16 +118,7 @@ class Catalogue:
     def save(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
         self.content.sources[source] = SourceFile(decisions=decisions, faults=faults)
-        files.write_json(self.path, self.content.model_dump(mode="json"))
-
-
-def is_lab(folder: Path) -> bool:
-    return (folder / CATALOGUE).is_file()
-
-
-def _read_record(path: Path) -> Record:
-    record = read_record(Record, path, "Move its folder away, and ingest the same folders again.")
-    return replace(record, folder=path.parent.name)
+        files.write_json(self.path, asdict(self.content))
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:

@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import shutil
 import traceback
 from collections.abc import Mapping
 from contextlib import nullcontext
@@ -14,11 +13,11 @@ from typing import Any
 from digitise.settings import CHOICE
 from sealtwin.core import files
 from sealtwin.core.doubts import Doubt
-from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
+from sealtwin.core.run_folder import foreign_names, holding, open_folder, refuse_foreign, require_folder
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record
 from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files, folder_of, place_of
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
@@ -29,9 +28,6 @@ from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, trial_text
 from validate.readings.grid import listed
-
-INCOMING = f".incoming.{files.TEMPORARY_MARK}"
-"""Folder in which a trial is written first. Ingest deletes it, so its name must be one that no user gives a folder."""
 
 
 @dataclass
@@ -109,7 +105,7 @@ def _require_usable(folder: Path, lab: Path) -> None:
             "lab's own files stay untouched; give --out another folder."
         )
     require_folder(lab)
-    if lab.is_dir() and not is_lab(lab):
+    if lab.is_dir() and not (lab / CATALOGUE).is_file():
         # Hidden files are the system's, or those of another process that has just begun here.
         shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".")]
         foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, *OWN} and not (e / RECORD).is_file()]
@@ -208,28 +204,26 @@ def _hashes(lab: Path, record: Record) -> dict[Path, str]:
 def keep(ingested: Ingested, sample: LabSample, trial: Trial, latest: Record | None) -> Record:
     """Write a trial, copies of its files, trial.toml and record.json, and return its record.
 
-    The ``latest`` trial of the sample is written again, unless it was run, was edited or lost a file: then it stays,
-    and the sample gets a new revision in another folder. Raises InputError if a file has changed since it was read, or
-    if another sample has the folder's name.
+    The ``latest`` trial of the sample is written again, unless it was run or edited: then it stays, and the sample gets
+    a new revision in another folder. Raises InputError if a file has changed since it was read, or if the folder has
+    other files.
     """
     lab, text, said = ingested.lab, trial_text(trial), sample.said
-    folder, name, revision = lab / INCOMING, folder_of(sample.name), 1
+    name, revision = folder_of(sample.name), 1
     if latest is not None:
         name, revision = latest.folder, latest.revision
-        is_whole = all(path.is_file() and files.sha256(path) == sha256 for path, sha256 in _hashes(lab, latest).items())
-        if is_whole and not (lab / name / RUN / PROFILE).exists():
-            folder = lab / name
-        else:
+        hashes = _hashes(lab, latest).items()
+        is_edited = any(path.is_file() and files.sha256(path) != sha256 for path, sha256 in hashes)
+        if is_edited or (lab / name / RUN / PROFILE).exists():
             # The number of a later revision follows an @, which no sample's name contains.
             revision += 1
             name = f"{name.partition('@')[0]}@{revision}"
-    if folder.name == INCOMING:
-        shutil.rmtree(folder, ignore_errors=True)
-        if (lab / name).exists():
-            raise InputError(
-                f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name "
-                "in the pairing file."
-            )
+    folder = lab / name
+    if (latest is None or revision > latest.revision) and folder.is_dir() and foreign_names(folder):
+        raise InputError(
+            f"{sample.files['photo'][0]}: the folder {folder} exists already; give this sample another name in the "
+            "pairing file."
+        )
     record = Record(
         name=sample.name,
         revision=revision,
@@ -245,18 +239,15 @@ def keep(ingested: Ingested, sample: LabSample, trial: Trial, latest: Record | N
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
         sound=not sample.questions,
     )
-    # If the process is killed, 'lab run' must not run a trial that is not complete.
+    # If the process is killed, the trial is not complete: 'lab run' leaves it out, and the next ingest completes it.
     files.write_json(folder / RECORD, asdict(replace(record, sound=False)))
     for raw in sample.raw:
-        path = sample.folder / raw.original
-        content = read_bytes(path)
+        content = read_bytes(sample.folder / raw.original)
         if hashlib.sha256(content).hexdigest() != raw.sha256:
-            raise InputError(f"{path}: the file changed during the ingest. Repeat the command.")
+            raise InputError(f"{raw.original}: the file changed during the ingest. Repeat the command.")
         files.write_if_new(folder / raw.kept_as, content)
     files.write_text(folder / TRIAL, text)
     files.write_json(folder / RECORD, asdict(record))
-    with naming(lab / name):
-        folder.rename(lab / name)
     return record
 
 

@@ -5,7 +5,6 @@ import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import date
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import opened
 from sealtwin.core.settings import dotted_names, read_toml
-from sealtwin.lab.files import NAMED_FILES, NOTE_SUFFIX, plain
+from sealtwin.lab.files import NOTE_SUFFIX, plain
 from sealtwin.trial.trial_file import Trial
 from validate.readings.files import table_of
 from validate.readings.grid import quoted
@@ -21,8 +20,8 @@ from validate.readings.names import sample_key
 from validate.readings.numbers import is_ambiguous, number
 from validate.settings import SIGNS, Columns, Declared
 
-NAME, DATE, OPERATOR = "name", "date", "operator"
-OWN = (NAME, DATE, OPERATOR)
+DATE, OPERATOR = "date", "operator"
+OWN = ("name", DATE, OPERATOR)
 """Keys that do not go into the trial: its name is that of the photo, and the others go into the catalogue."""
 ORIGINS = ("photo.data", "readings.data")
 """Settings that the key data of a note stands for: the origin of photo and readings."""
@@ -39,8 +38,7 @@ ALTERNATIVES = (
 )
 """Sets of settings that replace each other. If a sample gives a setting of one set, the folder's defaults for the other
 sets are dropped."""
-OF_ONE = (NAME, DATE, *NAMED_FILES.values(), "readings.as_written")
-"""Keys that cannot apply to all samples of a folder."""
+OF_ONE = "readings.as_written"  # Key that cannot apply to all samples of a folder
 STARTER = 'Write a note with what no photo shows: data = "measured", and depth_mm = 16.0 in [crack]'
 KEYS = "no such key; write one of a trial ('sealtwin init DIR' shows them), or data, date or operator."
 NOT_READ = (
@@ -53,6 +51,7 @@ DOUBTFUL = set("#\ufffd")  # A comment may change the meaning of a setting; the 
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
 LONGEST = 200
+ISO_DATE = re.compile(r"\d{4}-\d\d-\d\d")
 REFERENCE = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|-?\d+([.,]\d+)?")
 """B, B:D or 9; several lower-case letters are more likely a name."""
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
@@ -111,7 +110,11 @@ class Note:
                 other = self.entries.get(each)
                 if other is not None and other.origin != where:
                     raise ValueError(f"also given in {other.origin}; keep one of the two.")
-                self.entries[each] = NoteEntry(_checked(each, value), where)
+                if key == DATE and not ISO_DATE.match(f"{value}"):
+                    raise ValueError("is not a date; write 2026-12-31.")
+                if key in (DATE, OPERATOR):
+                    value = plain(f"{value}"[:LONGEST])
+                self.entries[each] = NoteEntry(value, where)
         except ValueError as fault:
             self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
 
@@ -152,8 +155,8 @@ def read_defaults(path: Path) -> Note:
     if path.is_symlink() or not path.is_file():
         return note
     note.take_tables(read_toml(path, name="note", starter=STARTER), as_text(path))
-    one = [key for key in OF_ONE if key in note.entries]
-    note.faults += [f"{path}: {key} applies to one sample only; move it into that sample's note." for key in one]
+    if OF_ONE in note.entries:
+        note.faults.append(f"{path}: {OF_ONE} applies to one sample only; move it into that sample's note.")
     if note.faults:
         raise InputError("\n".join(note.faults))
     return note
@@ -248,15 +251,3 @@ def known_keys() -> frozenset[str]:
     # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh.
     named = {key for key in dotted_names(Trial) if not key.startswith("mesh.")} - {COLUMNS}
     return frozenset([DATE, OPERATOR, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
-
-
-def _checked(key: str, value: Any) -> Any:
-    """Return the value of a key; of one that only notes have, as a text. Raises ValueError if it is not a date."""
-    if key == OPERATOR:
-        return plain(f"{value}"[:LONGEST])
-    if key == DATE:
-        try:
-            return date.fromisoformat(f"{value}"[:10]).isoformat()
-        except ValueError:
-            raise ValueError("is not a date; write 2026-12-31.") from None
-    return value

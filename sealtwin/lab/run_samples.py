@@ -51,8 +51,8 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
     catalogue = Catalogue.of(lab)
     faults, began_s = catalogue.faults(), time.time()
     results = [
-        SampleRun(first.name, "left out", reason=" ".join(fault.sentence for fault in (first, *others)))
-        for first, *others in faults.values()
+        SampleRun(each[0].name, "left out", reason=" ".join(fault.sentence for fault in each))
+        for each in faults.values()
     ]
     records = {record.folder: record for key, record in catalogue.latest.items() if key not in faults}
 
