@@ -43,7 +43,7 @@ POSSIBLE: Mapping[str, tuple[Role, ...]] = {
 }
 """Roles that a file may have, by its ending. The first is the default."""
 TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of tables of numbers
-SEPARATORS = re.compile(r"([\s._-]+)")  # Between the words of a name
+WORD = re.compile(r"[^\s._-]+")  # In a name
 MARK = re.compile(r"[^\w .-]")
 OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
 DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
@@ -120,17 +120,17 @@ def roles_of(file: PurePath) -> tuple[Role, ...]:
 
 def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
     """Return a name without the words at its ends that mean one of ``roles``, and the roles that they mean."""
-    parts: list[str] = SEPARATORS.split(unicodedata.normalize("NFC", name))
+    words = [*WORD.finditer(name)]
     meant: list[Role] = []
-    for end, beside in ((-1, slice(-2, None)), (0, slice(2))):
-        while parts:
-            word = plain_letters(parts[end])
-            of_word: list[Role] = [role for role in roles if word in WORDS["files"].get(role, "").split()]
-            if word and not of_word:
+    for end in (-1, 0):
+        while words:
+            letters = plain_letters(words[end][0])
+            of_word: list[Role] = [role for role in roles if letters in WORDS["files"].get(role, "").split()]
+            if not of_word:
                 break
             meant += of_word[:1]
-            del parts[beside]
-    return "".join(parts), meant
+            del words[end]
+    return (name[words[0].start() : words[-1].end()] if words else ""), meant
 
 
 def as_label(text: str) -> str:
@@ -146,7 +146,7 @@ def folder_of(sample: str) -> str:
     return folder_name(MARK.sub(lambda mark: f"u{ord(mark[0]):04x}", sample))
 
 
-def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
+def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[LeftOut]]:
     """Return the photos, sheets and notes in ``folder`` and its subfolders, and the files that are not used.
 
     Paths are relative to ``folder``. Hidden files are skipped, such as macOS's ._photo.jpg and Excel's ~$sheet.xlsx.
@@ -154,23 +154,23 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the folder of photos, sheets and notes.")
-    files, left_out, shut, entries = list[PurePath](), list[LeftOut](), list[OSError](), 0
-    for place, folders, names in os.walk(folder, onerror=shut.append):
+    files, left_out, shut, entries = dict[PurePath, FilePlace](), list[LeftOut](), list[OSError](), 0
+    for parent, folders, names in os.walk(folder, onerror=shut.append):
         entries += len(folders) + len(names)
         if entries > MOST_ENTRIES:
             raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
-        names += [name for name in folders if Path(place, name).is_symlink()]
-        for file in (Path(place, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):
-            shown, is_read = plain(as_text(file)), bool(roles_of(file))
-            if not is_read or shown != str(file):
-                left_out.append(LeftOut(shown, UNSHOWN if is_read else NOT_READ, is_read))
+        names += [name for name in folders if Path(parent, name).is_symlink()]
+        for file in (Path(parent, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):
+            place, shown = place_of(file), plain(as_text(file))
+            if place is None or shown != str(file):
+                left_out.append(LeftOut(shown, UNSHOWN if place else NOT_READ, lost=place is not None))
             elif str(file) != DEFAULTS:
-                files.append(file)
+                files[file] = place
     for fault in shut:
         reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
         left_out.append(LeftOut(plain(as_text(Path(fault.filename).relative_to(folder))), reason, lost=True))
-    return sorted(files), sorted(left_out, key=lambda each: each.file)
+    return dict(sorted(files.items())), sorted(left_out, key=lambda each: each.file)
 
 
 def plain(text: str) -> str:

@@ -18,7 +18,7 @@ from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import foreign_names, holding, open_folder, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record
-from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files, folder_of, place_of
+from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files, folder_of
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
 from sealtwin.lab.sample import PAIRING, LabSample, gather, prepare
@@ -28,6 +28,8 @@ from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, trial_text
 from validate.readings.grid import listed
+
+OWNED = {PAIRING, *OWN}  # Files that an ingest writes at the top of a lab
 
 
 @dataclass
@@ -64,12 +66,11 @@ def ingest(
     """
     _require_usable(folder, lab)
     folder = folder.resolve()
-    names, left_out = find_files(folder)
+    named, left_out = find_files(folder)
     defaults = read_defaults(folder / DEFAULTS)
     way = os.path.relpath(folder, lab.resolve())
     # Without the path of the folder; it does not change if folder and lab are moved together.
     source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
-    named = {file: place for file in names if (place := place_of(file)) is not None}
     decisions = None if pairing is None else read_decisions(pairing, named)
     with nullcontext() if dry_run else holding(lab, progress.note):
         catalogue = Catalogue(lab)
@@ -106,10 +107,11 @@ def _require_usable(folder: Path, lab: Path) -> None:
         )
     require_folder(lab)
     if lab.is_dir() and not (lab / CATALOGUE).is_file():
+        foreign = [
+            path.name for path in lab.iterdir() if path.name not in {PAIRING, *OWN} and not (path / RECORD).is_file()
+        ]
         # Hidden files are the system's, or those of another process that has just begun here.
-        shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".")]
-        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, *OWN} and not (e / RECORD).is_file()]
-        refuse_foreign(lab, "ingest", sorted(entry.name for entry in foreign))
+        refuse_foreign(lab, "ingest", sorted(name for name in foreign if not name.startswith(".")))
 
 
 def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[LabSample], Mapping[str, Note]]:

@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
@@ -205,13 +205,12 @@ def _column(reference: str) -> str:
     return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
 
 
-READ_AS: Mapping[str, Callable[[str], Any]] = {
+READ_AS = {
     **dict.fromkeys(("s", "repeat", "levels"), _column),
-    **dict.fromkeys(("unit", "s_from"), str.lower),
     **dict.fromkeys(("datum_level_mm", "crack", "places", "skip"), value_of),
-    "sign": lambda text: SIGNS.get(text.lower(), text),
+    "sign": lambda text: SIGNS.get(text, text),
     "range": str.upper,
-    "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
+    "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text,
 }
 """Functions that read a value in a column of the pairing file. Other texts are values as they are."""
 LISTS = ("levels", "places", "skip", "missing", "as_written")

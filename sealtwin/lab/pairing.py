@@ -4,7 +4,6 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from textwrap import shorten
-from typing import Any
 
 from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
@@ -40,13 +39,12 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     a sheet are held back.
     """
     samples = dict[str, LabSample]()
-    rows = [(ROLES.index(place.role), file, place) for file, places in placed.items() for place in places]
-    for _, file, place in sorted(rows, key=lambda row: row[:2]):
+    for file, place in _rows(placed):
         if place.role != "ignore":
             sample = samples.setdefault(place.key, LabSample(folder, place.sample))
             sample.files.setdefault(place.role, []).append(file)
             sample.answers[place.role, file] = place.answers
-    order = sorted(samples.values(), key=lambda sample: ("photo" not in sample.files, sample.key))
+    order = sorted(samples.values(), key=lambda sample: "photo" not in sample.files)
     lacking = [sample for sample in order if "photo" in sample.files and "readings" not in sample.files]
     without = listed([f"{sample.files['photo'][0]}" for sample in lacking], MOST_PHOTOS) or "none"
     waiting = [*lost]
@@ -67,25 +65,28 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     return order
 
 
+def _rows(placed: Placed) -> list[tuple[PurePath, FilePlace]]:
+    """Return the rows of the pairing file, sorted by sample, role and file."""
+    rows = [(file, place) for file, places in placed.items() for place in places]
+    return sorted(rows, key=lambda row: (row[1].key, ROLES.index(row[1].role), row[0]))
+
+
 def pairing_text(placed: Placed, samples: Sequence[LabSample]) -> str:
     """Return the text of the pairing file: a row for each file and sample, sorted by sample, with its questions."""
-    questions, used = defaultdict[tuple[PurePath, str], list[str]](list), set[str]()
+    questions, used = defaultdict[tuple[PurePath, str], list[str]](list), {*NAMES, "question"}
     for sample in samples:
         for sentence, (files, columns) in sample.questions.items():
+            used.update(column if column in ANSWERS else SETTINGS for column in columns)
             for file in files:
                 questions[file, sample.key].append(sentence)
-            used.update(column if column in ANSWERS else SETTINGS for column in columns)
-    rows = list[tuple[Any, dict[str, str]]]()
-    for file, places in placed.items():
-        for place in places:
-            text = " ".join(questions[file, place.key])
-            row = {"file": file.as_posix(), "role": place.role, "sample": place.sample, **place.answers}
-            row["question"] = shorten(text, LONGEST_QUESTION, placeholder="...")
-            rows.append(((place.key, ROLES.index(place.role), file), row))
-            used.update(place.answers)
-    columns = [name for name in COLUMNS if name in used or name not in ANSWERS]
-    order = [row for _, row in sorted(rows, key=lambda row: row[0])]
-    return sheet_text(columns, [[row.get(name, "") for name in columns] for row in order])
+    rows = list[dict[str, str]]()
+    for file, place in _rows(placed):
+        text = shorten(" ".join(questions[file, place.key]), LONGEST_QUESTION, placeholder="...")
+        named = {"file": file.as_posix(), "role": place.role, "sample": place.sample, "question": text}
+        rows.append({**named, **place.answers})
+        used.update(place.answers)
+    columns = [name for name in COLUMNS if name in used]
+    return sheet_text(columns, [[row.get(name, "") for name in columns] for row in rows])
 
 
 def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
@@ -105,9 +106,8 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     for line, texts in rows if not faults else ():
         where, cells = f"{path}, line {line}", {name: text for name, text in texts if text}
         faults += [
-            f"{where}: {text!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
-            for name, text in cells.items()
-            if name not in COLUMNS
+            f"{where}: {cells[name]!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
+            for name in cells.keys() - {*COLUMNS}
         ]
         written, role = cells.get("file", ""), cells.get("role", "")
         if (file := by_cell.get(written)) is None:

@@ -49,7 +49,7 @@ EXCLUDED = {
 }
 """Beginnings of settings of the starter that a given setting excludes."""
 ORIGIN = 'write data = "measured" (or "reconstructed", "synthetic")'
-NEEDED: Mapping[str, tuple[Role, Any, str]] = {
+NEEDED = {
     "photo.data": ("photo", "synthetic", ORIGIN),
     DEPTH: ("photo", 16.0, "no photo shows it: write [crack] depth_mm = 16.0"),
     "crack.tilt": (
@@ -68,7 +68,6 @@ NEEDED: Mapping[str, tuple[Role, Any, str]] = {
 }
 """Required settings that no photo shows: role of the file that requires it, value with which the rest is checked, and
 what to write."""
-SCALES = frozenset[str]().union(*ALTERNATIVES[0])
 
 
 @dataclass
@@ -180,24 +179,21 @@ def prepare(sample: LabSample) -> None:
         return
     settings, photo = _settings_of(sample), sample.folder / sample.files["photo"][0]
     sample.stand_ins = {
-        key: stand_in
-        for key, (role, stand_in, _) in NEEDED.items()
-        if role in sample.files and not settings.keys() & (SCALES if key == SCALE else {key})
+        key: stand_in for key, (role, stand_in, _) in NEEDED.items() if role in sample.files and key not in settings
     }
+    if any(way & settings.keys() for way in ALTERNATIVES[0]):
+        sample.stand_ins.pop(SCALE, None)
     for key in sample.stand_ins:
         fault = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
         sample.ask(offering_markers(fault, photo))
     given = names_in(with_settings({}, settings))
-    settings |= sample.stand_ins
-    if not sample.files.get("readings"):
-        settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
     excluded = tuple(begin for key, begin in EXCLUDED.items() if key in given)
-    starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)}
+    starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)} | sample.stand_ins
     content = with_settings(with_settings({}, starter), settings)
-    assumed = sample.stand_ins | {key: starter[key] for key in starter if key in names_in(content) - given}
-    if assumed:
-        listed = ", ".join(f"{key} = {toml_value(value)}" for key, value in assumed.items())
-        sentence = f"Assumed, since no note of the lab gives it: {listed}."
+    if not sample.files.get("readings"):
+        content = {name: value for name, value in content.items() if name not in ("readings", "gate")}
+    if assumed := [f"{key} = {toml_value(starter[key])}" for key in starter if key in names_in(content) - given]:
+        sentence = f"Assumed, since no note of the lab gives it: {', '.join(assumed)}."
         content["note"] = f"{sentence} {settings.get('note', '')}".strip()
         sample.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
     try:
