@@ -8,7 +8,6 @@ from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from digitise.settings import CHOICE
 from sealtwin.core import files
@@ -21,12 +20,12 @@ from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueF
 from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files, folder_of
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
-from sealtwin.lab.sample import PAIRING, LabSample, gather, prepare
+from sealtwin.lab.sample import PAIRING, Fate, LabSample, gather, prepare
 from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.study.study_folder import PROFILE
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
-from sealtwin.trial.trial_file import Trial, trial_text
+from sealtwin.trial.trial_file import Trial, load_trial, trial_text
 from validate.readings.grid import listed
 
 OWNED = {PAIRING, *OWN}  # Files that an ingest writes at the top of a lab
@@ -120,14 +119,14 @@ def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list
     lost = [each.file for each in left_out if each.lost]
     rest, of_tables = dict(placed), dict[str, Note]()
     for file, (first, *_) in placed.items():
-        is_candidate = first.role in ("readings", "note") and file.suffix.lower() in TABLE_SUFFIXES
-        if not is_candidate or first.key in photos or not (keys := read_settings_table(folder / file, of_tables)):
+        if first.role not in ("readings", "note") or first.key in photos or file.suffix.lower() not in TABLE_SUFFIXES:
             continue
-        del rest[file]
-        placed[file] = [replace(first, role="note")]
-        if lacking := listed(sorted(keys - photos)):
-            reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
-            left_out.append(LeftOut(f"{file}", reason, lost=True))
+        if keys := read_settings_table(folder / file, of_tables):
+            del rest[file]
+            placed[file] = [replace(first, role="note")]
+            if lacking := listed(sorted(keys - photos)):
+                reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
+                left_out.append(LeftOut(f"{file}", reason, lost=True))
     return pair(folder, rest, lost), of_tables
 
 
@@ -151,27 +150,19 @@ def _pairing_sha256(lab: Path) -> str:
 def _take_in(
     ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaults: Note, own: Note, progress: Progress
 ) -> None:
-    """Read the files of a sample and write its trial, unless the lab has it already. Without questions it has a fate.
+    """Read the files of a sample and write its trial.
 
     Its errors become its questions and stop no other sample; a failure of the lab's own disk is raised.
     """
-    lab, latest = catalogue.lab, catalogue.latest.get(sample.key)
     try:
         gather(sample, defaults, own)
         prepare(sample)
         if sample.trial is not None:
-            if latest is not None:
-                _require_same_sample(sample, latest, ingested.source)
-            is_same = latest is not None and _is_up_to_date(lab, latest, sample)
-            sample.record = latest
-            if not (is_same or ingested.dry_run):
-                sample.record = keep(ingested, sample, sample.trial, latest)
-            if not sample.questions:
-                sample.fate = "unchanged" if is_same else "new" if latest is None else "revised"
+            keep(ingested, catalogue, sample, sample.trial)
     except InputError as fault:
         sample.refuse(fault)
     except OSError as fault:
-        if fault.filename is None or Path(fault.filename).is_relative_to(lab):
+        if fault.filename is None or Path(fault.filename).is_relative_to(catalogue.lab):
             raise
         sample.ask(f"{fault.filename}: {fault.strerror}. Make it readable.")
     except Exception as fault:
@@ -181,47 +172,45 @@ def _take_in(
         sample.ask(f"{sample.name}: {type(fault).__name__}: {fault}. A bug: please report it.")
 
 
-def _require_same_sample(sample: LabSample, latest: Record, source: str) -> None:
-    """Raise InputError if the trial with the sample's name has another photo and came from another folder."""
-    photos = {raw.sha256 for raw in (*sample.raw, *latest.files) if raw.role == "photo"}
-    if len(photos) > 1 and latest.source != source:
-        raise InputError(
-            f"{sample.files['photo'][0]}: a sample {latest.name} with another photo came from {latest.source}; "
-            "give this one another name in the pairing file."
-        )
+def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Trial) -> None:
+    """Write the trial of a sample, unless the lab has it already, and set the sample's record and fate.
 
-
-def _is_up_to_date(lab: Path, latest: Record, sample: LabSample) -> bool:
-    """Return whether a trial has all its files, is made of the sample's files and settings, and is sound if it can."""
-    is_same = (latest.said, latest.files) == (sample.said, tuple(sample.raw))
-    return is_same and (latest.sound or bool(sample.questions)) and all(path.is_file() for path in _hashes(lab, latest))
-
-
-def _hashes(lab: Path, record: Record) -> dict[Path, str]:
-    """Return the hashes of a trial's files as they were written."""
-    files_of = {TRIAL: record.trial_sha256} | {file.kept_as: file.sha256 for file in record.files}
-    return {lab / record.folder / name: digest for name, digest in files_of.items()}
-
-
-def keep(ingested: Ingested, sample: LabSample, trial: Trial, latest: Record | None) -> Record:
-    """Write a trial, copies of its files, trial.toml and record.json, and return its record.
-
-    The ``latest`` trial of the sample is written again, unless it was run or edited: then it stays, and the sample gets
-    a new revision in another folder. Raises InputError if a file has changed since it was read, or if the folder has
-    other files.
+    The sample's latest trial is written again, unless it was run or edited: then it stays, and the sample gets a new
+    revision in another folder. Raises InputError if the latest trial is of another folder's sample, and whatever
+    ``_write`` raises.
     """
-    lab, text, said = ingested.lab, trial_text(trial), sample.said
-    name, revision = folder_of(sample.name), 1
+    lab, latest, name, revision = ingested.lab, catalogue.latest.get(sample.key), folder_of(sample.name), 1
+    fate: Fate = "new"
     if latest is not None:
-        name, revision = latest.folder, latest.revision
-        hashes = _hashes(lab, latest).items()
-        is_edited = any(path.is_file() and files.sha256(path) != sha256 for path, sha256 in hashes)
+        # A sample of the same name from another folder is another sample, unless its photo is the same.
+        photos = {raw.sha256 for raw in (*sample.raw, *latest.files) if raw.role == "photo"}
+        if len(photos) > 1 and latest.source != ingested.source:
+            raise InputError(
+                f"{sample.files['photo'][0]}: a sample {latest.name} with another photo came from {latest.source}; "
+                "give this one another name in the pairing file."
+            )
+        hashes = {TRIAL: latest.trial_sha256} | {file.kept_as: file.sha256 for file in latest.files}
+        paths = {path: digest for name, digest in hashes.items() if (path := lab / latest.folder / name).is_file()}
+        is_same = (latest.said, latest.files) == (sample.said, tuple(sample.raw))
+        is_same = is_same and len(paths) == len(hashes) and bool(latest.sound or sample.questions)
+        name, revision, fate = latest.folder, latest.revision, "unchanged" if is_same else "revised"
+        is_edited = any(files.sha256(path) != digest for path, digest in paths.items())
         if is_edited or (lab / name / RUN / PROFILE).exists():
             # The number of a later revision follows an @, which no sample's name contains.
             revision += 1
             name = f"{name.partition('@')[0]}@{revision}"
-    folder = lab / name
-    if (latest is None or revision > latest.revision) and folder.is_dir() and foreign_names(folder):
+    is_written = fate != "unchanged" and not ingested.dry_run
+    sample.record = _write(ingested, sample, trial, name, revision) if is_written else latest
+    sample.fate = "failed" if sample.questions else fate
+
+
+def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revision: int) -> Record:
+    """Write a trial's folder: copies of its files, trial.toml and record.json; return its record.
+
+    Raises InputError if a file has changed since it was read, or if the folder has files that no ingest wrote.
+    """
+    text, said, folder = trial_text(trial), sample.said, ingested.lab / name
+    if folder.is_dir() and not (folder / RECORD).is_file() and foreign_names(folder):
         raise InputError(
             f"{sample.files['photo'][0]}: the folder {folder} exists already; give this sample another name in the "
             "pairing file."
@@ -260,42 +249,41 @@ def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
     traced too, so that all questions are asked together. A fault in one sample does not stop the others. Raises
     InputError if the lab has another program's contact sheet.
     """
-    lab, traced = ingested.lab, dict[str, tuple[LabSample, PlannedPhoto]]()
+    lab, traced, planned = ingested.lab, dict[str, LabSample](), list[PlannedPhoto]()
     for sample in ingested.samples:
         if sample.record is not None and SCALE not in sample.stand_ins:
-            sample.trial_folder = lab / sample.record.folder
-            # Without readings that cannot be read, and without a fill in walls that nobody has described.
-            changed: dict[str, Any] = {"readings": None, "gate": None} if sample.dialect is None else {}
-            if sample.stand_ins.keys() & {DEPTH, "crack.tilt"}:
-                changed["crack.fill"] = None
-            run = f"{sample.record.folder}/{RUN}"
-            traced[run] = sample, PlannedPhoto(sample.trial_folder / TRIAL, run, changed)
+            sample.trial_folder, run = lab / sample.record.folder, f"{sample.record.folder}/{RUN}"
+            traced[run] = sample
+            planned.append(PlannedPhoto(sample.trial_folder / TRIAL, run, _omitted(sample)))
     sheets = {f"{each.file('readings')}": sheet for each in ingested.samples if (sheet := each.sheet_in_question)}
-    planned = [photo for _, photo in traced.values()]
-    batch = ingested.traced = digitise_many(planned, lab, _Steps(progress), jobs, locked=True, sheets=sheets)
+    # Without notes: what they say of faults is in the answer, in the names of the lab's own files.
+    steps = Progress()
+    steps.start, steps.advance, steps.close = progress.start, progress.advance, progress.close
+    batch = ingested.traced = digitise_many(planned, lab, steps, jobs, locked=True, sheets=sheets)
     progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
     for number, row in enumerate(batch.rows, start=1):
-        _check(*traced[row.folder], row)
+        _check(traced[row.folder], row)
         progress.advance(number, row.folder)
 
 
-def _check(sample: LabSample, photo: PlannedPhoto, row: BatchRow) -> None:
+def _omitted(sample: LabSample) -> dict[str, None]:
+    """Return what is left out of a trial to trace it: readings that cannot be read, a fill in undescribed walls."""
+    omitted = {"readings", "gate"} if sample.dialect is None else set[str]()
+    return dict.fromkeys(omitted | {"crack.fill"} if sample.stand_ins.keys() & {DEPTH, "crack.tilt"} else omitted)
+
+
+def _check(sample: LabSample, row: BatchRow) -> None:
     """Ask about the faults that prevent the run of the traced trial, and doubts about its readings."""
     if row.status != "ok":
         where, _, finding = row.reason.partition(": ")
         answers = {"crack": 2} if CHOICE in finding else {}
         sample.ask(Doubt("photo", where, finding.replace(CHOICE, "a 2 in the column crack"), answers=answers))
     elif DEPTH not in sample.stand_ins:
+        home = sample.trial_folder
         try:
-            with open_folder(sample.trial_folder / RUN, create=True) as opened:
-                readings = check_run(start_job(photo.trial(), sample.trial_folder, opened, "cpu", Progress()))
+            with open_folder(home / RUN, create=True) as opened:
+                trial = load_trial(home / TRIAL, _omitted(sample))
+                readings = check_run(start_job(trial, home, opened, "cpu", Progress()))
             sample.ask(*(() if readings is None else readings.questions))
         except InputError as fault:
             sample.refuse(fault)
-
-
-class _Steps(Progress):
-    """Progress without notes: what they say of faults is in the answer, in the names of the lab's own files."""
-
-    def __init__(self, shown: Progress) -> None:
-        self.start, self.advance, self.close = shown.start, shown.advance, shown.close

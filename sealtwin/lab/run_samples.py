@@ -49,7 +49,7 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
     others. Raises InputError if the folder is not a lab.
     """
     catalogue = Catalogue.of(lab)
-    faults, began_s = catalogue.faults(), time.time()
+    faults = catalogue.faults()
     results = [
         SampleRun(each[0].name, "left out", reason=" ".join(fault.sentence for fault in each))
         for each in faults.values()
@@ -64,11 +64,8 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
 
     def left_s(run: StudyRun) -> float | None:
         """Return the time that a run needs still, as it has written it, or None if it has not."""
-        path = lab / run.key / RUN / PROGRESS
-        try:
-            return files.read_json(path)["eta_s"] if path.stat().st_mtime > began_s else None
-        except (InputError, OSError, KeyError, TypeError):
-            return None
+        with suppress(InputError, OSError, KeyError, TypeError):
+            return files.read_json(lab / run.key / RUN / PROGRESS)["eta_s"]
 
     runs = [
         StudyRun(number, key, {}, {}, key, key, _work_s(lab, record))
