@@ -9,9 +9,7 @@ from typing import Any, Literal
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_record
-from sealtwin.core.stage_keys import other_numbers
 from sealtwin.lab.files import KeptFile, Placed
-from sealtwin.trial.stage_numbers import NUMBERS
 from validate.readings.names import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
@@ -154,8 +152,7 @@ def progress_of(result: TrialResult | None) -> str:
         return "not run"
     if result.comparison is None:
         return f"{', '.join(result.stages) or 'nothing'} done"
-    other = " (other version)" if other_numbers(result.numbers, NUMBERS) else ""
-    return f"mean error {result.comparison.mean_error_mm:.2f} mm{other}"
+    return f"mean error {result.comparison.mean_error_mm:.2f} mm"
 
 
 def _row(lab: Path, record: Record, faults: Sequence[CatalogueFault]) -> dict[str, Any]:

@@ -98,7 +98,7 @@ def place_of(file: PurePath) -> FilePlace | None:
     count too: photos/P01.jpg and sheets/P01.csv belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a
     note unless its own name has another role.
     """
-    possible, names = roles_of(file), list[str]()
+    possible, names = roles_of(file), dict[str, str]()
     if not possible:
         return None
     roles: list[Role] = []
@@ -106,11 +106,11 @@ def place_of(file: PurePath) -> FilePlace | None:
     for part in (*file.parent.parts, stem):
         name, meant = _without_words(part, possible if part == stem else ROLES)
         # The folder of a sample often has files with the same name.
-        names += [name] if sample_key(name) not in ("", *map(sample_key, names[-1:])) else []
+        names |= {sample_key(name): name} if name else {}
         roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
     # A mask in a folder of photos is a mask: roles other than the default of the ending count.
     roles = [role for role in roles if role in possible[1:]] or [*possible]
-    return FilePlace(as_label("-".join(names) or file.name), roles[0])
+    return FilePlace(as_label("-".join(names.values()) or file.name), roles[0])
 
 
 def roles_of(file: PurePath) -> tuple[Role, ...]:

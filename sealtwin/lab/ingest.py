@@ -176,8 +176,8 @@ def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Tri
     """Write the trial of a sample, unless the lab has it already, and set the sample's record and fate.
 
     The sample's latest trial is written again, unless it was run or edited: then it stays, and the sample gets a new
-    revision in another folder. Raises InputError if the latest trial is of another folder's sample, and whatever
-    ``_write`` raises.
+    revision in another folder. Raises InputError if the name, or the name of the folder, is that of another sample, and
+    whatever ``_write`` raises.
     """
     lab, latest, name, revision = ingested.lab, catalogue.latest.get(sample.key), folder_of(sample.name), 1
     fate: Fate = "new"
@@ -199,22 +199,23 @@ def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Tri
             # The number of a later revision follows an @, which no sample's name contains.
             revision += 1
             name = f"{name.partition('@')[0]}@{revision}"
-    is_written = fate != "unchanged" and not ingested.dry_run
-    sample.record = _write(ingested, sample, trial, name, revision) if is_written else latest
+    sample.record = latest
+    if fate != "unchanged" and not ingested.dry_run:
+        if (latest is None or latest.folder != name) and (lab / name).is_dir() and foreign_names(lab / name):
+            raise InputError(
+                f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name in "
+                "the pairing file."
+            )
+        sample.record = _write(ingested, sample, trial, name, revision)
     sample.fate = "failed" if sample.questions else fate
 
 
 def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revision: int) -> Record:
     """Write a trial's folder: copies of its files, trial.toml and record.json; return its record.
 
-    Raises InputError if a file has changed since it was read, or if the folder has files that no ingest wrote.
+    Raises InputError if a file has changed since it was read.
     """
     text, said, folder = trial_text(trial), sample.said, ingested.lab / name
-    if folder.is_dir() and not (folder / RECORD).is_file() and foreign_names(folder):
-        raise InputError(
-            f"{sample.files['photo'][0]}: the folder {folder} exists already; give this sample another name in the "
-            "pairing file."
-        )
     record = Record(
         name=sample.name,
         revision=revision,
@@ -284,6 +285,7 @@ def _check(sample: LabSample, row: BatchRow) -> None:
             with open_folder(home / RUN, create=True) as opened:
                 trial = load_trial(home / TRIAL, _omitted(sample))
                 readings = check_run(start_job(trial, home, opened, "cpu", Progress()))
-            sample.ask(*(() if readings is None else readings.questions))
+            if readings is not None:
+                sample.ask(*readings.questions)
         except InputError as fault:
             sample.refuse(fault)

@@ -103,20 +103,20 @@ class Note:
 
     def take(self, key: str, value: Any, where: str) -> None:
         """Add a setting by its dotted key. One that another file gives is a fault."""
-        try:
-            for each in ORIGINS if key == "data" else (key,):
-                if each not in known_keys():
-                    raise ValueError(KEYS)
-                other = self.entries.get(each)
-                if other is not None and other.origin != where:
-                    raise ValueError(f"also given in {other.origin}; keep one of the two.")
-                if key == DATE and not ISO_DATE.match(f"{value}"):
-                    raise ValueError("is not a date; write 2026-12-31.")
-                if key in (DATE, OPERATOR):
-                    value = plain(f"{value}"[:LONGEST])
+        if key in (DATE, OPERATOR):
+            value = plain(f"{value}"[:LONGEST])
+        for each in ORIGINS if key == "data" else (key,):
+            other, fault = self.entries.get(each), ""
+            if each not in known_keys():
+                fault = KEYS
+            elif other is not None and other.origin != where:
+                fault = f"also given in {other.origin}; keep one of the two."
+            elif key == DATE and not ISO_DATE.match(value):
+                fault = "is not a date; write 2026-12-31."
+            if fault:
+                self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
+            else:
                 self.entries[each] = NoteEntry(value, where)
-        except ValueError as fault:
-            self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
 
 
 def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) -> None:

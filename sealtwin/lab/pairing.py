@@ -93,17 +93,15 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     """Return the user's decisions: the rows of a pairing file that differ from what the names of the files give.
 
     The file may be as any spreadsheet program saves it. Raises InputError with every fault: an unknown column, a file
-    that does not exist or is not read, rows of a file that are not of different parts, a role or a sample that is not
-    possible.
+    that does not exist or is not read, rows of a file that are not of different parts, a role that is not possible.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
-    head, rows = table_of(path)
-    faults = [f"{path}: no column {name}." for name in NAMES if name not in head]
+    faults = list[str]()
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
     by_cell = {name: file for file in named for name in (file.as_posix(), as_text_cell(file.as_posix()))}
     decisions: Placed = {}
-    for line, texts in rows if not faults else ():
+    for line, texts in table_of(path)[1]:
         where, cells = f"{path}, line {line}", {name: text for name, text in texts if text}
         faults += [
             f"{where}: {cells[name]!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
