@@ -152,9 +152,8 @@ def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) ->
 def read_defaults(path: Path) -> Note:
     """Read lab.toml, if there is one. Raises InputError with all its faults, since each would affect every sample."""
     note = Note()
-    if path.is_symlink() or not path.is_file():
-        return note
-    note.take_tables(read_toml(path, name="note", starter=STARTER), as_text(path))
+    if path.is_file() and not path.is_symlink():
+        read_note(path, "", note)
     if OF_ONE in note.entries:
         note.faults.append(f"{path}: {OF_ONE} applies to one sample only; move it into that sample's note.")
     if note.faults:

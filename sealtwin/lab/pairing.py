@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from textwrap import shorten
 
-from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, as_label, roles_of
@@ -50,18 +49,16 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     waiting = [*lost]
     for sample in order:
         for role, files in sample.files.items():
-            for file in files:
-                if "photo" not in sample.files:
-                    remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
-                    sample.ask(Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy))
-                    waiting += [f"{file}"] if role in TABLES else []
-                elif len(files) > 1 and role != "note":
-                    finding = f"{len(files)} files are its {role}."
-                    sample.ask(Doubt("pairing", listed([*map(str, files)]), finding, ONE_OF_SEVERAL), file=file)
+            names = [*map(str, files)]
+            if "photo" not in sample.files:
+                remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
+                sample.ask(*(f"{name}: no photo is called {sample.name!r}. {remedy}" for name in names))
+                waiting += names if role in TABLES else []
+            elif len(files) > 1 and role != "note":
+                sample.ask(f"{listed(names)}: {len(files)} files are its {role}. {ONE_OF_SEVERAL}")
     for sample in lacking if waiting else ():
         sample.files["readings"] = []
-        finding = f"{listed(waiting)} may be the sheet of a photo that has none, so these photos wait for the answers."
-        sample.ask(Doubt("pairing", PAIRING, finding))
+        sample.ask(f"{PAIRING}: {listed(waiting)} may be the sheet of a photo that has none, so these photos wait.")
     return order
 
 

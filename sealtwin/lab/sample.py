@@ -101,26 +101,25 @@ class LabSample:
         files = self.files.get(role, [])
         return files[0] if len(files) == 1 else None
 
-    def ask(self, *about: Doubt | str, file: PurePath | None = None) -> None:
-        """Add questions, each to the row of ``file``, else of the file that it names, else of the photo."""
+    def ask(self, *about: Doubt | str) -> None:
+        """Add questions, each to the rows of the files that it begins with, else to that of the photo."""
         every = [each for files in self.files.values() for each in files]
         for one in about:
             sentence, columns = (one, (SETTINGS,)) if isinstance(one, str) else (one.in_words("pairing"), one.columns)
             for raw in self.raw:
                 sentence = sentence.replace(f"{self.trial_folder / raw.kept_as}", raw.original)
             sentence = sentence.replace(f"{self.folder}/", "")
-            begin = sentence.removeprefix(f"{PAIRING}, ")
-            named = (each for each in every if begin.startswith((f"{each}:", f"{each},")))
+            named = sentence.partition(": ")[0].split(", ")
             rows, _ = self.questions.setdefault(sentence, (set(), columns))
-            rows.add(file or next(named, every[0]))
+            rows.update([each for each in every if f"{each}" in named] or every[:1])
 
-    def refuse(self, fault: InputError, file: PurePath | None = None) -> None:
+    def refuse(self, fault: InputError) -> None:
         """Add the questions of an error: those of a sheet, or a sentence of any other one each."""
         if isinstance(fault, SheetFaults):
             self.understood = fault.understood or self.understood
-            self.ask(*fault.doubts, file=file)
+            self.ask(*fault.doubts)
         else:
-            self.ask(*str(fault).splitlines(), file=file)
+            self.ask(*str(fault).splitlines())
 
     @property
     def sheet_in_question(self) -> ReadSheet | None:
@@ -218,9 +217,9 @@ def _read(sample: LabSample, file: PurePath) -> None:
     try:
         profile = read_readings(path, declared, None, depth if isinstance(depth, int | float) else None)
     except InputError as fault:
-        sample.refuse(fault, file)
+        sample.refuse(fault)
     else:
-        sample.ask(*profile.questions, file=file)
+        sample.ask(*profile.questions)
         sample.understood = profile.understood
         sample.dialect = profile.dialect if sample.file("readings") else None
 
