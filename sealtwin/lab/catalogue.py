@@ -1,7 +1,7 @@
 """The catalogue of a lab: its trials, their original files, and the faults of its ingests."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -81,14 +81,14 @@ class Catalogue:
 
     def __init__(self, lab: Path) -> None:
         """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
-        self.lab, self.path = lab, lab / CATALOGUE
+        self.lab, path = lab, lab / CATALOGUE
         records = (
             replace(read_record(Record, path, OF_RECORD), folder=path.parent.name)
             for path in lab.glob(f"[!.]*/{RECORD}")
         )
         self.records = sorted(records, key=lambda record: (record.key, record.revision))
         self.latest = {record.key: record for record in self.records}  # By the key of the sample
-        self.content = read_record(CatalogueFile, self.path, REMEDY) if self.path.is_file() else CatalogueFile()
+        self.content = read_record(CatalogueFile, path, REMEDY) if path.is_file() else CatalogueFile()
 
     @classmethod
     def of(cls, lab: Path) -> "Catalogue":
@@ -116,14 +116,29 @@ class Catalogue:
     def save(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
         self.content.sources[source] = SourceFile(decisions=decisions, faults=faults)
-        files.write_json(self.path, asdict(self.content))
+        files.write_json(self.lab / CATALOGUE, asdict(self.content))
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
     """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults of the lab's last ingests."""
-    catalogue = Catalogue.of(lab)
+    catalogue, rows = Catalogue.of(lab), list[dict[str, Any]]()
     faults = catalogue.faults()
-    rows = [_row(lab, record, faults.get(key, [])) for key, record in catalogue.latest.items()]
+    for key, record in catalogue.latest.items():
+        result, reasons = read_run(lab, record), [fault.sentence for fault in faults.get(key, ())]
+        depth = record.said.get("crack.depth_mm")
+        row = {
+            **vars(record),
+            "sample": record.name,
+            "state": "not sound" if reasons else "taken in",
+            "data": record.said.get("photo.data"),
+            "depth_mm": "along the crack" if isinstance(depth, list) else depth,
+            "result": "not sound" if reasons else progress_of(result),
+            "mean_error_mm": result and result.comparison and result.comparison.mean_error_mm,
+            "reason": " ".join(reasons) or None,
+        }
+        for file in record.files:
+            row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
+        rows.append({column: row.get(column) for column in COLUMNS})
     return rows, [fault for each in faults.values() for fault in each]
 
 
@@ -153,20 +168,3 @@ def progress_of(result: TrialResult | None) -> str:
     if result.comparison is None:
         return f"{', '.join(result.stages) or 'nothing'} done"
     return f"mean error {result.comparison.mean_error_mm:.2f} mm"
-
-
-def _row(lab: Path, record: Record, faults: Sequence[CatalogueFault]) -> dict[str, Any]:
-    result, depth = read_run(lab, record), record.said.get("crack.depth_mm", "not given")
-    row = {
-        **vars(record),
-        "sample": record.name,
-        "state": "not sound" if faults else "taken in",
-        "data": record.said.get("photo.data"),
-        "depth_mm": "along the crack" if isinstance(depth, list) else depth,
-        "result": "not sound" if faults else progress_of(result),
-        "mean_error_mm": result and result.comparison and result.comparison.mean_error_mm,
-        "reason": " ".join(fault.sentence for fault in faults) or None,
-    }
-    for file in record.files:
-        row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
-    return {column: row.get(column) for column in COLUMNS}

@@ -13,7 +13,6 @@ from typing import Literal, get_args
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
-from sealtwin.trial.trial_file import folder_name
 from validate.readings.names import sample_key
 from validate.readings.numbers import WORDS, plain_letters
 
@@ -44,7 +43,6 @@ POSSIBLE: Mapping[str, tuple[Role, ...]] = {
 """Roles that a file may have, by its ending. The first is the default."""
 TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of tables of numbers
 WORD = re.compile(r"[^\s._-]+")  # In a name
-MARK = re.compile(r"[^\w .-]")
 OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
 DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
 MOST_ENTRIES = 50_000  # Files and folders; more means that a disk was given by mistake
@@ -139,11 +137,6 @@ def as_label(text: str) -> str:
     Different names stay different.
     """
     return OUTSIDE_LABELS.sub(lambda mark: f"u{ord(mark[0]):04x}", text.strip())
-
-
-def folder_of(sample: str) -> str:
-    """Return the name of a sample's folder in the lab. The samples P01 and P01' have different folders."""
-    return folder_name(MARK.sub(lambda mark: f"u{ord(mark[0]):04x}", sample))
 
 
 def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[LeftOut]]:

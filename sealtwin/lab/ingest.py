@@ -9,15 +9,13 @@ from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from digitise.settings import CHOICE
 from sealtwin.core import files
-from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import foreign_names, holding, open_folder, refuse_foreign, require_folder
+from sealtwin.core.run_folder import foreign_names, holding, open_folder, refuse_foreign
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record
-from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files, folder_of
+from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
 from sealtwin.lab.sample import PAIRING, Fate, LabSample, gather, prepare
@@ -25,7 +23,7 @@ from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_m
 from sealtwin.study.study_folder import PROFILE
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
-from sealtwin.trial.trial_file import Trial, load_trial, trial_text
+from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
 from validate.readings.grid import listed
 
 OWNED = {PAIRING, *OWN}  # Files that an ingest writes at the top of a lab
@@ -104,7 +102,6 @@ def _require_usable(folder: Path, lab: Path) -> None:
             f"{as_text(lab)}: --out must be neither inside nor around the lab's folder {as_text(folder)}, so that the "
             "lab's own files stay untouched; give --out another folder."
         )
-    require_folder(lab)
     if lab.is_dir() and not (lab / CATALOGUE).is_file():
         foreign = [
             path.name for path in lab.iterdir() if path.name not in {PAIRING, *OWN} and not (path / RECORD).is_file()
@@ -162,7 +159,7 @@ def _take_in(
     except InputError as fault:
         sample.refuse(fault)
     except OSError as fault:
-        if fault.filename is None or Path(fault.filename).is_relative_to(catalogue.lab):
+        if not Path(fault.filename or "").is_relative_to(sample.folder):
             raise
         sample.ask(f"{fault.filename}: {fault.strerror}. Make it readable.")
     except Exception as fault:
@@ -179,7 +176,7 @@ def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Tri
     revision in another folder. Raises InputError if the name, or the name of the folder, is that of another sample, and
     whatever ``_write`` raises.
     """
-    lab, latest, name, revision = ingested.lab, catalogue.latest.get(sample.key), folder_of(sample.name), 1
+    lab, latest, name, revision = ingested.lab, catalogue.latest.get(sample.key), folder_name(sample.name), 1
     fate: Fate = "new"
     if latest is not None:
         # A sample of the same name from another folder is another sample, unless its photo is the same.
@@ -276,9 +273,7 @@ def _omitted(sample: LabSample) -> dict[str, None]:
 def _check(sample: LabSample, row: BatchRow) -> None:
     """Ask about the faults that prevent the run of the traced trial, and doubts about its readings."""
     if row.status != "ok":
-        where, _, finding = row.reason.partition(": ")
-        answers = {"crack": 2} if CHOICE in finding else {}
-        sample.ask(Doubt("photo", where, finding.replace(CHOICE, "a 2 in the column crack"), answers=answers))
+        sample.ask(row.reason)
     elif DEPTH not in sample.stand_ins:
         home = sample.trial_folder
         try:

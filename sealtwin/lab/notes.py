@@ -122,8 +122,8 @@ class Note:
 def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) -> None:
     """Add to ``note`` the settings of a TOML file, or of a text if each of its lines is ``key = value`` of a known key.
 
-    Another file is a fault if it may have settings, that is a known key, or a number that is not in the key of its
-    ``sample``, unless its row has been ``answered``.
+    Another file is a fault if it may have settings, that is a known key, a number that is not in the key of its
+    ``sample``, or letters that are not UTF-8, unless its row has been ``answered``.
     """
     where = as_text(path)
     try:
@@ -135,7 +135,7 @@ def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) ->
     except InputError as fault:
         note.faults += str(fault).splitlines()
         return
-    text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
+    text = content.decode("utf-8-sig", errors="replace")
     if not DOUBTFUL & set(text):
         with suppress(ValueError, RecursionError):
             settings, alone = tomllib.loads(text), Note()
@@ -144,7 +144,9 @@ def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) ->
                 note.take_tables(settings, where)
                 return
     words = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
-    is_open = len(content) == LARGEST_READ_BYTES or any(sample_key(word) != sample for word in words)
+    is_open = (
+        "\ufffd" in text or len(content) == LARGEST_READ_BYTES or any(sample_key(word) != sample for word in words)
+    )
     if is_open and not answered:
         note.faults.append(f"{where}: {NOT_READ}")
 
@@ -246,6 +248,5 @@ def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
 @cache
 def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
-    # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh.
-    named = {key for key in dotted_names(Trial) if not key.startswith("mesh.")} - {COLUMNS}
-    return frozenset([DATE, OPERATOR, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
+    of_columns = (f"{COLUMNS}.{name}" for name in Columns.model_fields)
+    return frozenset([DATE, OPERATOR, *dotted_names(Trial), *of_columns]) - {COLUMNS}

@@ -3,18 +3,15 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
-from textwrap import shorten
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, as_label, roles_of
-from sealtwin.lab.notes import ANSWERS, SETTINGS
+from sealtwin.lab.notes import ANSWERS
 from sealtwin.lab.sample import PAIRING, LabSample
 from validate.readings.files import table_of
 from validate.readings.grid import listed
 
-MOST_PHOTOS = 12  # Photos in one question
-LONGEST_QUESTION = 8000  # Letters of a cell of the pairing file
 SHEET_ALONE = (
     "Write its sample into the column sample; if it has several, add a row of this file for each, with its own range, "
     "sheet or levels; if it has none, set the role to ignore."
@@ -45,7 +42,7 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
             sample.answers[place.role, file] = place.answers
     order = sorted(samples.values(), key=lambda sample: "photo" not in sample.files)
     lacking = [sample for sample in order if "photo" in sample.files and "readings" not in sample.files]
-    without = listed([f"{sample.files['photo'][0]}" for sample in lacking], MOST_PHOTOS) or "none"
+    without = listed([f"{sample.files['photo'][0]}" for sample in lacking]) or "none"
     waiting = [*lost]
     for sample in order:
         for role, files in sample.files.items():
@@ -72,13 +69,13 @@ def pairing_text(placed: Placed, samples: Sequence[LabSample]) -> str:
     """Return the text of the pairing file: a row for each file and sample, sorted by sample, with its questions."""
     questions, used = defaultdict[tuple[PurePath, str], list[str]](list), {*NAMES, "question"}
     for sample in samples:
-        for sentence, (files, columns) in sample.questions.items():
-            used.update(column if column in ANSWERS else SETTINGS for column in columns)
+        used |= sample.columns
+        for sentence, files in sample.questions.items():
             for file in files:
                 questions[file, sample.key].append(sentence)
     rows = list[dict[str, str]]()
     for file, place in _rows(placed):
-        text = shorten(" ".join(questions[file, place.key]), LONGEST_QUESTION, placeholder="...")
+        text = " ".join(questions[file, place.key])
         named = {"file": file.as_posix(), "role": place.role, "sample": place.sample, "question": text}
         rows.append({**named, **place.answers})
         used.update(place.answers)

@@ -72,8 +72,7 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
         for number, (key, record) in enumerate(records.items(), start=1)
     ]
     work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep
-    if runs:
-        launch(runs, how, "Running", progress, work, left_s=left_s)
+    launch(runs, how, "Running", progress, work, left_s=left_s)
     return sorted(results, key=lambda result: sample_key(result.name))
 
 

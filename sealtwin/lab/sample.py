@@ -15,6 +15,7 @@ from sealtwin.lab.catalogue import Record
 from sealtwin.lab.files import DEFAULTS, NAMED_FILES, KeptFile, Role
 from sealtwin.lab.notes import (
     ALTERNATIVES,
+    ANSWERS,
     DEPTH,
     OF_READINGS,
     ORIGINS,
@@ -79,8 +80,8 @@ class LabSample:
     files: dict[Role, list[PurePath]] = field(default_factory=dict)
     """Files by role. Several of one role but notes are in question. An empty list of readings waits for a sheet."""
     answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
-    questions: dict[str, tuple[set[PurePath], tuple[str, ...]]] = field(default_factory=dict)
-    """Files in whose rows a question is, and the columns for its answer, by its sentence."""
+    questions: dict[str, set[PurePath]] = field(default_factory=dict)  # Files in whose rows each sentence is
+    columns: set[str] = field(default_factory=set)  # Of the pairing file, for the answers
     fate: Fate = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
@@ -110,8 +111,9 @@ class LabSample:
                 sentence = sentence.replace(f"{self.trial_folder / raw.kept_as}", raw.original)
             sentence = sentence.replace(f"{self.folder}/", "")
             named = sentence.partition(": ")[0].split(", ")
-            rows, _ = self.questions.setdefault(sentence, (set(), columns))
-            rows.update([each for each in every if f"{each}" in named] or every[:1])
+            rows = {each for each in every if f"{each}" in named} or {every[0]}
+            self.questions[sentence] = rows
+            self.columns |= {column if column in ANSWERS else SETTINGS for column in columns}
 
     def refuse(self, fault: InputError) -> None:
         """Add the questions of an error: those of a sheet, or a sentence of any other one each."""
@@ -124,7 +126,7 @@ class LabSample:
     @property
     def sheet_in_question(self) -> ReadSheet | None:
         """The sheet of readings as it was understood, if a question is about it."""
-        is_asked = any(self.file("readings") in rows for rows, _ in self.questions.values())
+        is_asked = any(self.file("readings") in rows for rows in self.questions.values())
         return self.understood if is_asked else None
 
     @property
@@ -227,11 +229,11 @@ def _read(sample: LabSample, file: PurePath) -> None:
 def _settings_of(sample: LabSample) -> dict[str, Any]:
     """Return the settings of a trial by dotted key, from its notes and its files."""
     entries = sample.note.entries
-    settings: dict[str, Any] = {"name": sample.name, "readings.sample": sample.name}
-    settings |= {key: value for key, value in sample.note.values.items() if key not in OWN}
-    if "readings" not in sample.files:
-        for key in (key for key in entries if key.startswith(OF_READINGS) and key != ORIGINS[1]):
-            sample.ask(f"{entries[key].origin}: {key} is given, but the sample has no readings; add its sheet.")
+    settings = {key: value for key, value in sample.note.values.items() if key not in OWN}
+    settings |= {"name": sample.name, "readings.sample": sample.name}
+    for key, entry in entries.items() if "readings" not in sample.files else ():
+        if key.startswith(OF_READINGS) and key != ORIGINS[1]:
+            sample.ask(f"{entry.origin}: {key} is given, but the sample has no readings; add its sheet.")
     for role, key in NAMED_FILES.items():
         file = next(iter(sample.files.get(role, ())), None)
         if key in entries and PurePath(f"{settings[key]}").name != (file and file.name):
@@ -246,5 +248,5 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
 def _origin_of(sample: LabSample, key: str) -> str:
     """Return the places that give a setting or a table's settings, otherwise the path of a note of the sample."""
     entries = sample.note.entries.items()
-    origins = [entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(key)]
-    return ", ".join(dict.fromkeys(origins[::-1])) or str(sample.files["photo"][0].with_suffix(".toml"))
+    origins = {entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
+    return ", ".join(sorted(origins)) or str(sample.files["photo"][0].with_suffix(".toml"))

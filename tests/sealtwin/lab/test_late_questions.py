@@ -38,11 +38,11 @@ def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(la
     assert first.exit_code == 6, first.output
     assert "To answer the questions, edit" in first.stdout
     assert "2 cracks compete" in question(lab, "P02.png")
-    assert "a 2 in the column crack" in (asked := question(lab, "P02.png"))
-    assert Path(asked.partition("Look at ")[2].partition(". ")[0]).is_file(), asked
+    assert "such as photo.crack = 2" in (asked := question(lab, "P02.png"))
+    assert Path(asked.partition("Look at ")[2].rstrip(".")).is_file(), asked
     assert question(lab, "P01.csv").startswith("P01.csv: 40 mm in A8 is outside the crack")
     assert question(lab, "P01.png") == ""
-    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"crack": "2"}})
+    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"settings": "photo.crack = 2"}})
     last = _ingest(folder, lab)
     assert last.exit_code == 0, last.output
     assert "2 of 2 samples are sound" in last.stdout

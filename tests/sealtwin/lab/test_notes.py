@@ -63,14 +63,14 @@ def test_a_text_without_a_number_sets_nothing(tmp_path, text):
 def test_toml_has_the_trials_own_keys(tmp_path):
     (tmp_path / "P01.toml").write_text(
         'data = "measured"\ndate = 2026-05-03\ncrack.depth_mm = 16\ndepht_mm = 3\nreadings.quantity = "depth"\n'
-        '[photo]\nmm_per_pixl = 0.1\n[mesh]\nfile = "a.stl"\n'
+        "[photo]\nmm_per_pixl = 0.1\n"
     )
     read_note(tmp_path / "P01.toml", "p01", note := Note())
     assert note.values == {
         "photo.data": "measured", "readings.data": "measured", "date": "2026-05-03", "crack.depth_mm": 16,
         "readings.quantity": "depth",
     }  # fmt: skip
-    for key, fault in zip(("depht_mm", "photo.mm_per_pixl", "mesh.file"), note.faults, strict=True):
+    for key, fault in zip(("depht_mm", "photo.mm_per_pixl"), note.faults, strict=True):
         assert f"{key} = " in fault
 
 

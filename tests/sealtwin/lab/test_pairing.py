@@ -8,7 +8,7 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import Catalogue
-from sealtwin.lab.files import folder_of, place_of
+from sealtwin.lab.files import place_of
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import pair
 from tests.labs import QUIET, add_rows, answer, edit, fates, levels_mm, pairing_rows, question
@@ -44,7 +44,15 @@ def test_no_other_name_is_that_sample(other):
     place = place_of(PurePath(other))
     assert place is not None
     assert place.key != "p01"
-    assert folder_of(place.sample) != folder_of("P01")
+
+
+def test_a_sample_whose_folder_another_one_has_is_given_another_name(small, tmp_path):
+    lab = tmp_path / "lab"
+    for file in small.glob("P02*"):
+        file.rename(small / file.name.replace("P02", "P01'"))
+    asked = ingest(small, lab, QUIET)
+    assert fates(asked) == {"P01": "new", "P01'": "failed"}
+    assert "the folder" in question(lab, "P01'.png")
 
 
 def _paired(*names):
@@ -65,7 +73,7 @@ def _paired(*names):
 def test_photos_without_a_sheet_wait_while_a_sheet_has_no_photo(names, waiting):
     samples = _paired(*names)
     assert {name for name, sample in samples.items() if sample.files.get("readings") == []} == waiting
-    asked = {f"{file}" for sample in samples.values() for rows, _ in sample.questions.values() for file in rows}
+    asked = {f"{file}" for sample in samples.values() for rows in sample.questions.values() for file in rows}
     assert asked == {f"{name}.jpg" for name in waiting} | {name for name in names if name[:3] not in ("K05", "K06")}
 
 
