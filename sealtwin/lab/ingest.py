@@ -186,19 +186,19 @@ def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Tri
                 f"{sample.files['photo'][0]}: a sample {latest.name} with another photo came from {latest.source}; "
                 "give this one another name in the pairing file."
             )
-        hashes = {TRIAL: latest.trial_sha256} | {file.kept_as: file.sha256 for file in latest.files}
-        paths = {path: digest for name, digest in hashes.items() if (path := lab / latest.folder / name).is_file()}
-        is_same = (latest.said, latest.files) == (sample.said, tuple(sample.raw))
-        is_same = is_same and len(paths) == len(hashes) and bool(latest.sound or sample.questions)
-        name, revision, fate = latest.folder, latest.revision, "unchanged" if is_same else "revised"
-        is_edited = any(files.sha256(path) != digest for path, digest in paths.items())
-        if is_edited or (lab / name / RUN / PROFILE).exists():
+        name, revision, home = latest.folder, latest.revision, lab / latest.folder
+        written = {TRIAL: latest.trial_sha256} | {file.kept_as: file.sha256 for file in latest.files}
+        present = {name: files.sha256(home / name) for name in written if (home / name).is_file()}
+        is_same = (latest.said, latest.files) == (sample.said, tuple(sample.raw)) and (latest.sound or sample.questions)
+        fate = "unchanged" if is_same and len(present) == len(written) else "revised"
+        is_edited = not present.items() <= written.items()
+        if is_edited or (home / RUN / PROFILE).exists():
             # The number of a later revision follows an @, which no sample's name contains.
             revision += 1
             name = f"{name.partition('@')[0]}@{revision}"
     sample.record = latest
     if fate != "unchanged" and not ingested.dry_run:
-        if (latest is None or latest.folder != name) and (lab / name).is_dir() and foreign_names(lab / name):
+        if name != (latest and latest.folder) and (lab / name).is_dir() and foreign_names(lab / name):
             raise InputError(
                 f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name in "
                 "the pairing file."
