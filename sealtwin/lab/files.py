@@ -163,7 +163,7 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[LeftOut]]:
     for fault in shut:
         reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
         left_out.append(LeftOut(plain(as_text(Path(fault.filename).relative_to(folder))), reason, lost=True))
-    return dict(sorted(files.items())), sorted(left_out, key=lambda each: each.file)
+    return files, sorted(left_out, key=lambda each: each.file)
 
 
 def plain(text: str) -> str:

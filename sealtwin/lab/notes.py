@@ -47,7 +47,6 @@ NOT_READ = (
 )
 SAMPLE = "sample"  # Column of a table of settings
 SETTINGS = "settings"  # Column of the pairing file for settings of the trial
-DOUBTFUL = set("#\ufffd")  # A comment may change the meaning of a setting; the other mark stands for unknown letters
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
 LONGEST = 200
@@ -57,29 +56,20 @@ REFERENCE = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|-?\d+([.,]\d+)?
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 
 
-@dataclass(frozen=True)
-class NoteEntry:
-    value: Any
-    origin: str  # The file
-
-
 @dataclass
 class Note:
-    """Settings in notes by dotted key, and the faults of the notes."""
+    """Settings in notes by dotted key, the files that give them, and the faults of the notes."""
 
-    entries: dict[str, NoteEntry] = field(default_factory=dict[str, NoteEntry])
-    faults: list[str] = field(default_factory=list[str])
-
-    @property
-    def values(self) -> dict[str, Any]:
-        return {key: entry.value for key, entry in self.entries.items()}
+    values: dict[str, Any] = field(default_factory=dict)
+    origins: dict[str, str] = field(default_factory=dict)
+    faults: list[str] = field(default_factory=list)
 
     def over(self, defaults: "Note", without: tuple[str, ...] = ()) -> "Note":
         """Return this note, with ``defaults`` for settings that it does not give.
 
         Defaults whose keys begin with one of ``without`` are left out.
         """
-        given = self.entries.keys()
+        given = self.values.keys()
         dropped = {
             key
             for ways in ALTERNATIVES
@@ -89,9 +79,9 @@ class Note:
             for key in way
         }
         taken = {
-            key: entry for key, entry in defaults.entries.items() if key not in dropped and not key.startswith(without)
+            key: value for key, value in defaults.values.items() if not (key in dropped or key.startswith(without))
         }
-        return Note(taken | self.entries, [*defaults.faults, *self.faults])
+        return Note(taken | self.values, defaults.origins | self.origins, [*defaults.faults, *self.faults])
 
     def take_tables(self, content: Mapping[str, Any], where: str) -> None:
         """Add the settings of TOML tables, and a fault for each key that no trial has."""
@@ -106,17 +96,17 @@ class Note:
         if key in (DATE, OPERATOR):
             value = plain(f"{value}"[:LONGEST])
         for each in ORIGINS if key == "data" else (key,):
-            other, fault = self.entries.get(each), ""
+            origin, fault = self.origins.get(each, where), ""
             if each not in known_keys():
                 fault = KEYS
-            elif other is not None and other.origin != where:
-                fault = f"also given in {other.origin}; keep one of the two."
+            elif origin != where:
+                fault = f"also given in {origin}; keep one of the two."
             elif key == DATE and not ISO_DATE.match(value):
                 fault = "is not a date; write 2026-12-31."
             if fault:
                 self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
             else:
-                self.entries[each] = NoteEntry(value, where)
+                self.values[each], self.origins[each] = value, where
 
 
 def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) -> None:
@@ -136,7 +126,8 @@ def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) ->
         note.faults += str(fault).splitlines()
         return
     text = content.decode("utf-8-sig", errors="replace")
-    if not DOUBTFUL & set(text):
+    is_cut = "\ufffd" in text or len(content) == LARGEST_READ_BYTES  # The mark stands for letters that are not UTF-8
+    if not is_cut and "#" not in text:  # A comment may change the meaning of a setting
         with suppress(ValueError, RecursionError):
             settings, alone = tomllib.loads(text), Note()
             alone.take_tables(settings, where)
@@ -144,10 +135,7 @@ def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) ->
                 note.take_tables(settings, where)
                 return
     words = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
-    is_open = (
-        "\ufffd" in text or len(content) == LARGEST_READ_BYTES or any(sample_key(word) != sample for word in words)
-    )
-    if is_open and not answered:
+    if not answered and (is_cut or any(sample_key(word) != sample for word in words)):
         note.faults.append(f"{where}: {NOT_READ}")
 
 
@@ -156,7 +144,7 @@ def read_defaults(path: Path) -> Note:
     note = Note()
     if path.is_file() and not path.is_symlink():
         read_note(path, "", note)
-    if OF_ONE in note.entries:
+    if OF_ONE in note.values:
         note.faults.append(f"{path}: {OF_ONE} applies to one sample only; move it into that sample's note.")
     if note.faults:
         raise InputError("\n".join(note.faults))
@@ -177,13 +165,12 @@ def read_settings_table(path: Path, notes: dict[str, Note]) -> set[str]:
         return set()
     named = set[str]()
     for row, texts in rows:
-        cells = dict(texts)
-        name = sample_key(cells.pop(SAMPLE)) or f"row {row}"
+        cells = {key: text for key, text in texts if text}
+        name = sample_key(cells.pop(SAMPLE, "")) or f"row {row}"
         named.add(name)
         note = notes.setdefault(name, Note())
         for key, text in cells.items():
-            if text:
-                note.take(key, value_of(text), f"{path}, row {row}")
+            note.take(key, value_of(text), f"{path}, row {row}")
     if faults := [fault for name in sorted(named) for fault in notes[name].faults]:
         raise InputError("\n".join(faults))
     return named

@@ -228,17 +228,17 @@ def _read(sample: LabSample, file: PurePath) -> None:
 
 def _settings_of(sample: LabSample) -> dict[str, Any]:
     """Return the settings of a trial by dotted key, from its notes and its files."""
-    entries = sample.note.entries
-    settings = {key: value for key, value in sample.note.values.items() if key not in OWN}
-    settings |= {"name": sample.name, "readings.sample": sample.name}
-    for key, entry in entries.items() if "readings" not in sample.files else ():
+    note = sample.note
+    settings = {key: value for key, value in note.values.items() if key not in OWN}
+    for key in settings if "readings" not in sample.files else ():
         if key.startswith(OF_READINGS) and key != ORIGINS[1]:
-            sample.ask(f"{entry.origin}: {key} is given, but the sample has no readings; add its sheet.")
+            sample.ask(f"{note.origins[key]}: {key} is given, but the sample has no readings; add its sheet.")
+    settings |= {"name": sample.name, "readings.sample": sample.name}
     for role, key in NAMED_FILES.items():
         file = next(iter(sample.files.get(role, ())), None)
-        if key in entries and PurePath(f"{settings[key]}").name != (file and file.name):
+        if key in note.values and PurePath(f"{settings[key]}").name != (file and file.name):
             sample.ask(
-                f"{entries[key].origin}: {key} = {str(settings[key])!r:.80}, but the sample's {role} is "
+                f"{note.origins[key]}: {key} = {str(settings[key])!r:.80}, but the sample's {role} is "
                 f"{file or 'no file'}; delete the key, and choose the file in the pairing file."
             )
         settings[key] = file and _copy_of(role, file)
@@ -247,6 +247,6 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
 
 def _origin_of(sample: LabSample, key: str) -> str:
     """Return the places that give a setting or a table's settings, otherwise the path of a note of the sample."""
-    entries = sample.note.entries.items()
-    origins = {entry.origin for name, entry in entries if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
+    given = sample.note.origins.items()
+    origins = {origin for name, origin in given if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
     return ", ".join(sorted(origins)) or str(sample.files["photo"][0].with_suffix(".toml"))

@@ -4,7 +4,7 @@ import pytest
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.notes import Note, NoteEntry, read_note
+from sealtwin.lab.notes import Note, read_note
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import ANSWER, TEXTS, make_lab_folder, write_texts
 from tests.labs import QUIET, answer, fates, question
@@ -95,6 +95,6 @@ def test_a_table_has_settings_of_each_sample(small, tmp_path):
 
 
 def test_a_samples_own_scale_takes_the_place_of_the_folders_whatever_its_kind():
-    folder = Note({key: NoteEntry(1.0, "lab.toml") for key in ("photo.mm_per_px", "crack.depth_mm", "fluid.U")})
-    own = Note({key: NoteEntry(1.0, "P01.toml") for key in ("photo.face_mm", "fluid.viscosity_pa_s")})
-    assert set(own.over(folder).entries) == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}
+    folder = Note(dict.fromkeys(("photo.mm_per_px", "crack.depth_mm", "fluid.U"), 1.0))
+    own = Note(dict.fromkeys(("photo.face_mm", "fluid.viscosity_pa_s"), 1.0))
+    assert set(own.over(folder).values) == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}
