@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import shutil
 import traceback
 from collections.abc import Mapping
 from contextlib import nullcontext
@@ -10,10 +11,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from sealtwin.core import files
-from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import foreign_names, holding, open_folder, refuse_foreign
+from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record
 from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
@@ -26,6 +27,7 @@ from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
 from validate.readings.grid import listed
 
+INCOMING = f".incoming.{files.TEMPORARY_MARK}"  # Folder in which a new trial is written first; no user has this name
 OWNED = {PAIRING, *OWN}  # Files that an ingest writes at the top of a lab
 
 
@@ -103,11 +105,9 @@ def _require_usable(folder: Path, lab: Path) -> None:
             "lab's own files stay untouched; give --out another folder."
         )
     if lab.is_dir() and not (lab / CATALOGUE).is_file():
-        foreign = [
-            path.name for path in lab.iterdir() if path.name not in {PAIRING, *OWN} and not (path / RECORD).is_file()
-        ]
         # Hidden files are the system's, or those of another process that has just begun here.
-        refuse_foreign(lab, "ingest", sorted(name for name in foreign if not name.startswith(".")))
+        shown = [path for path in lab.iterdir() if not (path.name in OWNED or path.name.startswith("."))]
+        refuse_foreign(lab, "ingest", sorted(path.name for path in shown if not (path / RECORD).is_file()))
 
 
 def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[LabSample], Mapping[str, Note]]:
@@ -198,7 +198,7 @@ def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Tri
             name = f"{name.partition('@')[0]}@{revision}"
     sample.record = latest
     if fate != "unchanged" and not ingested.dry_run:
-        if name != (latest and latest.folder) and (lab / name).is_dir() and foreign_names(lab / name):
+        if name != (latest and latest.folder) and (lab / name).exists():
             raise InputError(
                 f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name in "
                 "the pairing file."
@@ -212,7 +212,9 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
 
     Raises InputError if a file has changed since it was read.
     """
-    text, said, folder = trial_text(trial), sample.said, ingested.lab / name
+    text, said, home, incoming = trial_text(trial), sample.said, ingested.lab / name, ingested.lab / INCOMING
+    shutil.rmtree(incoming, ignore_errors=True)
+    folder = home if home.is_dir() else incoming
     record = Record(
         name=sample.name,
         revision=revision,
@@ -237,6 +239,8 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
         files.write_if_new(folder / raw.kept_as, content)
     files.write_text(folder / TRIAL, text)
     files.write_json(folder / RECORD, asdict(record))
+    with naming(home):
+        folder.rename(home)
     return record
 
 
