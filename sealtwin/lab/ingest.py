@@ -73,11 +73,11 @@ def ingest(
     decisions = None if pairing is None else read_decisions(pairing, named)
     with nullcontext() if dry_run else holding(lab, progress.note):
         catalogue = Catalogue(lab)
-        digest, known = _pairing_sha256(lab), catalogue.content.sources.get(source)
+        digest, earlier = _pairing_sha256(lab), catalogue.content.sources.get(source)
         if decisions is None and digest not in ("", catalogue.content.pairing):
             decisions = read_decisions(lab / PAIRING, named)
         elif decisions is None:
-            decisions = known.decisions if known else {}
+            decisions = earlier.decisions if earlier else {}
         catalogue.content.pairing = digest
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
         samples, of_tables = _paired(folder, placed, left_out)
@@ -212,7 +212,7 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
 
     Raises InputError if a file has changed since it was read.
     """
-    text, said, home, incoming = trial_text(trial), sample.said, ingested.lab / name, ingested.lab / INCOMING
+    text, settings, home, incoming = trial_text(trial), sample.said, ingested.lab / name, ingested.lab / INCOMING
     shutil.rmtree(incoming, ignore_errors=True)
     folder = home if home.is_dir() else incoming
     record = Record(
@@ -222,9 +222,9 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
         source=ingested.source,
         files=tuple(sample.raw),
         dialect=sample.dialect,
-        date=said.get(DATE),
-        operator=said.get(OPERATOR),
-        said=said,
+        date=settings.get(DATE),
+        operator=settings.get(OPERATOR),
+        said=settings,
         remarks=tuple(sample.remarks),
         ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),

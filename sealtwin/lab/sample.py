@@ -36,7 +36,7 @@ from validate.settings import Declared
 
 PAIRING = "pairing.csv"
 Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
-"""What became of a sample; "failed" if it has questions that its files raise."""
+"""State of a sample's trial after an ingest; "failed" if its files raise questions."""
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
 STARTER = ASSUMED | {"crack.tilt": "lean", ANGLE: 11.0, "path.fill": 1.0, "path.trim_mm": 10.0}
 """Settings that are used if no note gives them: those of fluid and solver are of 'sealtwin init', which let the sealant
