@@ -30,7 +30,6 @@ from benchmarks.table import Row, run_benchmark
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
 from sealtwin.lab.ingest import Ingested, ingest
-from sealtwin.lab.run_checks import check_runs
 from sealtwin.lab.sample import PAIRING
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import DEFAULTS, ENDS, HANDS, make_lab_folder
@@ -71,8 +70,7 @@ def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
     again_s = time.perf_counter() - began
 
     began = time.perf_counter()
-    check_runs(first, Progress())
-    unready = [outcome for outcome in first.samples if outcome.questions]
+    unready = [outcome for outcome in ingest(folder, scratch / "lab", Progress(), jobs=1).samples if outcome.questions]
     checked_s = time.perf_counter() - began
 
     print("Read as:")

@@ -25,7 +25,7 @@ def hashes_of(folder: Path) -> dict[str, str]:
 def rows_of(lab: Path) -> list[tuple[Any, ...]]:
     """What the catalogue says, without times."""
     records = Catalogue.of(lab).records
-    return [(record.name, record.revision, record.folder, record.content, record.files) for record in records]
+    return [(record.name, record.revision, record.folder, record.said, record.files) for record in records]
 
 
 def fates(ingested: Ingested) -> dict[str, str]:

@@ -18,18 +18,17 @@ from sealtwin.lab.catalogue import (
     progress_of,
     read_run,
 )
-from sealtwin.lab.files import TRIAL, few, plain
+from sealtwin.lab.files import TRIAL, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.run_samples import SampleRun
 from sealtwin.lab.sample import PAIRING, LabSample
 from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
-from validate.readings.grid import letters
+from validate.readings.grid import letters, listed
 from validate.readings.names import sample_key
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
-MOST_FAULTS = 200  # Faults on a terminal, which keeps some thousand lines
 
 
 def batch_answer(batch: Batch) -> Answer:
@@ -59,20 +58,22 @@ def _or_dash(value: float | None, broad: int) -> str:
 
 def ingest_answer(ingested: Ingested) -> Answer:
     """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next."""
-    samples = ingested.samples
+    samples, traced = ingested.samples, ingested.traced or Batch(ingested.lab)
     lines = _table(("sample", "photo", "readings", "note", "state"), [*map(_pairing_row, samples)])
     for sample in samples:
         lines += _understood(sample)
-    remarks = [CatalogueFault(sample.name, remark) for sample in samples for remark in sample.remarks]
-    lines += _together(remarks, "note: ")
+    lines += _together(
+        [CatalogueFault(sample.name, remark) for sample in samples for remark in sample.remarks], "note: "
+    )
     unused = [CatalogueFault(each.file, each.reason) for each in ingested.left_out if not each.lost]
     lines += _together(unused, "Not used: ")
-    failed = _together(ingested.faults)
-    more = [f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all."]
-    lines += [*failed[:MOST_FAULTS], *(more if len(failed) > MOST_FAULTS else [])]
+    lines += [*_together(ingested.faults), *_ending(ingested)]
+    # The run folder of a sample is in that of its trial.
+    warned = [CatalogueFault(row.folder.split("/")[-2], text) for row in traced.done for text in row.warnings]
+    lines += [*_together(warned, "note: "), *([f"All walls: {traced.out / SHEET}"] if traced.done else [])]
     fates = {sample.fate for sample in samples}
     code = SOME_FAILED if fates - {"failed"} else BAD_INPUT
-    code = BUG if "bug" in fates else code if ingested.faults else 0
+    code = BUG if "bug" in fates or traced.exit_code == BUG else code if ingested.faults else 0
     content = {
         "version": 1,
         "lab": shown(ingested.lab),
@@ -81,19 +82,9 @@ def ingest_answer(ingested: Ingested) -> Answer:
         "left_out": [{"file": each.file, "reason": each.reason} for each in ingested.left_out],
         "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
+        **({} if ingested.traced is None else {"traced": traced.content()}),
     }
-    return Answer(content, [*map(plain, (*lines, *_ending(ingested)))], code)
-
-
-def checked_answer(ingested: Ingested, batch: Batch) -> Answer:
-    """Answer of 'sealtwin ingest', with what was traced."""
-    first = ingest_answer(ingested)
-    code = BUG if BUG in (first.exit_code, batch.exit_code) else first.exit_code or batch.exit_code
-    # The run folder of a sample is in that of its trial.
-    notes = [CatalogueFault(row.folder.split("/")[-2], text) for row in batch.done for text in row.warnings]
-    pages = [f"All walls: {batch.out / SHEET}"] if batch.done else []
-    lines = [*first.lines, *_together(notes, "note: "), *pages]
-    return Answer({**first.content, "traced": batch.content(), "exit_code": code}, lines, code)
+    return Answer(content, [*map(plain, lines)], code)
 
 
 def list_answer(lab: Path) -> Answer:
@@ -101,8 +92,7 @@ def list_answer(lab: Path) -> Answer:
     rows, faults = latest_trials(lab)
     head = ("sample", "revision", "date", "taken in", "data", "depth_mm", "readings", "result")
     cells = [[_text({**row, "taken in": row["ingested_utc"][:10]}[column]) for column in head] for row in rows]
-    lines = _table(head, cells) if rows else ["No trials yet."]
-    lines += _together(faults)
+    lines = [*_table(head, cells), *_together(faults)]
     return _lab_answer(lab, rows, faults, lines)
 
 
@@ -118,18 +108,14 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
         ]
         for one in results
     ]
-    lines = _table(head, rows) if rows else ["No samples yet."]
+    lines = _table(head, rows)
     lines += _together([CatalogueFault(one.name, text) for one in results for text in one.warnings], "note: ")
-    for state in ("failed", "left out"):
-        lines += _together(
-            [CatalogueFault(one.name, one.reason or "") for one in results if one.state == state], f"{state}: "
-        )
     states = [one.state for one in results]
-    counts = [f"{states.count(state)} {state}" for state in dict.fromkeys(states)]
-    if results:
-        lines.append(
-            f"{counted(len(results), 'sample')}: {', '.join(counts)}. Catalogue: sealtwin lab list {shown(lab)}"
-        )
+    for state in ("failed", "left out"):
+        faults = [CatalogueFault(one.name, f"{one.reason}") for one in results if one.state == state]
+        lines += _together(faults, f"{state}: ")
+    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
+    lines.append(f"{counted(len(results), 'sample')}: {counts or 'none'}. Catalogue: sealtwin lab list {shown(lab)}")
     code = GATE_FAILED if any(one.passed is False for one in results) else 0
     code = SOME_FAILED if {"failed", "left out"} & {*states} else code
     code = BUG if any(one.bug for one in results) else code
@@ -140,7 +126,8 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
 def show_answer(lab: Path, sample: str) -> Answer:
     """Answer of 'sealtwin lab show': all revisions of a sample, and its faults. Raises InputError without a sample."""
     catalogue = Catalogue.of(lab)
-    records, faults = catalogue.of_sample(sample_key(sample)), catalogue.faults().get(sample_key(sample), [])
+    key = sample_key(sample)
+    records, faults = [each for each in catalogue.records if each.key == key], catalogue.faults().get(key, [])
     if not records and not faults:
         raise InputError(f"{lab}: has no sample {sample!r:.80}. List its samples with 'sealtwin lab list {lab}'.")
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
@@ -163,7 +150,7 @@ def _revision(lab: Path, record: Record) -> list[str]:
         *([] if record.dialect is None else [f"  read as {record.dialect}"]),
         *(f"  given: {key} = {value!r}" for key, value in record.said.items()),
         *(f"  note: {remark}" for remark in record.remarks),
-        f"  result: {progress_of(lab, record)}",
+        f"  result: {progress_of(read_run(lab, record))}",
     ]
 
 
@@ -187,7 +174,7 @@ def _pairing_row(sample: LabSample) -> list[str]:
     return [
         sample.name if "photo" in sample.files else "?",
         *(
-            few(sample.files.get(role) or ["?" if sample.questions else "-"], 1)
+            listed([*map(str, sample.files.get(role, []))] or ["?" if sample.questions else "-"], 1)
             for role in ("photo", "readings", "note")
         ),
         f"{sample.fate}, not sound" if is_unsound else sample.fate,
@@ -201,13 +188,11 @@ def _begin(sentence: str) -> str:
 
 def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
     """Merge equal faults of several samples, such as a fault of lab.toml, into one line."""
-    names: dict[str, list[str]] = {}
+    names = dict[str, dict[str, None]]()
     for fault in faults:
-        of = names.setdefault(fault.sentence, [])
-        if fault.name not in of:
-            of.append(fault.name)
+        names.setdefault(fault.sentence, {})[fault.name] = None
     return [
-        f"{begins or _begin(sentence)}{'' if sentence.partition(':')[0] == of[0] else f'{few(of)}: '}{sentence}"
+        f"{begins or _begin(sentence)}{'' if sentence.partition(':')[0] in of else f'{listed([*of])}: '}{sentence}"
         for sentence, of in names.items()
     ]
 
@@ -230,22 +215,17 @@ def _understood(sample: LabSample) -> list[str]:
 
 def _ending(ingested: Ingested) -> list[str]:
     samples = [each for each in ingested.samples if "photo" in each.files]
-    sound = [each for each in samples if not each.questions]
-    unchanged = sum(sample.fate == "unchanged" for sample in sound)
+    sound = [each.fate for each in samples if not each.questions]
+    unchanged, lab = sound.count("unchanged"), shown(ingested.lab)
     count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
-    if not sound:
-        lines = [f"No sample is sound yet, of {counted(len(samples), 'sample')}."]
-    lab, questions = shown(ingested.lab), any(each.questions for each in ingested.samples)
     if ingested.dry_run:
-        where = f"repeat the command without --dry-run and edit {lab}/{PAIRING}."
-        return [*lines, "Dry run: nothing was written.", *([f"To answer the questions, {where}"] if questions else [])]
-    if questions:
+        lines.append(f"Dry run: nothing was written. Without --dry-run, the command writes {lab}/{PAIRING}.")
+    if any(each.questions for each in ingested.samples):
         lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")
-    if any(sample.record for sample in ingested.samples):
+    if not ingested.dry_run:
         lines.append(f"Catalogue: sealtwin lab list {lab}")
-    if sound:
-        lines.append(f"To run them: sealtwin lab run {lab}")
+        lines += [f"To run them: sealtwin lab run {lab}"] if sound else []
     return lines
 
 

@@ -29,26 +29,22 @@ def ingest(
     crack.depth_mm.
 
     A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
-    of doubtful samples are traced too, so that all questions come at once. The lab keeps each tracing, so that later
-    rounds trace only new photos. LAB/index.html shows all traced walls.
+    of samples in question are traced too, so that all questions come at once. The lab keeps each tracing, so that
+    later rounds trace only new photos. LAB/index.html shows all traced walls.
 
     A file of several samples gets a row of pairing.csv for each, with its own range, worksheet or columns.
 
-    Repeating the command adds nothing. A changed sample, or one whose trial lost a file, becomes a new revision; the
-    old one stays. A new answer changes a trial that was neither run nor edited.
+    Repeating the command adds nothing. The trial of a changed sample is written again. If it was run or edited, it
+    stays, beside a new revision.
 
     Example: sealtwin ingest measurements --out lab --dry-run
     """
-    from sealtwin.cli.folder_answer import checked_answer, ingest_answer
+    from sealtwin.cli.folder_answer import ingest_answer
     from sealtwin.lab.ingest import ingest as take_in
-    from sealtwin.lab.run_checks import check_runs
 
     with command.progress() as progress:
-        ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
-    if dry_run:
-        command.reply(ingest_answer(ingested))
-    else:
-        command.reply(checked_answer(ingested, check_runs(ingested, command.progress(), jobs)))
+        ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run, jobs=0 if dry_run else jobs)
+    command.reply(ingest_answer(ingested))
 
 
 @answers(device=True)

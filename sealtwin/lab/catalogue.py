@@ -1,19 +1,15 @@
 """The catalogue of a lab: its trials, their original files, and the faults of its ingests."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import ConfigDict
-
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.record_files import Result, read_record
-from sealtwin.core.stage_keys import other_numbers
+from sealtwin.core.record_files import read_record
 from sealtwin.lab.files import KeptFile, Placed
-from sealtwin.trial.stage_numbers import NUMBERS
 from validate.readings.names import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
@@ -24,18 +20,17 @@ COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
-VERSION: Literal[5] = 5
 REMEDY = "Move it away and ingest the same folders again, which rebuilds it from the trials' records and pairing.csv."
+OF_RECORD = "Move its folder away, and ingest the same folders again."
+NOT_SOUND = "it has open questions, and its files are not in the lab's folder. Ingest them, or move its trial away."
 
 
 @dataclass(frozen=True)
 class Record:
-    sample: str  # Key of its name: equal for all spellings
     name: str
-    revision: int  # From 1; a changed file or note makes a new trial, and the old one stays
+    revision: int  # From 1; a trial that was run or edited stays, and its sample's next one is a new revision
     folder: str
     source: str  # Name of the lab's folder, with a hash of its place
-    content: str  # Hash of files and notes
     files: tuple[KeptFile, ...]
     dialect: str | None  # Dialect of the sheet of readings, as a sentence
     date: str | None
@@ -44,6 +39,12 @@ class Record:
     remarks: tuple[str, ...]
     ingested_utc: str
     trial_sha256: str = ""  # Of trial.toml as it was written
+    sound: bool = True  # False if files or settings are in question, or if writing it was interrupted
+
+    @property
+    def key(self) -> str:
+        """Key of its sample's name, which is equal for all spellings."""
+        return sample_key(self.name)
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class CatalogueFault:
     sentence: str
 
 
-class SourceFile(Result):
+@dataclass(frozen=True)
+class SourceFile:
     """A lab's folder in catalogue.json."""
 
     decisions: Placed
@@ -60,15 +62,15 @@ class SourceFile(Result):
     faults: list[CatalogueFault]
 
 
-class CatalogueFile(Result):
+@dataclass
+class CatalogueFile:
     """Content of catalogue.json."""
 
-    model_config = ConfigDict(frozen=False)
-
-    version: Literal[5]
-    pairing: str
-    """Hash of the pairing file as the last ingest wrote it. If the file has another hash, the user has edited it."""
-    sources: dict[str, SourceFile]
+    version: Literal[6] = 6
+    pairing: str = ""
+    """Hash of the pairing file as the last ingest read or wrote it, or "" without one. A file with another hash was
+    edited by the user."""
+    sources: dict[str, SourceFile] = field(default_factory=dict)
 
 
 class Catalogue:
@@ -79,68 +81,64 @@ class Catalogue:
 
     def __init__(self, lab: Path) -> None:
         """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
-        self.lab, self.path = lab, lab / CATALOGUE
-        records = sorted(map(_read_record, lab.glob(f"*/{RECORD}")), key=lambda each: (each.sample, each.revision))
-        self._trials = defaultdict[str, list[Record]](list)  # By sample; the latest is last
-        for record in records:
-            self._trials[record.sample].append(record)
-        self.content = CatalogueFile(version=VERSION, pairing="", sources={})
-        if self.path.is_file():
-            self.content = read_record(CatalogueFile, self.path, REMEDY)
+        self.lab, path = lab, lab / CATALOGUE
+        records = (
+            replace(read_record(Record, path, OF_RECORD), folder=path.parent.name)
+            for path in lab.glob(f"[!.]*/{RECORD}")
+        )
+        self.records = sorted(records, key=lambda record: (record.key, record.revision))
+        self.latest = {record.key: record for record in self.records}  # By the key of the sample
+        self.content = read_record(CatalogueFile, path, REMEDY) if path.is_file() else CatalogueFile()
 
     @classmethod
     def of(cls, lab: Path) -> "Catalogue":
         """Read the catalogue of a lab. Raises InputError if the folder is not a lab."""
-        if not is_lab(lab):
+        if not (lab / CATALOGUE).is_file():
             raise InputError(
                 f"{lab}: is not a lab, since it has no {CATALOGUE}. Make one with 'sealtwin ingest FOLDER --out {lab}'."
             )
         return cls(lab)
 
-    @property
-    def records(self) -> list[Record]:
-        return [record for trials in self._trials.values() for record in trials]
+    def faults(self) -> Mapping[str, list[CatalogueFault]]:
+        """Return the faults of the last ingest of each source, by the key of the sample's name.
 
-    @property
-    def latest(self) -> list[Record]:
-        """The latest trial of each sample."""
-        return [trials[-1] for trials in self._trials.values()]
-
-    def of_sample(self, key: str) -> list[Record]:
-        return self._trials.get(key, [])
-
-    def faults(self) -> dict[str, list[CatalogueFault]]:
-        """Return the faults of the last ingest of each source, by the key of the sample's name."""
+        A sample whose files were removed before its questions were answered has a fault too.
+        """
         by_sample = defaultdict[str, list[CatalogueFault]](list)
-        for fault in (fault for source in self.content.sources.values() for fault in source.faults):
-            by_sample[sample_key(fault.name)].append(fault)
+        for source in self.content.sources.values():
+            for fault in source.faults:
+                by_sample[sample_key(fault.name)].append(fault)
+        for key, record in self.latest.items():
+            if not (record.sound or key in by_sample):
+                by_sample[key] = [CatalogueFault(record.name, NOT_SOUND)]
         return by_sample
-
-    def decisions(self, source: str) -> Placed:
-        """Return the user's decisions on the files of a source."""
-        kept = self.content.sources.get(source)
-        return kept.decisions if kept else {}
 
     def save(self, source: str, decisions: Placed, faults: list[CatalogueFault]) -> None:
         """Store the user's decisions on the files of a source, and the faults that its ingest found."""
         self.content.sources[source] = SourceFile(decisions=decisions, faults=faults)
-        files.write_json(self.path, self.content.model_dump(mode="json"))
-
-
-def is_lab(folder: Path) -> bool:
-    return (folder / CATALOGUE).is_file()
-
-
-def _read_record(path: Path) -> Record:
-    record = read_record(Record, path, "Move its folder away, and ingest the same folders again.")
-    return replace(record, folder=path.parent.name)
+        files.write_json(self.lab / CATALOGUE, asdict(self.content))
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
     """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults of the lab's last ingests."""
-    catalogue = Catalogue.of(lab)
+    catalogue, rows = Catalogue.of(lab), list[dict[str, Any]]()
     faults = catalogue.faults()
-    rows = [_row(lab, record, faults.get(record.sample, [])) for record in catalogue.latest]
+    for key, record in catalogue.latest.items():
+        result, reasons = read_run(lab, record), [fault.sentence for fault in faults.get(key, ())]
+        depth = record.said.get("crack.depth_mm")
+        row = {
+            **vars(record),
+            "sample": record.name,
+            "state": "not sound" if reasons else "taken in",
+            "data": record.said.get("photo.data"),
+            "depth_mm": "along the crack" if isinstance(depth, list) else depth,
+            "result": "not sound" if reasons else progress_of(result),
+            "mean_error_mm": result and result.comparison and result.comparison.mean_error_mm,
+            "reason": " ".join(reasons) or None,
+        }
+        for file in record.files:
+            row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
+        rows.append({column: row.get(column) for column in COLUMNS})
     return rows, [fault for each in faults.values() for fault in each]
 
 
@@ -163,25 +161,10 @@ def read_run(lab: Path, record: Record) -> TrialResult | None:
     return read_result(folder) if (folder / RESULT).is_file() else None
 
 
-def progress_of(lab: Path, record: Record) -> str:
+def progress_of(result: TrialResult | None) -> str:
     """Return the state of a trial's run in words."""
-    result = read_run(lab, record)
     if result is None:
         return "not run"
     if result.comparison is None:
         return f"{', '.join(result.stages) or 'nothing'} done"
-    other = " (other version)" if other_numbers(result.numbers, NUMBERS) else ""
-    return f"mean error {result.comparison.mean_error_mm:.2f} mm{other}"
-
-
-def _row(lab: Path, record: Record, faults: Sequence[CatalogueFault]) -> dict[str, Any]:
-    result, depth = read_run(lab, record), record.said.get("crack.depth_mm")
-    row = {**vars(record), "sample": record.name, "data": record.said.get("photo.data")}
-    for file in record.files:
-        row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
-    row["depth_mm"] = depth if isinstance(depth, int | float) else "along the crack"
-    row["mean_error_mm"] = result and result.comparison and result.comparison.mean_error_mm
-    row["result"] = "not sound" if faults and row["mean_error_mm"] is None else progress_of(lab, record)
-    row["state"] = "not sound" if faults else "taken in"
-    row["reason"] = " ".join(fault.sentence for fault in faults) or None
-    return {column: row.get(column) for column in COLUMNS}
+    return f"mean error {result.comparison.mean_error_mm:.2f} mm"

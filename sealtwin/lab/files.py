@@ -13,23 +13,27 @@ from typing import Literal, get_args
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
-from sealtwin.trial.trial_file import folder_name
 from validate.readings.names import sample_key
-from validate.readings.numbers import WORDS as LAB_WORDS
-from validate.readings.numbers import plain_letters
+from validate.readings.numbers import WORDS, plain_letters
 
 Role = Literal["photo", "mask", "readings", "fill", "note", "ignore"]
 """Role of a file. A "fill" is the CSV of a liquid weighed into the crack."""
 
 ROLES: tuple[Role, ...] = get_args(Role)
-PICTURES: Mapping[Role, str] = {"photo": "photo.file", "mask": "photo.mask"}
-NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file", "fill": "crack.fill.file"}
+NAMED_FILES: Mapping[Role, str] = {
+    "photo": "photo.file",
+    "mask": "photo.mask",
+    "readings": "readings.file",
+    "fill": "crack.fill.file",
+}
 """Settings of a trial that name a file, by the file's role."""
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 TEXT_SUFFIXES = {".txt", ".md"}
-TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab"}
-TABLE_SUFFIXES |= {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Not read, but they contain a lab's numbers
+TABLE_SUFFIXES = {
+    ".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab",
+    ".xls", ".xlsb", ".numbers", ".sxc", ".gsheet",  # Not read, but they contain a lab's numbers
+}  # fmt: skip
 POSSIBLE: Mapping[str, tuple[Role, ...]] = {
     **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
     **dict.fromkeys(TABLE_SUFFIXES, ("readings", "fill", "note")),
@@ -38,16 +42,13 @@ POSSIBLE: Mapping[str, tuple[Role, ...]] = {
 }
 """Roles that a file may have, by its ending. The first is the default."""
 TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of tables of numbers
-WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
-"""Words, by role, that give a file this role if they are at the beginning or the end of a name."""
-SEPARATORS = re.compile(r"([\s._-]+)")  # Between the words of a name
-MARK = re.compile(r"[^\w .-]")
+WORD = re.compile(r"[^\s._-]+")  # In a name
 OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
 DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
 MOST_ENTRIES = 50_000  # Files and folders; more means that a disk was given by mistake
-MOST_NAMES = 3  # Names in one sentence
 HIDDEN = (".", "~$")
 NOT_READ = "its ending is not read."
+UNSHOWN = "its name has characters that no text can show; rename it."
 CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
 
 
@@ -55,7 +56,7 @@ CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that c
 class FilePlace:
     """Sample and role of a file or of a part of it, by its name or by a row of the pairing file."""
 
-    sample: str  # Empty if the name gives none
+    sample: str
     role: Role
     answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
 
@@ -91,10 +92,11 @@ class LeftOut:
 def place_of(file: PurePath) -> FilePlace | None:
     """Return the sample and the role that a path relative to the lab's folder gives; None if its ending is not read.
 
-    The sample is the stem without words for a role at its ends. Folders count too: photos/P01.jpg and sheets/P01.csv
-    belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a note unless its own name has another role.
+    The sample is the stem without words for a role at its ends, or the whole name if it has no other words. Folders
+    count too: photos/P01.jpg and sheets/P01.csv belong to one sample, May/P01.jpg and June/P01.jpg do not. A text is a
+    note unless its own name has another role.
     """
-    possible, names = roles_of(file), list[str]()
+    possible, names = roles_of(file), dict[str, str]()
     if not possible:
         return None
     roles: list[Role] = []
@@ -102,11 +104,11 @@ def place_of(file: PurePath) -> FilePlace | None:
     for part in (*file.parent.parts, stem):
         name, meant = _without_words(part, possible if part == stem else ROLES)
         # The folder of a sample often has files with the same name.
-        names += [name] if sample_key(name) not in ("", *map(sample_key, names[-1:])) else []
+        names |= {sample_key(name): name} if name else {}
         roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
     # A mask in a folder of photos is a mask: roles other than the default of the ending count.
     roles = [role for role in roles if role in possible[1:]] or [*possible]
-    return FilePlace(as_label("-".join(names)), roles[0])
+    return FilePlace(as_label("-".join(names.values()) or file.name), roles[0])
 
 
 def roles_of(file: PurePath) -> tuple[Role, ...]:
@@ -116,17 +118,17 @@ def roles_of(file: PurePath) -> tuple[Role, ...]:
 
 def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
     """Return a name without the words at its ends that mean one of ``roles``, and the roles that they mean."""
-    parts: list[str] = SEPARATORS.split(unicodedata.normalize("NFC", name))
+    words = [*WORD.finditer(name)]
     meant: list[Role] = []
-    for end, beside in ((-1, slice(-2, None)), (0, slice(2))):
-        while parts:
-            word = plain_letters(parts[end])
-            of_word: list[Role] = [role for role in roles if word in WORDS.get(role, ())]
-            if word and not of_word:
+    for end in (-1, 0):
+        while words:
+            letters = plain_letters(words[end][0])
+            of_word: list[Role] = [role for role in roles if letters in WORDS["files"].get(role, "").split()]
+            if not of_word:
                 break
             meant += of_word[:1]
-            del parts[beside]
-    return "".join(parts), meant
+            del words[end]
+    return (name[words[0].start() : words[-1].end()] if words else ""), meant
 
 
 def as_label(text: str) -> str:
@@ -137,12 +139,7 @@ def as_label(text: str) -> str:
     return OUTSIDE_LABELS.sub(lambda mark: f"u{ord(mark[0]):04x}", text.strip())
 
 
-def folder_of(sample: str) -> str:
-    """Return the name of a sample's folder in the lab. The samples P01 and P01' have different folders."""
-    return folder_name(MARK.sub(lambda mark: f"u{ord(mark[0]):04x}", sample))
-
-
-def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
+def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[LeftOut]]:
     """Return the photos, sheets and notes in ``folder`` and its subfolders, and the files that are not used.
 
     Paths are relative to ``folder``. Hidden files are skipped, such as macOS's ._photo.jpg and Excel's ~$sheet.xlsx.
@@ -150,38 +147,25 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the folder of photos, sheets and notes.")
-    files, left_out, entries = list[PurePath](), list[LeftOut](), 0
-
-    def leave_out(path: object, reason: str, *, lost: bool) -> None:
-        left_out.append(LeftOut(plain(as_text(Path(os.path.relpath(f"{path}", folder)))), reason, lost))
-
-    def unreadable(fault: OSError) -> None:
-        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
-        leave_out(fault.filename, reason, lost=True)
-
-    for place, folders, names in os.walk(folder, onerror=unreadable):
+    files, left_out, shut, entries = dict[PurePath, FilePlace](), list[LeftOut](), list[OSError](), 0
+    for parent, folders, names in os.walk(folder, onerror=shut.append):
         entries += len(folders) + len(names)
         if entries > MOST_ENTRIES:
             raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
-        links = [name for name in folders if Path(place, name).is_symlink()]
-        for path in (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN)):
-            file, is_read = path.relative_to(folder), bool(roles_of(path))
-            if not is_read:
-                leave_out(path, NOT_READ, lost=False)
-            elif plain(as_text(file)) != str(file):
-                leave_out(path, "its name has characters that no text can show; rename it.", lost=True)
+        names += [name for name in folders if Path(parent, name).is_symlink()]
+        for file in (Path(parent, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):
+            place, shown = place_of(file), plain(as_text(file))
+            if place is None or shown != str(file):
+                left_out.append(LeftOut(shown, UNSHOWN if place else NOT_READ, lost=place is not None))
             elif str(file) != DEFAULTS:
-                files.append(file)
-    return sorted(files), sorted(left_out, key=lambda each: each.file)
+                files[file] = place
+    for fault in shut:
+        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
+        left_out.append(LeftOut(plain(as_text(Path(fault.filename).relative_to(folder))), reason, lost=True))
+    return files, sorted(left_out, key=lambda each: each.file)
 
 
 def plain(text: str) -> str:
     """Return ``text`` on one line, with "?" for characters that move a terminal's cursor or reverse the writing."""
     return "".join("?" if unicodedata.category(letter) in CONTROLS else letter for letter in text)
-
-
-def few(names: Sequence[object], most: int = MOST_NAMES) -> str:
-    """Return a text with the first ``most`` names and the number of the others."""
-    more = len(names) - most
-    return ", ".join(map(str, names[:most])) + (f" and {more} more" if more > 0 else "")

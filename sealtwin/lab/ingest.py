@@ -1,46 +1,37 @@
-"""Ingest a lab's folder: make a trial of each sample without faults, keep a catalogue, and report all faults."""
+"""Ingest a lab's folder: make a trial of each sample, keep a catalogue, trace the trials, and report all faults."""
 
 import hashlib
-import json
 import os
 import shutil
 import traceback
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
-from sealtwin.lab.files import (
-    DEFAULTS,
-    TABLE_SUFFIXES,
-    TRIAL,
-    LeftOut,
-    Placed,
-    few,
-    find_files,
-    folder_of,
-    place_of,
-)
-from sealtwin.lab.notes import Note, read_defaults, read_settings_table
+from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record
+from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files
+from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
-from sealtwin.lab.prepare import INPUTS, gather, prepare
-from sealtwin.lab.sample import PAIRING, LabSample
-from sealtwin.study.photos import OWN
-from sealtwin.trial.trial_file import Trial, trial_text
+from sealtwin.lab.sample import PAIRING, Fate, LabSample, gather, prepare
+from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
+from sealtwin.study.study_folder import PROFILE
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import check_run
+from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
+from validate.readings.grid import listed
 
-INCOMING = f".incoming.{files.TEMPORARY_MARK}"
-"""Folder in which a trial is written first. Ingest deletes it, so its name must be one that no user gives a folder."""
+INCOMING = f".incoming.{files.TEMPORARY_MARK}"  # Folder in which a new trial is written first; no user has this name
+OWNED = {PAIRING, *OWN}  # Files that an ingest writes at the top of a lab
 
 
-@dataclass(frozen=True)
+@dataclass
 class Ingested:
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
@@ -49,6 +40,7 @@ class Ingested:
     left_out: list[LeftOut]
     placed: Placed
     decisions: Placed
+    traced: Batch | None = None  # None if nothing was to be traced
 
     @property
     def faults(self) -> list[CatalogueFault]:
@@ -59,31 +51,34 @@ class Ingested:
 
 
 def ingest(
-    folder: Path, lab: Path, progress: Progress, *, pairing: Path | None = None, dry_run: bool = False
+    folder: Path, lab: Path, progress: Progress, *, pairing: Path | None = None, dry_run: bool = False, jobs: int = 0
 ) -> Ingested:
     """Take a folder of photos, sheets and notes into ``lab``: a trial for each sample, and a catalogue.
 
-    A sample that the lab already has is skipped; a changed one becomes a new trial, and its old trial stays. Waits for
-    another ingest into the same lab. If the process is killed, repeat the same call to complete the ingest. The user's
-    corrections and answers come from ``pairing``, or from the lab's pairing file if it was edited. The catalogue stores
-    them for ``folder``.
+    A sample that the lab already has is skipped; the trial of a changed one is written again, or stays beside a new
+    revision if it was run or edited. Waits for another ingest into the same lab. If the process is killed, repeat the
+    same call to complete the ingest. The user's corrections and answers come from ``pairing``, or from the lab's
+    pairing file if it was edited. The catalogue stores them for ``folder``. The trials are traced and checked by
+    ``jobs`` processes; 0 leaves that out.
 
     Raises InputError if the folder, its lab.toml, a table of settings or the pairing cannot be used.
     """
-    _refuse_nested(folder, lab)
-    folder, edited = folder.resolve(), lab / PAIRING
-    names, left_out = find_files(folder)
+    _require_usable(folder, lab)
+    folder = folder.resolve()
+    named, left_out = find_files(folder)
     defaults = read_defaults(folder / DEFAULTS)
     way = os.path.relpath(folder, lab.resolve())
     # Without the path of the folder; it does not change if folder and lab are moved together.
     source = f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
-    named = {file: place for file in names if (place := place_of(file)) is not None}
     decisions = None if pairing is None else read_decisions(pairing, named)
-    with _catalogue(lab, progress, dry_run) as catalogue:
-        if decisions is None and edited.is_file() and files.sha256(edited) != catalogue.content.pairing:
-            decisions = read_decisions(edited, named)
+    with nullcontext() if dry_run else holding(lab, progress.note):
+        catalogue = Catalogue(lab)
+        digest, earlier = _pairing_sha256(lab), catalogue.content.sources.get(source)
+        if decisions is None and digest not in ("", catalogue.content.pairing):
+            decisions = read_decisions(lab / PAIRING, named)
         elif decisions is None:
-            decisions = catalogue.decisions(source)
+            decisions = earlier.decisions if earlier else {}
+        catalogue.content.pairing = digest
         placed = {file: decisions.get(file, [place]) for file, place in named.items()}
         samples, of_tables = _paired(folder, placed, left_out)
         ingested = Ingested(lab, source, dry_run, samples, left_out, placed, decisions)
@@ -91,83 +86,80 @@ def ingest(
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         for done, sample in enumerate(samples, start=1):
-            with _asking(sample, lab, progress):
-                gather(sample, defaults, of_tables.get(sample.key, Note()))
-                _decide(ingested, catalogue, sample)
+            _take_in(ingested, catalogue, sample, defaults, of_tables.get(sample.key, Note()), progress)
             progress.advance(done, sample.name)
         if not dry_run:
-            save_questions(ingested, catalogue)
+            _save(ingested, catalogue)
+        if jobs:
+            _trace(ingested, progress, jobs)
+            _save(ingested, catalogue)
     return ingested
 
 
-def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[LabSample], Mapping[str, Note]]:
-    """Return the samples, the files without a photo, and the settings in tables by sample."""
-    photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
-    lost = [each.file for each in left_out if each.lost and Path(each.file).suffix.lower() not in PHOTO_SUFFIXES]
-    rest, of_tables = dict(placed), dict[str, Note]()
-    for file, (first, *_) in placed.items():
-        if first.role not in ("readings", "note") or first.key in photos or file.suffix.lower() not in TABLE_SUFFIXES:
-            continue
-        if (table := read_settings_table(folder / file)) is not None:
-            rest.pop(file)
-            placed[file] = [replace(first, sample="", role="note")]
-            of_tables |= {key: of_tables.get(key, Note()).beside(note) for key, note in table.items()}
-            if lacking := few(sorted(table.keys() - photos)):
-                reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
-                left_out.append(LeftOut(f"{file}", reason, lost=True))
-    return pair(folder, rest, lost), of_tables
-
-
-def save_questions(ingested: Ingested, catalogue: Catalogue, *, edited: bool = False) -> None:
-    """Write the catalogue, and the pairing file with each question in the row of the file that it is about.
-
-    The pairing file then counts as not edited by the user; one that is ``edited`` is left as it is.
-    """
-    if not edited:
-        files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, ingested.samples))
-        catalogue.content.pairing = files.sha256(catalogue.lab / PAIRING)
-    catalogue.save(ingested.source, ingested.decisions, ingested.faults)
-
-
-@contextmanager
-def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalogue]:
-    """Read the lab's catalogue and lock it against other processes, except in a dry run.
-
-    Raises InputError if ``lab`` has files that no ingest wrote.
-    """
-    require_folder(lab)
-    if lab.is_dir() and not is_lab(lab):
-        # Hidden files are the system's, or those of another process that has just begun here.
-        shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".")]
-        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, *OWN} and not (e / RECORD).is_file()]
-        refuse_foreign(lab, "ingest", sorted(entry.name for entry in foreign))
-    if dry_run:
-        yield Catalogue(lab)
-        return
-    with holding(lab, progress.note):
-        # A killed process leaves an incomplete trial.
-        shutil.rmtree(lab / INCOMING, ignore_errors=True)
-        yield Catalogue(lab)
-
-
-def _refuse_nested(folder: Path, lab: Path) -> None:
+def _require_usable(folder: Path, lab: Path) -> None:
+    """Raise InputError if ``lab`` is not outside the lab's folder, or has files that no ingest wrote."""
     inner, outer = folder.resolve(), lab.resolve()
     if inner.is_relative_to(outer) or outer.is_relative_to(inner):
         raise InputError(
             f"{as_text(lab)}: --out must be neither inside nor around the lab's folder {as_text(folder)}, so that the "
             "lab's own files stay untouched; give --out another folder."
         )
+    if lab.is_dir() and not (lab / CATALOGUE).is_file():
+        # Hidden files are the system's, or those of another process that has just begun here.
+        shown = [path for path in lab.iterdir() if not (path.name in OWNED or path.name.startswith("."))]
+        refuse_foreign(lab, "ingest", sorted(path.name for path in shown if not (path / RECORD).is_file()))
 
 
-@contextmanager
-def _asking(sample: LabSample, lab: Path, progress: Progress) -> Iterator[None]:
-    """Make questions of a sample's errors, which stop no other sample; a failure of the lab's own disk is raised."""
+def _paired(folder: Path, placed: Placed, left_out: list[LeftOut]) -> tuple[list[LabSample], Mapping[str, Note]]:
+    """Return the samples, the files without a photo, and the settings in tables by sample."""
+    photos = {place.key for places in placed.values() for place in places if place.role == "photo"}
+    lost = [each.file for each in left_out if each.lost]
+    rest, of_tables = dict(placed), dict[str, Note]()
+    for file, (first, *_) in placed.items():
+        if first.role not in ("readings", "note") or first.key in photos or file.suffix.lower() not in TABLE_SUFFIXES:
+            continue
+        if keys := read_settings_table(folder / file, of_tables):
+            del rest[file]
+            placed[file] = [replace(first, role="note")]
+            if lacking := listed(sorted(keys - photos)):
+                reason = f"has rows of {lacking}, but no such photos; add them, or set its role to ignore."
+                left_out.append(LeftOut(f"{file}", reason, lost=True))
+    return pair(folder, rest, lost), of_tables
+
+
+def _save(ingested: Ingested, catalogue: Catalogue) -> None:
+    """Write the catalogue, and the pairing file with each question in the row of the file that it is about.
+
+    A pairing file that the user has edited since it was read or written is left as it is; the next ingest reads it.
+    """
+    path = catalogue.lab / PAIRING
+    if _pairing_sha256(catalogue.lab) == catalogue.content.pairing:
+        files.write_text(path, pairing_text(ingested.placed, ingested.samples))
+        catalogue.content.pairing = files.sha256(path)
+    catalogue.save(ingested.source, ingested.decisions, ingested.faults)
+
+
+def _pairing_sha256(lab: Path) -> str:
+    """Return the hash of the pairing file, or "" without one."""
+    return files.sha256(lab / PAIRING) if (lab / PAIRING).is_file() else ""
+
+
+def _take_in(
+    ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaults: Note, own: Note, progress: Progress
+) -> None:
+    """Read the files of a sample and write its trial.
+
+    Its errors become its questions and stop no other sample; a failure of the lab's own disk is raised.
+    """
     try:
-        yield
+        gather(sample, defaults, own)
+        prepare(sample)
+        if sample.trial is not None:
+            keep(ingested, catalogue, sample, sample.trial)
     except InputError as fault:
-        sample.ask(*str(fault).splitlines())
+        sample.refuse(fault)
     except OSError as fault:
-        if fault.filename is None or Path(fault.filename).is_relative_to(lab):
+        if not Path(fault.filename or "").is_relative_to(sample.folder):
             raise
         sample.ask(f"{fault.filename}: {fault.strerror}. Make it readable.")
     except Exception as fault:
@@ -177,97 +169,122 @@ def _asking(sample: LabSample, lab: Path, progress: Progress) -> Iterator[None]:
         sample.ask(f"{sample.name}: {type(fault).__name__}: {fault}. A bug: please report it.")
 
 
-def _decide(ingested: Ingested, catalogue: Catalogue, sample: LabSample) -> None:
-    """Set the fate of the sample, or its questions. Raises InputError for a fault that stops it."""
-    before = catalogue.of_sample(sample.key)[-1:]
-    for record in before if not sample.questions else ():
-        if record.content == sample.content and _is_whole(catalogue.lab, record):
-            sample.fate, sample.record = "unchanged", record
-            sample.remarks, sample.dialect = [*record.remarks], record.dialect
-            return
+def keep(ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Trial) -> None:
+    """Write the trial of a sample, unless the lab has it already, and set the sample's record and fate.
+
+    The sample's latest trial is written again, unless it was run or edited: then it stays, and the sample gets a new
+    revision in another folder. Raises InputError if the name, or the name of the folder, is that of another sample, and
+    whatever ``_write`` raises.
+    """
+    lab, latest, name, revision = ingested.lab, catalogue.latest.get(sample.key), folder_name(sample.name), 1
+    fate: Fate = "new"
+    if latest is not None:
         # A sample of the same name from another folder is another sample, unless its photo is the same.
-        photos = {raw.sha256 for raw in (*sample.raw, *record.files) if raw.role == "photo"}
-        if len(photos) > 1 and record.source != ingested.source:
+        photos = {raw.sha256 for raw in (*sample.raw, *latest.files) if raw.role == "photo"}
+        if len(photos) > 1 and latest.source != ingested.source:
             raise InputError(
-                f"{sample.files['photo'][0]}: a sample {record.name} with another photo came from {record.source}; "
+                f"{sample.files['photo'][0]}: a sample {latest.name} with another photo came from {latest.source}; "
                 "give this one another name in the pairing file."
             )
-    prepare(sample)
-    if not sample.questions and sample.trial is not None:
-        if not ingested.dry_run:
-            keep(ingested, catalogue, sample, sample.trial, *before)
-        sample.fate = "revised" if before else "new"
+        name, revision, home = latest.folder, latest.revision, lab / latest.folder
+        written = {TRIAL: latest.trial_sha256} | {file.kept_as: file.sha256 for file in latest.files}
+        present = {name: files.sha256(home / name) for name in written if (home / name).is_file()}
+        is_same = (latest.said, latest.files) == (sample.said, tuple(sample.raw)) and (latest.sound or sample.questions)
+        fate = "unchanged" if is_same and len(present) == len(written) else "revised"
+        is_edited = not present.items() <= written.items()
+        if is_edited or (home / RUN / PROFILE).exists():
+            # The number of a later revision follows an @, which no sample's name contains.
+            revision += 1
+            name = f"{name.partition('@')[0]}@{revision}"
+    sample.record = latest
+    if fate != "unchanged" and not ingested.dry_run:
+        if name != (latest and latest.folder) and (lab / name).exists():
+            raise InputError(
+                f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name in "
+                "the pairing file."
+            )
+        sample.record = _write(ingested, sample, trial, name, revision)
+    sample.fate = "failed" if sample.questions else fate
 
 
-def _is_whole(lab: Path, record: Record) -> bool:
-    names = (TRIAL, *(file.kept_as for file in record.files))
-    return all((lab / record.folder / name).is_file() for name in names)
+def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revision: int) -> Record:
+    """Write a trial's folder: copies of its files, trial.toml and record.json; return its record.
 
-
-def keep(
-    ingested: Ingested, catalogue: Catalogue, sample: LabSample, trial: Trial, before: Record | None = None
-) -> None:
-    """Write a trial's folder, unchanged copies of its files, trial.toml, record.json, and add it to the catalogue.
-
-    ``before`` is the sample's latest trial. If it was neither run nor edited and its files are the same, it is written
-    again with the new settings and keeps its revision. Raises InputError if a file has changed since it was read, or if
-    another sample has the folder's name.
+    Raises InputError if a file has changed since it was read.
     """
-    lab, text = catalogue.lab, trial_text(trial)
-    name, revision, answered = folder_of(sample.name), 1, False
-    if before is not None:
-        latest = lab / before.folder
-        answered = before.files == tuple(sample.raw) and _is_whole(lab, before)
-        answered = answered and files.sha256(latest / TRIAL) == before.trial_sha256
-        answered = answered and not (latest / RUN / "profile.csv").exists()
-        # The number of a later revision follows an @, which no sample's name contains.
-        revision = before.revision + (not answered)
-        name = before.folder if answered else f"{before.folder.partition('@')[0]}@{revision}"
-    if (lab / name).exists() and not answered:
-        raise InputError(
-            f"{sample.files['photo'][0]}: the folder {lab / name} exists already; give this sample another name "
-            "in the pairing file."
-        )
-    settings = {key: entry.value for key, entry in sample.note.entries.items()}
+    text, settings, home, incoming = trial_text(trial), sample.said, ingested.lab / name, ingested.lab / INCOMING
+    shutil.rmtree(incoming, ignore_errors=True)
+    folder = home if home.is_dir() else incoming
     record = Record(
-        sample=sample.key,
         name=sample.name,
         revision=revision,
         folder=name,
         source=ingested.source,
-        content=sample.content,
         files=tuple(sample.raw),
         dialect=sample.dialect,
-        date=settings.get("date"),
-        operator=settings.get("operator"),
-        said=json.loads(json.dumps(settings, default=str)),
+        date=settings.get(DATE),
+        operator=settings.get(OPERATOR),
+        said=settings,
         remarks=tuple(sample.remarks),
         ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
+        sound=not sample.questions,
     )
-    folder = lab / name if answered else lab / INCOMING
-    if answered:
-        files.write_text(folder / TRIAL, text)
-    else:
-        shutil.rmtree(folder, ignore_errors=True)
-        write_trial(sample, trial, folder)
-    files.write_json(folder / RECORD, asdict(record))
-    if not answered:
-        with naming(lab / name):
-            folder.rename(lab / name)
-    sample.record = record
-
-
-def write_trial(sample: LabSample, trial: Trial, folder: Path) -> None:
-    """Write copies of a sample's files, and its trial.toml, into ``folder``.
-
-    Raises InputError if a file has changed since it was hashed.
-    """
-    (folder / INPUTS).mkdir(parents=True)
+    # If the process is killed, the trial is not complete: 'lab run' leaves it out, and the next ingest completes it.
+    files.write_json(folder / RECORD, asdict(replace(record, sound=False)))
     for raw in sample.raw:
-        path = sample.folder / raw.original
-        content = read_bytes(path)
+        content = read_bytes(sample.folder / raw.original)
         if hashlib.sha256(content).hexdigest() != raw.sha256:
-            raise InputError(f"{path}: the file changed during the ingest. Repeat the command.")
-        files.write_bytes(folder / raw.kept_as, content)
-    files.write_text(folder / TRIAL, trial_text(trial))
+            raise InputError(f"{raw.original}: the file changed during the ingest. Repeat the command.")
+        files.write_if_new(folder / raw.kept_as, content)
+    files.write_text(folder / TRIAL, text)
+    files.write_json(folder / RECORD, asdict(record))
+    with naming(home):
+        folder.rename(home)
+    return record
+
+
+def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
+    """Trace each trial with a scale in the folder of its run, check it as its run would, and ask about the faults.
+
+    A page with all walls, and with the sheets in question, is written at the top of the lab. Samples with questions are
+    traced too, so that all questions are asked together. A fault in one sample does not stop the others. Raises
+    InputError if the lab has another program's contact sheet.
+    """
+    lab, traced, planned = ingested.lab, dict[str, LabSample](), list[PlannedPhoto]()
+    for sample in ingested.samples:
+        if sample.record is not None and SCALE not in sample.stand_ins:
+            sample.trial_folder, run = lab / sample.record.folder, f"{sample.record.folder}/{RUN}"
+            traced[run] = sample
+            planned.append(PlannedPhoto(sample.trial_folder / TRIAL, run, _omitted(sample)))
+    sheets = {f"{each.file('readings')}": sheet for each in ingested.samples if (sheet := each.sheet_in_question)}
+    # Without notes: what they say of faults is in the answer, in the names of the lab's own files.
+    steps = Progress()
+    steps.start, steps.advance, steps.close = progress.start, progress.advance, progress.close
+    batch = ingested.traced = digitise_many(planned, lab, steps, jobs, locked=True, sheets=sheets)
+    progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
+    for number, row in enumerate(batch.rows, start=1):
+        _check(traced[row.folder], row)
+        progress.advance(number, row.folder)
+
+
+def _omitted(sample: LabSample) -> dict[str, None]:
+    """Return what is left out of a trial to trace it: readings that cannot be read, a fill in undescribed walls."""
+    omitted = {"readings", "gate"} if sample.dialect is None else set[str]()
+    return dict.fromkeys(omitted | {"crack.fill"} if sample.stand_ins.keys() & {DEPTH, "crack.tilt"} else omitted)
+
+
+def _check(sample: LabSample, row: BatchRow) -> None:
+    """Ask about the faults that prevent the run of the traced trial, and doubts about its readings."""
+    if row.status != "ok":
+        sample.ask(row.reason)
+    elif DEPTH not in sample.stand_ins:
+        home = sample.trial_folder
+        try:
+            with open_folder(home / RUN, create=True) as opened:
+                trial = load_trial(home / TRIAL, _omitted(sample))
+                readings = check_run(start_job(trial, home, opened, "cpu", Progress()))
+            if readings is not None:
+                sample.ask(*readings.questions)
+        except InputError as fault:
+            sample.refuse(fault)

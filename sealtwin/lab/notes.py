@@ -4,8 +4,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from datetime import date
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,16 +12,16 @@ from typing import Any
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import opened
 from sealtwin.core.settings import dotted_names, read_toml
-from sealtwin.lab.files import NAMED_FILES, NOTE_SUFFIX, plain
+from sealtwin.lab.files import NOTE_SUFFIX, plain
 from sealtwin.trial.trial_file import Trial
 from validate.readings.files import table_of
 from validate.readings.grid import quoted
 from validate.readings.names import sample_key
 from validate.readings.numbers import is_ambiguous, number
-from validate.settings import Columns
+from validate.settings import SIGNS, Columns, Declared
 
-NAME, DATE, OPERATOR = "name", "date", "operator"
-OWN = (NAME, DATE, OPERATOR)
+DATE, OPERATOR = "date", "operator"
+OWN = ("name", DATE, OPERATOR)
 """Keys that do not go into the trial: its name is that of the photo, and the others go into the catalogue."""
 ORIGINS = ("photo.data", "readings.data")
 """Settings that the key data of a note stands for: the origin of photo and readings."""
@@ -39,8 +38,7 @@ ALTERNATIVES = (
 )
 """Sets of settings that replace each other. If a sample gives a setting of one set, the folder's defaults for the other
 sets are dropped."""
-OF_ONE = (NAME, DATE, *NAMED_FILES.values(), "readings.as_written")
-"""Keys that cannot apply to all samples of a folder."""
+OF_ONE = "readings.as_written"  # Key that cannot apply to all samples of a folder
 STARTER = 'Write a note with what no photo shows: data = "measured", and depth_mm = 16.0 in [crack]'
 KEYS = "no such key; write one of a trial ('sealtwin init DIR' shows them), or data, date or operator."
 NOT_READ = (
@@ -48,167 +46,184 @@ NOT_READ = (
     "such as settings = crack.depth_mm = 9.0; if it has readings, set its role to readings; if neither, to ignore."
 )
 SAMPLE = "sample"  # Column of a table of settings
-DOUBTFUL = set("#\ufffd")  # A comment may change the meaning of a setting; the other mark stands for unknown letters
+SETTINGS = "settings"  # Column of the pairing file for settings of the trial
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
 LONGEST = 200
-
-
-@dataclass(frozen=True)
-class NoteEntry:
-    value: Any
-    origin: str  # The file
+ISO_DATE = re.compile(r"\d{4}-\d\d-\d\d")
+CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 
 
 @dataclass
 class Note:
-    """Settings in notes by dotted key, and the faults of the notes."""
+    """Settings in notes by dotted key, the files that give them, and the faults of the notes."""
 
-    entries: dict[str, NoteEntry] = field(default_factory=dict)
+    values: dict[str, Any] = field(default_factory=dict)
+    origins: dict[str, str] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
 
-    def without(self, *prefixes: str) -> "Note":
-        """Return this note without settings whose keys begin with one of ``prefixes``."""
-        return replace(self, entries={key: one for key, one in self.entries.items() if not key.startswith(prefixes)})
+    def over(self, defaults: "Note", without: tuple[str, ...] = ()) -> "Note":
+        """Return this note, with ``defaults`` for settings that it does not give.
 
-    def over(self, defaults: "Note") -> "Note":
-        """Return this note, with ``defaults`` for settings that it does not give."""
-        dropped = set[str]()
-        for ways in ALTERNATIVES:
-            others = [way for way in ways if not way & self.entries.keys()]
-            if len(others) < len(ways):
-                dropped = dropped.union(*others)
-        taken = {key: entry for key, entry in defaults.entries.items() if key not in dropped}
-        return Note(taken | self.entries, [*defaults.faults, *self.faults])
-
-    def beside(self, other: "Note") -> "Note":
-        """Return this note with another one of equal rank. A setting that both give is a fault."""
-        faults = [
-            f"{entry.origin}: {key} is also given in {self.entries[key].origin}; keep one of the two."
-            for key, entry in other.entries.items()
-            if key in self.entries
-        ]
-        return Note(self.entries | other.entries, [*self.faults, *other.faults, *faults])
+        Defaults whose keys begin with one of ``without`` are left out.
+        """
+        given = self.values.keys()
+        dropped = {
+            key
+            for ways in ALTERNATIVES
+            if any(way & given for way in ways)
+            for way in ways
+            if not way & given
+            for key in way
+        }
+        taken = {
+            key: value for key, value in defaults.values.items() if not (key in dropped or key.startswith(without))
+        }
+        return Note(taken | self.values, defaults.origins | self.origins, [*defaults.faults, *self.faults])
 
     def take_tables(self, content: Mapping[str, Any], where: str) -> None:
         """Add the settings of TOML tables, and a fault for each key that no trial has."""
         for key, value in content.items():
-            if isinstance(value, dict) and (key in tables() or key == COLUMNS):
-                self.take_tables({f"{key}.{name}": one for name, one in value.items()}, where)
+            if isinstance(value, dict) and key not in known_keys():
+                self.take_tables({f"{key}.{name}": inner for name, inner in value.items()}, where)
             else:
                 self.take(key, value, where)
 
     def take(self, key: str, value: Any, where: str) -> None:
-        """Add a setting by its dotted key."""
-        try:
-            for each in ORIGINS if key == "data" else (key,):
-                if each not in known_keys():
-                    raise ValueError(KEYS)
-                self.entries[each] = NoteEntry(_checked(each, value), where)
-        except ValueError as fault:
-            self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
+        """Add a setting by its dotted key. One that another file gives is a fault."""
+        if key in (DATE, OPERATOR):
+            value = plain(f"{value}"[:LONGEST])
+        for each in ORIGINS if key == "data" else (key,):
+            origin, fault = self.origins.get(each, where), ""
+            if each not in known_keys():
+                fault = KEYS
+            elif origin != where:
+                fault = f"also given in {origin}; keep one of the two."
+            elif key == DATE and not ISO_DATE.match(value):
+                fault = "is not a date; write 2026-12-31."
+            if fault:
+                self.faults.append(f"{where}: {key} = {quoted(f'{value}')}: {fault}")
+            else:
+                self.values[each], self.origins[each] = value, where
 
 
-def read_note(path: Path, sample: str, *, answered: bool = False) -> Note:
-    """Read the settings of a TOML file, or of a text if each of its lines is ``key = value`` with a known key.
+def read_note(path: Path, sample: str, note: Note, *, answered: bool = False) -> None:
+    """Add to ``note`` the settings of a TOML file, or of a text if each of its lines is ``key = value`` of a known key.
 
-    Another file is a fault if it may have settings, that is a known key, or a number that is not in the key of its
-    ``sample``, unless its row has been ``answered``.
+    Another file is a fault if it may have settings, that is a known key, a number that is not in the key of its
+    ``sample``, or letters that are not UTF-8, unless its row has been ``answered``.
     """
-    note, where = Note(), as_text(path)
+    where = as_text(path)
     try:
         if path.suffix.lower() == NOTE_SUFFIX:
             note.take_tables(read_toml(path, name="note", starter=STARTER), where)
-            return note
+            return
         with naming(path), opened(path) as file:
             content = file.read(LARGEST_READ_BYTES)
     except InputError as fault:
-        return Note(faults=str(fault).splitlines())
-    text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
-    if not DOUBTFUL & set(text):
+        note.faults += str(fault).splitlines()
+        return
+    text = content.decode("utf-8-sig", errors="replace")
+    is_cut = "\ufffd" in text or len(content) == LARGEST_READ_BYTES  # The mark stands for letters that are not UTF-8
+    if not is_cut and "#" not in text:  # A comment may change the meaning of a setting
         with suppress(ValueError, RecursionError):
-            note.take_tables(tomllib.loads(text), where)
-            if not note.faults:
-                return note
-    settings = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
-    is_open = len(content) == LARGEST_READ_BYTES or any(sample_key(word) != sample for word in settings)
-    return Note(faults=[f"{where}: {NOT_READ}"] if is_open and not answered else [])
+            settings, alone = tomllib.loads(text), Note()
+            alone.take_tables(settings, where)
+            if not alone.faults:
+                note.take_tables(settings, where)
+                return
+    words = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
+    if not answered and (is_cut or any(sample_key(word) != sample for word in words)):
+        note.faults.append(f"{where}: {NOT_READ}")
 
 
 def read_defaults(path: Path) -> Note:
     """Read lab.toml, if there is one. Raises InputError with all its faults, since each would affect every sample."""
     note = Note()
-    if path.is_symlink() or not path.is_file():
-        return note
-    note.take_tables(read_toml(path, name="note", starter=STARTER), as_text(path))
-    note.faults += [
-        f"{path}: {key} applies to one sample only; move it into that sample's note."
-        for key in OF_ONE
-        if key in note.entries
-    ]
+    if path.is_file() and not path.is_symlink():
+        read_note(path, "", note)
+    if OF_ONE in note.values:
+        note.faults.append(f"{path}: {OF_ONE} applies to one sample only; move it into that sample's note.")
     if note.faults:
         raise InputError("\n".join(note.faults))
     return note
 
 
-def read_settings_table(path: Path) -> dict[str, Note] | None:
-    """Read a table with a row for each sample: its first row has "sample" and dotted keys of a trial.
+def read_settings_table(path: Path, notes: dict[str, Note]) -> set[str]:
+    """Add to ``notes``, by the key of the sample, the settings of a table with a row for each sample.
 
-    Returns the settings by the key of the sample, or None for another table. Raises InputError with the faults of such
-    a table.
+    Its first row has "sample" and dotted keys of a trial. Returns the keys of its samples; none for another table.
+    Raises InputError with the faults of such a table.
     """
     try:
         head, rows = table_of(path) if not path.is_symlink() else ((), [])
     except InputError:
-        return None  # Reported when it is read as a sheet.
-    if SAMPLE not in head or not any("." in key and key in known_keys() for key in head):
-        return None
-    notes, faults = dict[str, Note](), list[str]()
+        return set()  # Reported when it is read as a sheet.
+    if SAMPLE not in head or not any("." in key for key in known_keys() & {*head}):
+        return set()
+    named = set[str]()
     for row, texts in rows:
-        note, where, cells = Note(), f"{path}, row {row}", dict(texts)
-        sample = sample_key(cells.pop(SAMPLE, ""))
-        if not sample or sample in notes:
-            faults.append(f"{where}: its sample is missing, or has another row; each sample needs one.")
+        cells = {key: text for key, text in texts if text}
+        name = sample_key(cells.pop(SAMPLE, "")) or f"row {row}"
+        named.add(name)
+        note = notes.setdefault(name, Note())
         for key, text in cells.items():
-            if text:
-                note.take(key, value_of(text), where)
-        faults += note.faults
-        notes[sample] = note
-    if faults:
+            note.take(key, value_of(text), f"{path}, row {row}")
+    if faults := [fault for name in sorted(named) for fault in notes[name].faults]:
         raise InputError("\n".join(faults))
-    return notes
+    return named
 
 
 def value_of(text: str) -> Any:
     """Return the value in a cell: a number, a value of TOML, or the text, such as 1,234, which may be two numbers."""
-    if (value := None if is_ambiguous(text) else number(text)) is not None:
+    if is_ambiguous(text):
+        return text
+    if (value := number(text)) is not None:
         return int(value) if value.is_integer() else value
     try:
-        return text if is_ambiguous(text) else tomllib.loads(f"value = {text}")["value"]
+        return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, KeyError, RecursionError):
         return text
+
+
+READ_AS = {
+    **dict.fromkeys(("s", "repeat", "levels", "range"), str.upper),
+    **dict.fromkeys(("datum_level_mm", "crack", "places", "skip"), value_of),
+    "sign": lambda text: SIGNS.get(text, text),
+    "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text,
+}
+"""Functions that read a value in a column of the pairing file. Other texts are values as they are."""
+LISTS = ("levels", "places", "skip", "as_written")
+"""Columns with several values. A unit of places is a single one."""
+SETTING = {
+    **{name: f"{COLUMNS}.{name}" for name in Columns.model_fields},
+    **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
+    "sign": "readings.quantity",
+    "crack": "photo.crack",
+}
+"""Settings of a trial by the column of the pairing file that answers them."""
+ANSWERS = (*SETTING, SETTINGS)
+"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
+file has those that are needed; a user may add any of them."""
+
+
+def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
+    """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
+    note = Note()
+    for name, text in ((name, answers[name]) for name in SETTING if name in answers):
+        read, parts = READ_AS.get(name, str), re.split(r"(?:[\s;]|,(?!\d))+", text)
+        is_list = name in LISTS and (name != "places" or len(parts) > 1)
+        note.take(SETTING[name], [*map(read, parts)] if is_list else read(text), where)
+    try:
+        note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
+    except (ValueError, RecursionError) as fault:
+        example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
+        note.faults.append(f"{where}: settings = {quoted(answers[SETTINGS])}: {fault}. Write for example {example}.")
+    return note
 
 
 @cache
 def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
-    # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh.
-    named = (key for key in dotted_names(Trial) if not key.startswith("mesh."))
-    return frozenset([DATE, OPERATOR, *named, *(f"{COLUMNS}.{name}" for name in Columns.model_fields)])
-
-
-@cache
-def tables() -> frozenset[str]:
-    return frozenset(key.partition(".")[0] for key in known_keys() if "." in key)
-
-
-def _checked(key: str, value: Any) -> Any:
-    """Return the value of a key; of one that only notes have, as a text. Raises ValueError if it is not a date."""
-    if key == OPERATOR:
-        return plain(f"{value}"[:LONGEST])
-    if key == DATE:
-        try:
-            return date.fromisoformat(f"{value}"[:10]).isoformat()
-        except ValueError:
-            raise ValueError("is not a date; write 2026-12-31.") from None
-    return value
+    of_columns = (f"{COLUMNS}.{name}" for name in Columns.model_fields)
+    return frozenset([DATE, OPERATOR, *dotted_names(Trial), *of_columns]) - {COLUMNS}

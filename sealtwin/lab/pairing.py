@@ -1,30 +1,16 @@
 """Pair files with photos by their names and by the user's rows in the pairing file. All else is a question there."""
 
-import re
-import tomllib
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
-from textwrap import shorten
-from typing import Any
 
-from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
-from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, Role, as_label, few, roles_of
-from sealtwin.lab.notes import COLUMNS as OF_COLUMNS
-from sealtwin.lab.notes import Note, value_of
-from sealtwin.lab.sample import PAIRING, SETTINGS, LabSample
+from sealtwin.lab.files import ROLES, TABLES, FilePlace, Placed, as_label, roles_of
+from sealtwin.lab.notes import ANSWERS
+from sealtwin.lab.sample import PAIRING, LabSample
 from validate.readings.files import table_of
-from validate.readings.grid import quoted
-from validate.readings.names import sample_key
-from validate.settings import SIGNS, Columns, Declared
-
-MOST_PHOTOS = 12  # Photos in one question
-LONGEST_QUESTION = 8000  # Letters of a cell of the pairing file
-REFERENCE = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?|-?\d+([.,]\d+)?")
-"""B, B:D or 9; several lower-case letters are more likely a name."""
-CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
+from validate.readings.grid import listed
 
 SHEET_ALONE = (
     "Write its sample into the column sample; if it has several, add a row of this file for each, with its own range, "
@@ -37,52 +23,9 @@ NOTE_ALONE = (
 ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
 
-READ_AS: Mapping[str, Callable[[str], Any]] = {
-    **dict.fromkeys(("s", "repeat", "range"), str.upper),
-    **dict.fromkeys(("unit", "s_from"), str.lower),
-    **dict.fromkeys(("datum_level_mm", "crack"), value_of),
-    "sign": lambda text: SIGNS.get(text.lower(), text),
-}
-"""Functions that read the text in a column of the pairing file. Other texts are values as they are."""
-LISTS: Mapping[str, Callable[[str], Any]] = {
-    "levels": str.upper,
-    "places": value_of,
-    "skip": value_of,
-    "as_written": lambda text: text.upper() if CELL.fullmatch(text) else text.lower(),
-}
-"""Columns with several values, and functions that read each. A unit of places is a single one."""
-SETTING = {
-    **{name: f"{OF_COLUMNS}.{name}" for name in Columns.model_fields},
-    **{name: f"readings.{name}" for name in Declared.model_fields if name not in ("columns", "quantity", "sample")},
-    "sign": "readings.quantity",
-    "crack": "photo.crack",
-}
-"""Settings of a trial by the column of the pairing file that answers them."""
-ANSWERS = (*SETTING, SETTINGS)
-"""Columns for the user's answers: about a sheet, the number of the crack in a photo, and other settings. The pairing
-file has those that are needed; a user may add any of them."""
 NAMES = ("file", "role", "sample")
 COLUMNS = (*NAMES, *ANSWERS, "question")
 PART = ("sheet", "range", "s", "levels")  # Answers that say which part of a file a row is about
-
-
-def note_of_answers(answers: Mapping[str, str], where: str) -> Note:
-    """Return the settings in the answers of a row. Its column of settings is TOML, separated by semicolons."""
-    note = Note()
-    for name, text in ((name, answers[name]) for name in SETTING if answers.get(name)):
-        value = READ_AS.get(name, str)(text)
-        if name in LISTS:
-            parts = re.split(r"[\s,;]+", text)
-            if name != "as_written" and not all(map(REFERENCE.fullmatch, parts)):
-                parts = re.split(r"\s*;\s*", text)
-            value = [*map(LISTS[name], parts)] if name != "places" or len(parts) > 1 else text
-        note.take(SETTING.get(name, name), value, where)
-    try:
-        note.take_tables(tomllib.loads(answers.get(SETTINGS, "").replace(";", "\n")), where)
-    except (ValueError, RecursionError) as fault:
-        example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
-        note.faults.append(f"{where}: settings = {quoted(answers[SETTINGS])}: {fault}. Write for example {example}.")
-    return note
 
 
 def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
@@ -91,91 +34,81 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     ``lost`` names files that cannot be read. While a sheet has no photo, or one of these may be a sheet, photos without
     a sheet are held back.
     """
-    rows: list[tuple[Role, PurePath, FilePlace]]
-    rows = [(place.role, file, place) for file, places in placed.items() for place in places if place.role != "ignore"]
     samples = dict[str, LabSample]()
-    for role, file, place in sorted(rows, key=lambda row: (ROLES.index(row[0]), row[1])):
-        name = place.sample or f"{file}"
-        sample = samples.setdefault(sample_key(name), LabSample(folder, name))
-        sample.files.setdefault(role, []).append(file)
-        sample.answers[role, file] = place.answers
-    photos = [sample for _, sample in sorted(samples.items()) if "photo" in sample.files]
-    alone = [sample for _, sample in sorted(samples.items()) if "photo" not in sample.files]
-    lacking = [sample for sample in photos if "readings" not in sample.files]
-    sheets = [file for sample in alone for role in TABLES for file in sample.files.get(role, ())]
-    for sample in photos:
+    for file, place in _rows(placed):
+        if place.role != "ignore":
+            sample = samples.setdefault(place.key, LabSample(folder, place.sample))
+            sample.files.setdefault(place.role, []).append(file)
+            sample.answers[place.role, file] = place.answers
+    order = sorted(samples.values(), key=lambda sample: "photo" not in sample.files)
+    lacking = [sample for sample in order if "photo" in sample.files and "readings" not in sample.files]
+    without = listed([f"{sample.files['photo'][0]}" for sample in lacking]) or "none"
+    waiting = [*lost]
+    for sample in order:
         for role, files in sample.files.items():
-            for file in files if len(files) > 1 and role != "note" else ():
-                finding = f"{len(files)} files are its {role}."
-                sample.ask(Doubt("pairing", few(files), finding, ONE_OF_SEVERAL), file=file)
-    if waiting := few([*lost, *sheets]):
-        finding = f"{waiting} may be the sheet of a photo that has none, so these photos wait for the answers."
-        for sample in lacking:
-            sample.files["readings"] = []
-            sample.ask(Doubt("pairing", PAIRING, finding))
-    without = few([sample.files["photo"][0] for sample in lacking], MOST_PHOTOS) or "none"
-    for sample in alone:
-        for role, file in ((role, file) for role, files in sample.files.items() for file in files):
-            remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
-            sample.ask(Doubt("pairing", f"{file}", f"no photo is called {sample.name!r}.", remedy))
-    return [*photos, *alone]
+            names = [*map(str, files)]
+            if "photo" not in sample.files:
+                remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
+                sample.ask(*(f"{name}: no photo is called {sample.name!r}. {remedy}" for name in names))
+                waiting += names if role in TABLES else []
+            elif len(files) > 1 and role != "note":
+                sample.ask(f"{listed(names)}: {len(files)} files are its {role}. {ONE_OF_SEVERAL}")
+    for sample in lacking if waiting else ():
+        sample.files["readings"] = []
+        sample.ask(f"{PAIRING}: {listed(waiting)} may be the sheet of a photo that has none, so these photos wait.")
+    return order
+
+
+def _rows(placed: Placed) -> list[tuple[PurePath, FilePlace]]:
+    """Return the rows of the pairing file, sorted by sample, role and file."""
+    rows = [(file, place) for file, places in placed.items() for place in places]
+    return sorted(rows, key=lambda row: (row[1].key, ROLES.index(row[1].role), row[0]))
 
 
 def pairing_text(placed: Placed, samples: Sequence[LabSample]) -> str:
     """Return the text of the pairing file: a row for each file and sample, sorted by sample, with its questions."""
-    questions, used = defaultdict[tuple[PurePath, str], list[str]](list), set[str]()
+    questions, used = defaultdict[tuple[PurePath, str], list[str]](list), {*NAMES, "question"}
     for sample in samples:
-        for sentence, (files, columns) in sample.questions.items():
+        used |= sample.columns
+        for sentence, files in sample.questions.items():
             for file in files:
                 questions[file, sample.key].append(sentence)
-            used.update(column if column in ANSWERS else SETTINGS for column in columns)
-    rows = list[tuple[Any, dict[str, str]]]()
-    for file, places in placed.items():
-        for place in places:
-            text = " ".join(questions[file, sample_key(place.sample or f"{file}")])
-            row = {"file": file.as_posix(), "role": place.role, "sample": place.sample, **place.answers}
-            rows.append(((place.key, ROLES.index(place.role), file), row))
-            row["question"] = shorten(text, LONGEST_QUESTION, placeholder="...")
-            used.update(place.answers)
-    columns = [name for name in COLUMNS if name in used or name not in ANSWERS]
-    order = [row for _, row in sorted(rows, key=lambda row: row[0])]
-    return sheet_text(columns, [[row.get(name, "") for name in columns] for row in order])
+    rows = list[dict[str, str]]()
+    for file, place in _rows(placed):
+        text = " ".join(questions[file, place.key])
+        named = {"file": file.as_posix(), "role": place.role, "sample": place.sample, "question": text}
+        rows.append({**named, **place.answers})
+        used.update(place.answers)
+    columns = [name for name in COLUMNS if name in used]
+    return sheet_text(columns, [[row.get(name, "") for name in columns] for row in rows])
 
 
 def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     """Return the user's decisions: the rows of a pairing file that differ from what the names of the files give.
 
     The file may be as any spreadsheet program saves it. Raises InputError with every fault: an unknown column, a file
-    that does not exist or is not read, rows of a file that are not of different parts, a role or a sample that is not
-    possible.
+    that does not exist or is not read, rows of a file that are not of different parts, a role that is not possible.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
-    head, rows = table_of(path)
-    faults = [f"{path}: no column {name}." for name in NAMES if name not in head]
+    faults = list[str]()
     # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
-    by_cell = {as_text_cell(file.as_posix()): file for file in named} | {file.as_posix(): file for file in named}
+    by_cell = {name: file for file in named for name in (file.as_posix(), as_text_cell(file.as_posix()))}
     decisions: Placed = {}
-    for line, texts in rows if not faults else ():
-        where, cells = f"{path}, line {line}", dict(texts)
+    for line, texts in table_of(path)[1]:
+        where, cells = f"{path}, line {line}", {name: text for name, text in texts if text}
         faults += [
-            f"{where}: {text!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
-            for name, text in texts
-            if text and name not in COLUMNS
+            f"{where}: {cells[name]!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
+            for name in cells.keys() - {*COLUMNS}
         ]
-        written, role, sample = (cells.get(name, "") for name in NAMES)
+        written, role = cells.get("file", ""), cells.get("role", "")
         if (file := by_cell.get(written)) is None:
             faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")
-            continue
-        answers = {name: text for name, text in cells.items() if name in ANSWERS and text}
-        possible = (*roles_of(file), "ignore")
-        if role not in possible:
+        elif role not in (possible := (*roles_of(file), "ignore")):
             faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")
-        elif as_label(sample) != sample:
-            faults.append(f"{where}: {file}: a sample {sample!r:.80}; leave out marks such as / and $.")
-        elif role in ("photo", "mask") and not sample:
-            faults.append(f"{where}: {file} has no sample; write the sample's name, or the role ignore.")
         else:
+            answers = {name: cells[name] for name in ANSWERS if name in cells}
+            sample = as_label(cells.get("sample", named[file].sample))
             decisions.setdefault(file, []).append(FilePlace(sample, ROLES[ROLES.index(role)], answers))
     for file, places in decisions.items():
         parts = {"".join(place.answers.get(name, "") for name in PART).upper() for place in places} - {""}

@@ -1,7 +1,7 @@
 """Run the sound samples of a lab, several at a time. Each has its own run folder, in which a killed run continues."""
 
 import time
-from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -12,7 +12,7 @@ from sealtwin.core.errors import InputError, SealtwinError
 from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
 from sealtwin.lab.files import TRIAL
-from sealtwin.study.estimate import SETUP_S, RunSize, checked_size
+from sealtwin.study.estimate import SETUP_S, checked_size
 from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.photos import write_trace
 from sealtwin.study.runner import Computing, launch
@@ -50,79 +50,65 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
     """
     catalogue = Catalogue.of(lab)
     faults = catalogue.faults()
-    left_out = [
-        SampleRun(first.name, "left out", reason=" ".join(fault.sentence for fault in (first, *others)))
-        for first, *others in faults.values()
+    results = [
+        SampleRun(each[0].name, "left out", reason=" ".join(fault.sentence for fault in each))
+        for each in faults.values()
     ]
-    trials = [record for record in catalogue.latest if record.sample not in faults]
-    return sorted([*_run_all(lab, trials, how, progress), *left_out], key=lambda one: sample_key(one.name))
+    records = {record.folder: record for key, record in catalogue.latest.items() if key not in faults}
+
+    def keep(run: StudyRun, result: SampleRun | Lost) -> StudyRun:
+        if isinstance(result, Lost):
+            result = SampleRun(records[run.key].name, "failed", run.key, reason=f"{result.reason}: give fewer --jobs.")
+        results.append(result)
+        return replace(run, state="failed" if result.state == "failed" else "done", wall_s=result.wall_s)
+
+    def left_s(run: StudyRun) -> float | None:
+        """Return the time that a run needs still, as it has written it, or None if it has not."""
+        with suppress(InputError, OSError, KeyError, TypeError):
+            return files.read_json(lab / run.key / RUN / PROGRESS)["eta_s"]
+
+    runs = [
+        StudyRun(number, key, {}, {}, key, key, _work_s(lab, record))
+        for number, (key, record) in enumerate(records.items(), start=1)
+    ]
+    work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep
+    launch(runs, how, "Running", progress, work, left_s=left_s)
+    return sorted(results, key=lambda result: sample_key(result.name))
 
 
 def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
     """Run one sample in its own folder. The list has one entry."""
-    began, progress, trial_folder = time.monotonic(), Progress(), lab / record.folder
+    began, progress, folder = time.monotonic(), Progress(), lab / record.folder
+    result = SampleRun(record.name, "failed", record.folder)
     try:
-        trial = load_trial(trial_folder / TRIAL)
-        finished = run_trial(trial, trial_folder, trial_folder / RUN, STAGES, device, progress, above=by_studies())
+        trial = load_trial(folder / TRIAL)
+        finished = run_trial(trial, folder, folder / RUN, STAGES, device, progress, above=by_studies())
+    except (SealtwinError, OSError) as fault:
+        result = replace(result, reason=f"{fault}")
     except Exception as fault:
         # A bug in one run must not stop the others; the command ends with code 1.
-        bug, reason = not isinstance(fault, SealtwinError | OSError), f"{fault}"
-        if bug:
-            reason = f"{type(fault).__name__}: {fault}. A bug: please report {write_trace(trial_folder / RUN)}."
-        wall_s = time.monotonic() - began
-        return [SampleRun(record.name, "failed", record.folder, reason=reason, bug=bug, wall_s=wall_s)]
-    comparison = finished.result.comparison
-    return [
-        SampleRun(
-            record.name,
-            "done" if finished.redone else "up to date",
-            record.folder,
+        reason = f"{type(fault).__name__}: {fault}. A bug: please report {write_trace(folder / RUN)}."
+        result = replace(result, reason=reason, bug=True)
+    else:
+        comparison = finished.result.comparison
+        result = replace(
+            result,
+            state="done" if finished.redone else "up to date",
             mean_error_mm=comparison and comparison.mean_error_mm,
             passed=comparison and comparison.passed,
             report=finished.result.report,
             warnings=tuple(text.removeprefix("note: ") for text in progress.warned),
-            wall_s=time.monotonic() - began,
         )
-    ]
+    return [replace(result, wall_s=time.monotonic() - began)]
 
 
-def _run_all(lab: Path, trials: Sequence[Record], how: Computing, progress: Progress) -> list[SampleRun]:
-    if not trials:
-        return []
-    results, records = dict[str, SampleRun](), {record.folder: record for record in trials}
-
-    def keep(run: StudyRun, result: SampleRun | Lost) -> StudyRun:
-        if isinstance(result, Lost):
-            name, reason = records[run.key].name, f"{result.reason}: give fewer --jobs."
-            result = SampleRun(name, "failed", run.key, reason=reason)
-        results[run.key] = result
-        return replace(run, state="failed" if result.state == "failed" else "done", wall_s=result.wall_s)
-
-    sizes = {key: _size(lab, record) for key, record in records.items()}
-    runs = [StudyRun(at, key, {}, {}, key, key, size.work_s) for at, (key, size) in enumerate(sizes.items(), start=1)]
-    work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep
-    began_s = time.time()
-    launch(runs, how, "Running", progress, work, left_s=lambda run: _left_s(lab / run.key / RUN / PROGRESS, began_s))
-    return list(results.values())
-
-
-def _left_s(path: Path, began_s: float) -> float | None:
-    """Return the time that a run needs still, as it has written it, or None if it has not."""
-    try:
-        return files.read_json(path)["eta_s"] if path.stat().st_mtime > began_s else None
-    except (InputError, OSError, KeyError, TypeError):
-        return None
-
-
-def _size(lab: Path, record: Record) -> RunSize:
-    """Return the size of a run; that of nothing to compute if it is finished, or if its worker will report a fault."""
+def _work_s(lab: Path, record: Record) -> float:
+    """Return the computing time of a run by the model; little if it is finished, or if its worker reports a fault."""
     folder = lab / record.folder
-    try:
+    with suppress(InputError, OSError):
         result = read_run(lab, record)
         if result is None or set(STAGES) - set(result.stages):
             trial = load_trial(folder / TRIAL).loaded(folder)
             size, _ = checked_size(trial, record_files.read_sample(folder / RUN))
-            return replace(size, work_s=size.work_s + REPORT_S)
-    except (InputError, OSError):
-        pass
-    return RunSize(0, 0, SETUP_S)
+            return size.work_s + REPORT_S
+    return SETUP_S

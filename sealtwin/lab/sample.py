@@ -1,45 +1,97 @@
-"""A sample of a lab's folder during an ingest: its files and settings, the questions about it, and its trial."""
+"""A sample of a lab's folder during an ingest: its files and settings, its trial, and the questions about it."""
 
-import hashlib
 import json
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
-from typing import Literal
+from typing import Any, Literal
 
+from digitise.settings import LARGEST_FILE_BYTES, NO_SCALE
+from sealtwin.core import files
 from sealtwin.core.doubts import Doubt
+from sealtwin.core.errors import InputError
+from sealtwin.core.settings import checked
 from sealtwin.lab.catalogue import Record
-from sealtwin.lab.files import KeptFile, Role
-from sealtwin.lab.notes import Note
-from sealtwin.trial.trial_file import Trial
-from validate.readings.grid import ReadSheet
+from sealtwin.lab.files import DEFAULTS, NAMED_FILES, KeptFile, Role
+from sealtwin.lab.notes import (
+    ALTERNATIVES,
+    ANSWERS,
+    DEPTH,
+    OF_READINGS,
+    ORIGINS,
+    OWN,
+    SCALE,
+    SETTINGS,
+    Note,
+    note_of_answers,
+    read_note,
+)
+from sealtwin.trial.job import LARGEST_SHEET_BYTES
+from sealtwin.trial.quick_trial import ASSUMED, toml_value
+from sealtwin.trial.trial_file import Trial, names_in, with_settings
+from validate.readings.grid import ReadSheet, SheetFaults
 from validate.readings.names import sample_key
+from validate.readings.read_readings import read_readings
+from validate.settings import Declared
 
 PAIRING = "pairing.csv"
-SETTINGS = "settings"  # Column of the pairing file for settings of the trial
+Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
+"""State of a sample's trial after an ingest; "failed" if its files raise questions."""
+ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
+STARTER = ASSUMED | {"crack.tilt": "lean", ANGLE: 11.0, "path.fill": 1.0, "path.trim_mm": 10.0}
+"""Settings that are used if no note gives them: those of fluid and solver are of 'sealtwin init', which let the sealant
+settle before its level is measured; the others are the defaults of a trial."""
+EXCLUDED = {
+    "path.plan": "path.",
+    "path.weighed": "path.volume_ml",
+    "solver.model": "solver.",  # The fast model has neither particles nor a rest.
+    "fluid.freeze_after_s": "fluid.yield_stress_pa",
+    FILL: ANGLE,
+}
+"""Beginnings of settings of the starter that a given setting excludes."""
+ORIGIN = 'write data = "measured" (or "reconstructed", "synthetic")'
+NEEDED = {
+    "photo.data": ("photo", "synthetic", ORIGIN),
+    DEPTH: ("photo", 16.0, "no photo shows it: write [crack] depth_mm = 16.0"),
+    "crack.tilt": (
+        "fill",
+        "funnel",
+        "the steps of a fill need it: write [crack] tilt = 'funnel' or, for walls that open downward, 'undercut' if "
+        "the photo shows the mouth's width, 'flare' if it shows the floor's",
+    ),
+    "readings.data": ("readings", "synthetic", ORIGIN),
+    "readings.role": (
+        "readings",
+        "held-out",
+        'write [readings] role = "held-out", or "calibrated-on" if they were used to choose the fluid',
+    ),
+    SCALE: ("photo", 0.1, NO_SCALE),
+}
+"""Required settings that no photo shows: role of the file that requires it, value with which the rest is checked, and
+what to write."""
 
 
 @dataclass
 class LabSample:
-    """A photo and its files, or files of one name that belong to no photo. Without questions, it becomes a trial."""
+    """A photo and its files, or files of one name that belong to no photo. It is sound if it has no questions."""
 
     folder: Path  # The lab's
     name: str
-    files: dict[Role, list[PurePath]] = field(default_factory=dict[Role, list[PurePath]])
+    files: dict[Role, list[PurePath]] = field(default_factory=dict)
     """Files by role. Several of one role but notes are in question. An empty list of readings waits for a sheet."""
     answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Of the pairing file
-    questions: dict[str, tuple[set[PurePath], tuple[str, ...]]] = field(default_factory=dict)
-    """Files in whose rows a question is, and the columns for its answer, by its sentence."""
-    fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
+    questions: dict[str, set[PurePath]] = field(default_factory=dict)  # Files in whose rows each sentence is
+    columns: set[str] = field(default_factory=set)  # Of the pairing file, for the answers
+    fate: Fate = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
     remarks: list[str] = field(default_factory=list)
     trial: Trial | None = None  # None if the settings cannot be used
-    stand_ins: Set[str] = frozenset()  # Required settings that were not given and have a stand-in
+    stand_ins: dict[str, Any] = field(default_factory=dict)  # Of required settings that were not given
     dialect: str | None = None  # Format of the sheet of readings, as a sentence; None if it could not be read
     understood: ReadSheet | None = None  # The sheet of readings as it was understood
     record: Record | None = None  # Of its trial in the lab; None for a new one in a dry run
-    copies: Path = Path()  # Folder with the copies of its files that are traced
+    trial_folder: Path = Path()  # Folder of its trial in the lab
 
     @property
     def key(self) -> str:
@@ -50,28 +102,151 @@ class LabSample:
         files = self.files.get(role, [])
         return files[0] if len(files) == 1 else None
 
-    def ask(self, *about: Doubt | str, file: PurePath | None = None) -> None:
-        """Add questions, each to the row of ``file``, else of the file that it names, else of the photo."""
+    def ask(self, *about: Doubt | str) -> None:
+        """Add questions, each to the rows of the files that it begins with, else to that of the photo."""
         every = [each for files in self.files.values() for each in files]
         for one in about:
             sentence, columns = (one, (SETTINGS,)) if isinstance(one, str) else (one.in_words("pairing"), one.columns)
             for raw in self.raw:
-                sentence = sentence.replace(f"{self.copies / raw.kept_as}", raw.original)
+                sentence = sentence.replace(f"{self.trial_folder / raw.kept_as}", raw.original)
             sentence = sentence.replace(f"{self.folder}/", "")
-            begin = sentence.removeprefix(f"{PAIRING}, ")
-            named = (each for each in every if begin.startswith((f"{each}:", f"{each},")))
-            rows, _ = self.questions.setdefault(sentence, (set(), columns))
-            rows.add(file or next(named, every[0]))
+            named = sentence.partition(": ")[0].split(", ")
+            rows = {each for each in every if f"{each}" in named} or {every[0]}
+            self.questions[sentence] = rows
+            self.columns |= {column if column in ANSWERS else SETTINGS for column in columns}
+
+    def refuse(self, fault: InputError) -> None:
+        """Add the questions of an error: those of a sheet, or a sentence of any other one each."""
+        if isinstance(fault, SheetFaults):
+            self.understood = fault.understood or self.understood
+            self.ask(*fault.doubts)
+        else:
+            self.ask(*str(fault).splitlines())
 
     @property
     def sheet_in_question(self) -> ReadSheet | None:
         """The sheet of readings as it was understood, if a question is about it."""
-        is_asked = any(self.file("readings") in rows for rows, _ in self.questions.values())
+        is_asked = any(self.file("readings") in rows for rows in self.questions.values())
         return self.understood if is_asked else None
 
     @property
-    def content(self) -> str:
-        """Hash of files and settings, which changes with any of them."""
-        settings = sorted((key, entry.value) for key, entry in self.note.entries.items())
-        parts = [settings, [*self.answers.values()], [(raw.role, raw.sha256) for raw in self.raw]]
-        return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
+    def said(self) -> Mapping[str, Any]:
+        """Settings in its notes, by dotted key, as JSON has them."""
+        return json.loads(json.dumps(self.note.values, default=str))
+
+
+def gather(sample: LabSample, defaults: Note, own: Note) -> None:
+    """Read a sample's notes and hash its files; does not read photos and sheets.
+
+    ``defaults`` are settings of all samples, ``own`` those of this one in tables of the folder.
+    """
+    for role, every in sample.files.items():
+        for count, file in enumerate(every):
+            path, limit = sample.folder / file, LARGEST_FILE_BYTES if role in ("photo", "mask") else LARGEST_SHEET_BYTES
+            if path.is_symlink() or not path.is_file():
+                sample.ask(f"{path}: not a plain file; links are not followed: copy the file itself.")
+            elif (size := path.stat().st_size) > limit:
+                sample.ask(f"{path}: {size / 1e6:,.0f} MB; the limit for such a file is {limit / 1e6:,.0f} MB.")
+            else:
+                copy = _copy_of(role, file, count)
+                sample.raw.append(KeptFile(role, file.as_posix(), copy, files.sha256(path), size))
+                if role == "note" and "photo" in sample.files:
+                    read_note(path, sample.key, own, answered=SETTINGS in sample.answers[role, file])
+    # The folder's settings of readings, fills and walls may be for other samples.
+    others = (ANGLE if "fill" in sample.files else FILL, *(() if "readings" in sample.files else OF_READINGS))
+    sample.note = own.over(defaults, others)
+    for (role, file), answers in sample.answers.items():
+        if role == "note" or sample.file(role):
+            sample.note = note_of_answers(answers, f"{PAIRING}, {file}").over(sample.note)
+    sample.ask(*sample.note.faults)
+
+
+def _copy_of(role: Role, file: PurePath, count: int = 0) -> str:
+    """Return the path of the copy of a sample's file in the folder of its trial."""
+    return f"inputs/{role}{f'-{count}' if count else ''}{file.suffix.lower()}"
+
+
+def prepare(sample: LabSample) -> None:
+    """Read the sheets of a sample and make its trial, even if it has questions; add all others.
+
+    Settings that are missing have a stand-in, so that the rest is checked at the same time.
+    """
+    from digitise.photo import offering_markers
+
+    for raw in sample.raw:
+        if raw.role == "readings":
+            _read(sample, PurePath(raw.original))
+    if "photo" not in sample.files:
+        return
+    settings, photo = _settings_of(sample), sample.folder / sample.files["photo"][0]
+    sample.stand_ins = {
+        key: stand_in for key, (role, stand_in, _) in NEEDED.items() if role in sample.files and key not in settings
+    }
+    if any(way & settings.keys() for way in ALTERNATIVES[0]):
+        sample.stand_ins.pop(SCALE, None)
+    for key in sample.stand_ins:
+        fault = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
+        sample.ask(offering_markers(fault, photo))
+    given = names_in(with_settings({}, settings))
+    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in given)
+    starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)} | sample.stand_ins
+    content = with_settings(with_settings({}, starter), settings)
+    if not sample.files.get("readings"):
+        content = {name: value for name, value in content.items() if name not in ("readings", "gate")}
+    if assumed := [f"{key} = {toml_value(starter[key])}" for key in starter if key in names_in(content) - given]:
+        sentence = f"Assumed, since no note of the lab gives it: {', '.join(assumed)}."
+        content["note"] = f"{sentence} {settings.get('note', '')}".strip()
+        sample.remarks.append(f"{sentence} Write your own values, best into {DEFAULTS}.")
+    try:
+        trial = checked(Trial, sample.folder, content, lambda key: _origin_of(sample, key))
+    except InputError as fault:
+        sample.refuse(fault)
+    else:
+        sample.trial = trial if [raw.role for raw in sample.raw].count("photo") == 1 else None
+
+
+def _read(sample: LabSample, file: PurePath) -> None:
+    """Read a sheet of readings as a run does, without the crack's length."""
+    path, values = sample.folder / file, sample.note.values
+    depth = values.get(DEPTH)
+    # Without a photo, the name of the file is in question too.
+    name = sample.name if "photo" in sample.files else None
+    given = with_settings({"readings": {"sample": name}}, values)["readings"]
+    try:
+        declared = checked(Declared, path, {key: given.get(key) for key in Declared.model_fields})
+    except InputError:
+        return  # A fault of its key. With a wrong answer, all others would be asked about again.
+    try:
+        profile = read_readings(path, declared, None, depth if isinstance(depth, int | float) else None)
+    except InputError as fault:
+        sample.refuse(fault)
+    else:
+        sample.ask(*profile.questions)
+        sample.understood = profile.understood
+        sample.dialect = profile.dialect if sample.file("readings") else None
+
+
+def _settings_of(sample: LabSample) -> dict[str, Any]:
+    """Return the settings of a trial by dotted key, from its notes and its files."""
+    note = sample.note
+    settings = {key: value for key, value in note.values.items() if key not in OWN}
+    for key in settings if "readings" not in sample.files else ():
+        if key.startswith(OF_READINGS) and key != ORIGINS[1]:
+            sample.ask(f"{note.origins[key]}: {key} is given, but the sample has no readings; add its sheet.")
+    settings |= {"name": sample.name, "readings.sample": sample.name}
+    for role, key in NAMED_FILES.items():
+        file = next(iter(sample.files.get(role, ())), None)
+        if key in note.values and PurePath(f"{settings[key]}").name != (file and file.name):
+            sample.ask(
+                f"{note.origins[key]}: {key} = {str(settings[key])!r:.80}, but the sample's {role} is "
+                f"{file or 'no file'}; delete the key, and choose the file in the pairing file."
+            )
+        settings[key] = file and _copy_of(role, file)
+    return {key: value for key, value in settings.items() if value is not None}
+
+
+def _origin_of(sample: LabSample, key: str) -> str:
+    """Return the places that give a setting or a table's settings, otherwise the path of a note of the sample."""
+    given = sample.note.origins.items()
+    origins = {origin for name, origin in given if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
+    return ", ".join(sorted(origins)) or str(sample.files["photo"][0].with_suffix(".toml"))

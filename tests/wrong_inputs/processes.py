@@ -13,7 +13,7 @@ DEVICE = Path(os.devnull)
 """A device of which a reader gets nothing, so that one that opens it ends; /dev/zero would fill the memory."""
 
 RUN = {"version": 1, "stages": {}}
-CATALOGUE = {"version": 5, "pairing": "", "sources": {}}
+CATALOGUE = {"version": 6, "pairing": "", "sources": {}}
 RECORD = {
     **{"sample": "p1", "name": "P1", "revision": 1, "folder": "P1", "source": "photos", "content": "", "files": []},
     **{"dialect": None, "date": None, "operator": None, "said": {}, "remarks": [], "ingested_utc": "", "sealtwin": ""},

@@ -26,6 +26,7 @@ def lab(two, sound, tmp_path_factory):
     next(fault for fault in FAULTS if fault.what == "two photos of one sample").plant(folder)
     lab = folder.parent / "lab"
     ingest(folder, lab, QUIET)
+    files.write_text(lab / "P01" / "run" / "profile.csv", "a level")
     with (folder / "P01.csv").open("a") as sheet:
         sheet.write("11.5,-1.0,-1.0,-1.0\n")
     answer = sealtwin("ingest", folder, "--out", lab, "--quiet")
@@ -40,8 +41,7 @@ def test_list_shows_the_latest_trial_of_each_sample_and_what_failed(lab):
     head, first, second, failed = _lab("list", lab).stdout.splitlines()
     assert head.split()[:5] == ["sample", "revision", "date", "taken", "in"]
     assert first.split()[:2] == ["P01", "2"]
-    # The result names no stage numbers.
-    assert first.endswith("mean error 0.46 mm (other version)")
+    assert first.endswith("mean error 0.46 mm")
     assert (second.split()[0], second.split()[2]) == ("P02", "2026-05-03")
     assert second.endswith("digitise done")
     assert failed.startswith("failed: P05: P05/photo.png, P05/side.png: 2 files")

@@ -8,7 +8,7 @@ import pytest
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
 from sealtwin.lab import files as lab_files
-from sealtwin.lab import prepare
+from sealtwin.lab import sample as samples
 from sealtwin.lab.catalogue import CATALOGUE, latest_trials
 from sealtwin.lab.files import LeftOut
 from sealtwin.lab.ingest import ingest
@@ -49,7 +49,7 @@ def test_what_was_saved_anew_is_asked_about_beside_the_old(small, tmp_path):
     (small / "P02_Messung.xls").write_bytes(b"old")
     assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "failed"}
     answer(tmp_path / "lab", {"P02_Messung.xls": {"role": "ignore"}})
-    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "new"}
+    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "revised"}
 
 
 def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):
@@ -100,7 +100,7 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
     with (small / "P01.csv").open("wb") as sheet:
         sheet.truncate(1_000_000_000)
     monkeypatch.setattr(
-        prepare.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
+        samples.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
     assert [*ingested.samples[0].questions] == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]

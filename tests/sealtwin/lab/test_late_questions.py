@@ -8,7 +8,7 @@ import pytest
 from sealtwin.core import record_files
 from sealtwin.core.errors import present
 from sealtwin.core.records import Profile
-from sealtwin.lab import run_checks
+from sealtwin.lab import ingest as steps
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
@@ -38,11 +38,11 @@ def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(la
     assert first.exit_code == 6, first.output
     assert "To answer the questions, edit" in first.stdout
     assert "2 cracks compete" in question(lab, "P02.png")
-    assert "a 2 in the column crack" in (asked := question(lab, "P02.png"))
-    assert Path(asked.partition("Look at ")[2].partition(". ")[0]).is_file(), asked
+    assert "such as photo.crack = 2" in (asked := question(lab, "P02.png"))
+    assert Path(asked.partition("Look at ")[2].rstrip(".")).is_file(), asked
     assert question(lab, "P01.csv").startswith("P01.csv: 40 mm in A8 is outside the crack")
     assert question(lab, "P01.png") == ""
-    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"crack": "2"}})
+    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"settings": "photo.crack = 2"}})
     last = _ingest(folder, lab)
     assert last.exit_code == 0, last.output
     assert "2 of 2 samples are sound" in last.stdout
@@ -76,7 +76,7 @@ def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
 
 def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
     folder, lab = late
-    traced = run_checks.digitise_many
+    traced = steps.digitise_many
 
     def answered_meanwhile(*arguments, **more):
         answer(lab, {"P02.png": {"crack": "2"}})
@@ -84,7 +84,7 @@ def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
 
     for file in folder.glob("P01*"):
         file.unlink()
-    monkeypatch.setattr(run_checks, "digitise_many", answered_meanwhile)
+    monkeypatch.setattr(steps, "digitise_many", answered_meanwhile)
     _ingest(folder, lab)
     monkeypatch.undo()
     assert next(row["crack"] for row in pairing_rows(lab) if row["file"] == "P02.png") == "2"

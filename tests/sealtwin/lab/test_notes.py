@@ -4,7 +4,7 @@ import pytest
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.notes import Note, NoteEntry, read_note
+from sealtwin.lab.notes import Note, read_note
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import ANSWER, TEXTS, make_lab_folder, write_texts
 from tests.labs import QUIET, answer, fates, question
@@ -23,7 +23,7 @@ def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_an
     for name, _ in TEXTS.values():
         assert "is not read, since not each of its lines is key = value" in question(lab, name)
     answer(lab, {"README.txt": {"role": "ignore"}, **{name: {"settings": ANSWER} for name, _ in TEXTS.values()}})
-    assert set(fates(ingest(folder, lab, QUIET)).values()) == {"new", "unchanged"}
+    assert set(fates(ingest(folder, lab, QUIET)).values()) == {"revised", "unchanged"}
     assert all(_depth_mm(lab, sample) == 8 for sample in TEXTS)
     assert (lab / "P03/inputs/note.txt").read_bytes() == (folder / "P03.txt").read_bytes()
     assert set(fates(ingest(folder, lab, QUIET)).values()) == {"unchanged"}
@@ -48,29 +48,29 @@ def test_texts_in_the_words_of_labs_are_not_read_and_hold_their_samples_until_an
 )
 def test_a_text_is_read_if_each_of_its_lines_is_a_setting_and_is_open_if_not(tmp_path, text, depth_mm):
     (tmp_path / "P01.txt").write_bytes(text if isinstance(text, bytes) else text.encode())
-    note = read_note(tmp_path / "P01.txt", "p01")
-    assert {key: entry.value for key, entry in note.entries.items()}.get("crack.depth_mm") == depth_mm
+    read_note(tmp_path / "P01.txt", "p01", note := Note())
+    assert note.values.get("crack.depth_mm") == depth_mm
     assert ["is not read" in fault for fault in note.faults] == [True] * (depth_mm is None)
 
 
 @pytest.mark.parametrize("text", ["Kante ausgebrochen", "Probe P-01", "Wetter = 'trocken'"])
 def test_a_text_without_a_number_sets_nothing(tmp_path, text):
     (tmp_path / "P01.txt").write_text(text)
-    assert read_note(tmp_path / "P01.txt", "p01") == Note()
+    read_note(tmp_path / "P01.txt", "p01", note := Note())
+    assert note == Note()
 
 
 def test_toml_has_the_trials_own_keys(tmp_path):
     (tmp_path / "P01.toml").write_text(
         'data = "measured"\ndate = 2026-05-03\ncrack.depth_mm = 16\ndepht_mm = 3\nreadings.quantity = "depth"\n'
-        '[photo]\nmm_per_pixl = 0.1\n[mesh]\nfile = "a.stl"\n'
+        "[photo]\nmm_per_pixl = 0.1\n"
     )
-    note = read_note(tmp_path / "P01.toml", "p01")
-    values = {key: entry.value for key, entry in note.entries.items()}
-    assert values == {
+    read_note(tmp_path / "P01.toml", "p01", note := Note())
+    assert note.values == {
         "photo.data": "measured", "readings.data": "measured", "date": "2026-05-03", "crack.depth_mm": 16,
         "readings.quantity": "depth",
     }  # fmt: skip
-    for key, fault in zip(("depht_mm", "photo.mm_per_pixl", "mesh"), note.faults, strict=True):
+    for key, fault in zip(("depht_mm", "photo.mm_per_pixl"), note.faults, strict=True):
         assert f"{key} = " in fault
 
 
@@ -87,14 +87,14 @@ def test_a_table_has_settings_of_each_sample(small, tmp_path):
     assert [fault.name for fault in ingest(small, lab, QUIET).faults] == ["Tiefen Mai.csv"]
     (small / "P01.toml").write_text("crack.depth_mm = 9")
     ingest(small, lab, QUIET)
-    assert "P01.toml: crack.depth_mm is also given in " in question(lab, "P01.toml")
+    assert "P01.toml: crack.depth_mm = '9': also given in Tiefen Mai.csv, row 2" in question(lab, "P01.toml")
     (small / "Tiefen Mai.csv").write_text("sample;crack.depth_mm;Breite\nP01;1,234;2\nP01;8;2\n")
     with pytest.raises(InputError, match=r"row 2: Breite = '2': no such key") as refusal:
         ingest(small, lab, QUIET)
-    assert "row 3: its sample is missing, or has another row" in str(refusal.value)
+    assert "row 3: crack.depth_mm = '8': also given in" in str(refusal.value)
 
 
 def test_a_samples_own_scale_takes_the_place_of_the_folders_whatever_its_kind():
-    folder = Note({key: NoteEntry(1.0, "lab.toml") for key in ("photo.mm_per_px", "crack.depth_mm", "fluid.U")})
-    own = Note({key: NoteEntry(1.0, "P01.toml") for key in ("photo.face_mm", "fluid.viscosity_pa_s")})
-    assert set(own.over(folder).entries) == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}
+    folder = Note(dict.fromkeys(("photo.mm_per_px", "crack.depth_mm", "fluid.U"), 1.0))
+    own = Note(dict.fromkeys(("photo.face_mm", "fluid.viscosity_pa_s"), 1.0))
+    assert set(own.over(folder).values) == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}

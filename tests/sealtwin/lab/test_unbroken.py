@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 
@@ -24,7 +23,7 @@ def _trials(lab):
     return sum(1 for _ in lab.glob("[!.]*/record.json"))
 
 
-@pytest.mark.parametrize("step", ["keep", "save", "rename"])
+@pytest.mark.parametrize("step", ["keep", "save", "write_if_new"])
 def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_path, monkeypatch, step):
     lab = tmp_path / "lab"
 
@@ -32,7 +31,9 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        place = {"keep": (steps, "keep"), "save": (Catalogue, "save"), "rename": (Path, "rename")}[step]
+        place = {"keep": (steps, "keep"), "save": (Catalogue, "save"), "write_if_new": (steps.files, "write_if_new")}[
+            step
+        ]
         patched.setattr(*place, stop)
         with pytest.raises(KeyboardInterrupt):
             ingest(small, lab, QUIET)
@@ -141,4 +142,4 @@ def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, m
     monkeypatch.setattr(steps, "keep", changing)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert "P01.csv: the file changed" in next(iter(ingested.samples[0].questions))
-    assert not (tmp_path / "lab" / "P01").exists()
+    assert "p01" in Catalogue.of(tmp_path / "lab").faults(), "nor is it run"
