@@ -21,9 +21,7 @@ DialUnit = Literal["1/10 mm", "1/100 mm"]
 """Divisions of a dial gauge, in which only readings are."""
 DIAL = re.compile(r"1\s*/\s*(100?)\s*mm|mm\s*/\s*(100?)", re.IGNORECASE)
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
-AS_WRITTEN = re.compile(
-    r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|worksheets|names"
-)
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|worksheets|names")
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
 
@@ -50,7 +48,9 @@ class Columns(Settings):
 
     s: Annotated[str, Field(pattern=COLUMN)] | None = None
     """Column of the stations: its letter in a spreadsheet, such as "A"."""
-    levels: Annotated[tuple[Annotated[str, Field(pattern=SPAN)], ...], Field(min_length=1, max_length=256)] | None = None
+    levels: Annotated[tuple[Annotated[str, Field(pattern=SPAN)], ...], Field(min_length=1, max_length=256)] | None = (
+        None
+    )
     """Columns of readings: letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is read."""
     places: Unit | Annotated[tuple[float, ...], Field(min_length=2, max_length=10_000)] | None = None
     """Meaning of the numbers of the stations: their unit, or, if they only count, places in mm, of the lowest and the

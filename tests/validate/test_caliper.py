@@ -35,7 +35,9 @@ def read(path: Path, settings: Readings = SETTINGS) -> Any:
 
 def take(table: Any, settings: Readings = SETTINGS) -> Any:
     """Read rows of numbers as those of a sheet."""
-    grid = grid_of_rows("caliper.csv", [["s_mm", *(f"level_{k}_mm" for k in range(1, table.shape[1]))], *table.tolist()])
+    grid = grid_of_rows(
+        "caliper.csv", [["s_mm", *(f"level_{k}_mm" for k in range(1, table.shape[1]))], *table.tolist()]
+    )
     return readings_of(grid, settings, 80.0, 16.0)
 
 

@@ -72,13 +72,13 @@ def find_header(grid: Grid, span: SheetPart) -> Header:
             # Rows with units and with the numbers of repeats belong to the header above them.
             if names := _names_if_header(grid, span, candidate):
                 header = Header(tuple(candidate), names, max(candidate[-1] + 1, span.top))
-            elif header is not None:
-                break
         if header is not None:
             return header
     # Without known names, it is the rows of texts above the first row with numbers.
     first = next((row for row in inside if _has_numbers(grid, span, row)), inside[0] if inside else span.top)
-    texts = tuple(row for row in grid.rows if first - MOST_ROWS <= row < first and len([*cells_in(grid, span, row)]) > 1)
+    texts = tuple(
+        row for row in grid.rows if first - MOST_ROWS <= row < first and len([*cells_in(grid, span, row)]) > 1
+    )
     return Header(texts, names_of(grid, span, texts), first)
 
 

@@ -4,7 +4,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from sealtwin.core.doubts import CONFIRMS
 from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.header import cells_in, numeric
 from validate.readings.names import FACTORS, is_calculated
-from validate.readings.numbers import common_mark, decimals_of, is_ambiguous, is_missing, number, plain_letters
+from validate.readings.numbers import common_mark, decimals_of, is_ambiguous, is_missing, number
 from validate.readings.screens import ReadCells
 from validate.readings.table import Column, Table
 from validate.settings import Decimal

@@ -207,16 +207,16 @@ def _stand_ins(
 
 def _column(table: Table, column: int, role: Role) -> Column:
     """Return a column; ask about marks of its name that may change what is read, whatever is declared."""
-    name, (unit, quantity) = table.header.names.get(column, ""), _kind(table, column)
-    rest, written, _ = without_unit(name)
+    name = table.header.names.get(column, "")
+    rest, unit, _ = without_unit(name)
     row, answer = max(table.header.rows, default=1), [letters(column)]
-    if role != "repeat" and (is_no_length(name) or written in ("g", "kg")):
+    if role != "repeat" and (is_no_length(name) or unit in ("g", "kg")):
         finding = f"{quoted(name)} is no length, but a share, an angle, a ratio or a mass."
         table.ask("no length", finding, "Name other columns, or write lengths into the sheet.", row=row)
     elif has_rest(name) or (meaning(name) is None and changes(rest)):
         remedy = "If it does, write the readings that are meant under a plain name."
         table.ask("name", f"does {quoted(name)} change the readings?", remedy, {CONFIRMS: answer}, answer, row)
-    return Column(column, role, written, quantity)
+    return Column(column, role, unit, _kind(table, column)[1])
 
 
 def _ask_about_samples(table: Table, column: int) -> None:

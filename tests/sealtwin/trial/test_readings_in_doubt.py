@@ -51,9 +51,15 @@ def test_readings_are_held_against_no_volume_that_nobody_said(run):
     (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
     with job_in(run) as job:
         unsaid = job.trial.model_copy(update={"path": job.trial.path.model_copy(update={"volume_ml": "cavity"})})
-        for one, doubted in ((job, True), (replace(job, trial=unsaid), False)):
-            readings = present(readings_of(one), "readings")
-            assert any("that dispensed" in doubt.finding for doubt in readings.questions) is doubted
+        shrunk = present(job.trial.readings, "readings").model_copy(
+            update={"state": "cured", "shrinkage_percent": 50.0}
+        )
+        cured = job.trial.model_copy(update={"readings": shrunk})
+        ratios = [
+            [doubt.finding.split()[6] for doubt in present(readings_of(each), "readings").questions]
+            for each in (job, replace(job, trial=cured), replace(job, trial=unsaid))
+        ]
+        assert ratios == [["2.74"], ["5.49"], []]
 
 
 def test_a_level_from_settings_that_are_in_doubt_does_not_accuse_the_readings(run):

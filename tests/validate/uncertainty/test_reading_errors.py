@@ -184,7 +184,9 @@ def test_rounding_to_one_side_shifts_all_readings_by_half_a_step(quantity, round
     numbers = (np.arange(-8.0, 9.0) if quantity == "level" else np.arange(8.0, -9.0, -1.0))[:, None]
     settings = readings(quantity=quantity, rounding=rounding)
     table = np.hstack([S_MM[:, None], numbers, numbers + 0.5, numbers]).tolist()
-    profile = readings_of(grid_of_rows("rows", [["s_mm", *(f"{quantity}_{k}_mm" for k in (1, 2, 3))], *table]), settings)
+    profile = readings_of(
+        grid_of_rows("rows", [["s_mm", *(f"{quantity}_{k}_mm" for k in (1, 2, 3))], *table]), settings
+    )
     whole = budget_of(profile, settings, Uncertainty(), MOUTH)
     shift = [one for one in whole.components if one.setting == "readings.rounding"]
     assert "readings.rounding" not in {one.setting for one in whole.missing}
