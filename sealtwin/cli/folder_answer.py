@@ -217,7 +217,8 @@ def _ending(ingested: Ingested) -> list[str]:
     samples = [each for each in ingested.samples if "photo" in each.files]
     sound = [each.fate for each in samples if not each.questions]
     unchanged, lab = sound.count("unchanged"), shown(ingested.lab)
-    count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
+    verb = "is" if 1 in (len(sound), len(samples)) else "are"
+    count = f"{len(sound)} of {counted(len(samples), 'sample')} {verb} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if ingested.dry_run:
         lines.append(f"Dry run: nothing was written. Without --dry-run, the command writes {lab}/{PAIRING}.")

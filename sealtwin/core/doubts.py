@@ -9,6 +9,7 @@ Reader = Literal["trial", "pairing", "python"]
 """Place in which the answer is written: a trial file or lab.toml, pairing.csv, or an argument of a function."""
 CONFIRMS = "as_written"  # Setting that confirms what is in doubt
 COLUMNS = "columns."  # Settings of [readings.columns]
+UNKNOWN = "..."  # In place of a value that only the user knows
 
 
 @dataclass(frozen=True)
@@ -20,8 +21,8 @@ class Doubt:
     finding: str  # A sentence
     remedy: str = ""  # What to do to the file or in the settings, as a sentence without names of settings
     answers: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Settings of [readings] that settle it, each with an example, such as ``{"columns.range": "A1:D8"}``. The entries
-    of ``as_written`` are those that confirm it."""
+    """Settings of [readings] that settle it, each with a proposal, such as ``{"columns.range": "A1:D8"}``, or None if
+    only the user knows. The entries of ``as_written`` are those that confirm it."""
     cells: tuple[str, ...] = ()  # Cells ("B7"), rows ("7") or columns ("B") concerned
     stops: bool = False  # True if it may change all that is read, such as another unit
 
@@ -65,10 +66,10 @@ def _column(key: str) -> str:
 
 def _setting(key: str, value: Any, reader: Reader) -> str:
     if reader == "pairing":
-        texts = value if isinstance(value, list | tuple) else [value]
+        texts = value if isinstance(value, list | tuple) else [UNKNOWN if value is None else value]
         text = " ".join({"level": "up", "depth": "down"}.get(f"{each}", f"{each}") for each in texts)
         return f"{_column(key)} = {text}"
     if reader == "python":
-        name = key.removeprefix(COLUMNS)
-        return f"columns={{{name!r}: {value!r}}}" if key.startswith(COLUMNS) else f"{name}={value!r}"
-    return f"readings.{key} = {json.dumps(value, ensure_ascii=False)}"
+        name, text = key.removeprefix(COLUMNS), UNKNOWN if value is None else repr(value)
+        return f"columns={{{name!r}: {text}}}" if key.startswith(COLUMNS) else f"{name}={text}"
+    return f"readings.{key} = {UNKNOWN if value is None else json.dumps(value, ensure_ascii=False)}"

@@ -19,7 +19,7 @@ from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueF
 from sealtwin.lab.files import DEFAULTS, TABLE_SUFFIXES, TRIAL, LeftOut, Placed, find_files
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults, read_settings_table
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
-from sealtwin.lab.sample import PAIRING, Fate, LabSample, gather, prepare
+from sealtwin.lab.sample import PAIRING, Fate, LabSample, gather, prepare, read_sheets
 from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.study.study_folder import PROFILE
 from sealtwin.trial.job import start_job
@@ -278,7 +278,10 @@ def _check(sample: LabSample, row: BatchRow) -> None:
     """Ask about the faults that prevent the run of the traced trial, and doubts about its readings."""
     if row.status != "ok":
         sample.ask(row.reason)
-    elif DEPTH not in sample.stand_ins:
+        return
+    if sample.dialect is None:
+        read_sheets(sample, row.length_mm)
+    if DEPTH not in sample.stand_ins:
         home = sample.trial_folder
         try:
             with open_folder(home / RUN, create=True) as opened:

@@ -173,9 +173,7 @@ def prepare(sample: LabSample) -> None:
     """
     from digitise.photo import offering_markers
 
-    for raw in sample.raw:
-        if raw.role == "readings":
-            _read(sample, PurePath(raw.original))
+    read_sheets(sample)
     if "photo" not in sample.files:
         return
     settings, photo = _settings_of(sample), sample.folder / sample.files["photo"][0]
@@ -205,8 +203,14 @@ def prepare(sample: LabSample) -> None:
         sample.trial = trial if [raw.role for raw in sample.raw].count("photo") == 1 else None
 
 
-def _read(sample: LabSample, file: PurePath) -> None:
-    """Read a sheet of readings as a run does, without the crack's length."""
+def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
+    """Read the sheets of readings as a run does, and ask about them. ``length_mm`` is of the crack, None if unknown."""
+    for raw in sample.raw:
+        if raw.role == "readings":
+            _read(sample, PurePath(raw.original), length_mm)
+
+
+def _read(sample: LabSample, file: PurePath, length_mm: float | None) -> None:
     path, values = sample.folder / file, sample.note.values
     depth = values.get(DEPTH)
     # Without a photo, the name of the file is in question too.
@@ -217,7 +221,7 @@ def _read(sample: LabSample, file: PurePath) -> None:
     except InputError:
         return  # A fault of its key. With a wrong answer, all others would be asked about again.
     try:
-        profile = read_readings(path, declared, None, depth if isinstance(depth, int | float) else None)
+        profile = read_readings(path, declared, length_mm, depth if isinstance(depth, int | float) else None)
     except InputError as fault:
         sample.refuse(fault)
     else:

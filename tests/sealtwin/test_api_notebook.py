@@ -94,11 +94,11 @@ def test_rows_are_readings_and_with_names_they_are_read_as_a_sheet(crack, solid)
 @pytest.mark.parametrize(
     ("rows", "columns", "words"),
     [
-        ([[10, 4], [30, 4]], ["s_mm", "reading"], "Give unit='mm'."),
-        ([[10, 4], [30, 4]], ["s_mm", "reading"], "Give quantity='depth'."),
+        ([[10, 4], [30, 4]], ["s_mm", "reading"], "Give unit=...."),
+        ([[10, 4], [30, 4]], ["s_mm", "reading"], "Give quantity=...."),
         ([[10, 9], [30, -9], [50, 9]], ["s_mm", "level_mm"], "as_written=['B3']"),
         ([[10, 9], [30, -9], [50, 9]], None, "as_written=['B3']"),
-        ("s_mm,foo\n10,4\n30,4\n", None, "columns={'levels': ['B']}"),
+        ("s_mm,foo\n10,4\n30,4\n", None, "columns={'levels': ...}"),
     ],
 )
 def test_what_is_wrong_with_readings_is_told_by_keywords(tmp_path, rows, columns, words):

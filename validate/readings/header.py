@@ -76,9 +76,8 @@ def find_header(grid: Grid, span: SheetPart) -> Header:
             return header
     # Without known names, it is the rows of texts above the first row with numbers.
     first = next((row for row in inside if _has_numbers(grid, span, row)), inside[0] if inside else span.top)
-    texts = tuple(
-        row for row in grid.rows if first - MOST_ROWS <= row < first and len([*cells_in(grid, span, row)]) > 1
-    )
+    texts = [row for row in rows if first - MOST_ROWS <= row < first and len([*cells_in(grid, span, row)]) > 1]
+    texts = tuple(row for row in texts if {*range(row, first)} <= {*texts} and not _has_numbers(grid, span, row))
     return Header(texts, names_of(grid, span, texts), first)
 
 

@@ -75,7 +75,7 @@ def readings_of(
         crack = (depth_mm, length_mm, filling) if has_levels else (None, length_mm if has_places else None, None)
         doubts = screens(cells, *crack, grid.place())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
-    questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, settings))
+    questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
     understood = _understood(table, rows)
     if any(doubt.is_open for doubt in questions):
         raise SheetFaults(questions, understood)
@@ -108,15 +108,10 @@ def _cell(value: Any) -> Cell:
     return Cell(f"{value}".strip())
 
 
-def _is_unanswered(doubt: Doubt, settings: Declared) -> bool:
-    """Return whether ``as_written`` leaves an entry of a doubt open: the cell, its row or its column confirms it."""
-    answered = set(settings.as_written or ())
-    if doubt.kind == "datum" and settings.datum != "sample_surface":
+def _is_unanswered(doubt: Doubt, table: Table) -> bool:
+    if doubt.kind == "datum" and table.declared.datum != "sample_surface":
         return False
-    return CONFIRMS not in doubt.answers or not all(
-        answered & ({entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""})
-        for entry in doubt.answers[CONFIRMS]
-    )
+    return CONFIRMS not in doubt.answers or not all(map(table.confirms, doubt.answers[CONFIRMS]))
 
 
 def _dialect(table: Table, rows: ReadRows) -> str:

@@ -40,6 +40,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
     texts += _names(table.grid, table.declared.sample)
+    texts = [text for text in texts if not table.confirms(text.answer)]
     if texts:
         # Too many cells to name are confirmed by their columns.
         entries = [text.answer if len(texts) <= MOST_QUOTED else text.answer.rstrip(DIGITS) for text in texts]
@@ -60,13 +61,15 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     grid = table.grid
     numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
     samples = {column for column, role in table.others.items() if role == "sample"}
+    columns = {column: [grid.cell(row, column).text for row in rows.read] for column in table.header.names}
+    labels = {column for column, texts in columns.items() if _are_labels([*filter(None, texts)], rows)}
     for row, cells in grid.rows.items():
         filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
         if row in rows.read or row in table.header.rows:
             texts = [grid.cell(row, column.index).text for column in table.used if column is not table.repeat]
             beside = f" beside {' '.join(map(shown, texts[:5]))}" if row in rows.read else ""
             for column, cell in filled:
-                if _may_change(table, row, column, numbers, sample):
+                if column not in labels and _may_change(table, row, column, numbers, sample):
                     yield Text(f"{letters(column)}{row}", cell.text, beside)
         elif row not in rows.passed and not {"station", "reading"} <= roles_in(cell.text for cell in cells):
             # The name of a sample beside numbers is that of another one.
@@ -80,6 +83,11 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
             yield Text(name, text, place=f"comment in {name}")
     for place, text in grid.elsewhere:
         yield Text("worksheets", text, place=place)
+
+
+def _are_labels(texts: list[str], rows: ReadRows) -> bool:
+    """Return whether the texts of a column name each station: P1, P2, P3."""
+    return len({*texts}) == len(texts) >= max(2, len(rows.cells.s_mm)) and all(map(CODE.fullmatch, texts))
 
 
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
@@ -118,7 +126,7 @@ def _ask_about_marks(table: Table, rows: ReadRows) -> None:
             of_rows = {row: looks.get((kind, row, column.index), "") for row in sorted(read)}
             usual = Counter(of_rows.values()).most_common(1)[0][0] if kind == "coloured" and read else ""
             unlike = [f"{name}{row}" for row, look in of_rows.items() if look != usual]
-            answers += [name] if kind == "hidden" and len(unlike) == len(rows.read) else unlike
+            answers += [name] if kind == "hidden" and len(unlike) == len(rows.read) > 0 else unlike
         if answers:
             finding = f"{words}, but read: {listed(answers)}."
             table.ask(kind, finding, "Skip rows or cells that do not count.", {CONFIRMS: answers}, answers)

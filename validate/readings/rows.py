@@ -138,7 +138,7 @@ class _Reader:
         mark = self.table.declared.decimal or common_mark(texts, self.grid.separator)
         if mark is None and (doubtful := [text for text in texts if is_ambiguous(text)]):
             finding = f"the mark in {quoted(doubtful[0])} is a decimal mark, or separates thousands."
-            self.table.ask("decimal", finding, answers={"decimal": "comma" if "," in doubtful[0] else "point"})
+            self.table.ask("decimal", finding, "The decimal mark is comma or point.", {"decimal": None})
         return mark
 
     def _reading(self, row: int, column: Column) -> Reading:
@@ -186,7 +186,8 @@ class _Reader:
         return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
 
     def _arrays(self, stations: dict[float, dict[str, Reading]]) -> ReadCells:
-        labels = sorted({label for own in stations.values() for label in own}, key=_by_number)
+        # Numbers by their size
+        labels = sorted({label for own in stations.values() for label in own}, key=lambda label: (len(label), label))
         table = [
             [own.get(label) or Reading(math.nan, next(iter(own.values())).row, -1) for label in labels]
             for own in stations.values()
@@ -211,12 +212,6 @@ def read_rows(table: Table) -> ReadRows:
     return _Reader(table).read()
 
 
-def _by_number(label: str) -> tuple[bool, float, str]:
-    """Return a sort key that puts numbers, by size, before words."""
-    value = number(label, "point")
-    return value is None, value or 0.0, label
-
-
 def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
     """Return the answer that skips some readings, and the rows of some places; none for half of all rows."""
     place = "" if table.station is None else letters(table.station.index)
@@ -236,7 +231,7 @@ def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, dept
         extent = f"at most {LONGEST_MM:g} mm" if length_mm is None else f"{length_mm:.1f} mm along its centreline"
         finding = f"{cells.s_mm[outside[0]]:.12g} mm in {listed(names)} is outside the crack, 0 to {extent}."
         remedy = "Check the unit, the end at which s is 0, and that the whole crack was traced."
-        table.ask("outside", finding, remedy, skipping(table, names), names)
+        table.ask("outside", finding, remedy, {"columns.skip": None}, names)
     if depth_mm is None:
         return
     # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste are a few millimetres high.

@@ -58,7 +58,7 @@ REMEDIES = {
 }
 ANSWERS: dict[str, dict[str, Any]] = {
     "span": {CONFIRMS: ["unit"]},
-    "datum": {"datum": "caliper_base", "datum_level_mm": 5.0},
+    "datum": {"datum": None, "datum_level_mm": None},
     "direction": {"columns.s_from": "second"},
 }
 """Answers to a doubt other than its cells or its kind."""

@@ -73,6 +73,11 @@ class Table:
         """Add a question about the sheet or one of its rows; with an answer ``as_written`` it is a doubt."""
         self.doubts.append(Doubt(kind, self.grid.place(row), finding, remedy, answers or {}, tuple(cells), stops))
 
+    def confirms(self, entry: str) -> bool:
+        """Return whether ``as_written`` confirms an entry: a cell by itself, by its row or by its column."""
+        parts = {entry, entry.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), entry.rstrip("0123456789")} - {""}
+        return not parts.isdisjoint(self.declared.as_written or ())
+
     def is_open(self, *kinds: str) -> bool:
         """Return whether a question of these kinds, or any without kinds, must be answered."""
         return any(doubt.is_open and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
@@ -100,16 +105,14 @@ def _end_before_next_table(table: Table) -> None:
     for count, row in enumerate(table.body):
         roles = roles_in(cell.text for _, cell in cells_in(table.grid, table.span, row))
         if count and "station" in roles and roles & {"reading", "repeat"}:
-            rows = [each for each in table.body[:count] if any(map(numeric, table.grid.rows[each]))] or [row]
-            _ask_for_range(table, f"another table begins in row {row}.", rows)
+            _ask_for_range(table, f"another table begins in row {row}.")
             table.body = table.body[:count]
             return
 
 
-def _ask_for_range(table: Table, finding: str, rows: Sequence[int], left: int = 0, right: int | None = None) -> None:
-    right = max(len(table.grid.rows[row]) for row in (*rows, *table.header.rows)) - 1 if right is None else right
-    answer = {"columns.range": f"{letters(left)}{rows[0]}:{letters(right)}{rows[-1]}"}
-    table.ask("range", finding, "Name the cells of the table of this sample.", answer)
+def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
+    remedy = 'Name the cells of the table of this sample, such as "A2:D18".'
+    table.ask("range", finding, remedy, {"columns.range": rows})
 
 
 def _set_roles(table: Table) -> None:
@@ -190,19 +193,16 @@ def _stand_ins(
     """Return the likeliest columns, and ask for them."""
     beside = [column for column in readings if stations[1:] and column < stations[1]]
     if beside and beside != readings:
-        rows = [min((*table.header.rows, *table.body)), *table.body]
-        _ask_for_range(table, f"{finding} Are there several tables?", rows, stations[0], beside[-1])
+        _ask_for_range(table, f"{finding} Are there several tables?")
         return stations[:1], beside
-    if {"station", "reading"} <= roles_in(table.grid.cell(row, table.span.left).text for row in table.body):
-        table.ask("columns", "places are side by side.", "Transpose the table in a copy: one row for each place.")
-        return [], []
+    answers: dict[str, Any] = {"columns.s": letters(stations[0]) if len(stations) == 1 else None}
     stations = (stations or [column for column in likely if column not in readings])[:1]
-    readings = [column for column in readings or likely if column not in stations]
-    readings = [column for column in readings if _kind(table, column) == _kind(table, readings[0])]
-    entries = [*map(letters, (*stations, *readings))]
-    answers = {"columns.s": entries[0], "columns.levels": entries[1:]} if readings and stations else {}
-    table.ask("columns", finding, "Name the columns of places and of readings by their letters.", answers)
-    return stations, readings
+    named = [column for column in readings if column not in stations]
+    named = [column for column in named if _kind(table, column) == _kind(table, named[0])]
+    answers["columns.levels"] = [*map(letters, named)] or None
+    remedy = "Name the columns of places and of readings by their letters; if places are side by side, transpose the "
+    table.ask("columns", finding, f"{remedy}table in a copy.", answers)
+    return stations, named or [column for column in likely if column not in stations]
 
 
 def _column(table: Table, column: int, role: Role) -> Column:
@@ -229,7 +229,7 @@ def _ask_about_samples(table: Table, column: int) -> None:
         finding = f"column {letters(column)} names several samples: {listed([*map(quoted, names)])}."
         rows = names[min(names, key=lambda name: sample_key(name) != sample_key(sample))]
         if table.body.index(rows[-1]) - table.body.index(rows[0]) == len(rows) - 1:
-            _ask_for_range(table, finding, rows)
+            _ask_for_range(table, finding, f"{rows[0]}:{rows[-1]}")
         else:
             table.ask("range", finding, "Sort the rows by sample in a copy, and name the cells of this one.")
         table.body = rows
@@ -264,8 +264,7 @@ def _ask_for_units(table: Table) -> None:
         table.ask("unit", finding, "Remove the setting, or correct the header.")
     if lacking:
         roles, remedy = {column.role for column in lacking}, f"Units are {', '.join(get_args(Unit))}."
-        answers = {"columns.places": "mm"} if "station" in roles else {}
-        answers |= {"unit": "mm"} if "reading" in roles else {}
+        answers = {key: None for key, role in (("columns.places", "station"), ("unit", "reading")) if role in roles}
         cells = [column.index for column in lacking]
         table.ask("unit", f"{_named(table, cells)} has no unit.", remedy, answers, [*map(letters, cells)])
 
@@ -278,5 +277,5 @@ def _ask_for_direction(table: Table) -> None:
         table.ask("quantity", finding, "Remove the setting, or choose other columns.")
     elif quantity is None and table.readings:
         finding = "nothing says whether the readings count upward from the face (level) or downward (depth)."
-        table.ask("quantity", finding, answers={"quantity": "depth"})
+        table.ask("quantity", finding, answers={"quantity": None})
     table.readings = [replace(column, quantity=quantity) for column in table.readings]

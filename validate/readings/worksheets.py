@@ -88,7 +88,7 @@ def chosen_grid(path: Path, program: str, sheets: Sequence[Worksheet], wanted: s
     doubts: tuple[Doubt, ...] = ()
     if len(chosen) != 1:
         finding += f" {listed([quoted(sheet.name) for sheet in named])}."
-        doubts = (Doubt("sheet", as_text(path), finding, answers={"sheet": named[0].name}),)
+        doubts = (Doubt("sheet", as_text(path), finding, answers={"sheet": None}),)
     # The first one stands in, so that what else is open is asked at the same time.
     sheet = (chosen or named)[0]
     rows = {

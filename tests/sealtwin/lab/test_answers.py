@@ -17,7 +17,7 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
     (small / "P01.csv").write_text(UNKNOWN)
     before = hashes_of(small)
     assert fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "new"}
-    for words in ("P01.csv: no column is named as a reading", "column B 'a', column C 'b'", "Give sign = down."):
+    for words in ("P01.csv: no column is named as a reading", "column B 'a', column C 'b'", "Give sign = ...."):
         assert words in question(lab, "P01.csv")
     pairing = answer(lab, {"P01.csv": {"s": "A", "levels": "B C", "unit": "mm", "sign": "down"}})
     assert fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "revised", "P02": "unchanged"}

@@ -13,6 +13,9 @@ from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Columns, Declared
 
+OWN = {"columns.s": "A", "columns.levels": ["B", "C"], "columns.places": "mm", "unit": "mm", "quantity": "depth"}
+OWN |= {"decimal": "comma", "datum": "caliper_base", "datum_level_mm": 5.0}
+"""Answers that only the user knows."""
 ADDED = ("as_written", "skip")  # Settings of which all entries count
 
 
@@ -23,9 +26,10 @@ def declared_of(columns: dict[str, Any] | None = None, **declared: Any) -> Decla
 
 def answered(doubts: Sequence[Doubt], columns: dict[str, Any] | None = None, **declared: Any) -> dict[str, Any]:
     """Return the settings with the answers of all doubts, put together as a user writes them."""
-    answers = dict[str, Any]()
+    answers, own = dict[str, Any](), OWN | declared.pop("own", {})
     for doubt in doubts:
         for key, value in doubt.answers.items():
+            value = own[key] if value is None else value
             answers[key] = [*answers.get(key, []), *value] if isinstance(value, list) else answers.get(key, value)
     columns = {**(columns or {})}
     for key, value in answers.items():
@@ -77,7 +81,9 @@ def brief(doubts: Sequence[Doubt]) -> str:
     """Return the kinds of doubts, their cells, and their answers without the names of settings."""
     parts = list[str]()
     for doubt in doubts:
-        values = [value if isinstance(value, list) else [value] for value in doubt.answers.values()]
+        values = [
+            value if isinstance(value, list) else [value] for value in doubt.answers.values() if value is not None
+        ]
         answers = [f"{entry}" for value in values for entry in value]
         parts.append(" ".join([doubt.kind, *doubt.cells, *(["=", *answers] if answers else [])]))
     return "; ".join(parts)

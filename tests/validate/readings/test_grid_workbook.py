@@ -137,7 +137,7 @@ def test_the_sheet_with_a_table_is_read_without_a_question(first, read):
 def test_several_tables_are_one_question(first, read):
     def question(sheet: str | None = None) -> str:
         (doubt,) = read(sheet).doubts
-        assert (doubt.kind, doubt.answers, doubt.is_open) == ("sheet", {"sheet": "Sheet"}, True)
+        assert (doubt.kind, doubt.answers, doubt.is_open) == ("sheet", {"sheet": None}, True)
         return doubt.finding
 
     second = first.parent.copy_worksheet(first)
