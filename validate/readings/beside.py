@@ -11,7 +11,11 @@ from importlib.resources import files as resources
 
 from validate.readings.names import sample_key
 
-LETTERS = str.maketrans("łø\u0131æc\u2019", "loiak'")
+LETTERS = str.maketrans(
+    "łø\u0131æc\u2019абвгґдеєжзиіклмнопрстуфхцчшщыэюяαβγδεζηθικλμνξοπρσςτυφχψωابتثجحخدرزسشصضطعغفقكلمنهوي",
+    "loiak'abvggdeejziiklmnoprstufhkqwwyeuaavgdezitiklmnxoprsstufhqoabttghhdrzswsdtagfqklmnhui",
+    "ьъ",
+)
 NEAR = 2  # Words on either side that can make a word harmless
 
 
@@ -36,9 +40,10 @@ FIGURES = re.compile(
     r"(?i)(?<![\w.,/-])(?:\d{4}([-/. ]{1,2})\d\d?\1\d\d?|\d\d?([-/.]) ?\d\d?\2 ?(?:20)?\d\d|\d\d?[/.]20\d\d"
     r"|\d\d?\. ?\d\d?\.(?!\d)|(?!1/)\d\d?/\d\d?)(?![\w/-])|(?:\d{4}年)?\d\d?月(?:\d\d?日)?"
     r"|(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?::[0-5]\d(?::[0-5]\d)?|[h時点](?:[0-5]\d分?)?)(?![\w:])"
-    r"|\b(?:klo?|ore)\.? ?\d\d?\.\d\d|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|(?:k[mp]|hmp) ?\d[\d.,+]*"
+    r"|\+?\d{2,4}(?:[ /-]\d{2,4}){3,}|\b(?:klo?|ore)\.? ?\d\d?\.\d\d|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|\b(?:[kк][mм]|kp|hmp|pk|пк|ch|plv|χ\.?θ)\b\.? ?\d[\d.,+]*|(?<![\w.,])\d[\d.,+]* ?(?:[kк][mм]|χλμ)\b(?!\.? ?\d)"
+    r"|\b(?:le|on|am|den|dne|dnia|il|el|от|від) \d\d?\.\d\d?\.?(?!\d)|\b\d\d?\.? ?(?:d[eo]l? )?[^\W\d_]{3,11}\.? (?:d[eo]l? )?20\d\d\b"
     r"|\b[a-z]?\d{1,4} ?\+ ?\d{3}(?:[.,]\d+)?|-?\d{1,3}(?:[.,]\d)? ?(?:° ?c\b|degc)"
-    r"|\b0 ?[-\u2013] ?[1-9]\d0 ?mm|(?<![\w.])(?:i\.o|b\.z)\.|(?<=\w)['\u2019]s\b"
+    r"|\b0 ?[-\u2013] ?[1-9]\d0 ?mm|(?<![\w.])(?:i\.o|b\.z|s\.k)\.|(?<=\w)['\u2019]s\b"
 )
 NUMBER_SIGN = re.compile(
     r"(?i)(?<!\w)(?:(?:n[or]|s/n|s)\.?\s*(?=[a-z]{0,3}[-/]?\d)|n\.?[°º]|№|v\.č\.|č\.(?= ?\d))"
@@ -52,8 +57,9 @@ TOKEN = re.compile(
     r"|\d\s?['\"](?![td][ae])|[+\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
     r"|(?P<code>\b(?!SN|R[HF]|UR)[A-Z]{2,3}[- ]?\d+(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
     rf"|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:[-./+,_:][\da-zA-Z]+)*)"
-    rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?![A-Z](?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
+    rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?!(?:[A-ZА-Я]|с)(?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
 )
+CLAUSE = re.compile(r"[;\n。]| [-\u2013\u2014] |(?<=\w{4})\.\s+(?![a-z\d])(?=\w{3})")
 GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|bei|beim|nach|zur?|zum|[Gg]emess\w+)\b")
 
 
@@ -71,6 +77,9 @@ def is_harmless(text: str, sample: str = "") -> bool:
         return True
     if len(text) > 400:  # Letters; longer ones are quoted in any case
         return False
+    clauses = CLAUSE.split(text)
+    if len(clauses) > 1:
+        return all(is_harmless(clause, sample) for clause in clauses)
     if sample:
         text = re.sub(rf"(?i)(?<!\w){re.escape(sample)}(?![\w'*+?])", " ¤ ", text)
     kinds, score = _kinds(text), 0
@@ -94,11 +103,12 @@ def _kinds(text: str) -> list[str]:
     for token in TOKEN.finditer(text):
         word, kind = token[0], str(token.lastgroup)
         if kind == "word":
-            unknown = "name" if has_names and word[0].isupper() else "unknown" if len(word) > 4 else ""
+            unknown = "name" if has_names and word[0].isupper() else "unknown" if len(plain(word).encode()) > 4 else ""
             kind = _kind(plain(word)) or (unknown if token.start() else "")
         elif kind in ("number", "code"):
             # Behind another it has no label; behind a word for a sample it is that of another one.
-            kind = {"number": "loose", "sample": "another"}.get(kinds[-1], kind)
+            before = kinds[-2] if kinds[-1] == "mark" and kinds[-2] == "sample" else kinds[-1]
+            kind = {"number": "loose", "sample": "another"}.get(before, kind)
         if kind:
             kinds.append(kind)
     return kinds
