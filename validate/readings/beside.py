@@ -16,6 +16,8 @@ LETTERS = str.maketrans(
     "loiak'abvggdeejziiklmnoprstufhkqwwyeuaavgdezitiklmnxoprsstufhqoabttghhdrzswsdtagfqklmnhui",
     "ьъ",
 )
+BREAKS = ("part", "clause")
+LEAST = -4  # Of a part between commas: two unknown words may stand alone, not three
 NEAR = 2  # Words on either side that can make a word harmless
 
 
@@ -37,19 +39,21 @@ LETTER = rf"(?:(?!{HAN})[^\W\d_])"
 HAN_ENTRIES = "|".join(entry for entry in sorted(KINDS, reverse=True) if entry > "\u3040")
 FIGURES = re.compile(
     # Dates, times, addresses of mail, kilometres of a road, temperatures, lengths of calipers; "i.O.", "b.z.".
-    r"(?i)(?<![\w.,/-])(?:\d{4}([-/. ]{1,2})\d\d?\1\d\d?|\d\d?([-/.]) ?\d\d?\2 ?(?:20)?\d\d|\d\d?[/.]20\d\d"
-    r"|\d\d?\. ?\d\d?\.(?!\d)|(?!1/)\d\d?/\d\d?)(?![\w/-])|(?:\d{4}年)?\d\d?月(?:\d\d?日)?"
-    r"|(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?::[0-5]\d(?::[0-5]\d)?|[h時点](?:[0-5]\d分?)?)(?![\w:])"
-    r"|\+?\d{2,4}(?:[ /-]\d{2,4}){3,}|\b(?:klo?|ore)\.? ?\d\d?\.\d\d|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|\b(?:[kк][mм]|kp|hmp|pk|пк|ch|plv|χ\.?θ)\b\.? ?\d[\d.,+]*|(?<![\w.,])\d[\d.,+]* ?(?:[kк][mм]|χλμ)\b(?!\.? ?\d)"
-    r"|\b(?:le|on|am|den|dne|dnia|il|el|от|від) \d\d?\.\d\d?\.?(?!\d)|\b\d\d?\.? ?(?:d[eo]l? )?[^\W\d_]{3,11}\.? (?:d[eo]l? )?20\d\d\b"
-    r"|\b[a-z]?\d{1,4} ?\+ ?\d{3}(?:[.,]\d+)?|-?\d{1,3}(?:[.,]\d)? ?(?:° ?c\b|degc)"
-    r"|\b0 ?[-\u2013] ?[1-9]\d0 ?mm|(?<![\w.])(?:i\.o|b\.z|s\.k)\.|(?<=\w)['\u2019]s\b"
+    r"(?i)(?<![\w.,/-])(?:\d{4}([-/. ]{1,2})\d\d?\1\d\d?|\d\d?([-/.]) ?\d\d?\2 ?(?:20)?\d\d|\d\d?[/.]20\d\d|20\d\d[/.-]\d\d?"
+    r"|\d\d?\. ?\d\d?\.(?!\d)|(?!1/)\d\d?/\d\d?(?:-\d\d)?|\d\d?\.? (?:d[eo]l? )?[^\W\d_]{3,11}\.? (?:d[eo]l? )?20\d\d)(?![\w/-])"
+    r"|\b(?:le|on|am|den|dne|dnia|il|el|от|від|до|due|bis|do|til|kal\w*\.?) \d\d?[./-]\d\d\.?(?!\d)"
+    r"|(?:\d{4}年)?\d\d?月(?:\d\d?日)?|(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?::[0-5]\d(?::[0-5]\d)?|[h時点](?:[0-5]\d分?)?)(?![\w:])"
+    r"|\b(?:klo?|ore|kell)\.? ?\d\d?\.\d\d|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|\+?\d{2,4}(?:[ /-]\d{2,4}){3,}"
+    r"|(?:\b(?:[kк][mм]|kp|hmp?|pk|пк|ch|χ\.?θ|χλμ)\b\.? ?|\b[a-z]?(?=\d{1,4} ?\+ ?\d{3}))\d[\d.,+]*(?: ?(?:[-\u2013~/]|to|til|al?) ?\d[\d.,+]*)?"
+    r"|(?<![\w.,])\d[\d.,+]* ?(?:[kк][mм]|χλμ)\b(?!\.? ?\d)|-?\d{1,3}(?:[.,]\d)? ?(?:° ?c\b|degc|grad\w*)"
+    r"|\b0 ?[-\u2013] ?[1-9]\d0 ?mm|(?<![\w.])(?:i\.o|b\.z|s\.k|o\.b|b\.u|u\.a)\.|(?<=\w)['\u2019]s\b"
 )
 NUMBER_SIGN = re.compile(
     r"(?i)(?<!\w)(?:(?:n[or]|s/n|s)\.?\s*(?=[a-z]{0,3}[-/]?\d)|n\.?[°º]|№|v\.č\.|č\.(?= ?\d))"
     r"|(?<=\d )(?:nolu|numaral\w+)|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
 )
 TOKEN = re.compile(
+    r"(?P<clause>[;\n。]| [-\u2013\u2014] |(?<=\w{5})\.\s+(?=\w{3}))|(?P<part>[,、](?!\d)(?=.*\w))|"
     r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|(?<!\d)\d+(?:,\d+| ?[%°])|\d/10+\b|\b1/\d+"
     r"|(?<!\d)\d{1,3}\.\d{1,2}(?:-\d\d?\.\d\d)?(?![\w.]))"
     # Units behind numbers or in brackets; marks of inches; signs.
@@ -59,7 +63,6 @@ TOKEN = re.compile(
     rf"|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:[-./+,_:][\da-zA-Z]+)*)"
     rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?!(?:[A-ZА-Я]|с)(?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
 )
-CLAUSE = re.compile(r"[;\n。]| [-\u2013\u2014] |(?<=\w{4})\.\s+(?![a-z\d])(?=\w{3})")
 GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|bei|beim|nach|zur?|zum|[Gg]emess\w+)\b")
 
 
@@ -77,29 +80,33 @@ def is_harmless(text: str, sample: str = "") -> bool:
         return True
     if len(text) > 400:  # Letters; longer ones are quoted in any case
         return False
-    clauses = CLAUSE.split(text)
-    if len(clauses) > 1:
-        return all(is_harmless(clause, sample) for clause in clauses)
     if sample:
         text = re.sub(rf"(?i)(?<!\w){re.escape(sample)}(?![\w'*+?])", " ¤ ", text)
-    kinds, score = _kinds(text), 0
-    if {*kinds} - {"sample", "equals", ""} == {"zero", "face"}:
+    kinds = [*_kinds(text), "clause"]
+    if {*kinds} - {"sample", "equals", *BREAKS} == {"zero", "face"}:
         return True
+    clause = part = 0
     for i, kind in enumerate(kinds):
         if not UNLESS.get(kind, set()).isdisjoint(kinds[max(i - NEAR, 0) : i + NEAR + 1]):
-            score += 6 * (kind == "negation")
-        elif kind in ASKED:
+            part += 6 * (kind == "negation")
+        elif kind in ASKED or (kind in BREAKS and part < LEAST):
             return False
+        elif kind in BREAKS:
+            clause, part = clause + part, 0
+            if kind == "clause":
+                if clause <= 0 and kinds[i - 1] not in BREAKS:
+                    return False
+                clause = 0
         else:
-            score += WORTH.get(kind, 0)
-    return score > 0 or not text.strip("-\u2013\u2014/.,;()_ ")
+            part += WORTH.get(kind, 0)
+    return True
 
 
 def _kinds(text: str) -> list[str]:
     """Return the kinds of words, numbers and signs, without unknown words of up to four letters."""
     text = FIGURES.sub(" § ", unicodedata.normalize("NFKC", NUMBER_SIGN.sub(" ¤ ", text)))
     has_names = not (text.isupper() or GERMAN.search(text))
-    kinds = [""]
+    kinds = ["part"]
     for token in TOKEN.finditer(text):
         word, kind = token[0], str(token.lastgroup)
         if kind == "word":
@@ -109,7 +116,7 @@ def _kinds(text: str) -> list[str]:
             # Behind another it has no label; behind a word for a sample it is that of another one.
             before = kinds[-2] if kinds[-1] == "mark" and kinds[-2] == "sample" else kinds[-1]
             kind = {"number": "loose", "sample": "another"}.get(before, kind)
-        if kind:
+        if kind or kinds[-1] in BREAKS:
             kinds.append(kind)
     return kinds
 
