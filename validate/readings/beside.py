@@ -56,7 +56,7 @@ TOKEN = re.compile(
     r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|(?<!\d)\d+(?:,\d+| ?[%°])|\d/10+\b|\b1/\d+"
     r"|(?<!\d)\d{1,3}\.\d{1,2}(?:-\d\d?\.\d\d)?(?![\w.]))"
     # Units behind numbers or in brackets; marks of inches; signs.
-    r"|(?P<sign>(?:\d ?|\b)[cсmм][mм]\b|\d ?x(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
+    r"|(?P<sign>(?<![a-zA-Zа-я])[cсmм][mм](?![a-zа-я])|\d ?x(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
     r"|\d\s?['\"](?![td][ae])|\+(?! [^\W\d])|[\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
     r"|(?P<code>\b(?!SN|R[HF]|UR)[A-Z]{2,3}[- ]?\d+(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
     rf"|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:(?:[-./+,_:]| [yueiи&] | u\. | et | og | och | and | und )[\da-zA-Z]+)*)"
