@@ -16,8 +16,6 @@ LETTERS = str.maketrans(
     "loiak'abvggdeejziiklmnoprstufhkqwwyeuaavgdezitiklmnxoprsstufhqoabttghhdrzswsdtagfqklmnhui",
     "ьъ",
 )
-BREAKS = ("part", "clause")
-LEAST = -4  # Of a part between commas: two unknown words may stand alone, not three
 NEAR = 2  # Words on either side that can make a word harmless
 
 
@@ -29,11 +27,10 @@ def plain(text: str) -> str:
 
 
 LISTS = tomllib.loads(resources("validate").joinpath("readings", "words_beside.toml").read_text("utf-8"))
-UNLESS = {kind: set(others.split()) for kind, others in LISTS.pop("unless").items()}
-WORTH = dict.fromkeys(LISTS["harmless"], 6) | dict.fromkeys(LISTS["weak"], 1) | LISTS.pop("worth")
+BESIDE, BEHIND, WORTH, WORTH_BESIDE = map(LISTS.pop, ("beside", "behind", "worth", "worth_beside"))
 KINDS = {plain(entry): kind for kinds in LISTS.values() for kind, entries in kinds.items() for entry in entries.split()}
-CHANGES = {*LISTS["changes"], "sign", "equals", "measure"}
-ASKED = CHANGES | {*LISTS["subjects"]}
+CHANGES = LISTS["changes"].keys()
+ASKED = CHANGES | LISTS["subjects"].keys()
 HAN = "[\u3040-\u30ff\u3400-\u9fff]"  # Scripts without blanks
 LETTER = rf"(?:(?!{HAN})[^\W\d_])"
 HAN_ENTRIES = "|".join(entry for entry in sorted(KINDS, reverse=True) if entry > "\u3040")
@@ -52,16 +49,16 @@ NUMBER_SIGN = re.compile(
     r"|(?<=\d )(?:nolu|numaral\w+)|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
 )
 TOKEN = re.compile(
-    r"(?P<clause>[;\n。]| [-\u2013\u2014] (?!\d)|(?<=\w{6})\.\s+(?=\w{3}))|(?P<part>[,、](?!\d)(?=.*\w))|"
-    r"(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|(?<!\d)\d+(?:,\d+| ?[%°])|\d/10+\b|\b1/\d+"
+    r"(?P<part>[,、](?!\d))|(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|(?<!\d)\d+(?:,\d+| ?[%°])|\d/10+\b|\b1/\d+"
     r"|(?<!\d)\d{1,3}\.\d{1,2}(?:-\d\d?\.\d\d)?(?![\w.]))"
     # Units behind numbers or in brackets; marks of inches; signs.
-    r"|(?P<sign>(?<![a-zA-Zа-я])[cсmм][mм](?![a-zа-я])|\d ?x(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
+    r"|(?P<sign>(?:\d ?|(?<![a-zA-Zа-я]))[cсmм][mм](?![a-zа-я])|\d ?x(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
     r"|\d\s?['\"](?![td][ae])|\+(?! [^\W\d])|[\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
     r"|(?P<code>\b(?!SN|R[HF]|UR)[A-Z]{2,3}[- ]?\d+(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
-    rf"|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:(?:[-./+,_:]| [yueiи&] | u\. | et | og | och | and | und )[\da-zA-Z]+)*)"
+    rf"|(?P<another>\b[A-Z]{{1,3}}0\d\b)|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:(?:[-./+,_:]| [yueiи&] | u\. | et | og | och | and | und )[\da-zA-Z]+)*)"
     rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?!(?:[A-ZÀ-ÞŚŞŠŻŽČА-Я]|с)(?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
 )
+CLAUSE = re.compile(r"[;\n。]| [-\u2013\u2014] (?!\d)|(?<=\w{6})\.\s+(?=\w{3})")
 GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|bei|beim|nach|zur?|zum|[Gg]emess\w+)\b")
 
 
@@ -81,23 +78,18 @@ def is_harmless(text: str, sample: str = "") -> bool:
         return False
     if sample:
         text = re.sub(rf"(?i)(?<!\w){re.escape(sample)}(?![\w'*+?])", " ¤ ", text)
-    kinds = [*_kinds(text), "clause"]
-    if {*kinds} - {"sample", "equals", *BREAKS} == {"zero", "face"}:
-        return True
-    clause = part = 0
-    for i, kind in enumerate(kinds):
-        if not UNLESS.get(kind, set()).isdisjoint(kinds[max(i - NEAR, 0) : i + NEAR + 1]):
-            part += 6 * (kind == "negation")
-        elif kind in ASKED or (kind in BREAKS and part < LEAST):
+    for clause in CLAUSE.split(text):
+        kinds, scores = _kinds(clause), [0]
+        for i, kind in enumerate(kinds[NEAR:]):
+            beside = {*BESIDE.get(kind, "").split()} & {*kinds[i : i + 2 * NEAR + 1]}
+            if kind in ASKED and not beside:
+                return False
+            if kind == "part":
+                scores.append(0)
+            scores[-1] += (WORTH_BESIDE if beside else WORTH).get(kind, 0)
+        # Between commas, two unknown words may stand alone, not three.
+        if re.search(r"\w", clause) and (min(scores) < -4 or sum(scores) <= 0):
             return False
-        elif kind in BREAKS:
-            clause, part = clause + part, 0
-            if kind == "clause":
-                if clause <= 0 and kinds[i - 1] not in BREAKS:
-                    return False
-                clause = 0
-        else:
-            part += WORTH.get(kind, 0)
     return True
 
 
@@ -105,17 +97,14 @@ def _kinds(text: str) -> list[str]:
     """Return the kinds of words, numbers and signs, without unknown words of up to four letters."""
     text = FIGURES.sub(" § ", unicodedata.normalize("NFKC", NUMBER_SIGN.sub(" ¤ ", text)))
     has_names = not (text.isupper() or GERMAN.search(text))
-    kinds = ["part"]
+    kinds = [""] * NEAR
     for token in TOKEN.finditer(text):
         word, kind = token[0], str(token.lastgroup)
         if kind == "word":
             unknown = "name" if has_names and word[0].isupper() else "unknown" if len(plain(word).encode()) > 4 else ""
             kind = _kind(plain(word)) or (unknown if token.start() else "")
-        elif kind in ("number", "code"):
-            # Behind another it has no label; behind a word for a sample it is that of another one.
-            before = kinds[-2] if kinds[-1] == "mark" and kinds[-2] == "sample" else kinds[-1]
-            kind = {"number": "loose", "sample": "another"}.get(before, kind)
-        if kind or kinds[-1] in BREAKS:
+        kind = BEHIND.get(kinds[-1], {}).get(kind, kind)
+        if kind:
             kinds.append(kind)
     return kinds
 
