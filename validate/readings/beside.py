@@ -4,6 +4,8 @@ A text is harmless if it has no word that may change readings, has a harmless to
 few unknown words and numbers. Any other becomes part of a question. The words are in ``words_beside.toml``.
 """
 
+# ruff: noqa: RUF001  Texts of labs have letters of all scripts.
+
 import re
 import tomllib
 import unicodedata
@@ -36,27 +38,31 @@ LETTER = rf"(?:(?!{HAN})[^\W\d_])"
 HAN_ENTRIES = "|".join(entry for entry in sorted(KINDS, reverse=True) if entry > "\u3040")
 FIGURES = re.compile(
     # Dates, times, addresses of mail, places of a road, temperatures, telephones, lengths of calipers; "i.O.", "b.z.".
-    r"(?i)(?<![\d.,/a-z-])(?:\d{4}([-/. ]{1,2})\d\d?\1\d\d?|\d\d?([-/.]) ?\d\d?\2 ?(?:20)?\d\d|\d\d?[/.]20\d\d|20\d\d[/.-]\d\d?"
-    r"|\d\d?\. ?\d\d?\.(?!\d)|(?!1/)\d\d?/\d\d?(?:-\d\d)?|\d\d?\.? (?:d[eo]l? )?[^\W\d_]{3,11}\.? (?:d[eo]l? )?20\d\d)(?![\w/-])"
+    r"(?i)(?<![\d.,/a-z-])(?:\d{4}([-/. ]{1,2})\d\d?\1\d\d?|\d\d?([-/.]) ?\d\d?\2 ?(?:20)?\d\d|\d\d?[/.]20\d\d"
+    r"|20\d\d[/.-]\d\d?|\d\d?\. ?\d\d?\.(?!\d)|(?!1/)\d\d?/\d\d?(?:-\d\d)?"
+    r"|\d\d?\.? (?:d[eo]l? )?[^\W\d_]{3,11}\.? (?:d[eo]l? )?20\d\d)(?![\w/-])"
     r"|\b(?:le|on|am|den|dne|dnia|il|el|от|від|до|due|bis|do|til|kal\w*\.?) \d\d?[./-]\d\d\.?(?![\d/-])(?!\.\d)"
-    r"|(?:\d{4}年)?\d\d?月(?:\d\d?日)?|(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?::[0-5]\d(?::[0-5]\d)?|[h時点](?:[0-5]\d分?)?)(?![\w:])"
-    r"|\b(?:klo?|ore|kell)\.? ?\d\d?\.\d\d|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|\+?\d{2,4}(?:[ /-]\d{2,4}){3,}"
-    r"|\b[a-z]?\d{1,4} ?\+ ?\d{3}(?:[.,]\d+)?(?: ?(?:[-\u2013~/]|to|til|al?|εως) ?[\d.,+]+)?|-?\d{1,3}(?:[.,]\d)? ?(?:° ?c\b|degc|grad\w*)"
-    r"|\b0 ?[-\u2013] ?[1-9]\d0 ?mm|(?<![\w.])(?:i\.o|b\.z|s\.k|o\.b|b\.u|u\.a)\.|(?<=\w)['\u2019]s\b"
+    r"|(?:\d{4}年)?\d\d?月(?:\d\d?日)?|(?<![\w.-])[\w.-]{1,40}@[\w.-]+|\+?\d{2,4}(?:[ /-]\d{2,4}){3,}"
+    r"|(?<![\w.,:])(?!1:)(?:[01]?\d|2[0-3])(?::[0-5]\d(?::[0-5]\d)?|[h時点](?:[0-5]\d分?)?)(?![\w:])"
+    r"|\b(?:klo?|ore|kell)\.? ?\d\d?\.\d\d|-?\d{1,3}(?:[.,]\d)? ?(?:°? ?c\b|degc)"
+    r"|\b[a-z]?\d{1,4} ?\+ ?\d{3}(?:[.,]\d+)?(?: ?(?:[-\u2013~/]|to|til|al?|εως) ?[\d.,+]+)?"
+    r"|\b(?:0 ?[-\u2013] ?)?[123][05]0 ?mm|(?<![\w.])(?:i\.o|b\.z|s\.k|o\.b|b\.u|u\.a)\.|(?<=\w)['\u2019]s\b|\bs pozdr\w+"
 )
 NUMBER_SIGN = re.compile(
-    r"(?i)(?<![a-z])(?:(?:n[or]\.?\s*|s/n\.?\s*|s\.?\s+|s\.|ст\.|стр\.|sz\.|αρ\.|с\.)(?=\s?[a-z]{0,3}[-/]?\d)|n\.?[°º]|№|#|v\.č\.|č\.(?= ?\d))"
-    r"|(?<=\d )(?:nolu|numaral\w+)|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
+    r"(?i)(?<![a-z])(?:(?:n[or]\.?\s*|s/n\.?\s*|s\.?nr\.?|s\.?\s+|s\.|ст\.|стр\.|sz\.|αρ\.|с\.)(?=\s?[a-z]{0,3}[-/]?\d)"
+    r"|n\.?[°º]|№|#|v\.č\.|č\.(?= ?\d))|(?<=\d )(?:nolu|numaral\w+)|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
 )
 TOKEN = re.compile(
     r"(?P<part>[,、](?!\d))|(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*|(?<!\d)\d+(?:,\d+| ?[%°])|\d/10+\b|\b1/\d+"
     r"|(?<!\d)\d{1,3}\.\d{1,2}(?:-\d\d?\.\d\d)?(?![\w.]))"
     # Units behind numbers or in brackets; marks of inches; signs.
-    r"|(?P<sign>(?:\d ?|(?<![a-zA-Zа-я]))[cсmм][mм](?![a-zа-я])|\d ?x(?![a-z])|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$"
-    r"|\d\s?['\"](?![td][ae])|\+(?! [^\W\d])|[\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
-    r"|(?P<code>\b(?!SN|R[HF]|UR)[A-Z]{2,3}[- ]?\d+(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
-    rf"|(?P<another>\b[A-Z]{{1,3}}0\d\b)|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*(?:(?:[-./+,_:]| [yueiи&] | u\. | et | og | och | and | und )[\da-zA-Z]+)*)"
-    rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?!(?:[A-ZÀ-ÞŚŞŠŻŽČА-Я]|с)(?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
+    r"|(?P<sign>(?:\d ?|(?<![a-zA-Zа-я]))[cсmм][mм](?![a-zа-я])|\d ?x(?![a-z])|\bx\d"
+    r"|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|\d\s?['\"](?![td][ae])"
+    r"|\+(?! [^\W\d])|[\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
+    r"|(?P<code>\b(?!SN|R[HF]|UR)[A-Z]{2,3}[- ]?\d+(?:[-/]\d+)*(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
+    rf"|(?P<another>\b[A-Z]{{1,3}}0\d\b)|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*"
+    r"(?:(?:[-./+,_:]| [yueiи&] | u\. | et | og | och | and | und )[\da-zA-Z]+)*)"
+    rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?!(?:[A-ZÀ-ÞŚŞŠŻŽČА-Я]|с|(?<=\.)s)(?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
 )
 CLAUSE = re.compile(r"[;\n。]| [-\u2013\u2014] (?!\d)|(?<=\w{6})\.\s+(?=\w{3})")
 GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|bei|beim|nach|zur?|zum|[Gg]emess\w+)\b")
