@@ -14,8 +14,8 @@ from importlib.resources import files as resources
 from validate.readings.names import sample_key
 
 LETTERS = str.maketrans(
-    "łø\u0131æc\u2019абвгґдеєжзиіклмнопрстуфхцчшщыэюяαβγδεζηθικλμνξοπρσςτυφχψωابتثجحخدرزسشصضطعغفقكلمنهوي",
-    "loiak'abvggdeejziiklmnoprstufhkqwwyeuaavgdezitiklmnxoprsstufhqoabttghhdrzswsdtagfqklmnhui",
+    "łø\u0131æc\u2019абвгґдеєжзиіклмнопрстуфхцчшщыэюяαβγδεζηθικλμνξοπρσςτυφχψω",
+    "loiak'abvggdeejziiklmnoprstufhkqwwyeuaavgdezitiklmnxoprsstufhqo",
     "ьъ",
 )
 NEAR = 2  # Words on either side that can make a word harmless
@@ -61,7 +61,7 @@ TOKEN = re.compile(
     r"|\+(?! [^\W\d])|[\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
     r"|(?P<code>\b(?!SN|R[HF]|UR)[A-Z]{2,3}[- ]?\d+(?:[-/]\d+)*(?!\w)|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
     rf"|(?P<another>\b[A-Z]{{1,3}}0\d\b)|(?P<number>{LETTER}{{0,4}}[-_]?\d[\da-zA-Z]*"
-    r"(?:(?:[-./+,_:]| [yueiи&] | u\. | et | og | och | and | und )[\da-zA-Z]+)*)"
+    r"(?:(?:[-./+,_:]| [yueiи&] | u\. | et | og | och | and | und | to | bis | til | t/m )[\da-zA-Z]+)*)"
     rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?!(?:[A-ZÀ-ÞŚŞŠŻŽČА-Я]|с|(?<=\.)s)(?!\w)){LETTER}{{1,30}})|(?P<letter>{HAN})"
 )
 CLAUSE = re.compile(r"[;\n。]| [-\u2013\u2014] (?!\d)|(?<=\w{6})\.\s+(?=\w{3})")
@@ -107,7 +107,7 @@ def _kinds(text: str) -> list[str]:
     for token in TOKEN.finditer(text):
         word, kind = token[0], str(token.lastgroup)
         if kind == "word":
-            unknown = "name" if has_names and word[0].isupper() else "unknown" if len(plain(word).encode()) > 4 else ""
+            unknown = "name" if has_names and word[0].isupper() else "unknown" if len(plain(word).encode()) > 3 else ""
             kind = _kind(plain(word)) or (unknown if token.start() else "")
         kind = BEHIND.get(kinds[-1], {}).get(kind, kind)
         if kind:
