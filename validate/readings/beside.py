@@ -95,7 +95,7 @@ def is_harmless(text: str, sample: str = "") -> bool:
                 scores.append(0)
             scores[-1] += (WORTH_BESIDE if beside else WORTH).get(kind, 0)
         # Between commas, two unknown words may stand alone, not three.
-        if re.search(r"\w", clause) and (min(scores) < -4 or sum(scores) <= 0):
+        if re.search(r"\w", clause) and (min(scores) < -5 or sum(scores) <= 0):
             return False
     return True
 
