@@ -1,7 +1,8 @@
 """Texts beside the numbers of a sheet: which are known to leave the readings as they are, and which may change them.
 
-A text is harmless if it has no word that may change readings, has a harmless topic (a person, a client, a photo), and
-few unknown words and numbers. Any other becomes part of a question. The words are in ``words_beside.toml``.
+A text is harmless if each of its clauses is: no word that may change readings, a harmless topic (a person, a client, a
+photo), and few unknown words and numbers. Any other becomes part of a question. The words are in
+``words_beside.toml``.
 """
 
 # ruff: noqa: RUF001  Texts of labs have letters of all scripts.
@@ -49,14 +50,16 @@ FIGURES = re.compile(
 )
 NUMBER_SIGN = re.compile(
     r"(?i)(?<![a-z])(?:(?:n[or]\.?\s*|s/n\.?\s*|s\.?nr\.?|s\.\s*|ст\.|стр\.|sz\.|αρ\.|с\.)(?=\s?[a-z]{0,3}[-/]?\d)"
-    r"|n\.?[°º]|№|#|v\.č\.|č\.(?= ?\d))|(?<=\d )(?:nolu|numaral\w+)|(?<=\d) (?:of|von|van|de|di|av|sur|z|из) \d+"
+    r"|n\.?[°º]|№|#|v\.č\.|č\.(?= ?\d))|(?<=\d )(?:nolu|numaral\w+)"
+    # Under "Remarks", "no" and "not" mean none only if they are alone.
+    r"|^(?:remark|note|bem|anm|obs|uwag|pozn)\w*: (?!\w{1,7}$)|(?<=\d) (?:of|v[oa]n|d[ei]|z|из) \d+"
 )
 TOKEN = re.compile(
     r"(?P<part>[,、](?!\d))|(?P<day>(?<![\w.,])[0-3]\d\.(?:0[1-9]|1[0-2])(?![\w.]))|(?P<measure>(?<!\w)[-+\u2212]\d[\d.,]*"
     r"|(?<!\d)\d+(?:,\d+| ?[%°])|\d/10+\b|\b1/\d+|(?<!\d)\d{1,3}\.\d{1,2}(?:-\d\d?\.\d\d)?(?![\w.]))"
     # Units behind numbers or in brackets; marks of inches; signs.
-    r"|(?P<sign>(?:\d ?|(?<![a-zA-Zа-я]))[cсmм][mм](?![a-zа-я])|\d ?x(?![a-z])|\bx\d"
-    r"|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|\d\s?['\"](?![td][ae])"
+    r"|(?P<sign>(?:\d ?|(?<![a-zA-Zа-я]))[cсmм][mм](?![a-zа-я])|\d ?x(?![a-z])"
+    r"|\bx\d|\d\W?(?:m|in)(?!\w|\s+[^\W\d])|[\[(](?:m|in)[\])]|(?<!\w)in\W*$|\d\s?['\"](?![td][ae])"
     r"|\+(?! [^\W\d])|[\u00b1\u00d7*%\u00b0?<>~\u2248\u2033\u2032\u2190-\u21ff\u221a\u2044^|])|(?P<equals>=)"
     r"|(?P<code>\b(?!SN|R[HF]|UR)[A-Z]{2,3}[- ]?\d+(?:[-/]\d+)*(?!\w)"
     r"|\b[^\W\d_]{0,4}[-_]?(?:\d{4,}|\d{2,}[-/]\d{3,})[\w/-]*)"
@@ -65,7 +68,7 @@ TOKEN = re.compile(
     rf"|(?P<word>{HAN_ENTRIES}|[§¤]|(?!(?:[A-ZÀ-ÞŚŞŠŻŽČА-Я]|с|(?<=\.)s)(?!\w))[^\W\d_{HAN}]{{1,30}})|(?P<letter>[{HAN}])"
 )
 CLAUSE = re.compile(r"[;\n。]| [-\u2013\u2014] (?!\d)|(?<=\w{6})\.\s+(?=\w{3})")
-GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|bei|beim|nach|zur?|zum|[Gg]emess\w+)\b")
+GERMAN = re.compile(r"\b(?:und|mit|vom|der|das|ist|wurden?|am|im|ab|auf|beim?|nach|zu[rm]?)\b|emes")
 
 
 def changes(text: str) -> bool:
