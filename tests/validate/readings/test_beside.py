@@ -1,4 +1,4 @@
-"""Texts beside the numbers, in 16 languages: harmless, or part of a question."""
+"""Texts beside the numbers, in 23 languages: harmless, or part of a question."""
 
 # ruff: noqa: RUF001  Texts of labs have letters of all scripts.
 
@@ -29,7 +29,8 @@ HARMLESS = (
     "Crack sealant level, sheet 4 of 9, K. Obuya|Proefstuk ligt in kast 3, onderste plank.|"
     "pics are on Dannys phone (IMG_2231 to 2240), will upload tmrw|sigue en la hoja 2|tady došla propiska, dál tužkou"
     "|Оригинал протокола в шкафу у Петровой|folytatás a 4. oldalon|记录：小李，复核：王工"
-    "|Anna Meier|Nullpunkt = Probenoberfläche|zero on surface|zéro sur la face|nula na povrchu vzorku|零点在试样表面"
+    "|Anna Meier|시료 보관|vihko 4, sivu 37|vu le 21.06, signé M. Lacombe|foto cekildi no 18"
+    "|Nullpunkt = Probenoberfläche|zero on surface|zéro sur la face|nula na povrchu vzorku|零点在试样表面"
 )
 CHANGING = (
     "all values in inches|rows 4 to 6 rejected, see repeat below|checked: zero is on a 5 mm block|"
@@ -74,16 +75,15 @@ BETWEEN = (
     "Operator: values in inch|Operator: Zoll|Prüfer: links|Photo: left to right|Measured From Far Edge|valid: no|no|x|?"
     "|*|+|not ok|no signal|OK?|5|5.0|Operator 5|measured 5 by Anna|gauge 5.00|Messuhr 5,00|gauge -5|Caliper, 5 mm"
     "|Photo 5,00|Caliper 0-6 inch|Messschieber in Zoll|caliper on 150 mm block|Caliper: zero at 0.01 mm|1:10"
-    "|45 %|Order: 3 2 1"
+    "|45 %|Order: 3 2 1|foto 3 gemaakt. daarna andersom"
     "|Gemessen von der Tischplatte|Probe Rückseite|sample P02|P02|datum is the table"
     "|Seite 2|测量取消|Projekt 88, Probe 89|Regal 3, Probe P05|Regal 3, P05"
     "|测量人陈静：倒序|样品5号|Prüfer Meier: Umgedreht"
     "|Operator: Anna Meier, Werte in Fuß|Messschieber Mahr, Werte in Schritt|gestrichen: A. Meier"
     "|MEASURED BACKWARDS|Measured on Plate|Photo 3: 5|gemessen mit Messbrücke|10,2 zamiast 12,0|recorded order C, B, A"
     "|Lab 2 gauge, reads from Collar|zero not on face|zero at the caliper face|Nullpunkt auf der Probe|n.i.O."
-    "|记录：估计值"
     "|vylomené zrno na hraně - platí jen 1. hodnota|то же, что строкой выше|bolla d'aria sotto la punta -> scartare"
-    "|ნიმუში შენახულია|عينة محفوظة|시료 보관"
+    "|ნიმუში შენახულია|عينة محفوظة|client: Devon roads; from here the other way round|记录：估计值"
 )
 """A harmless label, instrument or empty word with more beside it; unknown words and scripts."""
 
