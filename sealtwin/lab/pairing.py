@@ -92,17 +92,18 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
     if not path.is_file():
         raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
     faults = list[str]()
-    # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
-    by_cell = {name: file for file in named for name in (file.as_posix(), as_text_cell(file.as_posix()))}
+    by_name = {file.as_posix(): file for file in named}
     decisions: Placed = {}
     for line, texts in table_of(path)[1]:
-        where, cells = f"{path}, line {line}", {name: text for name, text in texts if text}
+        # Without the mark that stops a spreadsheet from calculating a cell.
+        bare = ((name, text[as_text_cell(text[1:]) == text :]) for name, text in texts)
+        where, cells = f"{path}, line {line}", {name: text for name, text in bare if text}
         faults += [
             f"{where}: {cells[name]!r:.80} is in a column {name!r:.80}; allowed are {', '.join(COLUMNS)}."
             for name in cells.keys() - {*COLUMNS}
         ]
         written, role = cells.get("file", ""), cells.get("role", "")
-        if (file := by_cell.get(written)) is None:
+        if (file := by_name.get(written)) is None:
             faults.append(f"{where}: {written!r:.80} is no file that is read; correct or delete the row.")
         elif role not in (possible := (*roles_of(file), "ignore")):
             faults.append(f"{where}: {file} cannot be {role!r:.40}; write one of {', '.join(possible)}.")

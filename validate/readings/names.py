@@ -50,8 +50,6 @@ ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
 ORDINAL = re.compile(
     rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(COLUMNS['ordinal'])}|[.\u00b0](?![0-9]))(?!\w)|#(?=[0-9])|n\u00b0"
 )
-TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
-"""A direction in several words, such as "nach unten"."""
 OTHER_UNIT = re.compile(r"\[\s*[^\W\d_]{1,4}\.?\s*\]")
 REST = re.compile(r"[^\w\s.,:;\[\]()]")
 NO_LENGTH = re.compile(rf"[%\u2030\u00b0]|[\[(]\s*[-\u2013\u20131]\s*[\])]|/(?!\s*{UNIT_WORD}\s*[\])]?\s*$)")
@@ -107,7 +105,6 @@ def without_unit(name: str) -> tuple[str, ColumnUnit | None, bool]:
     """Return a name in plain letters without its unit, the unit, and whether only one unit and no factor is in it."""
     plain = plain_letters(name[: LONGEST_NAME + 1])
     is_sound = len(plain) <= LONGEST_NAME and not any(unicodedata.category(letter) == "No" for letter in name)
-    plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", plain)
     plain = ORDINAL.sub(r"\1 ", ELIDED.sub("", HYPHEN.sub(" ", plain)))
     units = set[ColumnUnit]()
     if (dial := DIAL_UNIT.search(plain)) is not None:

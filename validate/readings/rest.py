@@ -40,7 +40,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
     texts += _names(table.grid, table.declared.sample)
-    texts = [text for text in texts if not table.confirms(text.answer)]
+    texts = [text for text in texts if not (table.confirms(text.answer) or text.answer in table.chosen.skip)]
     if texts:
         # Too many cells to name are confirmed by their columns.
         entries = [text.answer if len(texts) <= MOST_QUOTED else text.answer.rstrip(DIGITS) for text in texts]
@@ -61,8 +61,7 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     grid = table.grid
     numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
     samples = {column for column, role in table.others.items() if role == "sample"}
-    columns = {column: [grid.cell(row, column).text for row in rows.read] for column in table.header.names}
-    labels = {column for column, texts in columns.items() if _are_labels([*filter(None, texts)], rows)}
+    labels = {column for column in table.header.names if _has_labels(table, rows, column)}
     for row, cells in grid.rows.items():
         filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
         if row in rows.read or row in table.header.rows:
@@ -85,9 +84,10 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
         yield Text("worksheets", text, place=place)
 
 
-def _are_labels(texts: list[str], rows: ReadRows) -> bool:
-    """Return whether the texts of a column name each station: P1, P2, P3."""
-    return len({*texts}) == len(texts) >= max(2, len(rows.cells.s_mm)) and all(map(CODE.fullmatch, texts))
+def _has_labels(table: Table, rows: ReadRows, column: int) -> bool:
+    """Return whether the texts of a column name the stations: P1, P2, P3."""
+    labels = {table.grid.cell(row, column).text for row in rows.read} - {""}
+    return len(labels) == len(rows.cells.s_mm) and all(map(CODE.fullmatch, labels))
 
 
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:

@@ -76,10 +76,9 @@ class _Reader:
                 place = self.grid.cell(row, station.index)
             s_mm = self._in_mm(row, station, place)
             readings = [self._reading(row, column) for column in self.table.readings]
-            if s_mm is None:
-                passed.add(row)
-                continue
             read.add(row)
+            if s_mm is None:
+                continue
             s_mm = places.setdefault(round(s_mm / CLOSEST_MM) if abs(s_mm) < HUGE_MM else s_mm, s_mm)
             of_station = stations.setdefault(s_mm, {})
             is_twice = bool(of_station) and not is_long

@@ -111,7 +111,7 @@ def _end_before_next_table(table: Table) -> None:
 
 
 def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
-    remedy = 'Name the cells of the table of this sample, such as "A2:D18".'
+    remedy = 'Name the cells of the table of this sample, such as "A2:D18"; if its rows are mixed, sort them in a copy.'
     table.ask("range", finding, remedy, {"columns.range": rows})
 
 
@@ -126,17 +126,20 @@ def _set_roles(table: Table) -> None:
     repeats = _chosen(table, chosen.repeat and (chosen.repeat,), numbers, by_role["repeat"])
     if chosen.levels is not None:
         repeats = [column for column in repeats if column not in readings and len(readings) == 1]
-    if not readings:
-        # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
-        readings, repeats = repeats, []
     unknown = [column for column in numbers if column not in {*meanings, *stations, *readings, *repeats}]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
+    if not readings and not unknown:
+        # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
+        readings, repeats = repeats, []
     for column in by_role["sample"]:
         _ask_about_samples(table, column)
     if problems := [*_problems(table, stations, readings, repeats, unknown)]:
         table.stands_in = not (stations and readings)
         stations, readings = _stand_ins(table, stations, readings, unknown or numbers, f"{'; '.join(problems)}.")
         repeats = []
+        # Another column may be the answer: its name is asked about in the same round.
+        for column in sorted({*unknown} - {*stations, *readings}):
+            _column(table, column, "repeat")
     table.station = next((_column(table, column, "station") for column in stations), None)
     table.readings = [_column(table, column, "reading") for column in readings]
     table.repeat = next((_column(table, column, "repeat") for column in repeats), None)
@@ -196,6 +199,7 @@ def _stand_ins(
         _ask_for_range(table, f"{finding} Are there several tables?")
         return stations[:1], beside
     answers: dict[str, Any] = {"columns.s": letters(stations[0]) if len(stations) == 1 else None}
+    stations = sorted(stations, key=lambda column: _kind(table, column)[0] is None)
     stations = (stations or [column for column in likely if column not in readings])[:1]
     named = [column for column in readings if column not in stations]
     named = [column for column in named if _kind(table, column) == _kind(table, named[0])]
@@ -214,7 +218,7 @@ def _column(table: Table, column: int, role: Role) -> Column:
         finding = f"{quoted(name)} is no length, but a share, an angle, a ratio or a mass."
         table.ask("no length", finding, "Name other columns, or write lengths into the sheet.", row=row)
     elif has_rest(name) or (meaning(name) is None and changes(rest)):
-        remedy = "If it does, write the readings that are meant under a plain name."
+        remedy = "If it does, write what it says into other answers (unit, datum, end of s); then confirm it."
         table.ask("name", f"does {quoted(name)} change the readings?", remedy, {CONFIRMS: answer}, answer, row)
     return Column(column, role, unit, _kind(table, column)[1])
 
@@ -228,10 +232,8 @@ def _ask_about_samples(table: Table, column: int) -> None:
     if len(names) > 1:
         finding = f"column {letters(column)} names several samples: {listed([*map(quoted, names)])}."
         rows = names[min(names, key=lambda name: sample_key(name) != sample_key(sample))]
-        if table.body.index(rows[-1]) - table.body.index(rows[0]) == len(rows) - 1:
-            _ask_for_range(table, finding, f"{rows[0]}:{rows[-1]}")
-        else:
-            table.ask("range", finding, "Sort the rows by sample in a copy, and name the cells of this one.")
+        is_block = table.body.index(rows[-1]) - table.body.index(rows[0]) == len(rows) - 1
+        _ask_for_range(table, finding, f"{rows[0]}:{rows[-1]}" if is_block else None)
         table.body = rows
 
 

@@ -12,11 +12,11 @@ NAMES = {
     Meaning("station"): "Abstand|Along crack|a lo largo de la grieta",
     Meaning("station", "1/10 mm"): "s [1/10 mm]",
     Meaning("reading", "mm", "level", "1"): "level_1_mm|Level up 1 [mm]",
-    Meaning("reading", "mm", "level"): "h in mm|Pegel nach oben [mm]|Niveau vers le haut (mm)|nivel (milímetros)",
+    Meaning("reading", "mm", "level"): "h in mm|nivel (milímetros)",
     Meaning("reading", "inch", "level", "2"): "Höhe 2 / Zoll",
     Meaning("reading", None, "level"): "Ho\u0308he|HOEHE",
     Meaning("reading", "mm", "depth"): "depth [mm]|Tiefe unter Oberkante [mm]|Höhe abwärts [mm]|"
-    "Messwert_nach_unten_mm|Hauteur vers le bas (mm)|Altura hacia abajo (mm)|profondeur sous la surface en mm",
+    "profondeur sous la surface en mm",
     Meaning("reading", "mm", "depth", "3"): "Tiefe unter Oberfläche Messung 3 [mm]",
     Meaning("reading", "inch", "depth", "12"): "depth_12_in",
     Meaning("reading", "inch", "depth"): "depth [in]",
@@ -37,7 +37,7 @@ NAMES = {
 UNKNOWN = (
     "|x|t|d [mm]|12|Länge [mm]|crack depth [mm]|Füllhöhe [mm]|height above floor [mm]|depth level [mm]|"
     "level below surface [mm]|level up and down [mm]|depth upward [mm]|Tiefe aufwärts [mm]|Pegel unten [mm]|"
-    "Pegel nach 24 h [mm]|Niveau vers le mur [mm]|depth [mm] (cm)|depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|"
+    "Pegel nach 24 h [mm]|Pegel nach oben [mm]|Altura hacia abajo (mm)|Niveau vers le mur [mm]|depth [mm] (cm)|depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|"
     "$depth$ of $\\alpha$|=depth+gap|profondeur de la fissure [mm]|profundidad de la grieta [mm]|Probe 1 [mm]|16.1|"
     "\u2212Tiefe [mm]|X_Value [s]|Y [mm]|x1|Level [mm] (- = above)|Tiefe ab Messschieber [mm]|Probe 1 Tiefe [mm]|"
     "Tiefe \u2152 mm|Tiefe (0,1 mm)|Masse 10 g"

@@ -60,6 +60,7 @@ def test_a_table_is_read_as_it_is_meant(read, text, declared, repeats_mm):
 UNIT, B, S = {"unit": "mm"}, {"columns": {"levels": ["B"]}}, "s [mm];"
 ASKED = {
     "no header": (ROWS, {}, "columns; unit A B C; quantity"),
+    "a side in another name": ("Stelle;von links (mm);Tiefe [mm]\n" + ROWS, {}, "columns = A C; name B = B; unit A"),
     "an unknown name": (S + "Tiefe [mm];z\n" + ROWS, {}, "columns = A B"),
     "no name": (S + "Tiefe [mm]\n" + ROWS, {}, "columns = A B"),
     "weights": (S + "Tiefe [mm];Gewicht\n" + ROWS, {}, "columns = A B"),
