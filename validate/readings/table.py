@@ -19,7 +19,6 @@ from validate.readings.names import (
     unit_of,
     without_unit,
 )
-from validate.readings.numbers import plain_letters
 from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
 
 
@@ -161,7 +160,7 @@ def _problems(
     table: Table, stations: Sequence[int], readings: Sequence[int], repeats: Sequence[int], unknown: Sequence[int]
 ) -> Iterator[str]:
     """Yield what is not clear about the columns, as parts of a sentence."""
-    names = [plain_letters(table.header.names.get(column, "")) for column in readings]
+    names = [table.header.names.get(column, "") for column in readings]
     meanings = [what for what in map(meaning, names) if what is not None]
     kinds = {_kind(table, column) for column in readings}
     if len(stations) != 1 or {*stations} & {*readings}:
@@ -171,8 +170,8 @@ def _problems(
     if unknown:
         yield f"{_named(table, unknown)} has numbers under an unknown name"
     if table.chosen.levels is None:
-        if len({*names}) < len(names) or len(kinds) > 1:
-            yield f"{_named(table, readings)} have the same name, or differ in unit or direction"
+        if len(kinds) > 1:
+            yield f"{_named(table, readings)} differ in unit or direction"
         if any(int(what.number or 0) > len(readings) for what in meanings):
             yield f"{_named(table, readings)} has a number that counts no repeats"
     if len(repeats) > 1 or (repeats and len(readings) > 1):

@@ -37,10 +37,11 @@ NAMES = {
 UNKNOWN = (
     "|x|t|d [mm]|12|Länge [mm]|crack depth [mm]|Füllhöhe [mm]|height above floor [mm]|depth level [mm]|"
     "level below surface [mm]|level up and down [mm]|depth upward [mm]|Tiefe aufwärts [mm]|Pegel unten [mm]|"
-    "Pegel nach 24 h [mm]|Pegel nach oben [mm]|Altura hacia abajo (mm)|Niveau vers le mur [mm]|depth [mm] (cm)|depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|"
-    "$depth$ of $\\alpha$|=depth+gap|profondeur de la fissure [mm]|profundidad de la grieta [mm]|Probe 1 [mm]|16.1|"
-    "\u2212Tiefe [mm]|X_Value [s]|Y [mm]|x1|Level [mm] (- = above)|Tiefe ab Messschieber [mm]|Probe 1 Tiefe [mm]|"
-    "Tiefe \u2152 mm|Tiefe (0,1 mm)|Masse 10 g"
+    "Pegel nach 24 h [mm]|Pegel nach oben [mm]|Altura hacia abajo (mm)|Niveau vers le mur [mm]|depth [mm] (cm)|"
+    "depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|$depth$ of $\\alpha$|=depth+gap|profondeur de la fissure [mm]|"
+    "profundidad de la grieta [mm]|Probe 1 [mm]|16.1|\u2212Tiefe [mm]|X_Value [s]|Y [mm]|x1|"
+    "Level [mm] (- = above)|Tiefe ab Messschieber [mm]|Probe 1 Tiefe [mm]|Tiefe \u2152 mm|Tiefe (0,1 mm)|"
+    "Masse 10 g"
 )
 NO_LENGTHS = (
     "s [-]|s [1]|s/L|depth/D [-]|s [%]|Tiefe [\u2030]|Position rel.|relative position|Tiefe [°]|1/depth [1/mm]|Tiefe/2"
