@@ -21,7 +21,9 @@ DialUnit = Literal["1/10 mm", "1/100 mm"]
 """Divisions of a dial gauge, in which only readings are."""
 DIAL = re.compile(r"1\s*/\s*(100?)\s*mm|mm\s*/\s*(100?)", re.IGNORECASE)
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm; the second has a Greek letter
-AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|worksheets|names")
+AS_WRITTEN = re.compile(
+    r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|worksheets|names"
+)
 """Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
 """
 
@@ -86,9 +88,9 @@ class Declared(Settings):
     """Columns of the sheet, if its header does not name them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
-    "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place, or without
-    a place, are its repeats, "worksheets" if the texts of other worksheets, "names" if the name of the file or the
-    worksheet changes no reading."""
+    "sign", "unit", "datum" or "direction" for the whole sheet; "repeats" if rows of one place, or without a place, are
+    its repeats; "range" if texts outside of the range, "worksheets" if those of other worksheets, "names" if the name
+    of the file or the worksheet change no reading."""
     datum: Datum = "sample_surface"
     """Datum of the readings. The sample's surface, its face, is the datum of this format."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
@@ -104,7 +106,7 @@ class Declared(Settings):
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
                     'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats, '
-                    f"worksheets or names; found {answer!r:.40}"
+                    f"range, worksheets or names; found {answer!r:.40}"
                 )
         return answers
 

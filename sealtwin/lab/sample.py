@@ -18,7 +18,6 @@ from sealtwin.lab.notes import (
     ANSWERS,
     DEPTH,
     OF_READINGS,
-    ORIGINS,
     OWN,
     SCALE,
     SETTINGS,
@@ -234,9 +233,6 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
     """Return the settings of a trial by dotted key, from its notes and its files."""
     note = sample.note
     settings = {key: value for key, value in note.values.items() if key not in OWN}
-    for key in settings if "readings" not in sample.files else ():
-        if key.startswith(OF_READINGS) and key != ORIGINS[1]:
-            sample.ask(f"{note.origins[key]}: {key} is given, but the sample has no readings; add its sheet.")
     settings |= {"name": sample.name, "readings.sample": sample.name}
     for role, key in NAMED_FILES.items():
         file = next(iter(sample.files.get(role, ())), None)

@@ -78,7 +78,7 @@ def meaning(name: str) -> Meaning | None:
         return None
     if words & FACE:
         words -= RELATIVE
-    if (words & COLUMNS["axis"] and unit in MM) or (words & COLUMNS["along"] and words & COLUMNS["crack"]):
+    if words & COLUMNS["axis"] and unit in MM:
         words = words - COLUMNS["axis"] | {"s"}
     if words & SAMPLE and numbers:
         return None

@@ -123,10 +123,10 @@ def _dialect(table: Table, rows: ReadRows) -> str:
     if table.station is not None and units != [table.station.unit]:
         counting += f", places in {table.station.unit}"
     mark = () if rows.mark is None else (f"decimal {rows.mark}",)
-    layout = f"{'long' if rows.is_long else 'wide'}, {counted(rows.cells.levels_mm.shape[1], 'repeat')}"
+    repeats = counted(rows.cells.levels_mm.shape[1], "repeat")
     blank = int(np.isnan(rows.cells.readings_mm).sum())
     missing = (f"{counted(blank, 'reading')} missing",) if blank else ()
-    return "; ".join((", ".join((*table.grid.written, *mark)), layout, counting, *missing))
+    return "; ".join((", ".join((*table.grid.written, *mark)), repeats, counting, *missing))
 
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:

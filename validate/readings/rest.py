@@ -15,9 +15,9 @@ from validate.readings.rows import ReadRows
 from validate.readings.table import Table
 
 MOST_QUOTED, LONGEST_QUOTED = 60, 400  # Texts of a sheet, and letters of each
-DIGITS = "0123456789"
 REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
-NAMES = "names"  # Entry of as_written for the names of file and worksheet
+NAMES, RANGE = "names", "range"
+"""Entries of as_written for the names of file and worksheet, and for all texts outside of the range."""
 MARKS = {"struck": "struck through", "hidden": "hidden", "coloured": "coloured unlike the others"}
 CODE = re.compile(r"[^\W\d_]{1,3}[ _-]?[0-9]+\w?")
 LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat with its word, or a letter
@@ -28,8 +28,8 @@ class Text(NamedTuple):
 
     answer: str  # Entry of as_written that confirms it
     text: str
+    place: str
     beside: str = ""  # Place and readings of its row
-    place: str = ""  # Default: that of the answer
 
 
 def ask_about_rest(table: Table, rows: ReadRows) -> None:
@@ -42,15 +42,13 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     texts += _names(table.grid, table.declared.sample)
     texts = [text for text in texts if not (table.confirms(text.answer) or text.answer in table.chosen.skip)]
     if texts:
-        # Too many cells to name are confirmed by their columns.
-        entries = [text.answer if len(texts) <= MOST_QUOTED else text.answer.rstrip(DIGITS) for text in texts]
         alike = dict[str, list[str]]()
         for text in sorted(texts, key=lambda text: not changes(text.text)):
-            quote = f"{text.place or text.answer} {quoted(text.text, LONGEST_QUOTED)}{text.beside}"
+            quote = f"{text.place} {quoted(text.text, LONGEST_QUOTED)}{text.beside}"
             alike.setdefault(text.text, []).append(quote)
         # Each text is shown, those with a word that may change readings first; of equal ones the first.
-        quotes = [*map(listed, alike.values())]
-        confirms, finding = [*dict.fromkeys(entries)], f"does this change the readings? {listed(quotes, MOST_QUOTED)}."
+        confirms = sorted({text.answer for text in texts})
+        finding = f"does this change the readings? {listed([*map(listed, alike.values())], MOST_QUOTED)}."
         stops = any(changes(text.text) for text in texts if text.answer != NAMES)
         table.ask("remark", finding, REMEDY, {CONFIRMS: confirms}, confirms, stops=stops)
     _ask_about_marks(table, rows)
@@ -58,7 +56,14 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
 
 def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     """Yield the texts of the sheet outside of its header and readings, comments, and texts elsewhere in the file."""
-    grid = table.grid
+    grid, span = table.grid, table.span
+
+    def text_of(row: int, column: int, text: str, beside: str = "", what: str = "") -> Text:
+        is_inside = row in table.header.rows or span.top <= row <= span.bottom
+        is_inside &= span.left <= column <= span.right
+        cell = f"{letters(column)}{row}"
+        return Text(cell if is_inside or not table.confirms(RANGE) else RANGE, text, what + cell, beside)
+
     numbers = {column for row in table.body for column, cell in enumerate(grid.rows[row]) if numeric(cell)}
     samples = {column for column, role in table.others.items() if role == "sample"}
     labels = {column for column in table.header.names if _has_labels(table, rows, column)}
@@ -66,22 +71,21 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
         filled = [(column, cell) for column, cell in enumerate(cells) if cell.text]
         if row in rows.read or row in table.header.rows:
             texts = [grid.cell(row, column.index).text for column in table.used if column is not table.repeat]
-            beside = f" beside {' '.join(map(shown, texts[:5]))}" if row in rows.read else ""
+            beside = f" beside {' '.join(map(shown, texts))}" if row in rows.read else ""
             for column, cell in filled:
                 if column not in labels and _may_change(table, row, column, numbers, sample):
-                    yield Text(f"{letters(column)}{row}", cell.text, beside)
+                    yield text_of(row, column, cell.text, beside)
         elif row not in rows.passed and not {"station", "reading"} <= roles_in(cell.text for cell in cells):
             # The name of a sample beside numbers is that of another one.
             words = {column for column, cell in filled if not numeric(cell)}
             words -= samples if len(words) < len(filled) else set()
-            if words or (filled and table.span.top <= row < table.header.first):
-                yield Text(f"{letters(filled[0][0])}{row}", " ".join(cell.text for _, cell in filled))
+            if words or (filled and span.top <= row < table.header.first):
+                yield text_of(row, filled[0][0], " ".join(cell.text for _, cell in filled))
     for row, column, kind, text in grid.marks:
         if kind == "comment":
-            name = f"{letters(column)}{row}"
-            yield Text(name, text, place=f"comment in {name}")
+            yield text_of(row, column, text, what="comment in ")
     for place, text in grid.elsewhere:
-        yield Text("worksheets", text, place=place)
+        yield Text("worksheets", text, place)
 
 
 def _has_labels(table: Table, rows: ReadRows, column: int) -> bool:
@@ -95,8 +99,9 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
     cell, name = table.grid.cell(row, column), table.header.names.get(column, "")
     is_used = any(column == each.index for each in table.used)
     if row in table.header.rows:
-        # A column of numbers under an unknown name is asked about.
-        return not (is_used or column in table.others or column in numbers)
+        # A column of numbers under an unknown name is asked about, but not a title above it.
+        is_title = row < table.header.rows[-1] and table.is_open("columns", "range")
+        return is_title or not (is_used or column in table.others or column in numbers)
     if is_used:
         # The number of a repeat is no reading, and no word.
         return table.repeat is not None and column == table.repeat.index and LABEL.fullmatch(cell.text) is None
@@ -112,7 +117,7 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
         # "P02" in the file of P01 is another sample.
         is_other = sample and CODE.fullmatch(name) and sample_key(name) != sample_key(sample)
         if is_other or (len(name.strip()) > 1 and changes(name)):
-            yield Text(NAMES, name, place=what)
+            yield Text(NAMES, name, what)
 
 
 def _ask_about_marks(table: Table, rows: ReadRows) -> None:

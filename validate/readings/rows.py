@@ -30,7 +30,7 @@ COMPLAINTS = {
     "date": ("a date; spreadsheets convert numbers such as 16.1 to dates", "Enter the number again."),
     "mark": ("another decimal mark than in the other cells", "Write all numbers with one mark."),
     "word": ("no number, but a word", "If it marks a missing reading, skip it."),
-    "number": ("no number in the unit of its column", "Write one number into the cell."),
+    "number": ("no number in the unit of its column", "Skip it if it is no reading."),
 }
 """Findings about cells that cannot be read, and remedies, by the kind of the cell or of its text."""
 
@@ -48,7 +48,6 @@ class ReadRows:
 
     cells: ReadCells
     mark: Decimal | None
-    is_long: bool  # True if repeats are in rows of their own
     read: frozenset[int]  # Rows with a place and a reading
     passed: frozenset[int]  # Rows to skip, rows of means, and rows that are asked about
 
@@ -99,7 +98,7 @@ class _Reader:
             answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(self.table, twice)
             self.table.ask("twice", finding, remedy, answers, twice, stops=True)
         kept = [each for each in sorted(stations.items()) if any(mm == mm for mm, *_ in each[1].values())]
-        return ReadRows(self._arrays(dict(kept)), self.mark, is_long, frozenset(read), frozenset(passed))
+        return ReadRows(self._arrays(dict(kept)), self.mark, frozenset(read), frozenset(passed))
 
     def _refuse_fields(self) -> None:
         """Ask about rows with numbers beyond the header: in a file with commas between fields, they may be decimals."""
@@ -223,12 +222,11 @@ def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, dept
     """Ask about places outside the crack, (n,), and about impossible levels, (n, r)."""
     # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
     # be at the crack's end. At the beginning the scale has no effect.
-    furthest_mm = LONGEST_MM if length_mm is None else length_mm + max(SLACK_MM, 0.03 * length_mm)
-    outside = np.flatnonzero((cells.s_mm < -SLACK_MM) | (cells.s_mm > furthest_mm))
+    end_mm = LONGEST_MM if length_mm is None else length_mm
+    outside = np.flatnonzero((cells.s_mm < -SLACK_MM) | (cells.s_mm > end_mm + max(SLACK_MM, 0.03 * end_mm)))
     if outside.size:
         names = [f"{letters(cells.station_column)}{cells.rows[i].min()}" for i in outside]
-        extent = f"at most {LONGEST_MM:g} mm" if length_mm is None else f"{length_mm:.1f} mm along its centreline"
-        finding = f"{cells.s_mm[outside[0]]:.12g} mm in {listed(names)} is outside the crack, 0 to {extent}."
+        finding = f"{cells.s_mm[outside[0]]:.12g} mm in {listed(names)} is outside the crack, 0 to {end_mm:.1f} mm."
         remedy = "Check the unit, the end at which s is 0, and that the whole crack was traced."
         table.ask("outside", finding, remedy, {"columns.skip": None}, names)
     if depth_mm is None:

@@ -110,7 +110,8 @@ def _end_before_next_table(table: Table) -> None:
 
 
 def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
-    remedy = 'Name the cells of the table of this sample, such as "A2:D18"; if its rows are mixed, sort them in a copy.'
+    remedy = 'Name the cells of the table of this sample, such as "A2:D18"; sort mixed rows in a copy. As_written with '
+    remedy += '"range" confirms all texts outside.'
     table.ask("range", finding, remedy, {"columns.range": rows})
 
 
@@ -203,8 +204,8 @@ def _stand_ins(
     named = [column for column in readings if column not in stations]
     named = [column for column in named if _kind(table, column) == _kind(table, named[0])]
     answers["columns.levels"] = [*map(letters, named)] or None
-    remedy = "Name the columns of places and of readings by their letters; if places are side by side, transpose the "
-    table.ask("columns", finding, f"{remedy}table in a copy.", answers)
+    remedy = "Name the columns of places and readings by their letters; transpose a table of rows in a copy."
+    table.ask("columns", finding, remedy, answers)
     return stations, named or [column for column in likely if column not in stations]
 
 

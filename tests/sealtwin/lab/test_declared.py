@@ -67,10 +67,3 @@ def test_a_note_that_contradicts_its_samples_files_or_cannot_be_is_the_one_fault
     ]
     assert len(faults) == 1
     assert sentence in faults[0]
-
-
-def test_settings_of_readings_without_readings_are_asked_about(small, tmp_path):
-    (small / "P02_Messung.csv").unlink()
-    (small / "P02_Notiz.toml").write_text('crack.depth_mm = 8\nreadings.state = "wet"')
-    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
-    assert fault.sentence.startswith("P02_Notiz.toml: readings.state is given, but the sample has no readings")

@@ -5,11 +5,11 @@ import pytest
 from validate.readings.names import Meaning, has_rest, is_calculated, is_no_length, meaning, sample_key, unit_of
 
 NAMES = {
-    Meaning("station", "mm"): "s_mm|s/mm|x / mm|distanza dall'inizio, mm|lungo la fessura [mm]|"
+    Meaning("station", "mm"): "s_mm|s/mm|x / mm|distanza dall'inizio, mm|"
     "position le long de la fissure [mm]|distancia desde el inicio (mm)|Distance along crack [mm]",
     Meaning("station", "cm"): "Position entlang Riss (cm)",
     Meaning("station", "m"): "distance from start in m",
-    Meaning("station"): "Abstand|Along crack|a lo largo de la grieta",
+    Meaning("station"): "Abstand",
     Meaning("station", "1/10 mm"): "s [1/10 mm]",
     Meaning("reading", "mm", "level", "1"): "level_1_mm|Level up 1 [mm]",
     Meaning("reading", "mm", "level"): "h in mm|nivel (milímetros)",
@@ -35,7 +35,7 @@ NAMES = {
 }
 # The depth of the crack is not that of the sealant, and a sign or a factor may change readings.
 UNKNOWN = (
-    "|x|t|d [mm]|12|Länge [mm]|crack depth [mm]|Füllhöhe [mm]|height above floor [mm]|depth level [mm]|"
+    "|x|t|lungo la fessura [mm]|Along crack|d [mm]|12|Länge [mm]|crack depth [mm]|Füllhöhe [mm]|depth level [mm]|"
     "level below surface [mm]|level up and down [mm]|depth upward [mm]|Tiefe aufwärts [mm]|Pegel unten [mm]|"
     "Pegel nach 24 h [mm]|Pegel nach oben [mm]|Altura hacia abajo (mm)|Niveau vers le mur [mm]|depth [mm] (cm)|"
     "depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|$depth$ of $\\alpha$|=depth+gap|profondeur de la fissure [mm]|"

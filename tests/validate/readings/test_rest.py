@@ -42,7 +42,6 @@ ASKED = {
     "a number in a column of remarks": (NOTED.format("Bemerkung", "", "2,7", ""), ["C3"]),
     "codes beside some": (NOTED.format("", "x2", "", "x5"), ["C2", "C4"]),
     "a flag": (NOTED.format("ok", "ja", "nein", "ja"), ["C2", "C3", "C4"]),
-    "a flag in many rows": (f"{H};ok\n" + "".join(f"{s / 10};1;ja\n" for s in range(65)), ["C"]),
     "a side in each row": (NOTED.format("Seite", *["links"] * 3), ["C1", "C2", "C3", "C4"]),
     "a unit in each row": (NOTED.format("Einheit", *["cm"] * 3), ["C1", "C2", "C3", "C4"]),
     "a word for a repeat": ("s_mm;Wdh;depth_mm\n0;xa;1\n0;verworfen;9\n5;xa;2\n", ["B2", "B3", "B4"]),

@@ -42,7 +42,7 @@ READ = {
     "a declared column of means": ("s_mm;mean_mm\n" + SINGLE, {"columns": {"levels": ["B"]}, **MM_DOWN}, ONE),
     "a table beside another": (BESIDE, {"columns": {"range": "A:B"}}, ONE),
     "a range without a header": (H + ROWS + "15;9;9\n", {"columns": {"range": "A2:C4"}}, TWO),
-    "a table below another": (BELOW, {"columns": {"range": "A1:C4"}, "as_written": ("A6",)}, TWO),
+    "a table below another": (BELOW, {"columns": {"range": "A1:C4"}, "as_written": ("range",)}, TWO),
     "one of several samples": (SAMPLES, {"columns": {"range": "A4:C6"}}, ONE),
     "a merged sample": ("Probe;s [mm];Tiefe [mm]\nlab;0;1,5\n;5;2\n;10;3\n", {}, ONE),
     "the other end": (H + ROWS, {"columns": {"s_from": "second"}}, TWO[::-1]),
