@@ -40,7 +40,7 @@ def ask_about_rest(table: Table, rows: ReadRows) -> None:
     sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
     texts += _names(table.grid, table.declared.sample)
-    texts = [text for text in texts if not (table.confirms(text.answer) or text.answer in table.chosen.skip)]
+    texts = [text for text in texts if not table.confirms(text.answer)]
     if texts:
         alike = dict[str, list[str]]()
         for text in sorted(texts, key=lambda text: not changes(text.text)):

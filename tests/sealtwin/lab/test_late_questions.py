@@ -31,6 +31,14 @@ def late(small, tmp_path):
     return small, tmp_path / "lab"
 
 
+def test_a_sheet_in_question_is_held_against_its_crack_too(late):
+    folder, lab = late
+    edit(folder / "P01.csv", "level", "reading")
+    ingest(folder, lab, QUIET, jobs=1)
+    assert "sign = ..." in question(lab, "P01.csv")
+    assert "outside the crack" in question(lab, "P01.csv")
+
+
 def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(late):
     folder, lab = late
     before = hashes_of(folder)

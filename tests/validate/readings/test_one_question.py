@@ -86,6 +86,12 @@ def test_one_round_of_answers_is_enough(doubts_of, text, kinds):
     assert doubts_of(text, 20.0, 60.0, **answered(doubts, own=own)) == ()
 
 
+def test_what_only_the_user_knows_is_left_open(doubts_of):
+    (doubt,) = doubts_of(NO_WAY + _rows(), 20.0, 60.0)
+    words = {"trial": "readings.quantity = ...", "pairing": "sign = ...", "python": "quantity=..."}
+    assert all(text in doubt.in_words(reader) for reader, text in words.items())
+
+
 NO_ANSWER = {
     "no lengths": "s/L;Tiefe [mm]\n" + _rows("{s};{a}"),
     "places that are no numbers": "Stelle [mm];Tiefe [mm]\n" + _rows("P{s};{a}"),

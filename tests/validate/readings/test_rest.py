@@ -40,7 +40,7 @@ ASKED = {
     "beside, in a column of remarks": (NOTED.format("Bemerkung", "", "Ausreißer", ""), ["C3"]),
     "beside, without a name": (NOTED.format("", "", "wiederholt", ""), ["C3"]),
     "a number in a column of remarks": (NOTED.format("Bemerkung", "", "2,7", ""), ["C3"]),
-    "codes beside some": (NOTED.format("", "x2", "", "x5"), ["C2", "C4"]),
+    "codes beside some": (NOTED.format("Punkt", "x2", "", "x5"), ["C1", "C2", "C4"]),
     "a flag": (NOTED.format("ok", "ja", "nein", "ja"), ["C2", "C3", "C4"]),
     "a side in each row": (NOTED.format("Seite", *["links"] * 3), ["C1", "C2", "C3", "C4"]),
     "a unit in each row": (NOTED.format("Einheit", *["cm"] * 3), ["C1", "C2", "C3", "C4"]),
@@ -63,15 +63,16 @@ def test_a_text_that_may_change_readings_is_quoted_once(read, doubts_of, text, e
     assert (doubt.kind, doubt.answers) == ("remark", {"as_written": entries})
     assert read(text, as_written=tuple(entries)).questions == ()
     assert read(text, as_written=tuple({entry.strip("0123456789") for entry in entries})).questions == ()
-    assert len(doubts_of(text, as_written=("Z9", *entries[1:]))) == 1
+    assert [left.answers for left in doubts_of(text, as_written=("Z9", *entries[1:]))] == [{"as_written": entries[:1]}]
     if entries[0][1:]:
         assert read(text, as_written=tuple(entry[1:] for entry in entries)).questions == ()
 
 
 def test_a_remark_is_quoted_beside_its_readings(doubts_of):
     (doubt,) = doubts_of(NOTED.format("Bemerkung", "", "Ausreißer", ""))
-    (other,) = doubts_of(f"alle Werte in Zoll\n{H}\n{ROWS}")
+    (other,) = doubts_of(f"xyz\nalle Werte in Zoll\n{H}\n{ROWS}")
     assert (doubt.stops, other.stops) == (False, True)
+    assert other.finding.index("Zoll") < other.finding.index("xyz")
     assert "C3 'Ausreißer' beside 5 2" in doubt.finding
 
 

@@ -62,6 +62,19 @@ UNIT, B, S = {"unit": "mm"}, {"columns": {"levels": ["B"]}}, "s [mm];"
 ASKED = {
     "no header": (ROWS, {}, "columns; unit A B C; quantity"),
     "a side in another name": ("Stelle;von links (mm);Tiefe [mm]\n" + ROWS, {}, "columns = A C; name B = B; unit A"),
+    "a title apart": (
+        "Projekt;+5 mm\n\nOrt;a\n" + SINGLE,
+        {"columns": BY_LETTER | {"levels": ["B"]}, **MM_DOWN},
+        "remark A1 = A1",
+    ),
+    "rows of a sheet without names": (ROWS, {"columns": BY_LETTER | {"range": "A2:C3"}, **MM_DOWN}, ""),
+    "a number and a place": ("Position;Ort [mm];Tiefe [mm]\n1;0;1,5\n2;5;2\n", {}, "columns = C"),
+    "readings beside their numbers": ("s [mm];Messung;z\n0;1;9\n1;2;9\n5;1;8\n", {}, "columns = A; unit C; quantity"),
+    "repeats far apart, unknown": (
+        "u;a;b\n" + "".join(f"{s};1;{s}9\n" for s in range(7)),
+        {},
+        "columns; unit A B C; quantity",
+    ),
     "an unknown name": (S + "Tiefe [mm];z\n" + ROWS, {}, "columns = A B"),
     "no name": (S + "Tiefe [mm]\n" + ROWS, {}, "columns = A B"),
     "weights": (S + "Tiefe [mm];Gewicht\n" + ROWS, {}, "columns = A B"),
