@@ -105,7 +105,8 @@ def without_unit(name: str) -> tuple[str, ColumnUnit | None, bool]:
     """Return a name in plain letters without its unit, the unit, and whether only one unit and no factor is in it."""
     plain = plain_letters(name[: LONGEST_NAME + 1])
     is_sound = len(plain) <= LONGEST_NAME and not any(unicodedata.category(letter) == "No" for letter in name)
-    plain = ORDINAL.sub(r"\1 ", ELIDED.sub("", HYPHEN.sub(" ", plain)))
+    plain = HYPHEN.sub(" ", plain).replace("n\u00b0", "n ")
+    plain = ORDINAL.sub(r"\1 ", ELIDED.sub("", plain))
     units = set[ColumnUnit]()
     if (dial := DIAL_UNIT.search(plain)) is not None:
         units.add("1/10 mm" if "10" in dial.groups() else "1/100 mm")

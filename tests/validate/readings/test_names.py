@@ -28,10 +28,10 @@ NAMES = {
     Meaning("reading", "mm", None, "2"): "2. Messung (mm)",
     Meaning("reading", "mm", None, "3"): "Mesure n° 3 [mm]",
     Meaning("reading"): "value|lectura",
-    Meaning("repeat"): "Messung|Reading No.|Lauf|Zyklus Nr.",
+    Meaning("repeat"): "Messung|Reading No.|Lauf|Zyklus Nr.|Lecture n°|Herhaling",
     Meaning("sample"): "Muestra Nº|Sample ID|Prüfkörper Nr.",
     Meaning("other", "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
-    Meaning("other"): "Nr.|Temperatur [°C]|Station Nr|Opérateur",
+    Meaning("other"): "Nr.|Temperatur [°C]|Station Nr|Opérateur|Anmärkning|Observações|備考",
 }
 # The depth of the crack is not that of the sealant, and a sign or a factor may change readings.
 UNKNOWN = (
