@@ -16,7 +16,7 @@ HARMLESS = (
     "Gemeten door P. de Vries op 14-03-2025|Zmierzył: Jan Kowalski|Data pomiaru: 12.05.2025|"
     "Zakázka 2025/18, objednatel: Město Brno|Uppmätt av K. Larsson|"
     "Numune 3 numaralı dolapta saklanıyor|fénykép a laborban készült|照片在实验室拍摄|замечаний нет|"
-    "Photo folder: 2025/June/Ring Road|gez. Lehmann|"
+    "Photo folder: 2025/June/Ring Road|gez. Lehmann|client = Skanska|Tom H., raining again|"
     "Realizado por: Carmen Ortega, técnico de laboratorio|Próbka pobrana z ulicy Długiej|"
     "Mätningarna gjordes av Erik Svensson|测量由李娜完成|kontrollerad av B. Lind 2025-05-12|"
     "Datum: 17.06.2025, Uhrzeit 9:45|armoire 2, tiroir 4|Tempo piovoso|Operator: Piotr Zieliński|"
@@ -34,7 +34,7 @@ HARMLESS = (
 )
 CHANGING = (
     "all values in inches|rows 4 to 6 rejected, see repeat below|checked: zero is on a 5 mm block|"
-    "readings doubled by mistake|add 1.5 to each|Einheit: Zoll|"
+    "readings doubled by mistake|add 1.5 to each|Einheit: Zoll|copied from E4, arrived 3 maj|"
     "Messung wiederholt, erste verworfen|Vorzeichen umgekehrt|gegenüber der Tischplatte gemessen|"
     "mesuré depuis l'extrémité droite|le zéro est au fond de la fissure|"
     "lectures prises de droite à gauche|restar 5 mm|valori in pollici|segno invertito|"
