@@ -123,4 +123,4 @@ def _kind(word: str) -> str:
     """Return the kind of the longest entry that fits a plain word, or an empty text."""
     inner = (f"*{word[start:end]}" for start, end in combinations(range(len(word) + 1), 2))
     parts = {f"{word}.", *accumulate(word), *inner}
-    return KINDS.get(max(KINDS.keys() & parts, key=len, default=""), "")
+    return KINDS.get(max(sorted(KINDS.keys() & parts), key=len, default=""), "")
