@@ -66,13 +66,13 @@ class _Reader:
         stations = dict[float, dict[str, Reading]]()
         read, twice, blank, places, place = set[int](), list[str](), list[str](), dict[float, float](), BLANK
         for row in self.table.body:
+            written = BLANK if station is None else self.grid.cell(row, station.index)
+            # A row that is skipped has the place of the repeats below it.
+            place = written if written.text else place
             if station is None or row in passed or not self._has_readings(row):
                 continue
             cell = f"{letters(station.index)}{row}"
-            if not self.grid.cell(row, station.index).text:
-                blank.append(cell)
-            else:
-                place = self.grid.cell(row, station.index)
+            blank += [] if written.text else [cell]
             s_mm = self._in_mm(row, station, place)
             readings = [self._reading(row, column) for column in self.table.readings]
             read.add(row)

@@ -43,6 +43,7 @@ READ = {
     "rows of one place, as written": (SAME, {"as_written": ("repeats",)}, PAIRS),
     "rows to skip": (H + "0;1\n5;2\n9;9\nSoll;7\nx;3\n", {"columns": {"skip": [4, 5, 6]}}, TWO),
     "readings to skip": (PAIR + "0;1;x y\n5;2;2,1\n", {"columns": {"skip": ["C2"]}}, [[-1, None], PAIRS[1]]),
+    "repeats below a skipped row": (H + "0;1\n5;9\n;2\n", {"as_written": ("repeats",), "columns": {"skip": [3]}}, TWO),
     "rows without a place": (H + "0;1\n;1,1\n5;2\n;2,1\n", {"as_written": ("repeats",)}, PAIRS),
 }
 
