@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.fuzz_lab import MESHES, PLAN
-from benchmarks.fuzz_mutations import ODD, flipped, rekeyed, repainted, reworded
+from benchmarks.fuzz_mutations import ODD, flipped, reboxed, rekeyed, repainted, reworded
 
 OPTIONS = (
     *("--mm-per-px", "--depth-mm", "--ends", "--via", "--roi", "--face-mm", "--width-mm", "--set"),
@@ -66,6 +66,11 @@ class Case:
 def of_photo(case: Case) -> list[str]:
     case.damage("crack.png", repainted)
     return ["digitise", "trial.toml", "--out", "new"]
+
+
+def of_heic(case: Case) -> list[str]:
+    case.damage("phone.heic", reboxed)
+    return shlex.split("digitise phone.heic --depth-mm 10 --mm-per-px 0.1 --ends 22,60 398,110 --out new")
 
 
 def of_mesh(case: Case) -> list[str]:
@@ -236,6 +241,7 @@ READ_BY = {
 """Commands that read a folder back."""
 KINDS: dict[str, Callable[[Case], list[str]]] = {
     "photo": of_photo,
+    "HEIC": of_heic,
     "command line": of_command_line,
     "mesh": of_mesh,
     "drawing": of_drawing,

@@ -20,6 +20,7 @@ from tests.spreads import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
 from tests.studies import TRIAL, plannable_lab
 
 PLAN = "plan planned.toml --knots 3 --verify 1 --seeds 1 --device cpu --quiet"
+HEIC = Path(__file__).parents[1] / "fixtures" / "heic" / "crack.heic"
 MESHES = ("stl", "ply", "glb", "obj")
 ACCEPTED = (0, 5)
 MINE = {
@@ -69,6 +70,7 @@ def sound_lab(folder: Path) -> None:
     # Long enough for the trims that quick assumes, and so shallow that its fluid takes seconds.
     wide = with_crack(mortar((300, 120)), [(20, 61), (100, 57), (180, 63), (270, 58)], 24)
     write_png(folder / "quick.png", wide)
+    shutil.copy(HEIC, folder / "phone.heic")
     (folder / "depths.csv").write_text("s_mm,depth_mm\n0,3\n12,3.2\n26,2.9\n")
     (folder / "levels.csv").write_text("s_mm,level_1_mm,level_2_mm\n5,-0.4,-0.5\n10,-0.6,-0.5\n20,-0.5,-0.4\n")
     for line in MADE_BY:

@@ -11,37 +11,33 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageFile, ImageOps, TiffImagePlugin
+from PIL import Image, ImageOps, TiffImagePlugin
 from PIL.ExifTags import IFD, Base
 
 from digitise.image.raster import Map
-from digitise.image.tone_curve import as_displayed
+from digitise.image.tone_curve import require_usual_tone
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
 
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
 """File endings of photos in a folder. Photos that cannot be read are reported."""
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
-READABLE = "JPEG, PNG, WEBP, TIFF or BMP"
+READABLE = "JPEG, PNG, WEBP, TIFF, BMP or HEIC, with 8 bits per channel"
 MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera; it takes 350 MB of memory
 TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed; save it smaller."
 MIN_SIDE_PX = 64
-MASK = "photo.mask"  # Setting of the mask. Messages about it suggest PNG, since JPEG blurs its two values
-HEIF_BRANDS = (b"hei", b"hev", b"mif", b"msf", b"avi")  # How the brands of HEIC, HEIF and AVIF files begin
-HEIF = (
-    "this is HEIC, HEIF or AVIF, which cannot be read; save it as JPEG at full size (a phone's camera has a setting "
-    'for it: "most compatible").'
-)
+HEIC_BRANDS = frozenset({b"heic", b"heix", b"heim", b"heis", b"mif1"})  # ISO 23008-12: pictures; others are videos
+HEIF_BRANDS = (b"hev", b"msf", b"avi")  # How brands of image sequences in HEIF and of AVIF begin
+HEIF = "this is AVIF or a HEIF sequence, which cannot be read; save it as JPEG at full size."
 RAW_ENDINGS = frozenset(
     {".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2"}
 )
 RAW = "this is a camera's raw file, which cannot be read; develop it, and save it as JPEG at full size."
 BLACK, BRIGHT_PART = 15, 99.5  # Least usable brightness, of 255, at a percentile of a photo's pixels
-FLOATS = 3  # TIFF's sample format of floats
 FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers focal lengths (CIPA DCG-001)
 RESOLUTIONS = ("dpi", "resolution", "aspect", "jfif_density")  # Pillow's names for dots per length, across and down
 SQUARE = 0.01  # Largest relative difference of a square pixel's sides: programs round to whole dots
-MULTIPAGE = ("TIFF", "PNG", "WEBP")  # Formats with pages or frames; a second picture in a phone's JPEG is a preview
+MULTIPAGE = ("TIFF", "PNG", "WEBP", "HEIF")  # With pages or frames; a second picture in a phone's JPEG is a preview
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,15 +64,18 @@ class Pixels(Decoded):
 
 
 def read_photo(path: Path, key: str = "photo.file") -> Decoded:
-    """Read a single 8-bit photo and turn it upright by its EXIF; ``key`` is the setting that an InputError names."""
+    """Read a single 8-bit photo and turn it upright; ``key`` is the setting that an InputError names."""
     with opened(path, key) as photo:
         _require_square(path, photo)
+        require_usual_tone(path, photo)
         focal_px = _focal_px(photo)
+        # HEIC is turned by libheif, and its EXIF states no turn any more.
         ImageOps.exif_transpose(photo, in_place=True)
-        shown, remarks = as_displayed(photo)
-        pixels = np.asarray(shown)
-        doubts = (*_transparency(photo), *remarks, *_inks(path, photo, pixels))
-        return Decoded(image=pixels, focal_px=focal_px, warnings=doubts)
+        alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
+        clear = float(np.mean(np.asarray(alpha) < 255))
+        doubt = f"{max(clear, 0.0001):.2%} of the photo is transparent; its hidden colours were used"
+        pixels = np.asarray(photo.convert("RGB"))
+        return Decoded(image=pixels, focal_px=focal_px, warnings=(doubt,) if clear else ())
 
 
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
@@ -96,78 +95,53 @@ def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
 def opened(path: Path, key: str) -> Iterator[Image.Image]:
     """Open a picture after checks of its header. Errors inside the block become InputErrors.
 
-    ``key`` is the setting that names the file. Messages about a mask suggest other formats than those about a photo.
+    ``key`` is the setting that names the file.
     """
-    what, saved, again = ("mask", "PNG", "export it") if key == MASK else ("photo", "JPEG", "copy it from the camera")
     if path.is_dir():
         raise InputError(f"{path}: is a folder; give {key} as a {READABLE} file.")
     if not path.is_file():
         raise InputError(f"{path}: not found; {key} is relative to the folder of its trial file.")
     size = path.stat().st_size
     if size == 0:
-        raise InputError(f"{path}: the {what} is empty (0 bytes); {again} again.")
+        raise InputError(f"{path}: the picture is empty (0 bytes); copy or export it again.")
     if size > LARGEST_FILE_BYTES:
         # Some decoders read the whole file into memory first.
-        raise InputError(
-            f"{path}: {size / 1e6:.0f} MB, more than {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as {saved}."
-        )
+        raise InputError(f"{path}: {size / 1e6:.0f} MB, more than {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as PNG.")
+    with path.open("rb") as file:
+        start = file.read(12)
+    is_heic = start[4:8] == b"ftyp" and start[8:] in HEIC_BRANDS
+    if is_heic:
+        # Imported here: it takes memory and a tenth of a second.
+        from pi_heif import register_heif_opener
+
+        register_heif_opener(thumbnails=False, depth_images=False, aux_images=False)
+    damaged = f"{path}: the picture is damaged or cut short; copy or export it again."
     try:
         # Warnings are about metadata, and about sizes that are checked here. Pillow gets a file without a name: it maps
         # a named one into memory, and reads a turned TIFF there by rows as long as those of the upright picture.
         with (
             warnings.catch_warnings(action="ignore"),
             path.open("rb") as file,
-            Image.open(file, formats=FORMATS) as photo,
+            Image.open(file, formats=("HEIF",) if is_heic else FORMATS) as photo,
         ):
-            _check_header(path, photo, saved)
+            _check_header(path, photo)
             yield photo
     except Image.DecompressionBombError:
         raise InputError(f"{path}: {TOO_LARGE}") from None
     except Image.UnidentifiedImageError:
-        raise InputError(f"{path}: {_unknown(path, what, saved)}") from None
-    except (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error) as fault:
-        raise InputError(f"{path}: the {what} is damaged or cut short ({fault}); {again} again.") from None
+        if is_heic:
+            raise InputError(damaged) from None
+        other = f"not a readable picture; save it as {READABLE}."
+        if path.suffix.lower() in RAW_ENDINGS:
+            other = RAW
+        elif start[4:8] == b"ftyp" and start[8:11] in HEIF_BRANDS:
+            other = HEIF
+        raise InputError(f"{path}: {other}") from None
+    except (OSError, SyntaxError, ValueError, EOFError, RuntimeError, MemoryError, struct.error, zlib.error):
+        raise InputError(damaged) from None
 
 
-def _unknown(path: Path, what: str, saved: str) -> str:
-    """Return a sentence on a file that Pillow cannot identify, with the format to save ``what`` in."""
-    if path.suffix.lower() in RAW_ENDINGS:
-        return RAW
-    with path.open("rb") as file:
-        start = file.read(12)
-    if start[4:8] == b"ftyp" and start[8:11] in HEIF_BRANDS:
-        return HEIF
-    if path.suffix.lower() in (".tif", ".tiff") and (bits := _tiff_values(path)):
-        return f"a TIFF of {bits}, which cannot be read; save it with 8 bits per channel, for example as {saved}."
-    return f"not a readable {what}; save it as {READABLE}."
-
-
-def _tiff_values(path: Path) -> str | None:
-    """Return the kind of numbers that a TIFF stores for each channel; None for any other file."""
-    try:
-        with warnings.catch_warnings(action="ignore"), path.open("rb") as file:
-            tags = TiffImagePlugin.ImageFileDirectory_v2(file.read(8))
-            file.seek(tags.next)
-            tags.load(file)
-        (bits, *_), (kind, *_) = (
-            np.atleast_1d(tags.get(tag, 1)).tolist() for tag in (Base.BitsPerSample, Base.SampleFormat)
-        )
-    except (OSError, SyntaxError, ValueError, TypeError, IndexError, struct.error):
-        return None
-    return f"{bits}-bit {'floats' if kind == FLOATS else 'whole numbers'} per channel"
-
-
-def _inks(path: Path, photo: Image.Image, pixels: NDArray[np.uint8]) -> tuple[str, ...]:
-    """Return a warning if a CMYK file does not state its polarity. Raises InputError if the photo would be black."""
-    if photo.mode != "CMYK" or photo.format != "JPEG" or "adobe" in photo.info:
-        return ()
-    unsure = "a CMYK JPEG without Adobe's marker, which does not state whether its values are ink or light"
-    if np.percentile(pixels[::2, ::2], BRIGHT_PART) < BLACK:
-        raise InputError(f"{path}: {unsure}. Read as most programs do, the photo is black. Save it as RGB JPEG.")
-    return (f"the photo is {unsure}. If dark and light look exchanged in the overlay, save it as RGB JPEG",)
-
-
-def _check_header(path: Path, photo: Image.Image, saved: str) -> None:
+def _check_header(path: Path, photo: Image.Image) -> None:
     if isinstance(photo, TiffImagePlugin.TiffImageFile):
         tags = photo.tag_v2
         # The first picture of a raw file is a thumbnail; a plain TIFF reader would take it for the photo.
@@ -175,8 +149,12 @@ def _check_header(path: Path, photo: Image.Image, saved: str) -> None:
         if path.suffix.lower() in RAW_ENDINGS or Base.DNGVersion in tags or thumbnail:
             raise InputError(f"{path}: {RAW}")
     _check_size(path, *photo.size)
-    if photo.mode.startswith(("I", "F")) or ";16" in _stored_as(photo):
-        raise InputError(f"{path}: more than 8 bits per channel; save it with 8, for example as {saved}.")
+    # Pillow opens 16-bit colours as 8 bits: how they are stored is in the arguments of its decoder.
+    stored_as = str(getattr(photo, "tile", ""))
+    if photo.mode.startswith(("I", "F")) or ";16" in stored_as or photo.info.get("bit_depth", 8) > 8:
+        raise InputError(f"{path}: more than 8 bits per channel; save it with 8, for example as PNG.")
+    if photo.mode == "CMYK":
+        raise InputError(f"{path}: its colours are inks (CMYK); save it as RGB.")
     pages = getattr(photo, "n_frames", 1)
     if photo.format in MULTIPAGE and pages > 1:
         raise InputError(f"{path}: {pages} pages or frames in one file; save only the one with the crack.")
@@ -202,13 +180,6 @@ def _require_square(path: Path, photo: Image.Image) -> None:
             )
 
 
-def _stored_as(photo: Image.Image) -> str:
-    """Return Pillow's name for the pixel format in the file. The mode of the opened image does not show it."""
-    tiles = photo.tile if isinstance(photo, ImageFile.ImageFile) else []
-    arguments = tiles[0].args if tiles else ()
-    return next((part for part in np.atleast_1d(np.array(arguments, dtype=object)) if isinstance(part, str)), "")
-
-
 def _focal_px(photo: Image.Image) -> float | None:
     """Return the focal length in pixels from the EXIF of a photo before it is turned upright; None if unknown."""
     exif = photo.getexif().get_ifd(IFD.Exif)
@@ -221,10 +192,3 @@ def _focal_px(photo: Image.Image) -> float | None:
         if abs(shape[1] * taken[0] - shape[0] * taken[1]) > 0.01 * shape[0] * taken[1]:
             return None
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM
-
-
-def _transparency(photo: Image.Image) -> tuple[str, ...]:
-    """Return a warning if pixels are transparent; their hidden colours are used."""
-    alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
-    clear = float(np.mean(np.asarray(alpha) < 255))
-    return (f"{max(clear, 0.0001):.2%} of the photo is transparent; its hidden colours were used",) if clear else ()

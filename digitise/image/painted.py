@@ -6,13 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import ImageOps
 
-from digitise.image.decoding import MASK, opened
+from digitise.image.decoding import opened
 from sealtwin.core.errors import InputError
 
 PAINTED = 128  # Least brightness, or opacity, of 255 of a painted pixel
 MOST_PAINTED = 0.5  # Largest painted share of a mask; above it, black and white are exchanged
 PLAIN, OF_PAINT = (16, 240), 0.2  # Values between are neither black nor white; largest share of paint with one of them
-REMEDY = "Paint the crack white on black, or opaque on transparent."
+REMEDY = (
+    "Does it contain object or class numbers from a labelling program? Paint the crack white on black, or opaque on "
+    "transparent."
+)
 
 
 def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> NDArray[np.bool_]:
@@ -32,7 +35,7 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     Raises InputError if the size is not ``size_px``, the photo's width and height, if there are more than two values,
     or if the mask paints no crack.
     """
-    with opened(path, MASK) as picture:
+    with opened(path, "photo.mask") as picture:
         ImageOps.exif_transpose(picture, in_place=True)
         if picture.size != size_px:
             raise InputError(
@@ -43,10 +46,12 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
         # Editors add an opaque alpha channel to any picture.
         by_opacity = opacity is not None and opacity.getextrema() != (255, 255)
         shown = np.asarray(opacity if by_opacity else picture.convert("L"), dtype=np.uint8)
-        colours = np.asarray(picture.convert("RGB")).reshape(-1, 3)
     kind = "opacity" if by_opacity else "brightness"
     if shown.max() < PAINTED:
-        _refuse_pale(path, shown, colours, kind)
+        raise InputError(
+            f"{path}: the mask paints nothing: its largest {kind} is {shown.max()} of 255, but paint needs at least "
+            f"{PAINTED}. {REMEDY}"
+        )
     painted = shown >= PAINTED
     hint = f"pixels with a {kind} of {PAINTED} to 255 are painted"
     if by_opacity:
@@ -57,34 +62,16 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     if count[between] > OF_PAINT * np.count_nonzero(painted):
         raise InputError(
             f"{path}: {count[between]} px of the mask have the {kind} {between} of 255, which is neither painted nor "
-            f"unpainted. Does the mask contain object or class numbers from a labelling program? {REMEDY}"
+            f"unpainted. {REMEDY}"
         )
     return painted
 
 
-def _refuse_pale(path: Path, shown: NDArray[np.uint8], colours: NDArray[np.uint8], kind: str) -> None:
-    """Raise InputError for a mask without paint."""
-    brightest = int(shown.max())
-    fault = (
-        f"{path}: the mask paints nothing: its largest {kind} is {brightest} of 255, but paint needs at least {PAINTED}"
-    )
-    if brightest > 0 and kind == "brightness":
-        red, green, blue = colours[int(np.argmax(shown.ravel()))].tolist()
-        if not red == green == blue:
-            fault += f"; its brightest colour is ({red}, {green}, {blue})"
-        fault += ". Does the mask contain object or class numbers from a labelling program?"
-    else:
-        fault += "."
-    raise InputError(f"{fault} {REMEDY}")
-
-
 def _soundly_painted(painted: NDArray[np.bool_], name: Path | str, rule: str) -> NDArray[np.bool_]:
     share = float(np.mean(painted))
-    if share == 0:
-        raise InputError(f"{name}: the mask paints nothing. {REMEDY}")
-    if share > MOST_PAINTED:
+    if not 0 < share <= MOST_PAINTED:
         raise InputError(
-            f"{name}: the mask paints {share:.0%} of the photo, more than {MOST_PAINTED:.0%} ({rule}): are black and "
-            f"white exchanged? {REMEDY}"
+            f"{name}: the mask paints {share:.0%} of the photo; a crack is more than nothing and at most "
+            f"{MOST_PAINTED:.0%} ({rule}). Are black and white exchanged? {REMEDY}"
         )
     return painted

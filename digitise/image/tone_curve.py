@@ -1,112 +1,76 @@
-"""Read the tone curve that a photo's file states, and apply it if it differs from a camera's."""
+"""The tone curve of a camera, and a check that a photo's file states no other."""
 
-from collections.abc import Callable
+import math
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image, TiffImagePlugin
+from PIL import Image
 from PIL.ExifTags import IFD, Base
 
-from sealtwin.core.errors import present
-from sealtwin.core.records import Floats
+from sealtwin.core.errors import InputError
 
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
 NEAR = 0.2  # Largest difference of a camera's exponent (sRGB: 2.1 to 2.25); a width changes by under 1 %
-MIDDLE = np.arange(64, 192)  # Stored values from which a curve's exponent is taken; below is a straight piece
-LARGEST_GAMMA = 6.0  # Largest plausible exponent; its inverse is the smallest
-MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is used
-GREY_MODES = ("1", "L", "LA")
-
-Curve = Callable[[Floats], Floats]
+MIDDLE = 128  # Stored value from which a curve's exponent is taken
+MODE_OF = {"RGB ": "RGB", "GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is checked
+LIGHT_CURVES = {8: "linear", 16: "PQ", 18: "HLG"}  # Other curves that HEIC may state, by their numbers in ITU-T H.273
 
 
-def as_displayed(photo: Image.Image) -> tuple[Image.Image, tuple[str, ...]]:
-    """Return the photo in RGB for ``DISPLAY_GAMMA``, and a warning if its file states another tone curve.
+def require_usual_tone(path: Path, photo: Image.Image) -> None:
+    """Raise InputError if the file states another tone curve than a camera's: widths would be off by several percent.
 
-    Values do not change if the file states no curve, or one close to a camera's.
+    Nothing is converted, so that photos with the curve of sRGB in other colours, as phones save them, stay as they are.
     """
-    if profile := photo.info.get("icc_profile"):
-        return _by_profile(photo, profile)
-    rgb = _in_rgb(photo)
-    if (stated := _stated(photo)) is None:
-        return rgb, ()
-    curve, source = stated
-    light = np.clip(curve(np.arange(256) / 255), 0, 1)
-    gamma = _exponent(light)
-    if abs(gamma - DISPLAY_GAMMA) <= NEAR:
-        return rgb, ()
-    table = np.rint(255 * light ** (1 / DISPLAY_GAMMA)).astype(np.uint8)
-    return rgb.point(table.tolist() * 3), (_warning(gamma, source),)
+    curve = LIGHT_CURVES.get((photo.info.get("nclx_profile") or {}).get("transfer_characteristics"))
+    for source, stated in _stated(photo).items():
+        try:
+            gamma = float(stated)
+        except (TypeError, ValueError, ZeroDivisionError):
+            continue
+        if not abs(gamma - DISPLAY_GAMMA) <= NEAR:
+            curve = f"an unreadable {source}" if math.isnan(gamma) else f"gamma {gamma:.2g} ({source})"
+    if curve:
+        raise InputError(
+            f"{path}: the file states a tone curve of {curve}, not a camera's usual {DISPLAY_GAMMA:g}. Save it as sRGB."
+        )
 
 
-def _in_rgb(photo: Image.Image) -> Image.Image:
-    return photo if photo.mode == "RGB" else photo.convert("RGB")
+def _stated(photo: Image.Image) -> dict[str, Any]:
+    """Return the exponents from stored value to light that the file states, as they are, by their source."""
+    exif, png = photo.getexif(), photo.info.get("gamma")
+    table = exif.get(Base.TransferFunction) or (0,)
+    return {
+        "PNG gAMA": 1 / png if png and "srgb" not in photo.info else None,
+        "EXIF Gamma": exif.get_ifd(IFD.Exif).get(Base.Gamma),
+        "TransferFunction": _exponent(table[MIDDLE] / 65535) if len(table) > MIDDLE else None,
+        "ICC profile": _of_profile(photo.info.get("icc_profile")),
+    }
 
 
-def _warning(gamma: float, source: str) -> str:
-    return (
-        f"the photo's file states a tone curve of gamma {gamma:.2g} ({source}), which was used instead of a camera's "
-        f"usual {DISPLAY_GAMMA:g}. If it is wrong, widths are off by several percent: save the photo as sRGB"
-    )
+def _exponent(light: float) -> float:
+    """Return the exponent of a curve that shows the stored value ``MIDDLE`` as this light, 0 to 1."""
+    return math.log(max(light, 1e-6)) / math.log(MIDDLE / 255)
 
 
-def _exponent(light: Floats) -> float:
-    """Return the exponent of a curve in the middle of its range; ``light`` is given for each of 256 stored values."""
-    return float(np.median(np.log(np.maximum(light[MIDDLE], 1e-6)) / np.log(MIDDLE / 255)))
+def _of_profile(content: bytes | None) -> float | None:
+    """Return the exponent of an ICC profile. NaN if it cannot be read, None if it is not for red, green, blue or grey.
 
-
-def _stated(photo: Image.Image) -> tuple[Curve, str] | None:
-    """Return the tone curve that the file states outside its ICC profile, from stored value to light, and its source.
-
-    Values and light are from 0 to 1. None if the file states no curve there.
+    A grey is converted to sRGB, whose exponent is ``DISPLAY_GAMMA``.
     """
-    if photo.format == "PNG":
-        gamma = photo.info.get("gamma")
-        return None if "srgb" in photo.info or not gamma else _power(1 / gamma, "PNG gAMA")
-    if isinstance(photo, TiffImagePlugin.TiffImageFile) and (table := photo.tag_v2.get(Base.TransferFunction)):
-        values = np.array(table[:256], dtype=float) / 65535
-        if len(values) == 256:
-            return lambda stored: np.interp(stored, np.arange(256) / 255, values), "TIFF TransferFunction"
-    gamma = photo.getexif().get_ifd(IFD.Exif).get(Base.Gamma)
-    return None if gamma is None else _power(gamma, "EXIF Gamma")
-
-
-def _power(gamma: Any, source: str) -> tuple[Curve, str] | None:
-    try:
-        exponent = float(gamma)
-    except (TypeError, ValueError, ZeroDivisionError):
+    if not content:
         return None
-    if not 1 / LARGEST_GAMMA <= exponent <= LARGEST_GAMMA:
-        return None
-    return lambda stored: stored**exponent, source
-
-
-def _by_profile(photo: Image.Image, content: bytes) -> tuple[Image.Image, tuple[str, ...]]:
-    """Return the photo converted by its ICC profile if that has another tone curve than a camera's."""
-    # Imported here: few photos need it.
+    # Imported here: not every photo needs it.
     from PIL import ImageCms
 
-    grey = Image.fromarray(np.arange(256, dtype=np.uint8)[None])
     try:
-        profile, srgb = ImageCms.getOpenProfile(BytesIO(content)), ImageCms.createProfile("sRGB")
-        mode = MODE_OF.get(content[16:20])  # The colour space in a profile's header
-        if mode is None or photo.mode == "CMYK" or (mode == "L" and photo.mode not in GREY_MODES):
-            # The profile is for inks, or for other pixels than these.
-            return _in_rgb(photo), ()
-
-        def by_profile(picture: Image.Image) -> Image.Image:
-            intent = ImageCms.Intent.RELATIVE_COLORIMETRIC
-            shown = ImageCms.profileToProfile(picture.convert(mode), profile, srgb, intent, "RGB")
-            return present(shown, "the picture in sRGB")
-
-        ramp = np.asarray(by_profile(grey), dtype=float)[0].mean(axis=1) / 255
-        gamma = _exponent(ramp**DISPLAY_GAMMA)
-        if abs(gamma - DISPLAY_GAMMA) <= NEAR:
-            return _in_rgb(photo), ()
-        return by_profile(photo), (_warning(gamma, "ICC profile"),)
+        profile = ImageCms.getOpenProfile(BytesIO(content))
+        mode = MODE_OF.get(profile.profile.xcolor_space)
+        if mode is None:
+            return None
+        grey = Image.new("L", (1, 1), MIDDLE).convert(mode)
+        shown = ImageCms.profileToProfile(grey, profile, ImageCms.createProfile("sRGB"), outputMode="RGB")
+        return DISPLAY_GAMMA * _exponent(np.asarray(shown).mean() / 255)
     except (ImageCms.PyCMSError, OSError, ValueError, TypeError):
-        return _in_rgb(photo), (
-            "the photo's ICC profile cannot be read: a camera's usual tone curve (gamma) is assumed. If the photo "
-            "has another, widths are off by several percent: save the photo as sRGB",
-        )
+        return math.nan

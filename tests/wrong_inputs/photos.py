@@ -17,6 +17,7 @@ SIZE_PX = (420, 260)
 CRACK = [(20.0, 60.0), (150.0, 90.0), (260.0, 75.0), (400.0, 110.0)]
 DIGITISE = "digitise {given}/photo.png --depth-mm 10 --mm-per-px 0.1 --out {out}"
 CLICKED = f"{DIGITISE} --ends 22,60 398,110"
+FIXTURES = Path(__file__).parents[2] / "fixtures" / "heic"
 MASKED = f"{DIGITISE} --mask {{given}}/mask.png"
 
 
@@ -144,14 +145,17 @@ def _transfer_function() -> dict[str, Any]:
 
 
 def _inks(folder: Path) -> None:
-    """A CMYK JPEG whose values are ink, without the marker by which its values would be read as light."""
-    values = np.rint(255 * (1 - np.clip(_crack(), 0, 1) ** (1 / 2.2))).astype(np.uint8)
-    picture = Image.merge("CMYK", [Image.fromarray(255 - np.zeros_like(values))] * 3 + [Image.fromarray(255 - values)])
-    picture.save(folder / "adobe.jpg")
-    content = (folder / "adobe.jpg").read_bytes()
-    at = content.find(b"\xff\xee")
-    length = int.from_bytes(content[at + 2 : at + 4], "big")
-    (folder / "photo.jpg").write_bytes(content[:at] + content[at + 2 + length :])
+    Image.new("CMYK", SIZE_PX, (0, 0, 0, 90)).save(folder / "photo.jpg")
+
+
+def _heic(folder: Path, damage: Callable[[bytes], bytes]) -> None:
+    (folder / "photo.heic").write_bytes(damage((FIXTURES / "crack.heic").read_bytes()))
+
+
+def _of_size(content: bytes, side_px: int) -> bytes:
+    """Return the file with another size in its header, as a square."""
+    start = content.index(b"ispe") + 8
+    return content[:start] + 2 * side_px.to_bytes(4, "big") + content[start + 8 :]
 
 
 def _floats(folder: Path) -> None:
@@ -177,6 +181,14 @@ SCANS: tuple[tuple[str, Callable[[], dict[str, Any]]], ...] = (
     ("photo.png", lambda: {"dpi": (254, 127)}),
 )
 
+HEIC_DAMAGES: tuple[tuple[str, Callable[[bytes], bytes], str], ...] = (
+    ("cut in the middle", lambda content: content[: len(content) // 2], "damaged or cut short"),
+    ("cut at its end", lambda content: content[:-40], "damaged or cut short"),
+    ("without a primary item", lambda content: content.replace(b"pitm", b"free"), "damaged or cut short"),
+    ("that states another size than its picture's", lambda content: _of_size(content, 90), "damaged or cut short"),
+    ("that states 3,600 million pixels", lambda content: _of_size(content, 60_000), "50 million pixels"),
+    ("that states 56 million pixels", lambda content: _of_size(content, 7_500), "7500 x 7500 pixels"),
+)
 digitised = answers(DIGITISE)
 followed = answers(f"{DIGITISE} --set photo.path_only=true".replace("--depth-mm 10 ", ""))
 
@@ -223,15 +235,14 @@ CASES: list[WrongInput] = [
         more=" --ends 22,60 398,110", light=_bright, code=0),
     masked("mask of a line", lambda: _paint(1), "photo.mask", "1.0 px", "line", "ends_px"),
     masked("mask of an outline", _outlined, "photo.mask", "outline", "fill it"),
-    masked("mask of 0 and 1", lambda: _paint() // 255, "mask.png", "1 of 255"),
-    masked("mask in green", lambda: _coloured((0, 120, 0)), "(0, 120, 0)"),
+    masked("mask of 0 and 1", lambda: _paint() // 255, "mask.png", "1 of 255", "class numbers"),
+    masked("mask in green", lambda: _coloured((0, 120, 0)), "70 of 255"),
     masked("mask in grey", lambda: _coloured((120, 120, 120)), "120 of 255"),
     masked("mask of classes", _classes, "brightness 120 of 255", "class numbers"),
-    masked("mask of 16 bits", lambda: np.uint16(257) * _paint(), "mask.png", "8 bits per channel", "PNG",
-        lacks=("JPEG",)),
+    masked("mask of 16 bits", lambda: np.uint16(257) * _paint(), "mask.png", "8 bits per channel", "PNG"),
     answers(MASKED)("mask cut short",
         lambda at: (_masked(_paint, at), (at / "mask.png").write_bytes((at / "mask.png").read_bytes()[:300])),
-        "mask.png", "the mask is damaged", lacks=("camera",)),
+        "mask.png", "damaged"),
     masked("mask exchanged", lambda: 255 - _paint(), "exchanged"),
     masked("mask half transparent", lambda: _with_opacity(100), "opacity is 100 of 255"),
     clicked("crack brighter than its ground", lit(_bright), "bright"),
@@ -249,15 +260,18 @@ CASES: list[WrongInput] = [
     clicked("black crack in coarse ground", _coarse, "too coarse", "overlay.png", code=0),
     digitised("ends on a part of the crack", lit(_crack), "continues beyond the end (10", more=" --ends 100,78 390,107",
         code=0),
-    clicked("PNG of gamma 1", partial(_linear, stated=_gamma_chunk), "gamma 1", "PNG gAMA", code=0),
-    clicked("ICC profile of gamma 1", partial(_linear, stated=_linear_profile), "tone curve", "ICC", code=0),
+    clicked("PNG of gamma 1", partial(_linear, stated=_gamma_chunk), "photo.png", "gamma 1", "PNG gAMA", "sRGB"),
+    clicked("ICC profile of gamma 1", partial(_linear, stated=_linear_profile), "tone curve", "ICC", "sRGB"),
     clicked("JPEG of gamma 1", partial(_linear, stated=_exif_gamma, name="photo.jpg"), "gamma 1", "EXIF Gamma",
-        photo="photo.jpg", code=0),
+        photo="photo.jpg"),
     clicked("TIFF of gamma 1", partial(_linear, stated=_transfer_function, name="photo.tif"), "gamma 1",
-        "TransferFunction", photo="photo.tif", code=0),
-    clicked("unreadable ICC profile", partial(_linear, stated=lambda: {"icc_profile": b"?" * 200}), "ICC", "gamma",
-        code=0),
-    clicked("CMYK without its marker", _inks, "CMYK", "Adobe", "RGB", photo="photo.jpg"),
-    clicked("TIFF of floats", _floats, "32-bit floats", "8 bits", photo="photo.tif"),
+        "TransferFunction", photo="photo.tif"),
+    clicked("unreadable ICC profile", partial(_linear, stated=lambda: {"icc_profile": b"?" * 200}), "ICC", "sRGB"),
+    *(
+        clicked(f"HEIC {name}", partial(_heic, damage=damage), "photo.heic", says, photo="photo.heic")
+        for name, damage, says in HEIC_DAMAGES
+    ),
+    clicked("CMYK without its marker", _inks, "CMYK", "RGB", photo="photo.jpg"),
+    clicked("TIFF of floats", _floats, "TIFF", "8 bits", photo="photo.tif"),
 ]
 # fmt: on

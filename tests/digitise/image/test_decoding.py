@@ -87,7 +87,7 @@ def test_a_truncated_photo_is_refused(tmp_path, picture, ending, share):
     read_photo(path)
     whole = path.read_bytes()
     path.write_bytes(whole[: int(share * len(whole))])
-    assert "cut short" in refusal(path) or "no photo" in refusal(path)
+    assert "cut short" in refusal(path) or "not a readable" in refusal(path)
 
 
 def test_a_photo_of_too_many_pixels_is_refused_before_it_is_expanded(tmp_path):
@@ -134,7 +134,7 @@ def test_transparent_pixels_are_read_and_remarked_on(tmp_path, picture):
     assert np.array_equal(decoded.image, picture)
 
 
-@pytest.mark.parametrize("mode", ["L", "P", "RGBA", "CMYK", "RGB"])
+@pytest.mark.parametrize("mode", ["L", "P", "RGBA", "RGB"])
 @pytest.mark.parametrize(("orientation", "quarters"), [(6, -1), (8, 1), (3, 2)])
 def test_an_uncompressed_tiff_that_lies_on_its_side_is_read_upright(tmp_path, picture, mode, orientation, quarters):
     """Pillow maps such a file into memory, if it has a name, with rows as long as the upright picture's."""
