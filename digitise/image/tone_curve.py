@@ -14,8 +14,8 @@ from sealtwin.core.errors import InputError
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
 NEAR = 0.2  # Largest difference of a camera's exponent (sRGB: 2.1 to 2.25); a width changes by under 1 %
 MIDDLE = 128  # Stored value from which a curve's exponent is taken
-MODE_OF = {"RGB ": "RGB", "GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is checked
-LIGHT_CURVES = {8: "linear", 16: "PQ", 18: "HLG"}  # Other curves that HEIC may state, by their numbers in ITU-T H.273
+MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is checked
+LIGHT_CURVES: dict[Any, str] = {8: "linear", 16: "PQ", 18: "HLG"}  # Curves that HEIC may state, by ITU-T H.273
 
 
 def require_usual_tone(path: Path, photo: Image.Image) -> None:
@@ -40,7 +40,7 @@ def require_usual_tone(path: Path, photo: Image.Image) -> None:
 def _stated(photo: Image.Image) -> dict[str, Any]:
     """Return the exponents from stored value to light that the file states, as they are, by their source."""
     exif, png = photo.getexif(), photo.info.get("gamma")
-    table = exif.get(Base.TransferFunction) or (0,)
+    table = [*exif.get(Base.TransferFunction, ())]
     return {
         "PNG gAMA": 1 / png if png and "srgb" not in photo.info else None,
         "EXIF Gamma": exif.get_ifd(IFD.Exif).get(Base.Gamma),
@@ -66,7 +66,7 @@ def _of_profile(content: bytes | None) -> float | None:
 
     try:
         profile = ImageCms.getOpenProfile(BytesIO(content))
-        mode = MODE_OF.get(profile.profile.xcolor_space)
+        mode = MODE_OF.get(content[16:20])  # The colour space in a profile's header
         if mode is None:
             return None
         grey = Image.new("L", (1, 1), MIDDLE).convert(mode)

@@ -7,9 +7,9 @@ import numpy as np
 
 from digitise.geometry.polyline import Box, depth_inside, rectangle
 from digitise.image.decoding import Pixels
-from digitise.image.raster import Map, blurred
-from digitise.scale.corners import fit_line_to_most, light_across, quadrilateral
-from digitise.scale.view import MIDDLE, Scale, find_pose, fit_view, places_px
+from digitise.image.raster import Map
+from digitise.scale.corners import edge_line, light_across, quadrilateral
+from digitise.scale.view import MIDDLE, Scale, find_tilt, fit_corners, places_px
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -35,7 +35,7 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
     rough = _rough_corners(brightness)
     if rough is None:
         raise InputError(f"{file}: the face does not stand out from its surroundings; give face_corners_px.")
-    corners, bend_px = _by_edges(brightness, rough)
+    corners, bend_px = by_edges(brightness, rough)
     aspect, expected = _aspect(corners), size_mm[0] / size_mm[1]
     if not np.isfinite(aspect) or abs(np.log(aspect / expected)) > ASPECT_TOLERANCE:
         raise InputError(
@@ -57,16 +57,19 @@ def see_face(brightness: Map) -> Floats | None:
     sides_px = np.linalg.norm(rough[1:3] - rough[:2], axis=1)
     if sides_px.max() > MOST_SLENDER * max(sides_px.min(), 1e-6):
         return None
-    corners, bend_px = _by_edges(brightness, rough)
+    corners, bend_px = by_edges(brightness, rough)
     height, width = brightness.shape
     inside_px = depth_inside(corners, (0, 0, width - 1, height - 1)).min()
     return corners if bend_px <= STRAIGHT_PX and inside_px > LEAST_MARGIN * min(width, height) else None
 
 
-def _by_edges(brightness: Map, rough: Floats) -> tuple[Floats, float]:
-    """Refine rough corners by the four edges between them; also return the RMS distance of edge points, px."""
-    soft = blurred(brightness, 1.0)
-    lines, misses_px = zip(*(_edge_line(soft, rough, side) for side in range(4)), strict=True)
+def by_edges(brightness: Map, rough_px: Floats, reach_px: float = 0.0) -> tuple[Floats, float]:
+    """Refine rough corners, (4, 2), by the edges between them, within ``reach_px`` of their sides.
+
+    Also returns the RMS distance of edge points from straight sides, px.
+    """
+    reach_px = reach_px or max(6.0, 0.012 * max(brightness.shape))
+    lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
     return quadrilateral(list(lines)), float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
 
 
@@ -114,38 +117,25 @@ def _ordered(corners: Floats) -> Floats:
     return np.roll(around, -lower_left, axis=0)
 
 
-def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
+def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tuple[Floats, Floats]:
     """Fit a line through the steepest light along one side, inside any gap. Also return its points' distances, px."""
-    reach = max(6.0, 0.012 * max(soft.shape))
-    offsets = np.arange(-reach, reach + 0.25, 0.5)
-    foot, outward, light = light_across(soft, corners, side, np.linspace(0.04, 0.96, 200), offsets)
+    offset_px = np.arange(-reach_px, reach_px + 0.25, 0.5)
+    foot, outward, light = light_across(brightness, corners_px, side, np.linspace(0.04, 0.96, 200), offset_px)
     # Neighbouring rows share the edge, but not their grain.
-    light = np.asarray(cv2.blur(light, (1, 9)), dtype=float)
-    slope = _inner_slope(light) if _has_gap(light) else np.abs(np.gradient(light, axis=1))
-    points = foot + (_peak(slope) * (offsets[1] - offsets[0]) + offsets[0])[:, None] * outward
-    return fit_line_to_most(points, least=1.0)
-
-
-def _has_gap(light: Floats) -> bool:
-    """Return True if most rows of brightness have a minimum darker than both ends, which a crack does not cause."""
+    light = cv2.GaussianBlur(cv2.blur(light, (1, 9)), (0, 0), sigmaX=2, sigmaY=1e-3)
+    slope = np.abs(np.gradient(light, axis=1))
     quarter = light.shape[1] // 4
-    inner, outer = np.median(light[:, :quarter], axis=1), np.median(light[:, -quarter:], axis=1)
-    return float(np.median(light.min(axis=1) / np.maximum(np.minimum(inner, outer), 1e-6))) < GAP_BRIGHTNESS
-
-
-def _inner_slope(light: Floats) -> Floats:
-    """Return the fall of brightness outward, up to the darkest place of each row; 0 beyond."""
-    fall = np.maximum(-np.gradient(light, axis=1), 0)
-    return np.where(np.arange(light.shape[1]) <= light.argmin(axis=1)[:, None], fall, 0)
-
-
-def _peak(rows: Floats) -> Floats:
-    """Return the place of each row's maximum, in samples, by the parabola through its neighbours."""
-    top = np.clip(np.argmax(rows, axis=1), 1, rows.shape[1] - 2)
-    row = np.arange(len(rows))
-    before, at, after = rows[row, top - 1], rows[row, top], rows[row, top + 1]
-    bend = np.minimum(before - 2 * at + after, -1e-12)
-    return top + np.clip(0.5 * (before - after) / bend, -0.5, 0.5)
+    inner, outer = np.median(light[:, :quarter], axis=1), light[:, -quarter:].max(axis=1)
+    if np.median(light.min(axis=1) / np.maximum(np.minimum(inner, outer), 1e-6)) < GAP_BRIGHTNESS:
+        # Most rows are darkest between face and board, which a crack does not cause: the face ends where light falls.
+        before = np.arange(light.shape[1]) <= light.argmin(axis=1)[:, None]
+        slope = np.where(before, np.maximum(-np.gradient(light, axis=1), 0), 0)
+    top = np.clip(np.argmax(slope, axis=1), 1, slope.shape[1] - 2)
+    # Between samples, by the parabola through the neighbours.
+    low, high, after = (slope[np.arange(len(top)), top + step] for step in (-1, 0, 1))
+    shift = 0.5 * (low - after) / np.minimum(low - 2 * high + after, -1e-12)
+    steepest_px = offset_px[0] + 0.5 * (top + np.clip(shift, -0.5, 0.5))
+    return edge_line(foot, outward, steepest_px, 1.0)
 
 
 def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
@@ -155,12 +145,10 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
     if corners_px is None:
         corners_px, bend_px = find_face(pixels.brightness, (width_mm, height_mm), pixels.file)
         noise_px = FOUND_PX
-    fit = fit_view(corners_px, rectangle(face_mm), size_px, lens=False)
-    covariance = fit.covariance_of_clicks(noise_px)
+    fit = fit_corners(corners_px, rectangle(face_mm), noise_px)
     places = places_px(fit.view, size_px, face_mm)
     mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
-    middle_mm = fit.view.to_mm(places)[MIDDLE]
-    _, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
+    _, tilt_deg = find_tilt(fit, places[MIDDLE], pixels.focal_px, settings.camera_distance_mm)
     source = "corners given" if bend_px is None else "found by its edges"
     # The scale is the geometric mean of both directions, to which each side contributes half.
     by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
@@ -169,7 +157,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
         mm_per_px=mm_per_px,
         scale_source=f"face of {width_mm:g} x {height_mm:g} mm, {source}",
         scale_residual_mm=None if bend_px is None else bend_px * mm_per_px,
-        scale_uncertainty=float(np.hypot(fit.spread_of_scale(places, covariance), by_caliper)),
+        scale_uncertainty=float(np.hypot(fit.spread_of_scale(places), by_caliper)),
         camera_tilt_deg=tilt_deg,
         face_mm=face_mm,
     )

@@ -40,7 +40,7 @@ PAGE_STYLE: "dict[RcKeyType, Any]" = {
 
 INSTRUCTIONS = (
     'Print at 100 % ("actual size", not "fit to page"), on matt paper or card, and glue it flat.',
-    "Measure the ruler. If it is not 100.0 mm, add printed_ruler_mm = (its length) to [photo.markers].",
+    "Measure the ruler, and add printed_ruler_mm = (its length) to [photo.markers].",
     "Cut out the opening, and lay the frame level with the cracked face, with this text upright in the photo.",
     "Each mm above or below the face changes every length by 1 mm / distance to the camera: 0.33 % at 300 mm.",
 )

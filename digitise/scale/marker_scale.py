@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from digitise.geometry.polyline import Box, depth_inside, rectangle
 from digitise.image.decoding import Pixels
 from digitise.image.raster import Map
-from digitise.scale.corners import fit_line_to_most, light_across, quadrilateral, refined_corners
-from digitise.scale.face_scale import FACE_MM, given_corners
-from digitise.scale.view import MIDDLE, Fit, Scale, View, find_pose, fit_view, places_px
+from digitise.scale.corners import refined_corners, softness_px
+from digitise.scale.face_scale import FACE_MM, STRAIGHT_PX, by_edges, given_corners
+from digitise.scale.view import CORNERS, MIDDLE, Scale, View, find_tilt, fit_markers, places_px
 from digitise.settings import Marker, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -26,20 +26,16 @@ from sealtwin.core.records import Floats
 # refuse a photo: stricter ones refuse sound boards in coarse photos, looser ones accept a wrong table.
 RESIDUAL_MM = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
 RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are good to a fraction of a pixel
-LENS_SIGMAS = 2.0  # Smallest distortion of a lens that is fitted, in standard deviations
+SOFT_PX, BY_BLUR = 5.0, 0.5  # Width of a blurred edge; sharp ones have 3. Largest misfit by blur over that width
 BOARD_MM = 0.1  # Standard uncertainty of the frame's ruler or of the longest distance between its markers
-CORNERS = 4  # Corners of a marker
+PRINT = 0.02  # Standard uncertainty of a print that nothing checks: "fit to page" prints at 93 to 97 %
 REACH = 0.04  # Range around their place by the markers in which the face's edges are searched, of its length
 LEAST_REACH_PX = 10.0  # Least such range
-STEP_PX = 0.5  # Spacing of samples across an edge
-ROWS = 200  # Samples along each edge, some of which a crack spoils
-UNLIKE = 0.2  # Least relative difference in light beyond the edge: thrice the grain's, averaged along it
-STEEPEST_PX = 1.5  # Range beyond the first unlike sample in which light is steepest: a narrow shadow's width
-STRAIGHT_PX = 1.0  # Distance from an edge's line beyond which a point is an outlier
 BENT_MM = 0.5  # Largest deviation of the edges from a rectangle of the face's shape
 EDGE_PX = 1.0  # Standard uncertainty of a corner of the face in the photo
 SIGMAS = 3.0  # Smallest difference in level that is reported, in standard deviations
 MOST_OFF = 0.05  # Largest offset over the camera's distance; more is a frame on the table beside a sample
+USUAL_MM = 250.0  # Distance of the camera in a message, if it is unknown
 MIN_MARKERS = 4  # Fewest markers for a scale
 SEARCH_PX = 1000  # Longer side of the first copy that is searched; each next one has twice that
 LEAST_APART = 0.05  # Distance of markers over a square's circumference; OpenCV's 0.125 loses 44 of 296
@@ -63,7 +59,7 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     centre_mm = np.mean([(marker.x_mm, marker.y_mm) for marker in board.markers], axis=0)
     share = (board.printed_ruler_mm or RULER_MM) / RULER_MM
     true_mm = centre_mm + share * (np.concatenate([corners_mm(board, marker) for marker in markers]) - centre_mm)
-    fit, covariance = fit_markers(seen_px, true_mm, size_px, settings.lens == "auto")
+    fit = fit_markers(seen_px, true_mm, size_px, settings.lens == "auto")
     view = fit.view
     miss_mm = np.linalg.norm(view.to_mm(seen_px) - true_mm, axis=1)
     residual_mm = float(np.sqrt(np.mean(miss_mm**2)))
@@ -72,9 +68,17 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     limit_mm = max(RESIDUAL_MM, RESIDUAL_PX * mm_per_px)
     if residual_mm > limit_mm:
         worst = markers[int(np.argmax(miss_mm)) // CORNERS].id
+        soft_px = max(
+            softness_px(pixels.brightness, quad, _module_px(quad, board.dictionary)) for quad in corners_px.values()
+        )
+        cause = "Check x_mm, y_mm and size_mm, and that all markers are flat and level with the face"
+        if soft_px > SOFT_PX and residual_mm < BY_BLUR * soft_px * mm_per_px:
+            cause = (
+                f"The photo is blurred: edges of markers are {soft_px:.0f} px wide. Take it in focus, with the camera "
+                "on a support"
+            )
         raise InputError(
-            f"{file}: markers misfit by {residual_mm:.2f} mm (limit {limit_mm:.2f}); worst: marker {worst}. "
-            f"Check x_mm, y_mm and size_mm, and that all markers are flat and level with the face"
+            f"{file}: markers misfit by {residual_mm:.2f} mm (limit {limit_mm:.2f}); worst: marker {worst}. {cause}"
             f"{'; or set lens to auto' if settings.lens == 'none' else ''}."
         )
     if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
@@ -82,38 +86,32 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
             f"{file}: according to the markers, face_mm is outside the photo: check them, and that width and height of "
             "face_mm are not exchanged."
         )
-    middle_mm = view.to_mm(places)[MIDDLE]
-    distance_mm, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
+    distance_mm, tilt_deg = find_tilt(fit, places[MIDDLE], pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)
     excess, doubts = check_level(pixels.brightness, view, face_mm, given_px, distance_mm, file)
+    measured_mm, printed = board.printed_ruler_mm, 0.0
+    if measured_mm is None:
+        measured_mm = float(np.linalg.norm(np.ptp(true_mm, axis=0)))
+        if excess is None:
+            printed = PRINT
+            doubts += (
+                f"the print of the markers was not checked, and {PRINT:.0%} is in the scale's standard uncertainty "
+                "for it: measure the frame's ruler, photo.markers.printed_ruler_mm, also if it is 100 mm",
+            )
     missing = [str(marker.id) for marker in board.markers if marker.id not in corners_px]
-    lens = ", lens fitted" if view.lens else ""
-    measured_mm = board.printed_ruler_mm or float(np.linalg.norm(np.ptp(true_mm, axis=0)))
-    spread = fit.spread_of_scale(places, covariance)
+    parts = (fit.spread_of_scale(places), BOARD_MM / measured_mm, excess or 0.0, printed)
     return Scale(
         view=view,
         mm_per_px=mm_per_px,
-        scale_source=f"{len(markers)} {board.dictionary} markers of {share * board.size_mm:g} mm{lens}",
+        scale_source=f"{len(markers)} {board.dictionary} markers of {share * board.size_mm:g} mm"
+        f"{', lens fitted' if view.lens else ''}",
         scale_residual_mm=residual_mm,
-        scale_uncertainty=float(np.linalg.norm([spread, BOARD_MM / measured_mm, excess])),
+        scale_uncertainty=float(np.linalg.norm(parts)),
         camera_tilt_deg=tilt_deg,
         face_mm=face_mm,
         markers_px=tuple(corners_px[marker.id] for marker in markers),
         warnings=((f"markers not found: {', '.join(missing)}",) if missing else ()) + doubts,
     )
-
-
-def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> tuple[Fit, Floats]:
-    """Fit a view to the corners of markers, with a lens if they show one. Return the fit and its covariance."""
-    if lens_wanted:
-        bent = fit_view(seen_px, true_mm, size_px, lens=True)
-        covariance = bent.covariance_by_group(CORNERS)
-        lens = bent.view.lens
-        folds_outside = lens is None or lens.reach_px > np.linalg.norm(size_px) / 2
-        if folds_outside and abs(bent.parameters[-1]) > LENS_SIGMAS * np.sqrt(covariance[-1, -1]):
-            return bent, covariance
-    plain = fit_view(seen_px, true_mm, size_px, lens=False)
-    return plain, plain.covariance_by_group(CORNERS)
 
 
 def check_level(
@@ -123,21 +121,33 @@ def check_level(
     given_px: Floats | None,
     distance_mm: float | None,
     file: Path,
-) -> tuple[float, tuple[str, ...]]:
+) -> tuple[float | None, tuple[str, ...]]:
     """Compare the face's edges, detected or given as corners, with their place according to the markers.
 
     Returns by what share the face, measured in the markers' plane, is larger than face_mm, and warnings. The share is 0
-    if the edges are not visible or agree. Raises InputError if the markers are too far from level with the face.
+    if they agree, None if the edges are not visible. Raises InputError if the markers are too far from level.
     """
-    corners_px = given_px
-    if corners_px is None and face_mm is not None:
-        corners_px = _face_near(brightness, view.to_px(rectangle(face_mm)))
-    if corners_px is None or face_mm is None:
-        return 0.0, (_rule(distance_mm, face_mm is None),)
-    grown, bent_mm = _grown(view.to_mm(corners_px), rectangle(face_mm))
-    px_mm = float(view.mm_per_px_at(corners_px).mean())
-    if given_px is None and bent_mm > max(BENT_MM, EDGE_PX * px_mm):
-        return 0.0, (_rule(distance_mm, False),)
+    away_mm = distance_mm or USUAL_MM
+    rule = (
+        f"each mm above or below the measured face is an error of {1 / away_mm:.2%} of every length at {away_mm:.0f} "
+        "mm from the camera"
+    )
+    if face_mm is None:
+        return None, (f"the markers' level was not checked, since face_mm is not given: {rule}",)
+    corners_px, true_mm, bend_px = given_px, rectangle(face_mm), 0.0
+    if corners_px is None:
+        rough_px = view.to_px(true_mm)
+        longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
+        corners_px, bend_px = by_edges(brightness, rough_px, max(LEAST_REACH_PX, REACH * longest_px))
+    # A similarity, as a complex factor.
+    seen, true = (points @ (1, 1j) - (points @ (1, 1j)).mean() for points in (view.to_mm(corners_px), true_mm))
+    factor = np.vdot(true, seen) / np.vdot(true, true)
+    grown, px_mm = float(abs(factor)) - 1, float(view.mm_per_px_at(corners_px).mean())
+    bent_mm = 0.0 if given_px is not None else float(np.abs(seen - factor * true).max())
+    if bend_px > STRAIGHT_PX or bent_mm > max(BENT_MM, EDGE_PX * px_mm):
+        return None, (
+            f"the markers' level was not checked, since no edges stand out along the opening between them: {rule}",
+        )
     width_mm, height_mm = face_mm[2:]
     if abs(grown) <= SIGMAS * np.hypot(FACE_MM, EDGE_PX * px_mm) / np.hypot(width_mm, height_mm):
         return 0.0, ()
@@ -145,11 +155,10 @@ def check_level(
         f"according to the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm, but "
         f"face_mm is {width_mm:g} x {height_mm:g}"
     )
-    side = "below" if grown > 0 else "above"
-    cause = f"markers {side} the face"
-    if distance_mm is not None:
-        cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, {distance_mm:.0f} mm from the camera,"
-    cause = f"a print at {1 / (1 + grown):.1%} (measure the frame's ruler, photo.markers.printed_ruler_mm) or {cause}"
+    cause = (
+        f"a print at {1 / (1 + grown):.1%} (measure the frame's ruler, photo.markers.printed_ruler_mm) or markers "
+        f"{abs(grown) * away_mm:.1f} mm {'below' if grown > 0 else 'above'} the face, {away_mm:.0f} mm from the camera,"
+    )
     if abs(grown) > MOST_OFF:
         raise InputError(
             f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} "
@@ -158,69 +167,12 @@ def check_level(
     return grown, (f"{comparison}, a difference of {abs(grown):.1%}: {cause} would cause this",)
 
 
-def _rule(distance_mm: float | None, unmeasured: bool) -> str:
-    away_mm = distance_mm or 250.0
-    why = "since face_mm is not given" if unmeasured else "since no edges stand out along the opening between them"
-    return (
-        f"the markers' level was not checked, {why}: each mm above or below the measured face is an error of "
-        f"{1 / away_mm:.2%} of every length at {away_mm:.0f} mm from the camera"
-    )
-
-
-def _grown(seen_mm: Floats, true_mm: Floats) -> tuple[float, float]:
-    """Fit a similarity: return its factor, less 1, and the largest distance of a corner from it, in mm."""
-    measured, true = (points - points.mean(axis=0) for points in (seen_mm, true_mm))
-    seen_z, true_z = (points[:, 0] + 1j * points[:, 1] for points in (measured, true))
-    factor = np.vdot(true_z, seen_z) / np.vdot(true_z, true_z)
-    return float(abs(factor)) - 1, float(np.abs(seen_z - factor * true_z).max())
-
-
-def _face_near(brightness: Map, rough_px: Floats) -> Floats | None:
-    """Find the corners of a face within ``REACH`` of rough ones, (4, 2); None if an edge is not visible."""
-    longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
-    reach_px = max(LEAST_REACH_PX, REACH * longest_px)
-    edges = [edge for side in range(4) if (edge := _inner_edge(brightness, rough_px, side, reach_px)) is not None]
-    return quadrilateral(edges) if len(edges) == 4 else None
-
-
-def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -> Floats | None:
-    """Fit a line to the edge of the face: to the nearest points outward whose brightness differs from the face's.
-
-    Return a point and a direction.
-    """
-    offset = np.arange(-reach_px, reach_px + STEP_PX, STEP_PX)
-    share = np.linspace(0.06, 0.94, ROWS)
-    foot, outward, light = light_across(brightness, rough_px, side, share, offset, cv2.BORDER_CONSTANT)
-    # Neighbouring rows share the edge, but not their grain.
-    light = np.asarray(cv2.blur(light, (3, 9)), dtype=float)
-    count = len(offset)
-    # Row by row, since stains and light vary along the edge.
-    of_face = np.median(light[:, : count // 4], axis=1, keepdims=True)
-    unlike = np.abs(light - of_face) > UNLIKE * of_face
-    lasting = unlike[:, :-2] & unlike[:, 1:-1] & unlike[:, 2:]
-    lasting[:, : count // 8] = False
-    first = lasting.argmax(axis=1)
-    row = np.flatnonzero(first > 0)
-    if len(row) < ROWS // 2:
-        return None
-    slope = np.abs(np.gradient(light, axis=1))
-    near = np.arange(-round(2 * STEEPEST_PX / STEP_PX), round(STEEPEST_PX / STEP_PX) + 1)
-    column = np.clip(first[row][:, None] + near, 1, count - 2)
-    peak = column[np.arange(len(row)), slope[row[:, None], column].argmax(axis=1)]
-    across = offset[peak]
-    aside = np.abs(across - np.median(across))
-    usual = aside <= max(2 * STRAIGHT_PX, 3 * float(np.median(aside)))
-    return fit_line_to_most(foot[row[usual]] + across[usual, None] * outward, STRAIGHT_PX)[0]
-
-
 def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
     """Find markers by id: corners in px, (4, 2), clockwise from the upper left. Raises InputError if under four."""
     file = pixels.file
     rough = _search(pixels.image, dictionary, expected, file)
-    cells = _dictionary(dictionary).markerSize + 2
     refined = {
-        number: refined_corners(pixels.brightness, quad, float(np.linalg.norm(quad[1] - quad[0])) / cells)
-        for number, quad in rough.items()
+        number: refined_corners(pixels.brightness, quad, _module_px(quad, dictionary)) for number, quad in rough.items()
     }
     clear = {number: quad for number, quad in refined.items() if quad is not None}
     if len(clear) >= MIN_MARKERS:
@@ -261,7 +213,7 @@ def _search(image: NDArray[np.uint8], dictionary: str, expected: set[int], file:
     for side_px in (SEARCH_PX * 2**step for step in range(10)):
         candidates = [(number, quad) for number, quad in _detected(image, side_px, dictionary) if number in expected]
         # Squares much smaller or larger than the median are false detections in grain.
-        sides_px = [float(np.linalg.norm(quad[1] - quad[0])) for _, quad in candidates]
+        sides_px = [_module_px(quad, dictionary) for _, quad in candidates]
         usual_px = float(np.median(sides_px)) if candidates else 0.0
         alike = [marker for marker, px in zip(candidates, sides_px, strict=True) if usual_px / 2 < px < 2 * usual_px]
         if twice := {number for number, times in Counter(number for number, _ in alike).items() if times > 1}:
@@ -283,9 +235,8 @@ def corners_mm(board: MarkerBoard, marker: Marker) -> Floats:
 
 def black_modules(board: MarkerBoard, marker: Marker) -> tuple[Floats, list[Floats]]:
     """Return rings in mm: the black square of a marker, and the white cells inside it."""
-    dictionary = _dictionary(board.dictionary)
-    cells = dictionary.markerSize + 2
-    bits = cv2.aruco.generateImageMarker(dictionary, marker.id, cells)
+    cells = _dictionary(board.dictionary).markerSize + 2
+    bits = cv2.aruco.generateImageMarker(_dictionary(board.dictionary), marker.id, cells)
     outer = corners_mm(board, marker)
     step = board.size_mm / cells
     cell = step * np.array([[0, 0], [1, 0], [1, -1], [0, -1]])
@@ -294,6 +245,11 @@ def black_modules(board: MarkerBoard, marker: Marker) -> tuple[Floats, list[Floa
 
 def _dictionary(name: str) -> cv2.aruco.Dictionary:
     return cv2.aruco.getPredefinedDictionary(DICTIONARY[name])
+
+
+def _module_px(quad: Floats, dictionary: str) -> float:
+    """Return the side of a cell of a marker; the border is a cell wide."""
+    return float(np.linalg.norm(quad[1] - quad[0])) / (_dictionary(dictionary).markerSize + 2)
 
 
 def _listed(numbers: set[int]) -> str:

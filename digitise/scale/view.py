@@ -1,18 +1,22 @@
 """View of the face's plane by a camera: mapping between pixels and millimetres, its fit to points, its uncertainty."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from digitise.geometry.polyline import Box, project
 from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
 MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, that of a level on the phone
-MOST_SPREAD_OF_DISTANCE = 0.1  # Largest relative standard deviation of a distance that is used, for one digit
+LENS_SIGMAS = 2.0  # Smallest distortion of a lens that is fitted, in standard deviations
+CORNERS = 4  # Corners of a marker
+MOST_GROUPS = 16  # Most groups of markers that are left out in turn
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ class View:
     @cached_property
     def px_from_mm(self) -> Floats:
         """Inverse of ``mm_from_px``."""
-        return np.asarray(np.linalg.inv(self.mm_from_px), dtype=float)
+        return _inverse(self.mm_from_px)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,125 +102,94 @@ def places_px(view: View, size_px: tuple[int, int], face_mm: Box | None) -> Floa
 
 @dataclass(frozen=True)
 class Fit:
-    """The view that projects the control points closest to their places in the photo, by least squares.
+    """The view that projects control points closest to their places in the photo, and views by errors of the points."""
 
-    Both planes are shifted and scaled to about 1, so that all parameters have one order of magnitude.
-    """
+    view: View
+    others: list[View]  # Fits without some points, or with one coordinate moved by its standard deviation
+    weight: float  # Variance over the sum of squared differences of the others
 
-    centre_px: Floats
-    unit_px: float
-    centre_mm: Floats
-    unit_mm: float
-    parameters: Floats  # Homography from mm to px by rows, without its last element, 1; then any lens's distortion
-    misses: Floats  # Projected less measured points, in normalised units, (2 n,)
-    slopes: Floats  # Derivatives of the misses by the parameters, (2 n, parameters)
+    def spread(self, quantity: Callable[[View], Floats]) -> Floats:
+        """Return the standard deviation of a ``quantity`` of views, (n,)."""
+        value = quantity(self.view)
+        return np.sqrt(self.weight * np.sum([(quantity(other) - value) ** 2 for other in self.others], axis=0))
 
-    @property
-    def view(self) -> View:
-        return self.view_by(self.parameters)
-
-    def view_by(self, parameters: Floats) -> View:
-        """Return the view that these parameters describe."""
-        to_unit = np.diag([1 / self.unit_px, 1 / self.unit_px, 1.0]) @ _shift(-self.centre_px)
-        to_mm = _shift(self.centre_mm) @ np.diag([self.unit_mm, self.unit_mm, 1.0])
-        mm_from_px = to_mm @ np.linalg.inv(_homography(parameters)) @ to_unit
-        lens = Lens(self.centre_px, parameters[8] / self.unit_px**2) if len(parameters) > 8 else None
-        return View(mm_from_px / mm_from_px[2, 2], lens)
-
-    def covariance_by_group(self, size: int) -> Floats:
-        """Return the parameters' covariance by a jackknife over groups of ``size`` points, which may share an error."""
-        slopes = self.slopes.reshape(-1, 2 * size, len(self.parameters))
-        pulls = np.einsum("gip,gi->gp", slopes, self.misses.reshape(-1, 2 * size))
-        others = self.slopes.T @ self.slopes - np.einsum("gip,giq->gpq", slopes, slopes)
-        moved = np.linalg.solve(others, pulls[..., None])[..., 0]
-        return (1 - 1 / len(moved)) * moved.T @ moved
-
-    def covariance_of_clicks(self, sd_px: float) -> Floats:
-        """Return the parameters' covariance for this standard deviation of each point's coordinates."""
-        inverse = np.asarray(np.linalg.inv(self.slopes.T @ self.slopes), dtype=float)
-        return (sd_px / self.unit_px) ** 2 * inverse
-
-    def spread(self, quantity: Callable[[View], Floats], covariance: Floats) -> Floats:
-        """Return the standard deviation of a ``quantity`` of views, (n,), for a covariance of the parameters."""
-        sizes = np.maximum(np.sqrt(np.diag(covariance)), 1e-9)
-
-        def slope(step: Floats) -> Floats:
-            after, before = (quantity(self.view_by(self.parameters + by)) for by in (step, -step))
-            return (after - before) / (2 * step.sum())
-
-        gradient = np.transpose([slope(step) for step in np.diag(sizes)])
-        return np.sqrt(np.einsum("np,pq,nq->n", gradient, covariance, gradient))
-
-    def spread_of_scale(self, places_px: Floats, covariance: Floats) -> float:
+    def spread_of_scale(self, places_px: Floats) -> float:
         """Return the relative standard deviation of the local scale, RMS over ``places_px`` in the photo."""
-        spread = self.spread(lambda view: view.mm_per_px_at(places_px), covariance)
-        return float(np.sqrt(np.mean((spread / self.view.mm_per_px_at(places_px)) ** 2)))
+        spread = self.spread(lambda view: np.log(view.mm_per_px_at(places_px)))
+        return float(np.sqrt(np.mean(spread**2)))
 
 
-def fit_view(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens: bool) -> Fit:
-    """Fit a homography, and with ``lens`` a radial term, to four or more points in a photo of this width and height."""
+def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> Fit:
+    """Fit a view to the corners of markers, (4 n, 2), with a radial lens term if they show one.
+
+    Its spread is by a jackknife over markers, whose corners may share an error.
+    """
+    plain = View(_inverse(cv2.findHomography(true_mm, seen_px)[0]))
+    if lens_wanted:
+        bent = _without_each(seen_px, true_mm, replace(plain, lens=Lens((np.array(size_px) - 1) / 2, 0.0)))
+        lens, sigma_px2 = bent.view.lens, bent.spread(lambda view: np.array([view.lens.bend_px2 if view.lens else 0.0]))
+        # A barrel that folds back within the photo is no lens.
+        if lens and lens.reach_px > np.linalg.norm(size_px) / 2 and abs(lens.bend_px2) > LENS_SIGMAS * sigma_px2[0]:
+            return bent
+    return _without_each(seen_px, true_mm, plain)
+
+
+def _without_each(seen_px: Floats, true_mm: Floats, start: View) -> Fit:
+    group = np.arange(len(seen_px)) // CORNERS % MOST_GROUPS
+    view = fit_view(seen_px, true_mm, start)
+    rest = [group != number for number in range(group.max() + 1)]
+    return Fit(view, [fit_view(seen_px[kept], true_mm[kept], view) for kept in rest], 1 - 1 / len(rest))
+
+
+def fit_corners(seen_px: Floats, true_mm: Floats, sd_px: float) -> Fit:
+    """Fit a view to four corners, (4, 2), each of whose coordinates has the standard deviation ``sd_px``."""
+    moves_px = sd_px * np.concatenate([np.zeros((1, 8)), np.eye(8)]).reshape(9, 4, 2)
+    start = View(_inverse(cv2.findHomography(true_mm, seen_px)[0]))
+    view, *others = (fit_view(seen_px + move_px, true_mm, start) for move_px in moves_px)
+    return Fit(view, others, 1.0)
+
+
+def fit_view(seen_px: Floats, true_mm: Floats, start: View) -> View:
+    """Fit a homography to four or more points by least squares, and a radial term if ``start`` has a lens."""
     # Imported here, since it takes a tenth of a second.
     from scipy.optimize import least_squares
 
-    centre_px = (np.array(size_px) - 1) / 2
-    centre_mm = true_mm.mean(axis=0)
-    unit_px, unit_mm = float(np.abs(seen_px - centre_px).max()), float(np.abs(true_mm - centre_mm).max())
-    measured, true = (seen_px - centre_px) / unit_px, (true_mm - centre_mm) / unit_mm
-    start = np.asarray(cv2.findHomography(true, measured)[0], dtype=float)
-    parameters = (start / start[2, 2]).ravel()[:8]
+    first = (start.px_from_mm / start.px_from_mm[2, 2]).ravel()[:8]
+    if start.lens:
+        first = np.append(first, start.lens.bend_px2)
 
-    def misses(tried: Floats) -> Floats:
-        straight = project(_homography(tried), true)
-        bend = tried[8] if lens else 0.0
-        return (straight * (1 + bend * (straight**2).sum(axis=1, keepdims=True)) - measured).ravel()
+    def view_of(parameters: Floats) -> View:
+        lens = start.lens and Lens(start.lens.centre_px, parameters[8])
+        return View(_inverse(np.append(parameters[:8], 1.0).reshape(3, 3)), lens)
 
-    solved = least_squares(misses, np.append(parameters, 0.0) if lens else parameters, method="lm")
-    return Fit(centre_px, unit_px, centre_mm, unit_mm, solved.x, solved.fun, np.asarray(solved.jac))
+    def misses_px(parameters: Floats) -> Floats:
+        return (view_of(parameters).to_px(true_mm) - seen_px).ravel()
+
+    return view_of(least_squares(misses_px, first, method="lm", x_scale="jac").x)
 
 
-def _homography(parameters: Floats) -> Floats:
-    return np.append(parameters[:8], 1.0).reshape(3, 3)
+def _inverse(matrix: NDArray[Any]) -> Floats:
+    return np.asarray(np.linalg.inv(matrix), dtype=float)
 
 
-def _shift(by: Floats) -> Floats:
-    return np.array([[1, 0, by[0]], [0, 1, by[1]], [0, 0, 1.0]])
-
-
-def find_pose(
-    fit: Fit, covariance: Floats, middle_mm: Floats, focal_px: float | None, distance_mm: float | None
+def find_tilt(
+    fit: Fit, middle_px: Floats, focal_px: float | None, distance_mm: float | None
 ) -> tuple[float | None, float | None]:
     """Find the camera's distance from the middle of the face, mm, and the tilt of its axis to the normal, degrees.
 
-    They follow from the measured distance, from the camera's own focal length, or else from perspective (Zhang 2000).
-    If the photo does not show them well enough, the tilt is None, and the distance is the measured one.
+    The distance is the measured one, or by the camera's own focal length. The tilt is None without a distance, and if
+    it is unsure by over ``MOST_SPREAD_DEG``.
     """
+    if distance_mm is None and focal_px is not None:
+        distance_mm = focal_px * float(fit.view.mm_per_px_at(middle_px[None])[0])
+    if distance_mm is None:
+        return None, None
 
-    def read(view: View) -> Floats:
-        # The homography from the face to undistorted pixels with the origin in the photo's centre.
-        plane = _shift(-fit.centre_px) @ view.px_from_mm
-        middle = np.append(middle_mm, 1)
-        away_mm = distance_mm or _distance_mm(plane, middle, focal_px or _focal_px(plane))
-        lean_per_mm = np.hypot(*view.px_from_mm[2, :2]) / abs(view.px_from_mm[2] @ middle)
-        return np.array([lean_per_mm * away_mm, np.log(away_mm)])
+    def sine(view: View) -> Floats:
+        """How fast the depth grows along the face, over the depth itself, times the distance."""
+        depth = view.px_from_mm[2] @ np.append(view.to_mm(middle_px[None])[0], 1)
+        return np.linalg.norm(view.px_from_mm[2:, :2], axis=1) / abs(depth) * distance_mm
 
-    sine, log_distance = read(fit.view)
-    if not np.all(np.isfinite((sine, log_distance))) or sine >= 1:
-        return distance_mm, None
-    sine_spread, distance_spread = fit.spread(read, covariance)
-    if not (sine_spread < np.radians(MOST_SPREAD_DEG) and distance_spread < MOST_SPREAD_OF_DISTANCE):
-        return distance_mm, None
-    return float(np.exp(log_distance)), float(np.degrees(np.arcsin(sine)))
-
-
-def _distance_mm(plane: Floats, middle: Floats, focal_px: float) -> float:
-    rays = plane / np.array([[focal_px], [focal_px], [1.0]])
-    # Columns 1 and 2 are directions on the face, of unit length in mm.
-    return float(2 * abs(rays[2] @ middle) / np.linalg.norm(rays[:, :2], axis=0).sum())
-
-
-def _focal_px(plane: Floats) -> float:
-    """Return the focal length for which the face's axes are orthogonal and of equal scale; NaN if there is none."""
-    (u, v), (p, q), (s, t) = plane[:, :2]
-    flat, deep = np.array([u * v + p * q, u * u + p * p - v * v - q * q]), np.array([s * t, s * s - t * t])
-    # For a camera square to the face both are 0, and any focal length fits.
-    return float(np.sqrt(flat @ flat / -(flat @ deep))) if flat @ deep < 0 else np.nan
+    (value,), (spread,) = sine(fit.view), fit.spread(sine)
+    sure = value < 1 and spread < np.radians(MOST_SPREAD_DEG)
+    return distance_mm, float(np.degrees(np.arcsin(value))) if sure else None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from digitise.image.raster import Map, blurred
-from digitise.scale.corners import fit_line_to_most, refined_corners
+from digitise.scale.corners import edge_line, refined_corners
 from sealtwin.core.coverage import coverage
 
 MODULE_PX = 12.0
@@ -30,23 +30,12 @@ def test_a_square_without_white_beside_it_has_no_edge_there():
     assert refined_corners(light, TURNED, MODULE_PX) is None
 
 
-def along(start, end, count=60):
-    return np.linspace(start, end, count)
-
-
-def distance(point, line):
-    (centre, direction) = line
-    return abs((point - centre) @ np.array([-direction[1], direction[0]]))
-
-
 @pytest.mark.parametrize("where", [slice(0, 14), slice(25, 39), slice(46, 60)], ids=["start", "middle", "end"])
 def test_a_quarter_of_the_points_pulled_to_one_side_moves_nothing(where):
     """As by a fleck on an edge. Least squares alone is pulled 2 px off by it, and then keeps the fleck."""
-    rng = np.random.default_rng(1)
-    points = along((10.0, 20.0), (200.0, 45.0))
-    points += rng.normal(0, 0.05, points.shape)
-    points[where] += (-1.0, 8.0)
-    line, miss = fit_line_to_most(points, least=0.3)
-    assert len(miss) == 46
-    assert distance(np.array([10.0, 20.0]), line) < 0.05
-    assert distance(np.array([200.0, 45.0]), line) < 0.05
+    foot, outward = np.linspace((10.0, 20.0), (200.0, 45.0), 60), np.array([-25.0, 190.0]) / np.hypot(25, 190)
+    across_px = np.random.default_rng(1).normal(0, 0.05, 60)
+    across_px[where] += 8.0
+    (point, direction), miss_px = edge_line(foot, outward, across_px, least_px=0.3)
+    assert len(miss_px) == 46
+    assert np.abs((foot[[0, -1]] - point) @ [-direction[1], direction[0]]).max() < 0.05

@@ -1,11 +1,12 @@
 import re
 
+import cv2
 import numpy as np
 import pytest
 
 from digitise.geometry.polyline import rectangle
 from digitise.photo import Photo, load_photo
-from digitise.scale.marker_scale import BOARD_MM
+from digitise.scale.marker_scale import BOARD_MM, PRINT
 from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
@@ -59,9 +60,10 @@ def test_a_lens_that_is_not_wanted_is_not_fitted(bent, tmp_path):
         load_photo(bent.photo_input().model_copy(update={"lens": "none"}), tmp_path)
 
 
-def test_tilt_and_uncertainty_of_a_photo_are_told(bent_photo):
+def test_tilt_and_uncertainty_of_a_photo_are_told(bent, tmp_path):
     """The camera leans by 4 degrees about x and 2 about y. The frame's callipered size is most of what is unsure."""
-    photo = bent_photo
+    bent.write(tmp_path)
+    photo = load_photo(bent.photo_input().model_copy(update={"camera_distance_mm": 262.0}), tmp_path)
     assert photo.camera_tilt_deg == pytest.approx(4.47, abs=0.2)
     span_mm = np.hypot(70 + 28 + 16, 40 + 28 + 16)
     assert photo.scale_uncertainty is not None
@@ -94,6 +96,26 @@ def test_markers_below_the_face_or_printed_smaller_make_the_scale_unsure(bent, b
     assert mended.mm_per_px == pytest.approx(bent_photo.mm_per_px, rel=1e-4)
     assert mended.warnings == ()
     assert mended.scale_uncertainty == pytest.approx(BOARD_MM * grown / 100, rel=0.2)
+
+
+def test_a_print_that_nothing_checks_is_in_the_uncertainty_and_named(bent, tmp_path):
+    """A frame printed at 97 % gives lengths 3 % off without a face or a ruler to hold it against."""
+    bent.write(tmp_path)
+    by_ruler = MarkerBoard(**bent.board.model_dump() | {"printed_ruler_mm": 100.0})
+    for board, least, most in ((bent.board, PRINT, 1.01 * PRINT), (by_ruler, BOARD_MM / 100, 1.5 * BOARD_MM / 100)):
+        photo = load_photo(bent.photo_input().model_copy(update={"markers": board, "face_mm": None}), tmp_path)
+        assert photo.scale_uncertainty is not None
+        assert least <= photo.scale_uncertainty < most
+        assert any("photo.markers.printed_ruler_mm" in warning for warning in photo.warnings) == (board is bent.board)
+
+
+def test_blur_is_named_if_it_moves_the_corners(bent, tmp_path):
+    """By 16 px along the rows, which markers show as edges of 11 px; a wrong table is not blamed."""
+    bent.write(tmp_path)
+    path = tmp_path / "photo.jpg"
+    cv2.imwrite(str(path), cv2.blur(np.asarray(cv2.imread(str(path))), (16, 1)))
+    with pytest.raises(InputError, match=r"photo\.jpg: markers misfit .* blurred: edges of markers are \d+ px wide"):
+        load_photo(bent.photo_input(), tmp_path)
 
 
 def test_corners_beside_markers_are_checked_like_corners_alone(bent, tmp_path):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from digitise.scale.view import MOST_SPREAD_DEG, MOST_SPREAD_OF_DISTANCE, Fit, Lens, find_pose, fit_view
+from digitise.scale.view import MOST_SPREAD_DEG, Fit, Lens, find_tilt, fit_corners, fit_markers
 from tests.boards import board_around, camera, face_grid_mm, places_mm
 from tests.pictures import rms
 
@@ -19,17 +19,17 @@ def fitted(rng, count=8, lens=False, noise_px=0.05, placing_mm=0.0, **of_camera)
     true_mm = places_mm(board)
     glued_mm = true_mm + np.repeat(rng.normal(0, placing_mm, (count, 2)), 4, axis=0)
     seen_px = view.to_px(glued_mm) + rng.normal(0, noise_px, true_mm.shape)
-    fit = fit_view(seen_px, true_mm, view.size_px, lens)
-    exact = fit_view(view.to_px(true_mm), true_mm, view.size_px, lens=True)
+    fit = fit_markers(seen_px, true_mm, view.size_px, lens)
+    exact = fit_markers(view.to_px(true_mm), true_mm, view.size_px, lens_wanted=True)
     places_px = view.to_px(face_grid_mm())
     return fit, fit.view.mm_per_px_at(places_px) / exact.view.mm_per_px_at(places_px) - 1
 
 
-@pytest.mark.parametrize("k1", [0.0, -0.05, -0.2, 0.1])
+@pytest.mark.parametrize("k1", [-0.05, -0.2, 0.1])
 def test_a_lens_and_a_tilted_plane_are_found_exactly_where_nothing_is_noisy(k1):
     """The camera is that of the synthetic photos: k1 over the square of the focal length in px."""
     view, true_mm = camera(tilt_deg=12, lens_k1=k1), places_mm(board_around())
-    fit = fit_view(view.to_px(true_mm), true_mm, view.size_px, lens=True)
+    fit = fit_markers(view.to_px(true_mm), true_mm, view.size_px, lens_wanted=True)
     grid_mm = face_grid_mm()
     assert fit.view.to_mm(view.to_px(grid_mm)) == pytest.approx(grid_mm, abs=1e-5)
     assert fit.view.lens is not None
@@ -55,7 +55,7 @@ def test_the_spread_of_the_scale_is_honest(lens, count, noise_px, placing_mm, mo
     stated, true = [], []
     for _ in range(RUNS):
         fit, error = fitted(rng, count, lens, noise_px, placing_mm)
-        stated.append(fit.spread_of_scale(places_px, fit.covariance_by_group(4)))
+        stated.append(fit.spread_of_scale(places_px))
         true.append(rms(error))
     assert 0.5 < rms(np.array(stated)) / rms(np.array(true)) < most
 
@@ -65,13 +65,13 @@ def test_the_spread_by_clicks_is_honest():
     rng = np.random.default_rng(3)
     view, corners_mm = camera(), np.array([[0.0, 0], [160, 0], [160, 40], [0, 40]])
     places_px = view.to_px(face_grid_mm())
-    exact = fit_view(view.to_px(corners_mm), corners_mm, view.size_px, lens=False)
+    exact = fit_corners(view.to_px(corners_mm), corners_mm, 1.0)
     true = []
     for _ in range(4 * RUNS):
         clicked_px = view.to_px(corners_mm) + rng.normal(0, 1.0, (4, 2))
-        fit = fit_view(clicked_px, corners_mm, view.size_px, lens=False)
+        fit = fit_corners(clicked_px, corners_mm, 1.0)
         true.append(rms(fit.view.mm_per_px_at(places_px) / exact.view.mm_per_px_at(places_px) - 1))
-    stated = exact.spread_of_scale(places_px, exact.covariance_of_clicks(1.0))
+    stated = exact.spread_of_scale(places_px)
     assert 0.8 < stated / rms(np.array(true)) < 1.25
 
 
@@ -109,28 +109,20 @@ def test_a_barrel_reaches_as_far_as_it_shows_farther_places_farther_out():
     assert lens_of(0.2).reach_px == np.inf
 
 
-MIDDLE_MM = np.array([80.0, 20.0])
 DISTANCE_MM = 262.0
 
 
 class Pose(NamedTuple):
-    distance_mm: float
-    tilt_deg: float
+    distance_mm: float | None
+    tilt_deg: float | None
 
 
-def pose_of(tilt_deg, noise_px=0.05, lens=False, by_focal=False, by_distance=False, seed=1, **of_camera) -> Pose | None:
-    view, true_mm = camera(tilt_deg, **of_camera), places_mm(board_around())
+def pose_of(tilt_deg, noise_px=0.05, by_focal=False, by_distance=False, seed=1) -> Pose:
+    view, true_mm = camera(tilt_deg), places_mm(board_around())
     seen_px = view.to_px(true_mm) + np.random.default_rng(seed).normal(0, noise_px, true_mm.shape)
-    fit = fit_view(seen_px, true_mm, view.size_px, lens)
-    covariance = fit.covariance_by_group(4)
-    distance_mm, tilt_deg = find_pose(
-        fit, covariance, MIDDLE_MM, view.focal_px if by_focal else None, DISTANCE_MM if by_distance else None
-    )
-    if tilt_deg is None:
-        assert distance_mm == (DISTANCE_MM if by_distance else None)
-        return None
-    assert distance_mm is not None
-    return Pose(distance_mm, tilt_deg)
+    middle_px = view.to_px(np.array([[80.0, 20.0]]))[0]
+    fit = fit_markers(seen_px, true_mm, view.size_px, lens_wanted=False)
+    return Pose(*find_tilt(fit, middle_px, view.focal_px if by_focal else None, DISTANCE_MM if by_distance else None))
 
 
 def true_tilt_deg(tilt_deg):
@@ -138,41 +130,17 @@ def true_tilt_deg(tilt_deg):
     return np.degrees(np.arccos(np.cos(np.radians(tilt_deg)) * np.cos(np.radians(tilt_deg / 2))))
 
 
-@pytest.mark.parametrize(
-    "sources", [{}, {"by_focal": True}, {"by_distance": True}], ids=["nothing", "focal", "distance"]
-)
-@pytest.mark.parametrize("tilt_deg", [5.0, 15.0])
-def test_tilt_and_distance_of_a_tilted_camera_are_found(tilt_deg, sources):
-    """By perspective alone to 0.1 degree and 2 %; corners are seen to 0.05 px."""
+@pytest.mark.parametrize("sources", [{"by_focal": True}, {"by_distance": True}], ids=["focal", "distance"])
+@pytest.mark.parametrize("tilt_deg", [0.0, 5.0, 15.0])
+def test_tilt_and_distance_of_a_camera_are_found(tilt_deg, sources):
+    """To 0.15 degrees at up to 5, and 2.5 % of the distance; corners are seen to 0.05 px."""
     pose = pose_of(tilt_deg, **sources)
-    assert pose is not None
-    assert pose.tilt_deg == pytest.approx(true_tilt_deg(tilt_deg), abs=0.15)
-    assert pose.distance_mm == pytest.approx(DISTANCE_MM, rel=0.02)
+    assert pose.tilt_deg == pytest.approx(true_tilt_deg(tilt_deg), abs=0.15, rel=0.025)
+    assert pose.distance_mm == pytest.approx(DISTANCE_MM, rel=0.025)
 
 
-@pytest.mark.parametrize("noise_px", [0.0, 0.05])
-def test_a_square_camera_is_not_told_from_a_far_one_by_perspective(noise_px):
-    """Any focal length shows a face square to the camera alike; the camera's own word or a tape tells them apart."""
-    assert pose_of(0.0, noise_px) is None
-    for sources in ({"by_focal": True}, {"by_distance": True}):
-        pose = pose_of(0.0, noise_px, **sources)
-        assert pose is not None
-        assert pose.tilt_deg == pytest.approx(0, abs=0.1)
-        assert pose.distance_mm == pytest.approx(DISTANCE_MM, rel=1e-3)
-
-
-def test_what_noise_could_have_told_is_not_told():
-    """Corners off by 0.2 px leave perspective unsure of 1 degree, and of some photos at 2; the focal length mends that.
-
-    What it does tell is within two of the standard deviations that are allowed. With no limit on them, the distance is
-    off by up to 40 % at 1 degree, and this fails.
-    """
-    poses = [pose_of(2.0, noise_px=0.2, seed=seed) for seed in range(20)]
-    sure = [pose for pose in poses if pose is not None]
-    assert 0 < len(sure) < 20
-    assert np.abs([pose.tilt_deg - true_tilt_deg(2.0) for pose in sure]).max() < 2 * MOST_SPREAD_DEG
-    assert np.abs([pose.distance_mm / DISTANCE_MM - 1 for pose in sure]).max() < 2 * MOST_SPREAD_OF_DISTANCE
-    assert all(pose_of(1.0, noise_px=0.2, seed=seed) is None for seed in range(20))
-    by_focal = pose_of(1.0, noise_px=0.2, by_focal=True)
-    assert by_focal is not None
-    assert by_focal.tilt_deg == pytest.approx(true_tilt_deg(1.0), abs=0.2)
+def test_a_tilt_is_not_stated_without_a_distance_or_if_noise_hides_it():
+    assert pose_of(5.0) == (None, None)
+    assert pose_of(5.0, noise_px=30.0, by_distance=True) == (DISTANCE_MM, None)
+    sure = [pose_of(5.0, noise_px=1.0, by_focal=True, seed=seed).tilt_deg for seed in range(10)]
+    assert max(abs(tilt_deg - true_tilt_deg(5.0)) for tilt_deg in sure if tilt_deg) < 2 * MOST_SPREAD_DEG
