@@ -112,9 +112,9 @@ class MarkerBoard(Settings):
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
     """Numbers and places of the markers. At least four: with fewer, noise of one marker decides the homography."""
     printed_ruler_mm: float | None = Field(default=None, gt=50, le=200)
-    """Measured length of the ruler on the printed frame, also if it is 100. All lengths of this table were printed longer
-    or shorter by the same share; the middle of the frame stays. Printers scale by less than a half. Without it and
-    without a face whose edges show the print, 2 % are in the scale's uncertainty."""
+    """Measured length of the ruler on the printed frame, also if it is 100. All lengths of this table were printed
+    longer or shorter by the same share; the middle of the frame stays. Printers scale by less than a half. Without it
+    and without a face whose edges show the print, 2 % are in the scale's uncertainty."""
 
     @model_validator(mode="after")
     def _each_once(self) -> Self:

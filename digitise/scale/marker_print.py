@@ -1,19 +1,14 @@
 """Draw a frame of markers to print, cut out and lay level with a sample's face, and its table for the trial file."""
 
 from dataclasses import dataclass
-from io import BytesIO
-from typing import TYPE_CHECKING, Any, NamedTuple
+from datetime import UTC, datetime
+from typing import NamedTuple
 
 import numpy as np
 
 from digitise.scale.marker_scale import RULER_MM, black_modules
 from digitise.settings import Dictionary, Marker, MarkerBoard
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from matplotlib.typing import RcKeyType
 
 PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
 UNPRINTED_MM = 6.0  # Unprintable margin along the edge of the paper
@@ -24,19 +19,8 @@ LEAST_FACE_MM, MOST_FACE_MM = 5.0, 400.0  # Smallest and largest side of a frame
 LINE_MM = 4.5  # Distance between lines of text
 CAPTION_MM = 12.0 + 5 * LINE_MM  # Height of the ruler and five lines of text below the frame
 CAPTION_WIDTH_MM = 165.0
-TEXT_MM = 3.0  # Height of the font; its capitals are 0.7 of it
-MM_PER_INCH, PT_PER_INCH = 25.4, 72
-TITLE = "sealtwin markers"
-PAGE_STYLE: "dict[RcKeyType, Any]" = {
-    "font.family": ["DejaVu Sans", "sans-serif"],
-    "pdf.fonttype": 42,
-    "svg.fonttype": "none",
-    "svg.hashsalt": TITLE,
-    "figure.facecolor": "white",
-    "text.color": "black",
-    "text.usetex": False,
-}  # Settings of matplotlib that make a page the same on every machine, every time
-
+TEXT_PT = 8.5  # Height of the font
+DRAWN_ON = datetime(2026, 1, 1, tzinfo=UTC)  # Date in the file: a frame drawn again is the same file
 
 INSTRUCTIONS = (
     'Print at 100 % ("actual size", not "fit to page"), on matt paper or card, and glue it flat.',
@@ -90,7 +74,9 @@ def draw_frame(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> 
     bars += [Bar(x, low, CUT_MM, up, CUT_GREY) for x in (left, left + across - CUT_MM)]
     for marker in board.markers:
         square, cells = black_modules(board, marker)
-        bars += [_bar(square + origin_mm, 0.0), *(_bar(cell + origin_mm, 1.0) for cell in cells)]
+        for ring_mm in (square, *cells):
+            (x, y), (wide, high) = (ring_mm + origin_mm).min(axis=0).tolist(), np.ptp(ring_mm, axis=0).tolist()
+            bars.append(Bar(x, y, wide, high, 0.0 if ring_mm is square else 1.0))
     left_mm, top_mm = (width_mm - CAPTION_WIDTH_MM) / 2, origin_mm[1] - band_mm
     bars += _ruler(left_mm, top_mm - 8)
     title = (
@@ -104,49 +90,22 @@ def draw_frame(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> 
 
 def as_pdf(frame: MarkerFrame) -> bytes:
     """Return the page as PDF, marked so that viewers print it unscaled (ISO 32000-1, 12.2: PrintScaling)."""
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_pdf import Name, PdfFile, RendererPdf
+    from fpdf import FPDF, ViewerPreferences
 
-    content = BytesIO()
-    with rc_context(PAGE_STYLE):
-        file = PdfFile(content, {"Title": TITLE, "Creator": "sealtwin", "CreationDate": None})
-        # Replaces matplotlib's own catalog: figure.savefig does not pass viewer preferences on.
-        wish = {"ViewerPreferences": {"PrintScaling": Name("None")}}
-        file.writeObject(file.rootObject, {"Type": Name("Catalog"), "Pages": file.pagesObject, **wish})
-        figure = _figure(frame)
-        width_in, height_in = figure.get_size_inches()
-        file.newPage(width_in, height_in)
-        figure.draw(RendererPdf(file, figure.dpi, height_in, width_in))
-        file.finalize()
-        file.close()
-    return content.getvalue()
-
-
-def as_svg(frame: MarkerFrame) -> bytes:
-    """Return the page as SVG."""
-    from matplotlib import rc_context
-
-    content = BytesIO()
-    with rc_context(PAGE_STYLE):
-        _figure(frame).savefig(content, format="svg", metadata={"Title": TITLE, "Creator": "sealtwin", "Date": None})
-    # Without it, screens show seams between a marker's cells; matplotlib has no setting for it.
-    return content.getvalue().replace(b"<svg ", b'<svg shape-rendering="crispEdges" ', 1)
-
-
-def _figure(frame: MarkerFrame) -> "Figure":
-    """Draw the page at its true size, on axes in mm that span the paper."""
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Rectangle
-
-    width_mm, height_mm = frame.size_mm
-    figure = Figure(figsize=np.divide(frame.size_mm, MM_PER_INCH).tolist(), dpi=PT_PER_INCH)
-    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, width_mm), ylim=(0, height_mm))
-    axes.set_axis_off()
+    page = FPDF(unit="mm", format=frame.size_mm)
+    page.set_creation_date(DRAWN_ON)
+    page.set_title("sealtwin markers")
+    page.viewer_preferences = ViewerPreferences(print_scaling="None")
+    page.add_page()
+    page.set_font("Helvetica", size=TEXT_PT)
+    # fpdf2 counts down from the upper edge.
+    top_mm = frame.size_mm[1]
     for x_mm, y_mm, across_mm, up_mm, grey in frame.bars:
-        axes.add_patch(Rectangle((x_mm, y_mm), across_mm, up_mm, facecolor=str(grey), linewidth=0))
+        page.set_fill_color(round(255 * grey))
+        page.rect(x_mm, top_mm - y_mm - up_mm, across_mm, up_mm, style="F")
     for x_mm, y_mm, text in frame.lines:
-        axes.text(x_mm, y_mm, text, fontsize=TEXT_MM / MM_PER_INCH * PT_PER_INCH, parse_math=False)
-    return figure
+        page.text(x_mm, top_mm - y_mm, text)
+    return bytes(page.output())
 
 
 def board_around(
@@ -181,11 +140,6 @@ def board_toml(frame: MarkerFrame) -> str:
     face = f"# In [photo]: face_mm = {list(frame.face_mm)}"
     size = f'dictionary = "{frame.board.dictionary}"\nsize_mm = {frame.board.size_mm}'
     return "\n".join([face, "[photo.markers]", size, "markers = [", *rows, "]", ""])
-
-
-def _bar(ring_mm: Floats, grey: float) -> Bar:
-    left, low, across, up = *ring_mm.min(axis=0).tolist(), *np.ptp(ring_mm, axis=0).tolist()
-    return Bar(left, low, across, up, grey)
 
 
 def _ruler(left_mm: float, low_mm: float) -> list[Bar]:

@@ -14,7 +14,7 @@ from sealtwin.core.errors import InputError
 def markers(
     command: Command,
     face_mm: Annotated[str, option("Size of the sample's face, which is the opening of the frame.", "WxH")],
-    out: Annotated[Path, option("File of the page to print, .pdf or .svg.", "FILE")],
+    out: Annotated[Path, option("File of the page to print, .pdf.", "FILE")],
     size_mm: Annotated[float, number_option("Outer edge of a marker's black square.", 5, 200)] = 16.0,
     dictionary: Annotated[
         Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"],
@@ -30,9 +30,9 @@ def markers(
 
     Example: sealtwin markers --face-mm 160x40 --out frame.pdf
     """
-    if out.suffix.lower() not in (".pdf", ".svg"):
-        raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
-    from digitise.scale.marker_print import as_pdf, as_svg, board_around, board_toml, draw_frame
+    if out.suffix.lower() != ".pdf":
+        raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf")
+    from digitise.scale.marker_print import as_pdf, board_around, board_toml, draw_frame
     from sealtwin.core.files import write_unless_other
 
     if toml is not None and toml.resolve() == out.resolve():
@@ -40,7 +40,7 @@ def markers(
     face = two_numbers(face_mm, "x", "--face-mm")
     frame = draw_frame(face, board_around(face, size_mm, dictionary, int(count)), paper)
     table = board_toml(frame)
-    page = as_pdf(frame) if out.suffix.lower() == ".pdf" else as_svg(frame)
+    page = as_pdf(frame)
     written = {out: page} if toml is None else {out: page, toml: table.encode()}
     # The hint below could otherwise be read as a question for a file name.
     write_unless_other(written)

@@ -1,11 +1,10 @@
 import io
-import re
 
 import pypdf
 import pytest
 
-from digitise.scale.marker_print import Bar, MarkerFrame, as_pdf, as_svg, board_around
-from tests.sheets import Page, read_pdf, read_svg
+from digitise.scale.marker_print import Bar, MarkerFrame, as_pdf, board_around
+from tests.sheets import Page, read_pdf
 
 FACE_MM = (160.0, 40.0)
 FRAME = MarkerFrame(
@@ -22,19 +21,19 @@ def pdf() -> bytes:
     return as_pdf(FRAME)
 
 
-@pytest.fixture(scope="module", params=["pdf", "svg"])
-def page(request, pdf, tmp_path_factory) -> Page:
-    path = tmp_path_factory.mktemp("sheet") / f"sheet.{request.param}"
-    path.write_bytes(pdf if request.param == "pdf" else as_svg(FRAME))
-    return read_pdf(path) if request.param == "pdf" else read_svg(path)
+@pytest.fixture(scope="module")
+def page(pdf, tmp_path_factory) -> Page:
+    path = tmp_path_factory.mktemp("sheet") / "sheet.pdf"
+    path.write_bytes(pdf)
+    return read_pdf(path)
 
 
 def test_bars_and_words_lie_on_a_page_of_true_size_where_they_were_put(page):
-    """In millimetres from the lower left, to a micrometre: matplotlib writes 6 decimals of a point."""
-    assert page.size_mm == pytest.approx((210, 297), abs=1e-3)
+    """In millimetres from the lower left, to five micrometres: fpdf2 writes 2 decimals of a point."""
+    assert page.size_mm == pytest.approx((210, 297), abs=5e-3)
     assert len(page.bars) == 2
-    assert page.bars[0] == pytest.approx((10, 20, 100, 0.3, 0), abs=1e-3)
-    assert page.bars[1] == pytest.approx((30.5, 200.25, 16, 16, 0.75), abs=2e-3)
+    assert page.bars[0] == pytest.approx((10, 20, 100, 0.3, 0), abs=5e-3)
+    assert page.bars[1] == pytest.approx((30.5, 200.25, 16, 16, 0.75), abs=5e-3)
     assert page.text == 'Print (at "100 %") \\ <flat> $1 & $2'
 
 
@@ -44,17 +43,6 @@ def test_a_viewer_is_asked_to_print_a_pdf_unscaled(pdf):
     assert reader.viewer_preferences.print_scaling == "/None"
 
 
-def test_every_offset_of_a_pdf_points_at_its_object(pdf):
-    """Viewers mend a wrong table silently; printers refuse the file."""
-    start = int(re.findall(rb"startxref\n(\d+)", pdf)[0])
-    assert pdf[start : start + 4] == b"xref"
-    offsets = [int(offset) for offset in re.findall(rb"(\d{10}) 00000 n", pdf)]
-    assert len(offsets) > 5
-    for number, offset in enumerate(offsets, start=1):
-        assert pdf[offset:].startswith(f"{number} 0 obj".encode())
-
-
 def test_the_same_page_is_the_same_bytes(pdf):
     """A frame printed again is recognised as the file that exists: no date, no random names."""
     assert as_pdf(FRAME) == pdf
-    assert as_svg(FRAME) == as_svg(FRAME)
