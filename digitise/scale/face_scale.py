@@ -6,7 +6,7 @@ import numpy as np
 from digitise.geometry.polyline import Box, depth_inside, rectangle
 from digitise.image.decoding import Pixels
 from digitise.image.raster import Map
-from digitise.scale.corners import edge_line, light_across, quadrilateral
+from digitise.scale.corners import refined_corners
 from digitise.scale.view import MIDDLE, Scale, find_tilt, fit_corners, places_px
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
@@ -15,11 +15,9 @@ from sealtwin.core.records import Floats
 WORK_PX = 800  # Longer side of the copy on which the face is searched; its edges are refined on the photo itself
 MIN_AREA = 0.1  # Smallest area of a face, over the photo's
 LEAST_MARGIN = 0.02  # Margin around a detected face over the photo's shorter side: what reaches the border is a board
-GAP_BRIGHTNESS = 0.8  # Largest brightness of a gap between face and board over the darker of both; plain edges have 0.9
 LEAST_FILLED = 0.7  # Smallest share of its quadrilateral that a face fills, less its crack and pores
 MOST_SLENDER = 5.0  # Largest length over width of a face of unknown size; a straight crack is a longer rectangle
 LEAST_PART = 0.3  # Smallest part of a face that a crack divides, over the largest; markers are a tenth of a face
-STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line; hulls of other things exceed it
 ASPECT_TOLERANCE = 0.2  # Largest logarithm of the face's aspect over face_mm's; perspective changes it by far less
 MOST_FORESHORTENED = 2.0  # The same ratio for given corners, by a camera 60 degrees off; a wrong order gives more
 CLICKED_PX, FOUND_PX = 1.0, 0.5  # Standard deviation of a corner's coordinates, clicked or by edges with a soft shadow
@@ -31,10 +29,10 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
     width_mm, height_mm = face_mm[2:]
     corners_px, bend_px, noise_px = given_corners(pixels, settings), None, CLICKED_PX
     if corners_px is None:
-        rough_px = _rough_corners(pixels.brightness)
-        if rough_px is None:
+        face = _face(pixels.brightness)
+        if face is None:
             raise InputError(f"{pixels.file}: the face does not stand out from its surroundings; give face_corners_px.")
-        (corners_px, bend_px), noise_px = by_edges(pixels.brightness, rough_px), FOUND_PX
+        (corners_px, bend_px), noise_px = face, FOUND_PX
         aspect, expected = _aspect(corners_px), width_mm / height_mm
         if not abs(np.log(aspect / expected)) <= ASPECT_TOLERANCE:
             raise InputError(
@@ -88,25 +86,19 @@ def see_face(brightness: Map) -> Floats | None:
     Without them, the shadow of a face would be the longest dark line in the photo. All four edges must be inside the
     photo.
     """
-    rough_px = _rough_corners(brightness)
-    if rough_px is None:
+    face = _face(brightness)
+    if face is None:
         return None
-    aspect = _aspect(rough_px)
-    corners_px, bend_px = by_edges(brightness, rough_px)
     height, width = brightness.shape
-    inside_px = depth_inside(corners_px, (0, 0, width - 1, height - 1)).min()
-    slender = not 1 / MOST_SLENDER <= aspect <= MOST_SLENDER
-    return None if slender or bend_px > STRAIGHT_PX or inside_px <= LEAST_MARGIN * min(width, height) else corners_px
+    inside_px = depth_inside(face[0], (0, 0, width - 1, height - 1)).min()
+    slender = not 1 / MOST_SLENDER <= _aspect(face[0]) <= MOST_SLENDER
+    return None if slender or inside_px <= LEAST_MARGIN * min(width, height) else face[0]
 
 
-def by_edges(brightness: Map, rough_px: Floats, reach_px: float = 0.0) -> tuple[Floats, float]:
-    """Refine rough corners, (4, 2), by the edges between them, within ``reach_px`` of their sides.
-
-    Also returns the RMS distance of edge points from straight sides, px.
-    """
-    reach_px = reach_px or max(6.0, 0.012 * max(brightness.shape))
-    lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
-    return quadrilateral(list(lines)), float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
+def _face(brightness: Map) -> tuple[Floats, float] | None:
+    """Return the corners of the face and the RMS misfit of its edges in px, or None if there is none."""
+    rough_px = _rough_corners(brightness)
+    return None if rough_px is None else refined_corners(brightness, rough_px, max(6.0, 0.012 * max(brightness.shape)))
 
 
 def _rough_corners(brightness: Map) -> Floats | None:
@@ -142,24 +134,3 @@ def _aspect(corners_px: Floats) -> float:
     """Return the mean width over the mean height of a quadrilateral whose corners are in order."""
     lower, right, upper, left = np.linalg.norm(np.roll(corners_px, -1, axis=0) - corners_px, axis=1)
     return float((lower + upper) / max(left + right, 1e-6))
-
-
-def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tuple[Floats, Floats]:
-    """Fit a line through the steepest light along one side, inside any gap. Also return its points' distances, px."""
-    offset_px = np.arange(-reach_px, reach_px + 0.25, 0.5)
-    foot, outward, light = light_across(brightness, corners_px, side, np.linspace(0.04, 0.96, 200), offset_px)
-    # Neighbouring rows share the edge, but not their grain.
-    light = cv2.GaussianBlur(cv2.blur(light, (1, 9)), (0, 0), sigmaX=2, sigmaY=1e-3)
-    slope = np.gradient(light, axis=1)
-    quarter = light.shape[1] // 4
-    darker = np.minimum(np.median(light[:, :quarter], axis=1), light[:, -quarter:].max(axis=1))
-    if np.median(light.min(axis=1) / np.maximum(darker, 1e-6)) < GAP_BRIGHTNESS:
-        # Most rows are darkest between face and board, which a crack does not cause: the face ends where light falls.
-        before = np.arange(light.shape[1]) <= light.argmin(axis=1)[:, None]
-        slope = np.where(before, np.minimum(slope, 0), 0)
-    slope = np.abs(slope)
-    top = np.clip(np.argmax(slope, axis=1), 1, slope.shape[1] - 2)
-    # Between samples, by the parabola through the neighbours.
-    low, high, after = (slope[np.arange(len(top)), top + step] for step in (-1, 0, 1))
-    shift = 0.5 * (low - after) / np.minimum(low - 2 * high + after, -1e-12)
-    return edge_line(foot, outward, offset_px[0] + 0.5 * (top + np.clip(shift, -0.5, 0.5)), 1.0)

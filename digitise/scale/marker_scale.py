@@ -15,7 +15,7 @@ from digitise.geometry.polyline import Box, depth_inside, rectangle
 from digitise.image.decoding import Pixels
 from digitise.image.raster import Map
 from digitise.scale.corners import refined_corners, softness_px
-from digitise.scale.face_scale import FACE_MM, STRAIGHT_PX, by_edges, given_corners
+from digitise.scale.face_scale import FACE_MM, given_corners
 from digitise.scale.view import CORNERS, MIDDLE, Scale, View, find_tilt, fit_markers, places_px
 from digitise.settings import Marker, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
@@ -26,10 +26,11 @@ from sealtwin.core.records import Floats
 # refuse a photo: stricter ones refuse sound boards in coarse photos, looser ones accept a wrong table.
 RESIDUAL_MM = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
 RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are good to a fraction of a pixel
-SOFT_PX, BY_BLUR = 5.0, 0.5  # Width of a blurred edge; sharp ones have 3. Largest misfit by blur over that width
+SOFT_PX = 4.0  # Width of a blurred edge, which moves corners by up to as much; sharp ones have 3
 BOARD_MM = 0.1  # Standard uncertainty of the frame's ruler or of the longest distance between its markers
 PRINT = 0.02  # Standard uncertainty of a print that nothing checks: "fit to page" prints at 93 to 97 %
 REACH = 0.03  # Range around their place by the markers in which the face's edges are searched, of its length: no marker
+REACHES = (0.7, 0.35)  # The same for edges of markers in each pass, in cells; the first corrects a rough detection
 LEAST_REACH_PX = 10.0  # Least such range
 BENT_MM = 0.5  # Largest deviation of the edges from a rectangle of the face's shape
 EDGE_PX = 1.0  # Standard uncertainty of a corner of the face in the photo
@@ -72,7 +73,7 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
             softness_px(pixels.brightness, quad, _module_px(quad, board.dictionary)) for quad in corners_px.values()
         )
         cause = "Check x_mm, y_mm and size_mm, and that all markers are flat and level with the face"
-        if soft_px > SOFT_PX and residual_mm < BY_BLUR * soft_px * mm_per_px:
+        if soft_px > SOFT_PX and residual_mm < soft_px * mm_per_px:
             cause = (
                 f"The photo is blurred: edges of markers are {soft_px:.0f} px wide. Take it in focus, with the camera "
                 "on a support"
@@ -134,17 +135,18 @@ def check_level(
     )
     if face_mm is None:
         return None, (f"the markers' level was not checked, since face_mm is not given: {rule}",)
-    corners_px, true_mm, bend_px = given_px, rectangle(face_mm), 0.0
+    corners_px, true_mm = given_px, rectangle(face_mm)
     if corners_px is None:
         rough_px = view.to_px(true_mm)
         longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
-        corners_px, bend_px = by_edges(brightness, rough_px, max(LEAST_REACH_PX, REACH * longest_px))
+        edges = refined_corners(brightness, rough_px, max(LEAST_REACH_PX, REACH * longest_px))
+        corners_px = rough_px if edges is None else edges[0]
     # A similarity, as a complex factor.
     seen, true = (points @ (1, 1j) - (points @ (1, 1j)).mean() for points in (view.to_mm(corners_px), true_mm))
     factor = np.vdot(true, seen) / np.vdot(true, true)
     grown, px_mm = float(abs(factor)) - 1, float(view.mm_per_px_at(corners_px).mean())
-    bent_mm = 0.0 if given_px is not None else float(np.abs(seen - factor * true).max())
-    if bend_px > STRAIGHT_PX or bent_mm > max(BENT_MM, EDGE_PX * px_mm):
+    bent_mm = float(np.abs(seen - factor * true).max())
+    if given_px is None and (edges is None or bent_mm > max(BENT_MM, EDGE_PX * px_mm)):
         return None, (
             f"the markers' level was not checked, since no edges stand out along the opening between them: {rule}",
         )
@@ -171,10 +173,14 @@ def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[in
     """Find markers by id: corners in px, (4, 2), clockwise from the upper left. Raises InputError if under four."""
     file = pixels.file
     rough = _search(pixels.image, dictionary, expected, file)
-    refined = {
-        number: refined_corners(pixels.brightness, quad, _module_px(quad, dictionary)) for number, quad in rough.items()
-    }
-    clear = {number: quad for number, quad in refined.items() if quad is not None}
+    clear: dict[int, Floats] = {}
+    for number, quad in rough.items():
+        # The second pass has less light of other cells around the edges.
+        for reach in REACHES:
+            edges = refined_corners(pixels.brightness, quad, reach * _module_px(quad, dictionary))
+            if edges is None:
+                break
+            quad = clear[number] = edges[0]
     if len(clear) >= MIN_MARKERS:
         return clear
     if len(_search(np.ascontiguousarray(pixels.image[:, ::-1]), dictionary, expected, file)) >= MIN_MARKERS:

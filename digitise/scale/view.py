@@ -14,7 +14,7 @@ from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
 MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, that of a level on the phone
-LENS_SIGMAS = 2.0  # Smallest distortion of a lens that is fitted, in standard deviations
+LENS_SIGMAS = 3.0  # Smallest distortion of a lens that is fitted, in standard deviations
 CORNERS = 4  # Corners of a marker
 MOST_GROUPS = 16  # Most groups of markers that are left out in turn
 
