@@ -140,16 +140,13 @@ def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
 def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
     """Return the scale from two points and their distance. Raises InputError for points outside or too close."""
     points_px = np.array(ends_px, dtype=float)
-    if np.any(depth_inside(points_px, (-0.5, -0.5, size_px[0] - 0.5, size_px[1] - 0.5)) < 0):
-        raise InputError(
-            f"{file}: ruler_px has a point outside the photo of {size_px[0]} x {size_px[1]} px; x counts from the "
-            "left and y from the top."
-        )
     length_px = float(np.linalg.norm(points_px[1] - points_px[0]))
-    if length_px < SHORTEST_RULER_PX:
+    inside = np.all(depth_inside(points_px, (-0.5, -0.5, size_px[0] - 0.5, size_px[1] - 0.5)) >= 0)
+    if not inside or length_px < SHORTEST_RULER_PX:
         raise InputError(
-            f"{file}: the points of ruler_px are {length_px:.1f} px apart, under {SHORTEST_RULER_PX:g}: give two marks "
-            "of the ruler that are farther apart."
+            f"{file}: ruler_px has points {length_px:.1f} px apart{'' if inside else ', and not both in the photo'}: "
+            f"give two marks of the ruler at least {SHORTEST_RULER_PX:g} px apart in the photo of {size_px[0]} x "
+            f"{size_px[1]} px; x counts from the left and y from the top."
         )
     mm_per_px = length_mm / length_px
     return replace(

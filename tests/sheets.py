@@ -41,24 +41,23 @@ def read_pdf(path: Path) -> Page:
     reader = pypdf.PdfReader(path, strict=True)
     (page,) = reader.pages
     size_pt = np.array([page.mediabox.width, page.mediabox.height], dtype=float)
-    grey, moved, saved, corners_pt, bars = 0.0, False, [], [], []
+    grey, pen, moved, corners_pt, bars = 0.0, 0.0, False, [], []
     for operands, operator in pypdf.generic.ContentStream(page.get_contents(), reader).operations:
         match operator:
-            case b"q":
-                saved.append((grey, moved))
-            case b"Q":
-                grey, moved = saved.pop()
             case b"g":
                 grey = float(operands[0])
-            case b"re":
-                corners_pt += [[float(value) for value in operands]]
+            case b"G":
+                pen = float(operands[0])
             case b"cm":
                 moved = True
-            case b"f":
+            case b"re":
+                corners_pt += [[float(value) for value in operands]]
+            case b"f" | b"S":
                 assert not moved
                 ((x, y, wide, high),) = corners_pt
                 corners_pt = []
-                bars.append((*np.array([x, y + min(high, 0), wide, abs(high)]) * MM_PER_PT, grey))
-            case b"rg" | b"k" | b"sc" | b"scn" | b"S" | b"B" | b"c" | b"l":
-                raise AssertionError(f"{operator}: this reader expects filled grey bars")
+                shade = grey if operator == b"f" else pen
+                bars.append((*np.array([x, y + min(high, 0), wide, abs(high)]) * MM_PER_PT, shade))
+            case b"rg" | b"k" | b"sc" | b"scn" | b"B" | b"c" | b"l":
+                raise AssertionError(f"{operator}: this reader expects grey bars and lines around them")
     return Page(tuple(size_pt * MM_PER_PT), bars, page.extract_text())

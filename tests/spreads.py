@@ -9,7 +9,7 @@ from scipy.optimize import root_scalar
 
 from digitise.image.raster import blurred
 from digitise.image.tone_curve import DISPLAY_GAMMA
-from digitise.scale.marker_print import board_around, board_toml, draw_frame
+from digitise.scale.marker_print import board_around, board_toml
 from digitise.scale.marker_scale import black_modules
 from fixtures.generate.camera import camera_above
 from sealtwin.core.coverage import coverage
@@ -119,7 +119,7 @@ class BeadPhoto(Blob):
 
 def write_sheet_table(path: Path, face_mm: tuple[float, float] = FACE_MM) -> Path:
     board = board_around(face_mm, MARKER_MM, "4x4_50", 8)
-    path.write_text(board_toml(draw_frame(face_mm, board, "a4")), encoding="utf-8")
+    path.write_text(board_toml(face_mm, board), encoding="utf-8")
     return path
 
 

@@ -36,7 +36,7 @@ RAW = "this is a camera's raw file, which cannot be read; develop it, and save i
 BLACK, BRIGHT_PART = 15, 99.5  # Least usable brightness, of 255, at a percentile of a photo's pixels
 FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers focal lengths (CIPA DCG-001)
 RESOLUTIONS = ("dpi", "resolution", "aspect", "jfif_density")  # Pillow's names for dots per length, across and down
-SQUARE = 0.01  # Largest relative difference of a square pixel's sides: programs round to whole dots
+SQUARE = 0.01  # Largest relative difference of a square pixel's sides, and of shapes: programs round
 MULTIPAGE = ("TIFF", "PNG", "WEBP", "HEIF")  # With pages or frames; a second picture in a phone's JPEG is a preview
 
 
@@ -183,12 +183,12 @@ def _require_square(path: Path, photo: Image.Image) -> None:
 def _focal_px(photo: Image.Image) -> float | None:
     """Return the focal length in pixels from the EXIF of a photo before it is turned upright; None if unknown."""
     exif = photo.getexif().get_ifd(IFD.Exif)
-    film_mm, width, height = map(exif.get, (Base.FocalLengthIn35mmFilm, Base.ExifImageWidth, Base.ExifImageHeight))
+    film_mm, *taken = map(exif.get, (Base.FocalLengthIn35mmFilm, Base.ExifImageWidth, Base.ExifImageHeight))
     if not isinstance(film_mm, int) or film_mm <= 0:
         return None
-    if isinstance(width, int) and isinstance(height, int) and height > 0:
-        shape, taken = sorted(photo.size), sorted((width, height))
+    if all(isinstance(side, int) and side > 0 for side in taken):
         # A cropped photo has another shape than the camera's, and its angle of view is unknown.
-        if abs(shape[1] * taken[0] - shape[0] * taken[1]) > 0.01 * shape[0] * taken[1]:
+        aspects = [max(sides) / min(sides) for sides in (taken, photo.size)]
+        if abs(aspects[0] / aspects[1] - 1) > SQUARE:
             return None
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM

@@ -38,20 +38,14 @@ def require_usual_tone(path: Path, photo: Image.Image) -> None:
 
 
 def _stated(photo: Image.Image) -> dict[str, Any]:
-    """Return the exponents from stored value to light that the file states, as they are, by their source."""
+    """Return the exponents from stored value to light that the file states, by their source. NaN if it is not read."""
     exif, png = photo.getexif(), photo.info.get("gamma")
-    table = [*exif.get(Base.TransferFunction, ())]
     return {
         "PNG gAMA": 1 / png if png and "srgb" not in photo.info else None,
         "EXIF Gamma": exif.get_ifd(IFD.Exif).get(Base.Gamma),
-        "TransferFunction": _exponent(table[MIDDLE] / 65535) if len(table) > MIDDLE else None,
+        "TransferFunction": math.nan if Base.TransferFunction in exif else None,
         "ICC profile": _of_profile(photo.info.get("icc_profile")),
     }
-
-
-def _exponent(light: float) -> float:
-    """Return the exponent of a curve that shows the stored value ``MIDDLE`` as this light, 0 to 1."""
-    return math.log(max(light, 1e-6)) / math.log(MIDDLE / 255)
 
 
 def _of_profile(content: bytes | None) -> float | None:
@@ -71,6 +65,6 @@ def _of_profile(content: bytes | None) -> float | None:
             return None
         grey = Image.new("L", (1, 1), MIDDLE).convert(mode)
         shown = ImageCms.profileToProfile(grey, profile, ImageCms.createProfile("sRGB"), outputMode="RGB")
-        return DISPLAY_GAMMA * _exponent(np.asarray(shown).mean() / 255)
-    except (ImageCms.PyCMSError, OSError, ValueError, TypeError):
+        return DISPLAY_GAMMA * math.log(max(np.asarray(shown).mean(), 1) / 255) / math.log(MIDDLE / 255)
+    except (ImageCms.PyCMSError, OSError, ValueError):
         return math.nan

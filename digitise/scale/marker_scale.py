@@ -3,7 +3,6 @@
 If the markers are above or below the face, the scale is off by that distance divided by the camera's distance.
 """
 
-from collections import Counter
 from contextlib import suppress
 from pathlib import Path
 
@@ -30,7 +29,7 @@ SOFT_PX = 4.0  # Width of a blurred edge, which moves corners by up to as much; 
 BOARD_MM = 0.1  # Standard uncertainty of the frame's ruler or of the longest distance between its markers
 PRINT = 0.02  # Standard uncertainty of a print that nothing checks: "fit to page" prints at 93 to 97 %
 REACH = 0.03  # Range around their place by the markers in which the face's edges are searched, of its length: no marker
-REACHES = (0.7, 0.35)  # The same for edges of markers in each pass, in cells; the first corrects a rough detection
+FIRST_REACH = 0.7  # Such range for edges of markers, in cells, which corrects a rough detection; then half of it
 LEAST_REACH_PX = 10.0  # Least such range
 BENT_MM = 0.5  # Largest deviation of the edges from a rectangle of the face's shape
 EDGE_PX = 1.0  # Standard uncertainty of a corner of the face in the photo
@@ -128,67 +127,61 @@ def check_level(
     Returns by what share the face, measured in the markers' plane, is larger than face_mm, and warnings. The share is 0
     if they agree, None if the edges are not visible. Raises InputError if the markers are too far from level.
     """
-    away_mm = distance_mm or USUAL_MM
-    rule = (
-        f"each mm above or below the measured face is an error of {1 / away_mm:.2%} of every length at {away_mm:.0f} "
-        "mm from the camera"
+    away_mm, why, corners_px = distance_mm or USUAL_MM, "face_mm is not given", given_px
+    if face_mm is not None:
+        true_mm, why = rectangle(face_mm), "no edges stand out along the opening between them"
+        if corners_px is None:
+            rough_px = view.to_px(true_mm)
+            longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
+            edges = refined_corners(brightness, rough_px, max(LEAST_REACH_PX, REACH * longest_px))
+            corners_px = edges and edges[0]
+        if corners_px is not None:
+            # A similarity, as a complex factor.
+            seen, true = (points @ (1, 1j) - (points @ (1, 1j)).mean() for points in (view.to_mm(corners_px), true_mm))
+            factor = np.vdot(true, seen) / np.vdot(true, true)
+            error_mm = EDGE_PX * float(view.mm_per_px_at(corners_px).mean())
+            if given_px is not None or np.abs(seen - factor * true).max() <= max(BENT_MM, error_mm):
+                least = SIGMAS * np.hypot(FACE_MM, error_mm) / np.hypot(*face_mm[2:])
+                return _of_size(float(abs(factor)) - 1, float(least), face_mm, away_mm, file)
+    return None, (
+        f"the markers' level was not checked, since {why}: each mm above or below the measured face is an error of "
+        f"{1 / away_mm:.2%} of every length at {away_mm:.0f} mm from the camera",
     )
-    if face_mm is None:
-        return None, (f"the markers' level was not checked, since face_mm is not given: {rule}",)
-    corners_px, true_mm = given_px, rectangle(face_mm)
-    if corners_px is None:
-        rough_px = view.to_px(true_mm)
-        longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
-        edges = refined_corners(brightness, rough_px, max(LEAST_REACH_PX, REACH * longest_px))
-        corners_px = rough_px if edges is None else edges[0]
-    # A similarity, as a complex factor.
-    seen, true = (points @ (1, 1j) - (points @ (1, 1j)).mean() for points in (view.to_mm(corners_px), true_mm))
-    factor = np.vdot(true, seen) / np.vdot(true, true)
-    grown, px_mm = float(abs(factor)) - 1, float(view.mm_per_px_at(corners_px).mean())
-    bent_mm = float(np.abs(seen - factor * true).max())
-    if given_px is None and (edges is None or bent_mm > max(BENT_MM, EDGE_PX * px_mm)):
-        return None, (
-            f"the markers' level was not checked, since no edges stand out along the opening between them: {rule}",
-        )
-    width_mm, height_mm = face_mm[2:]
-    if abs(grown) <= SIGMAS * np.hypot(FACE_MM, EDGE_PX * px_mm) / np.hypot(width_mm, height_mm):
+
+
+def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Path) -> tuple[float, tuple[str, ...]]:
+    """Judge a face that the markers show larger by the share ``grown``; shares up to ``least`` are measuring errors."""
+    if abs(grown) <= least:
         return 0.0, ()
+    width_mm, height_mm = face_mm[2:]
     comparison = (
         f"according to the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm, but "
-        f"face_mm is {width_mm:g} x {height_mm:g}"
-    )
-    cause = (
-        f"a print at {1 / (1 + grown):.1%} (measure the frame's ruler, photo.markers.printed_ruler_mm) or markers "
-        f"{abs(grown) * away_mm:.1f} mm {'below' if grown > 0 else 'above'} the face, {away_mm:.0f} mm from the camera,"
+        f"face_mm is {width_mm:g} x {height_mm:g}, a difference of {abs(grown):.1%}: a print at {1 / (1 + grown):.1%} "
+        f"(measure the frame's ruler, photo.markers.printed_ruler_mm) or markers {abs(grown) * away_mm:.1f} mm "
+        f"{'below' if grown > 0 else 'above'} the face, {away_mm:.0f} mm from the camera, would cause this"
     )
     if abs(grown) > MOST_OFF:
-        raise InputError(
-            f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} "
-            "would cause this."
-        )
-    return grown, (f"{comparison}, a difference of {abs(grown):.1%}: {cause} would cause this",)
+        raise InputError(f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face.")
+    return grown, (comparison,)
 
 
 def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
     """Find markers by id: corners in px, (4, 2), clockwise from the upper left. Raises InputError if under four."""
-    file = pixels.file
-    rough = _search(pixels.image, dictionary, expected, file)
-    clear: dict[int, Floats] = {}
-    for number, quad in rough.items():
-        # The second pass has less light of other cells around the edges.
-        for reach in REACHES:
-            edges = refined_corners(pixels.brightness, quad, reach * _module_px(quad, dictionary))
-            if edges is None:
-                break
-            quad = clear[number] = edges[0]
-    if len(clear) >= MIN_MARKERS:
-        return clear
-    if len(_search(np.ascontiguousarray(pixels.image[:, ::-1]), dictionary, expected, file)) >= MIN_MARKERS:
-        raise InputError(f"{file}: the photo is mirrored: its {dictionary} markers are. Give it as the camera took it.")
-    raise InputError(
-        f"{file}: found {len(clear)} of {len(expected)} markers of {dictionary}; {MIN_MARKERS} are needed "
-        f"(missing {_listed(expected - set(clear))}). Take a sharp photo that shows them, with white around each."
-    )
+    light, clear = pixels.brightness, {}
+    for number, quad in _search(pixels, dictionary, expected).items():
+        reach_px = FIRST_REACH * _module_px(quad, dictionary)
+        first = refined_corners(light, quad, reach_px)
+        # A shorter reach has less light of other cells in it.
+        second = first and refined_corners(light, first[0], reach_px / 2)
+        if second:
+            clear[number] = second[0]
+    if len(clear) < MIN_MARKERS:
+        missing = ", ".join(str(number) for number in sorted(expected - set(clear))[:MOST_NAMED])
+        raise InputError(
+            f"{pixels.file}: found {len(clear)} of {len(expected)} markers of {dictionary}; {MIN_MARKERS} are needed "
+            f"(missing {missing}). Take a sharp photo that shows them, with white around each, and do not mirror it."
+        )
+    return clear
 
 
 def seen_markers(pixels: Pixels) -> tuple[str, dict[int, Floats]]:
@@ -213,22 +206,22 @@ def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[t
     return list(zip([] if ids is None else map(int, np.ravel(ids)), quads, strict=True))
 
 
-def _search(image: NDArray[np.uint8], dictionary: str, expected: set[int], file: Path) -> dict[int, Floats]:
+def _search(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
     """Find rough corners of the expected markers in ever larger copies of the photo, until all are found."""
     corners_px: dict[int, Floats] = {}
     for side_px in (SEARCH_PX * 2**step for step in range(10)):
-        candidates = [(number, quad) for number, quad in _detected(image, side_px, dictionary) if number in expected]
+        markers = [marker for marker in _detected(pixels.image, side_px, dictionary) if marker[0] in expected]
         # Squares much smaller or larger than the median are false detections in grain.
-        sides_px = [_module_px(quad, dictionary) for _, quad in candidates]
-        usual_px = float(np.median(sides_px)) if candidates else 0.0
-        alike = [marker for marker, px in zip(candidates, sides_px, strict=True) if usual_px / 2 < px < 2 * usual_px]
-        if twice := {number for number, times in Counter(number for number, _ in alike).items() if times > 1}:
+        usual_px = float(np.median([_module_px(quad, dictionary) for _, quad in markers])) if markers else 0.0
+        alike = [marker for marker in markers if 0.5 < _module_px(marker[1], dictionary) / usual_px < 2]
+        numbers = [number for number, _ in alike]
+        if twice := {number for number in numbers if numbers.count(number) > 1}:
             raise InputError(
-                f"{file}: marker {_listed(twice)} is in the photo more than once; cover the copy, or remove that "
+                f"{pixels.file}: marker {min(twice)} is in the photo more than once; cover the copy, or remove that "
                 "marker from [photo.markers]."
             )
         corners_px |= dict(alike)
-        if set(corners_px) == expected or side_px >= max(image.shape):
+        if set(corners_px) == expected or side_px >= max(pixels.size_px):
             break
     return corners_px
 
@@ -256,8 +249,3 @@ def _dictionary(name: str) -> cv2.aruco.Dictionary:
 def _module_px(quad: Floats, dictionary: str) -> float:
     """Return the side of a cell of a marker; the border is a cell wide."""
     return float(np.linalg.norm(quad[1] - quad[0])) / (_dictionary(dictionary).markerSize + 2)
-
-
-def _listed(numbers: set[int]) -> str:
-    listed = ", ".join(str(number) for number in sorted(numbers)[:MOST_NAMED])
-    return listed if len(numbers) <= MOST_NAMED else f"{listed} and {len(numbers) - MOST_NAMED} more"

@@ -32,15 +32,15 @@ class Lens:
         return self.centre_px + away_px * (1 + self.bend_px2 * (away_px**2).sum(axis=1, keepdims=True))
 
     def straightened(self, seen_px: Floats) -> Floats:
-        """Invert ``bent``, exactly within ``reach_px`` of the centre, (n, 2) to (n, 2).
-
-        The root of r (1 + b r²) = d is r = 3 d sinh(a / 3) / sinh(a), sinh(a) = d sqrt(27 |b|) / 2; or sin, if b < 0.
-        """
-        away_px = seen_px - self.centre_px
-        x = np.hypot(*away_px.T) * np.sqrt(27 * abs(self.bend_px2)) / 2
-        x = np.maximum(x, 1e-9)  # The centre does not move; 0 / 0 would be NaN.
-        third = np.sinh(np.arcsinh(x) / 3) if self.bend_px2 > 0 else np.sin(np.arcsin(np.minimum(x, 1)) / 3)
-        return self.centre_px + away_px * (3 * third / x)[:, None]
+        """Invert ``bent`` within ``reach_px`` of the centre, (n, 2) to (n, 2)."""
+        if len(seen_px) == 0:
+            return seen_px
+        camera = np.eye(3)
+        camera[:2, 2] = self.centre_px
+        ends = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)
+        bend = np.array([self.bend_px2, 0, 0, 0])
+        seen_px = np.asarray(seen_px, dtype=float)[:, None]
+        return cv2.undistortPoints(seen_px, camera, bend, P=camera, criteria=ends)[:, 0].astype(float)
 
     @property
     def reach_px(self) -> float:
@@ -93,11 +93,10 @@ class Scale:
 
 def places_px(view: View, size_px: tuple[int, int], face_mm: Box | None) -> Floats:
     """Return points (25, 2) spread over the face, or over the photo's inner half. The middle one is at ``MIDDLE``."""
-    fifths = np.stack(np.meshgrid(np.linspace(0, 1, 5), np.linspace(0, 1, 5)), axis=-1).reshape(-1, 2)
-    if face_mm is not None:
-        low, high = np.reshape(face_mm, (2, 2))
-        return view.to_px(low + fifths * (high - low))
-    return (np.array(size_px) - 1) * (0.25 + 0.5 * fifths)
+    fifths = np.argwhere(np.ones((5, 5))) / 4
+    if face_mm is None:
+        return (np.array(size_px) - 1) * (0.25 + 0.5 * fifths)
+    return view.to_px(face_mm[:2] + fifths * np.subtract(face_mm[2:], face_mm[:2]))
 
 
 @dataclass(frozen=True)

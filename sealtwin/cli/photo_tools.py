@@ -32,15 +32,14 @@ def markers(
     """
     if out.suffix.lower() != ".pdf":
         raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf")
-    from digitise.scale.marker_print import as_pdf, board_around, board_toml, draw_frame
+    from digitise.scale.marker_print import board_around, board_toml, frame_pdf
     from sealtwin.core.files import write_unless_other
 
     if toml is not None and toml.resolve() == out.resolve():
         raise typer.BadParameter(f"--toml {toml} is the same file as --out; give another name")
     face = two_numbers(face_mm, "x", "--face-mm")
-    frame = draw_frame(face, board_around(face, size_mm, dictionary, int(count)), paper)
-    table = board_toml(frame)
-    page = as_pdf(frame)
+    board = board_around(face, size_mm, dictionary, int(count))
+    page, table = frame_pdf(face, board, paper), board_toml(face, board)
     written = {out: page} if toml is None else {out: page, toml: table.encode()}
     # The hint below could otherwise be read as a question for a file name.
     write_unless_other(written)
@@ -49,7 +48,7 @@ def markers(
         command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face_mm} --depth-mm ...")
     elif not command.as_json:
         command.say("For the trial file:")
-    content = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": frame.board.model_dump()}
+    content = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": board.model_dump()}
     command.reply(Answer(content, table.splitlines()))
 
 

@@ -58,7 +58,7 @@ def test_nothing_of_the_users_is_overwritten(tmp_path, option):
 @pytest.mark.parametrize(
     ("arguments", "code", "named"),
     [
-        ("--face-mm 300x200", 3, "198 x 285"),
+        ("--face-mm 300x200", 3, "210 x 297"),
         ("--face-mm 160", 2, "--face-mm 160: expected two numbers"),
         ("--face-mm 160x40 --size-mm 1", 2, "--size-mm"),
         ("--face-mm 160x40 --out frame.png", 2, ".pdf"),

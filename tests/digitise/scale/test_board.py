@@ -1,12 +1,14 @@
+import io
 import json
 import tomllib
 from pathlib import Path
 
 import numpy as np
+import pypdf
 import pytest
 
 from digitise.photo import load_photo, read_pixels
-from digitise.scale.marker_print import CUT_GREY, as_pdf, board_around, board_toml, draw_frame
+from digitise.scale.marker_print import CUT_GREY, CUT_MM, board_around, board_toml, frame_pdf
 from digitise.scale.marker_scale import corners_mm, find_markers
 from digitise.settings import Dictionary, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
@@ -17,14 +19,13 @@ FACE_MM = (160.0, 40.0)
 PX_PER_MM = 6.0
 
 
-def frame_of(face_mm=FACE_MM, size_mm=16.0, dictionary: Dictionary = "4x4_50", count=8, paper="a4"):
-    return draw_frame(face_mm, board_around(face_mm, size_mm, dictionary, count), paper)
+def frame_of(face_mm=FACE_MM, size_mm=16.0, dictionary: Dictionary = "4x4_50", count=8, paper="a4") -> bytes:
+    return frame_pdf(face_mm, board_around(face_mm, size_mm, dictionary, count), paper)
 
 
 def printed(folder: Path, **changes) -> Page:
-    path = folder / "frame.pdf"
-    path.write_bytes(as_pdf(frame_of(**changes)))
-    return read_pdf(path)
+    (folder / "frame.pdf").write_bytes(frame_of(**changes))
+    return read_pdf(folder / "frame.pdf")
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +38,8 @@ def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it
     """Rastered at 6 px/mm: each marker to 10 µm, and the scale of the whole to 0.01 %."""
     changes = {"count": 4, "dictionary": "apriltag_36h11", "size_mm": 20.0, "face_mm": (70.0, 40.0)}
     light = printed(tmp_path, **changes).light(PX_PER_MM)
-    table = tomllib.loads(board_toml(frame_of(**changes)))["photo"]["markers"]
+    arguments = [changes[name] for name in ("face_mm", "size_mm", "dictionary", "count")]
+    table = tomllib.loads(board_toml(changes["face_mm"], board_around(*arguments)))["photo"]["markers"]
     board = MarkerBoard.model_validate_json(json.dumps(table))
     photo = load_photo(
         PhotoInput(file=write_png(tmp_path / "scan.png", light), data="synthetic", markers=board), tmp_path
@@ -50,10 +52,9 @@ def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it
 def test_the_opening_lies_between_the_markers_as_the_table_says(page, tmp_path):
     """Its lower left corner is the origin of the table, and its line lies within it, to be cut away."""
     board = board_around(FACE_MM, 16.0, "4x4_50", 8)
-    cut = np.array([bar for bar in page.bars if bar[4] == pytest.approx(CUT_GREY, abs=0.01)])
-    low_mm = cut[:, :2].min(axis=0)
-    high_mm = (cut[:, :2] + cut[:, 2:4]).max(axis=0)
-    assert high_mm - low_mm == pytest.approx(FACE_MM, abs=5e-3)
+    ((*cut_mm, _),) = [bar for bar in page.bars if bar[4] == pytest.approx(CUT_GREY / 255, abs=1e-3)]
+    low_mm = np.array(cut_mm[:2]) - CUT_MM / 2
+    assert np.array(cut_mm[2:]) + CUT_MM == pytest.approx(FACE_MM, abs=5e-3)
     file = write_png(tmp_path / "scan.png", page.light(PX_PER_MM))
     scan = read_pixels(PhotoInput(file=file, data="synthetic", mm_per_px=1), tmp_path)
     corners_px = find_markers(scan, "4x4_50", set(range(8)))
@@ -77,11 +78,19 @@ def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
     assert np.diff(inner) == pytest.approx(10, abs=5e-3)
 
 
+def test_a_viewer_is_asked_to_print_unscaled_and_the_same_page_is_the_same_file():
+    """A frame printed again is recognised as the file that exists: no date, no random names."""
+    reader = pypdf.PdfReader(io.BytesIO(frame_of()), strict=True)
+    assert reader.viewer_preferences is not None
+    assert reader.viewer_preferences.print_scaling == "/None"
+    assert frame_of() == frame_of()
+
+
 @pytest.mark.parametrize(
     ("changes", "refused"),
     [
-        ({"face_mm": (300.0, 200.0)}, r"frame is 356 x 256 mm, .* a4 .* 198 x 285 mm, .* --paper"),
-        ({"face_mm": (400.0, 300.0), "paper": "a3"}, r"frame is 456 x 356 mm, .* a3 .* 285 x 408 mm"),
+        ({"face_mm": (300.0, 200.0)}, r"368 x 302 mm .* a4 has 210 x 297 mm, .* --paper"),
+        ({"face_mm": (400.0, 300.0), "paper": "a3"}, r"468 x 402 mm .* a3 has 297 x 420 mm"),
         ({"face_mm": (40.0, 15.0), "size_mm": 20.0}, r"8 markers of 20 mm .* would be 25\.0 mm apart; .* 27\.5 mm"),
         ({"face_mm": (20.0, 10.0), "size_mm": 20.0}, r"would be 22\.5 mm apart; .* 27\.5 mm"),
     ],
