@@ -14,7 +14,7 @@ from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_ph
 from digitise.image.painted import read_mask
 from digitise.image.raster import shrunk
 from digitise.image.tone_curve import DISPLAY_GAMMA
-from digitise.scale.face_scale import scale_by_face
+from digitise.scale.face_scale import scale_by_face, side_lengths
 from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View
 from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, NO_SCALE, PhotoInput, Pixel
@@ -56,10 +56,10 @@ class Photo(Pixels, Scale):
         names = ("face_mm", "mm_per_px", "scale_source", "scale_residual_mm", "scale_uncertainty", "camera_tilt_deg")
         return {name: getattr(self, name) for name in names} | {"photo_size_px": self.size_px}
 
-    @cached_property
+    @property
     def face_px(self) -> Floats | None:
         """Corners of the face: lower left, lower right, upper right, upper left."""
-        return None if self.face_mm is None else self.to_px(rectangle(self.face_mm))
+        return None if self.face_ring_px is None else self.face_ring_px[::RING_POINTS]
 
     @cached_property
     def face_ring_px(self) -> Floats | None:
@@ -80,9 +80,8 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
 def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
     """Return a warning if the photo shows markers but its scale is typed or from a ruler."""
     dictionary, corners_px = seen_markers(photo) if settings.mm_per_px or settings.ruler_px else ("", {})
-    if not corners_px:
-        return ()
-    side_mm = photo.mm_per_px * np.median(np.linalg.norm(np.diff([*corners_px.values()], axis=1), axis=2))
+    sides_px = [side_lengths(quad) for quad in corners_px.values()] or PRINTED_MM / photo.mm_per_px
+    side_mm = photo.mm_per_px * np.median(sides_px)
     if abs(side_mm / PRINTED_MM - 1) < SAME_SCALE:
         return ()
     return (
@@ -122,11 +121,11 @@ def pixels_of(decoded: Decoded, file: Path, drawn: NDArray[np.bool_] | None = No
 
     Raises InputError if the picture is black.
     """
-    to_light = (np.arange(256) / 255.0) ** DISPLAY_GAMMA
+    to_light = ((np.arange(256) / 255) ** DISPLAY_GAMMA).astype(np.float32)
     light = np.zeros(decoded.image.shape[:2], dtype=np.float32)
     for channel, weight in enumerate((0.2126, 0.7152, 0.0722)):
-        light += (weight * to_light).astype(np.float32)[decoded.image[..., channel]]
-    if np.percentile(light[::2, ::2], BRIGHT_PART) < (BLACK / 255) ** DISPLAY_GAMMA:
+        light += (weight * to_light)[decoded.image[..., channel]]
+    if np.percentile(light[::2, ::2], BRIGHT_PART) < to_light[BLACK]:
         raise InputError(f"{file}: the photo is black; take it with more light or a longer exposure.")
     return Pixels(**vars(decoded), file=file, brightness=light, drawn=drawn)
 
@@ -144,9 +143,9 @@ def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tupl
     inside = np.all(depth_inside(points_px, (-0.5, -0.5, size_px[0] - 0.5, size_px[1] - 0.5)) >= 0)
     if not inside or length_px < SHORTEST_RULER_PX:
         raise InputError(
-            f"{file}: ruler_px has points {length_px:.1f} px apart{'' if inside else ', and not both in the photo'}: "
-            f"give two marks of the ruler at least {SHORTEST_RULER_PX:g} px apart in the photo of {size_px[0]} x "
-            f"{size_px[1]} px; x counts from the left and y from the top."
+            f"{file}: ruler_px has points {length_px:.1f} px apart: give two marks of the ruler, at least "
+            f"{SHORTEST_RULER_PX:g} px apart and both in the photo of {size_px[0]} x {size_px[1]} px; x counts from "
+            "the left and y from the top."
         )
     mm_per_px = length_mm / length_px
     return replace(

@@ -26,18 +26,14 @@ READABLE = "JPEG, PNG, WEBP, TIFF, BMP or HEIC, with 8 bits per channel"
 MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera; it takes 350 MB of memory
 TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed; save it smaller."
 MIN_SIDE_PX = 64
-HEIC_BRANDS = frozenset({b"heic", b"heix", b"heim", b"heis", b"mif1"})  # ISO 23008-12: pictures; others are videos
-HEIF_BRANDS = (b"hev", b"msf", b"avi")  # How brands of image sequences in HEIF and of AVIF begin
-HEIF = "this is AVIF or a HEIF sequence, which cannot be read; save it as JPEG at full size."
-RAW_ENDINGS = frozenset(
-    {".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2"}
-)
-RAW = "this is a camera's raw file, which cannot be read; develop it, and save it as JPEG at full size."
+HEIC_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"mif1")  # ISO 23008-12: pictures; others are videos
+RAW_ENDINGS = (".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2")
+RAW = "a camera's raw file must be developed: save it as JPEG at full size."
+UNREADABLE = f"save it as {READABLE}. AVIF and videos are not read, and {RAW}"
 BLACK, BRIGHT_PART = 15, 99.5  # Least usable brightness, of 255, at a percentile of a photo's pixels
 FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers focal lengths (CIPA DCG-001)
 RESOLUTIONS = ("dpi", "resolution", "aspect", "jfif_density")  # Pillow's names for dots per length, across and down
 SQUARE = 0.01  # Largest relative difference of a square pixel's sides, and of shapes: programs round
-MULTIPAGE = ("TIFF", "PNG", "WEBP", "HEIF")  # With pages or frames; a second picture in a phone's JPEG is a preview
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +77,7 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
     """Check pixels in memory, uint8, (height, width) or (height, width, 3) RGB; an InputError names them ``name``."""
     image = np.asarray(image)
-    if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+    if image.dtype != np.uint8 or image.ndim < 2 or image.shape[2:] not in ((), (3,)):
         raise InputError(
             f"{name}: an array of shape {image.shape} and type {image.dtype}; give (height, width) or "
             "(height, width, 3) RGB of type uint8."
@@ -97,16 +93,15 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
 
     ``key`` is the setting that names the file.
     """
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; give {key} as a {READABLE} file.")
     if not path.is_file():
-        raise InputError(f"{path}: not found; {key} is relative to the folder of its trial file.")
+        raise InputError(f"{path}: not found, or no file; {key} is relative to the folder of its trial file.")
     size = path.stat().st_size
-    if size == 0:
-        raise InputError(f"{path}: the picture is empty (0 bytes); copy or export it again.")
-    if size > LARGEST_FILE_BYTES:
+    if not 0 < size <= LARGEST_FILE_BYTES:
         # Some decoders read the whole file into memory first.
-        raise InputError(f"{path}: {size / 1e6:.0f} MB, more than {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as PNG.")
+        raise InputError(
+            f"{path}: {size / 1e6:.0f} MB; a picture is not empty and has at most {LARGEST_FILE_BYTES / 1e6:.0f} MB. "
+            "Copy it again, or save it as PNG."
+        )
     with path.open("rb") as file:
         start = file.read(12)
     is_heic = start[4:8] == b"ftyp" and start[8:] in HEIC_BRANDS
@@ -131,12 +126,7 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
     except Image.UnidentifiedImageError:
         if is_heic:
             raise InputError(damaged) from None
-        other = f"not a readable picture; save it as {READABLE}."
-        if path.suffix.lower() in RAW_ENDINGS:
-            other = RAW
-        elif start[4:8] == b"ftyp" and start[8:11] in HEIF_BRANDS:
-            other = HEIF
-        raise InputError(f"{path}: {other}") from None
+        raise InputError(f"{path}: not a readable photo or mask; {UNREADABLE}") from None
     except (OSError, SyntaxError, ValueError, EOFError, RuntimeError, MemoryError, struct.error, zlib.error):
         raise InputError(damaged) from None
 
@@ -156,7 +146,8 @@ def _check_header(path: Path, photo: Image.Image) -> None:
     if photo.mode == "CMYK":
         raise InputError(f"{path}: its colours are inks (CMYK); save it as RGB.")
     pages = getattr(photo, "n_frames", 1)
-    if photo.format in MULTIPAGE and pages > 1:
+    # A second picture in a phone's JPEG, by Pillow's name MPO, is a preview.
+    if photo.format != "MPO" and pages > 1:
         raise InputError(f"{path}: {pages} pages or frames in one file; save only the one with the crack.")
 
 
@@ -183,12 +174,12 @@ def _require_square(path: Path, photo: Image.Image) -> None:
 def _focal_px(photo: Image.Image) -> float | None:
     """Return the focal length in pixels from the EXIF of a photo before it is turned upright; None if unknown."""
     exif = photo.getexif().get_ifd(IFD.Exif)
-    film_mm, *taken = map(exif.get, (Base.FocalLengthIn35mmFilm, Base.ExifImageWidth, Base.ExifImageHeight))
+    film_mm = exif.get(Base.FocalLengthIn35mmFilm)
     if not isinstance(film_mm, int) or film_mm <= 0:
         return None
-    if all(isinstance(side, int) and side > 0 for side in taken):
-        # A cropped photo has another shape than the camera's, and its angle of view is unknown.
-        aspects = [max(sides) / min(sides) for sides in (taken, photo.size)]
-        if abs(aspects[0] / aspects[1] - 1) > SQUARE:
-            return None
+    sides = [exif.get(tag) for tag in (Base.ExifImageWidth, Base.ExifImageHeight)]
+    taken = [side for side in sides if isinstance(side, int) and side > 0]
+    # A cropped photo has another shape than the camera's, and its angle of view is unknown.
+    if len(taken) == 2 and abs(np.ptp(np.log(taken)) - np.ptp(np.log(photo.size))) > SQUARE:
+        return None
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM

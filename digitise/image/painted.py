@@ -53,10 +53,7 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
             f"{PAINTED}. {REMEDY}"
         )
     painted = shown >= PAINTED
-    hint = f"pixels with a {kind} of {PAINTED} to 255 are painted"
-    if by_opacity:
-        hint += ", since its opacity varies; for a mask that is white on black, save it without an alpha channel"
-    _soundly_painted(painted, path, hint)
+    _soundly_painted(painted, path, f"pixels with a {kind} of {PAINTED} to 255 are painted")
     count = np.bincount(shown.ravel(), minlength=256)
     between = PLAIN[0] + int(np.argmax(count[PLAIN[0] : PLAIN[1]]))
     if count[between] > OF_PAINT * np.count_nonzero(painted):

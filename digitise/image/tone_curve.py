@@ -15,7 +15,6 @@ DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera'
 NEAR = 0.2  # Largest difference of a camera's exponent (sRGB: 2.1 to 2.25); a width changes by under 1 %
 MIDDLE = 128  # Stored value from which a curve's exponent is taken
 MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is checked
-LIGHT_CURVES: dict[Any, str] = {8: "linear", 16: "PQ", 18: "HLG"}  # Curves that HEIC may state, by ITU-T H.273
 
 
 def require_usual_tone(path: Path, photo: Image.Image) -> None:
@@ -23,7 +22,6 @@ def require_usual_tone(path: Path, photo: Image.Image) -> None:
 
     Nothing is converted, so that photos with the curve of sRGB in other colours, as phones save them, stay as they are.
     """
-    curve = LIGHT_CURVES.get((photo.info.get("nclx_profile") or {}).get("transfer_characteristics"))
     for source, stated in _stated(photo).items():
         try:
             gamma = float(stated)
@@ -31,10 +29,10 @@ def require_usual_tone(path: Path, photo: Image.Image) -> None:
             continue
         if not abs(gamma - DISPLAY_GAMMA) <= NEAR:
             curve = f"an unreadable {source}" if math.isnan(gamma) else f"gamma {gamma:.2g} ({source})"
-    if curve:
-        raise InputError(
-            f"{path}: the file states a tone curve of {curve}, not a camera's usual {DISPLAY_GAMMA:g}. Save it as sRGB."
-        )
+            raise InputError(
+                f"{path}: the file states a tone curve of {curve}, not a camera's usual {DISPLAY_GAMMA:g}. Save it as "
+                "sRGB."
+            )
 
 
 def _stated(photo: Image.Image) -> dict[str, Any]:

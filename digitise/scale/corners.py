@@ -16,7 +16,7 @@ STEP_PX = 0.5  # Spacing of samples across an edge
 SMOOTH_PX = 1.0  # Standard deviation of the blur across an edge, without which grain decides where light is steepest
 STRAY_PX = 0.3  # Distance from the edge beyond which a sample may be an outlier
 STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line; hulls of other things exceed it
-GAP = 0.2  # Least depth of a dark gap beside an edge, over the darker side's light and a fifth of the brighter side's
+GAP = 0.1  # Least depth of a dark gap beside an edge, over the darker side's light and a fifth of the brighter side's
 
 
 def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple[Floats, float] | None:
@@ -24,8 +24,7 @@ def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple
 
     Also returns the RMS distance of the edges' points from straight lines, px. ``brightness`` is linear light.
     """
-    edges = [_edge(brightness, rough_px, side, reach_px) for side in range(4)]
-    lines, misses_px = zip(*edges, strict=True)
+    lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
     bend_px = float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
     if not bend_px <= STRAIGHT_PX:
         return None
@@ -35,11 +34,8 @@ def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple
 
 def softness_px(brightness: Map, corners_px: Floats, reach_px: float) -> float:
     """Return the distance over which light rises from black to white across a black square's softest side, in px."""
-    softness = []
-    for side in range(4):
-        profile = light_across(brightness, corners_px, side, reach_px)[2].mean(axis=0)
-        softness.append(STEP_PX * np.ptp(profile) / np.gradient(profile).max())
-    return float(max(softness))
+    profiles = (light_across(brightness, corners_px, side, reach_px)[2].mean(axis=0) for side in range(4))
+    return max(float(STEP_PX * np.ptp(profile) / np.gradient(profile).max()) for profile in profiles)
 
 
 def light_across(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tuple[Floats, Floats, Floats]:
@@ -49,7 +45,8 @@ def light_across(brightness: Map, corners_px: Floats, side: int, reach_px: float
     """
     start, end = corners_px[side], corners_px[(side + 1) % 4]
     x, y = unit(end - start)
-    outward = np.array([-y, x]) * np.sign(np.array([-y, x]) @ (start - corners_px.mean(axis=0)))
+    across = np.array([-y, x])
+    outward = across * np.sign(across @ (start - corners_px.mean(axis=0)))
     # Near the corners, blur mixes two edges.
     foot = start + np.outer(np.linspace(0.06, 0.94, ROWS), end - start)
     offset_px = np.arange(-reach_px, reach_px + STEP_PX / 2, STEP_PX)
@@ -67,7 +64,7 @@ def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tu
     slope = np.gradient(light, axis=1)
     quarter = light.shape[1] // 4
     darker, brighter = np.sort([np.median(light[:, :quarter], axis=1), light[:, -quarter:].max(axis=1)], axis=0)
-    if np.median((darker - light.min(axis=1)) / (darker + 0.2 * brighter + 1e-6)) > GAP:
+    if np.median((darker - light[:, quarter:].min(axis=1)) / (darker + 0.2 * brighter + 1e-6)) > GAP:
         # Most rows are darkest between face and board, which a crack does not cause: the face ends where light falls.
         before = np.arange(light.shape[1]) <= light.argmin(axis=1)[:, None]
         slope = np.where(before, np.minimum(slope, 0), 0)
@@ -89,10 +86,7 @@ def edge_line(foot: Floats, outward: Floats, across_px: Floats) -> tuple[Floats,
     the distances of the other points.
     """
     along = np.linalg.norm(foot - foot[0], axis=1)
-    half = len(along) // 2
-    # The first slope is the median between points half the length apart (Theil, Sen).
-    slope = np.median((across_px[half:] - across_px[:-half]) / (along[half:] - along[:-half]))
-    level = np.median(across_px - slope * along)
+    slope, level = 0.0, float(np.median(across_px))
     near = np.ones(len(along), dtype=bool)
     for _ in range(5):
         miss_px = np.abs(across_px - level - slope * along)

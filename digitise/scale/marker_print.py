@@ -22,7 +22,6 @@ LINE_MM = 4.5  # Distance between lines of text
 CAPTION_MM = 12.0 + 5 * LINE_MM  # Height of the ruler and five lines of text below the frame
 CAPTION_WIDTH_MM = 165.0
 TEXT_PT = 8.5  # Height of the font
-DRAWN_ON = datetime(2026, 1, 1, tzinfo=UTC)  # Date in the file: a frame drawn again is the same file
 
 INSTRUCTIONS = (
     'Print at 100 % ("actual size", not "fit to page"), on matt paper or card, and glue it flat.',
@@ -42,16 +41,17 @@ def frame_pdf(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> b
     band_mm = board.size_mm * (1 + 2 * WHITE)
     wide_mm, high_mm = np.add(face_mm, 2 * band_mm).tolist()
     needed_mm = np.array([max(wide_mm, CAPTION_WIDTH_MM), high_mm + CAPTION_MM]) + 2 * UNPRINTED_MM
-    fitting_mm = [size_mm for size_mm in (PAPERS_MM[paper], PAPERS_MM[paper][::-1]) if np.all(needed_mm <= size_mm)]
+    short_mm, long_mm = PAPERS_MM[paper]
+    fitting_mm = [mm for mm in ((short_mm, long_mm), (long_mm, short_mm)) if np.all(needed_mm <= mm)]
     if not fitting_mm:
         raise InputError(
             f"the frame needs {needed_mm[0]:.0f} x {needed_mm[1]:.0f} mm with its ruler, text and unprinted edge; "
-            f"{paper} has {PAPERS_MM[paper][0]:g} x {PAPERS_MM[paper][1]:g} mm, portrait or landscape. Give a larger "
+            f"{paper} has {short_mm:g} x {long_mm:g} mm, portrait or landscape. Give a larger "
             "--paper or a smaller --size-mm."
         )
     page = FPDF(unit="mm", format=fitting_mm[0])
-    page.set_creation_date(DRAWN_ON)
-    page.set_title("sealtwin markers")
+    # A frame drawn again is the same file.
+    page.set_creation_date(datetime(2026, 1, 1, tzinfo=UTC))
     page.viewer_preferences = ViewerPreferences(print_scaling="None")
     page.add_page()
     page.set_font("Helvetica", size=TEXT_PT)
@@ -93,19 +93,14 @@ def board_around(
 ) -> MarkerBoard:
     """Place markers at the face's corners and, if ``count`` is 8, sides; raise InputError if they would touch."""
     width, height = face_mm
-    if not all(LEAST_FACE_MM <= side <= MOST_FACE_MM for side in face_mm):
-        raise InputError(
-            f"a face of {width:g} x {height:g} mm: a side must be {LEAST_FACE_MM:g} to {MOST_FACE_MM:g} mm; "
-            "give --face-mm as width x height of the cracked face, for example 160x40."
-        )
-    off = size_mm * (0.5 + WHITE)
+    off, needed_mm = size_mm * (0.5 + WHITE), size_mm * (1 + WHITE)
     columns, rows = ((-off, side / 2, side + off)[:: 1 if count == 8 else 2] for side in face_mm)
-    apart_mm, needed_mm = min(columns[1] - columns[0], rows[1] - rows[0]), size_mm * (1 + WHITE)
-    if apart_mm < needed_mm:
+    apart_mm = min(columns[1] - columns[0], rows[1] - rows[0])
+    if apart_mm < needed_mm or not all(LEAST_FACE_MM <= side <= MOST_FACE_MM for side in face_mm):
         raise InputError(
             f"{count} markers of {size_mm:g} mm around a face of {width:g} x {height:g} mm would be {apart_mm:.1f} mm "
-            f"apart; with white between them they must be at least {needed_mm:.1f} mm apart. Give a smaller "
-            "--size-mm, or --count 4."
+            f"apart; they must be at least {needed_mm:.1f} mm apart, and sides of the face {LEAST_FACE_MM:g} to "
+            f"{MOST_FACE_MM:g} mm. Give --face-mm as width x height, a smaller --size-mm, or --count 4."
         )
     places = [(x, y) for y in rows for x in columns if (x, y) != (width / 2, height / 2)]
     markers = tuple(Marker(id=number, x_mm=x, y_mm=y) for number, (x, y) in enumerate(places))

@@ -14,7 +14,7 @@ from digitise.geometry.polyline import Box, depth_inside, rectangle
 from digitise.image.decoding import Pixels
 from digitise.image.raster import Map
 from digitise.scale.corners import refined_corners, softness_px
-from digitise.scale.face_scale import FACE_MM, given_corners
+from digitise.scale.face_scale import FACE_MM, given_corners, side_lengths
 from digitise.scale.view import CORNERS, MIDDLE, Scale, View, find_tilt, fit_markers, places_px
 from digitise.settings import Marker, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
@@ -25,14 +25,12 @@ from sealtwin.core.records import Floats
 # refuse a photo: stricter ones refuse sound boards in coarse photos, looser ones accept a wrong table.
 RESIDUAL_MM = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
 RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are good to a fraction of a pixel
-SOFT_PX = 4.0  # Width of a blurred edge, which moves corners by up to as much; sharp ones have 3
+SOFT_PX = 4.0  # Least width of a blurred edge; sharp ones have 3
 BOARD_MM = 0.1  # Standard uncertainty of the frame's ruler or of the longest distance between its markers
 PRINT = 0.02  # Standard uncertainty of a print that nothing checks: "fit to page" prints at 93 to 97 %
 REACH = 0.03  # Range around their place by the markers in which the face's edges are searched, of its length: no marker
-FIRST_REACH = 0.7  # Such range for edges of markers, in cells, which corrects a rough detection; then half of it
-LEAST_REACH_PX = 10.0  # Least such range
+CELL_REACH = 0.7  # Such range for edges of markers, in cells: a rough detection is off by less
 BENT_MM = 0.5  # Largest deviation of the edges from a rectangle of the face's shape
-EDGE_PX = 1.0  # Standard uncertainty of a corner of the face in the photo
 SIGMAS = 3.0  # Smallest difference in level that is reported, in standard deviations
 MOST_OFF = 0.05  # Largest offset over the camera's distance; more is a frame on the table beside a sample
 USUAL_MM = 250.0  # Distance of the camera in a message, if it is unknown
@@ -60,57 +58,58 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     share = (board.printed_ruler_mm or RULER_MM) / RULER_MM
     true_mm = centre_mm + share * (np.concatenate([corners_mm(board, marker) for marker in markers]) - centre_mm)
     fit = fit_markers(seen_px, true_mm, size_px, settings.lens == "auto")
-    view = fit.view
-    miss_mm = np.linalg.norm(view.to_mm(seen_px) - true_mm, axis=1)
+    (left, low), (right, high) = true_mm.min(axis=0).tolist(), true_mm.max(axis=0).tolist()
+    places = places_px(fit.view, face_mm or (left, low, right, high))
+    mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
+    miss_mm = np.linalg.norm(fit.view.to_mm(seen_px) - true_mm, axis=1)
     residual_mm = float(np.sqrt(np.mean(miss_mm**2)))
-    places = places_px(view, size_px, face_mm)
-    mm_per_px = float(view.mm_per_px_at(places)[MIDDLE])
-    limit_mm = max(RESIDUAL_MM, RESIDUAL_PX * mm_per_px)
-    if residual_mm > limit_mm:
+    if residual_mm > max(RESIDUAL_MM, RESIDUAL_PX * mm_per_px):
         worst = markers[int(np.argmax(miss_mm)) // CORNERS].id
-        soft_px = max(
-            softness_px(pixels.brightness, quad, _module_px(quad, board.dictionary)) for quad in corners_px.values()
-        )
-        cause = "Check x_mm, y_mm and size_mm, and that all markers are flat and level with the face"
-        if soft_px > SOFT_PX and residual_mm < soft_px * mm_per_px:
-            cause = (
-                f"The photo is blurred: edges of markers are {soft_px:.0f} px wide. Take it in focus, with the camera "
-                "on a support"
-            )
-        raise InputError(
-            f"{file}: markers misfit by {residual_mm:.2f} mm (limit {limit_mm:.2f}); worst: marker {worst}. {cause}"
-            f"{'; or set lens to auto' if settings.lens == 'none' else ''}."
-        )
-    if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
+        cause = _cause_of_misfit(pixels.brightness, corners_px, board.dictionary, residual_mm / mm_per_px)
+        raise InputError(f"{file}: markers misfit by {residual_mm:.2f} mm; worst: marker {worst}. {cause}")
+    if depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
         raise InputError(
             f"{file}: according to the markers, face_mm is outside the photo: check them, and that width and height of "
             "face_mm are not exchanged."
         )
     distance_mm, tilt_deg = find_tilt(fit, places[MIDDLE], pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)
-    excess, doubts = check_level(pixels.brightness, view, face_mm, given_px, distance_mm, file)
-    measured_mm, printed = board.printed_ruler_mm, 0.0
-    if measured_mm is None:
-        measured_mm = float(np.linalg.norm(np.ptp(true_mm, axis=0)))
-        if excess is None:
-            printed = PRINT
-            doubts += (
-                f"the print of the markers was not checked, and {PRINT:.0%} is in the scale's standard uncertainty "
-                "for it: measure the frame's ruler, photo.markers.printed_ruler_mm, also if it is 100 mm",
-            )
-    missing = [str(marker.id) for marker in board.markers if marker.id not in corners_px]
+    excess, doubts = check_level(pixels.brightness, fit.view, face_mm, given_px, distance_mm, file)
+    printed = PRINT if excess is None and board.printed_ruler_mm is None else 0.0
+    if printed:
+        doubts += (
+            f"the print of the markers was not checked, and {PRINT:.0%} is in the scale's standard uncertainty for it: "
+            "measure the frame's ruler, photo.markers.printed_ruler_mm, also if it is 100 mm",
+        )
+    if missing := [marker.id for marker in board.markers if marker not in markers]:
+        doubts = (f"markers not found: {missing}", *doubts)
+    measured_mm = board.printed_ruler_mm or float(np.hypot(high - low, right - left))
     parts = (fit.spread_of_scale(places), BOARD_MM / measured_mm, excess or 0.0, printed)
+    lens = ", lens fitted" if fit.view.lens else ""
     return Scale(
-        view=view,
+        view=fit.view,
         mm_per_px=mm_per_px,
-        scale_source=f"{len(markers)} {board.dictionary} markers of {share * board.size_mm:g} mm"
-        f"{', lens fitted' if view.lens else ''}",
+        scale_source=f"{len(markers)} {board.dictionary} markers of {share * board.size_mm:g} mm{lens}",
         scale_residual_mm=residual_mm,
         scale_uncertainty=float(np.linalg.norm(parts)),
         camera_tilt_deg=tilt_deg,
         face_mm=face_mm,
         markers_px=tuple(corners_px[marker.id] for marker in markers),
-        warnings=((f"markers not found: {', '.join(missing)}",) if missing else ()) + doubts,
+        warnings=doubts,
+    )
+
+
+def _cause_of_misfit(brightness: Map, corners_px: dict[int, Floats], dictionary: str, residual_px: float) -> str:
+    """Return what to do about markers that are not where their table says. Blur moves corners by up to its width."""
+    soft_px = max(softness_px(brightness, quad, _module_px(quad, dictionary)) for quad in corners_px.values())
+    if soft_px > max(SOFT_PX, residual_px):
+        return (
+            f"The photo is blurred: edges of markers are {soft_px:.0f} px wide. Take it in focus, with the camera on a "
+            "support."
+        )
+    return (
+        "Check x_mm, y_mm and size_mm, and that all markers are flat and level with the face; if lens is none, set it "
+        "to auto."
     )
 
 
@@ -127,22 +126,22 @@ def check_level(
     Returns by what share the face, measured in the markers' plane, is larger than face_mm, and warnings. The share is 0
     if they agree, None if the edges are not visible. Raises InputError if the markers are too far from level.
     """
-    away_mm, why, corners_px = distance_mm or USUAL_MM, "face_mm is not given", given_px
+    away_mm, why = distance_mm or USUAL_MM, "face_mm is not given"
     if face_mm is not None:
-        true_mm, why = rectangle(face_mm), "no edges stand out along the opening between them"
+        why, corners_px, rough_px = (
+            "no edges of the face stand out between them",
+            given_px,
+            view.to_px(rectangle(face_mm)),
+        )
         if corners_px is None:
-            rough_px = view.to_px(true_mm)
-            longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
-            edges = refined_corners(brightness, rough_px, max(LEAST_REACH_PX, REACH * longest_px))
-            corners_px = edges and edges[0]
+            corners_px, _ = refined_corners(brightness, rough_px, REACH * side_lengths(rough_px).max()) or (None, 0)
         if corners_px is not None:
-            # A similarity, as a complex factor.
-            seen, true = (points @ (1, 1j) - (points @ (1, 1j)).mean() for points in (view.to_mm(corners_px), true_mm))
-            factor = np.vdot(true, seen) / np.vdot(true, true)
-            error_mm = EDGE_PX * float(view.mm_per_px_at(corners_px).mean())
-            if given_px is not None or np.abs(seen - factor * true).max() <= max(BENT_MM, error_mm):
-                least = SIGMAS * np.hypot(FACE_MM, error_mm) / np.hypot(*face_mm[2:])
-                return _of_size(float(abs(factor)) - 1, float(least), face_mm, away_mm, file)
+            seen_mm, true_mm = side_lengths(view.to_mm(corners_px)), side_lengths(rectangle(face_mm))
+            # A corner of the face is uncertain by a pixel.
+            share, px_mm = seen_mm.sum() / true_mm.sum(), float(view.mm_per_px_at(corners_px).mean())
+            if np.abs(seen_mm - share * true_mm).max() <= max(BENT_MM, px_mm) or given_px is not None:
+                least = SIGMAS * np.hypot(FACE_MM, px_mm) / np.hypot(*face_mm[2:])
+                return _of_size(float(share) - 1, float(least), face_mm, away_mm, file)
     return None, (
         f"the markers' level was not checked, since {why}: each mm above or below the measured face is an error of "
         f"{1 / away_mm:.2%} of every length at {away_mm:.0f} mm from the camera",
@@ -167,19 +166,17 @@ def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Pat
 
 def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
     """Find markers by id: corners in px, (4, 2), clockwise from the upper left. Raises InputError if under four."""
-    light, clear = pixels.brightness, {}
-    for number, quad in _search(pixels, dictionary, expected).items():
-        reach_px = FIRST_REACH * _module_px(quad, dictionary)
-        first = refined_corners(light, quad, reach_px)
-        # A shorter reach has less light of other cells in it.
-        second = first and refined_corners(light, first[0], reach_px / 2)
-        if second:
-            clear[number] = second[0]
+    rough = _search(pixels, dictionary, expected)
+    edges = {
+        number: refined_corners(pixels.brightness, quad, CELL_REACH * _module_px(quad, dictionary))
+        for number, quad in rough.items()
+    }
+    clear = {number: edge[0] for number, edge in edges.items() if edge is not None}
     if len(clear) < MIN_MARKERS:
-        missing = ", ".join(str(number) for number in sorted(expected - set(clear))[:MOST_NAMED])
         raise InputError(
             f"{pixels.file}: found {len(clear)} of {len(expected)} markers of {dictionary}; {MIN_MARKERS} are needed "
-            f"(missing {missing}). Take a sharp photo that shows them, with white around each, and do not mirror it."
+            f"(missing {sorted(expected - set(clear))[:MOST_NAMED]}). Take a sharp photo that shows them, with white "
+            "around each, and do not mirror it."
         )
     return clear
 
@@ -196,14 +193,16 @@ def seen_markers(pixels: Pixels) -> tuple[str, dict[int, Floats]]:
 
 def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[tuple[int, Floats]]:
     """Return numbers and rough corners of markers by a copy of the photo whose longer side is at most ``side_px``."""
-    grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
-    shrink = min(1.0, side_px / max(grey.shape))
-    copy = grey if shrink == 1 else cv2.resize(grey, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+    shrink = min(1.0, side_px / max(image.shape))
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    copy = cv2.resize(grey, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     how = cv2.aruco.DetectorParameters()
     how.minMarkerDistanceRate = LEAST_APART
     corners, ids, _ = cv2.aruco.ArucoDetector(_dictionary(dictionary), how).detectMarkers(copy)
-    quads = [(np.reshape(quad, (4, 2)).astype(float) + 0.5) / shrink - 0.5 for quad in corners]
-    return list(zip([] if ids is None else map(int, np.ravel(ids)), quads, strict=True))
+    if ids is None:
+        return []
+    quads = (np.array(corners, dtype=float).reshape(-1, 4, 2) + 0.5) / shrink - 0.5
+    return [(int(number), quad) for number, quad in zip(ids.ravel(), quads, strict=True)]
 
 
 def _search(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
@@ -212,7 +211,7 @@ def _search(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Fl
     for side_px in (SEARCH_PX * 2**step for step in range(10)):
         markers = [marker for marker in _detected(pixels.image, side_px, dictionary) if marker[0] in expected]
         # Squares much smaller or larger than the median are false detections in grain.
-        usual_px = float(np.median([_module_px(quad, dictionary) for _, quad in markers])) if markers else 0.0
+        usual_px = np.median([_module_px(quad, dictionary) for _, quad in markers] or [1.0])
         alike = [marker for marker in markers if 0.5 < _module_px(marker[1], dictionary) / usual_px < 2]
         numbers = [number for number, _ in alike]
         if twice := {number for number in numbers if numbers.count(number) > 1}:

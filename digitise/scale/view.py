@@ -32,7 +32,7 @@ class Lens:
         return self.centre_px + away_px * (1 + self.bend_px2 * (away_px**2).sum(axis=1, keepdims=True))
 
     def straightened(self, seen_px: Floats) -> Floats:
-        """Invert ``bent`` within ``reach_px`` of the centre, (n, 2) to (n, 2)."""
+        """Invert ``bent``, (n, 2) to (n, 2)."""
         if len(seen_px) == 0:
             return seen_px
         camera = np.eye(3)
@@ -41,11 +41,6 @@ class Lens:
         bend = np.array([self.bend_px2, 0, 0, 0])
         seen_px = np.asarray(seen_px, dtype=float)[:, None]
         return cv2.undistortPoints(seen_px, camera, bend, P=camera, criteria=ends)[:, 0].astype(float)
-
-    @property
-    def reach_px(self) -> float:
-        """Distance from the photo's centre at which a barrel folds back: nothing on the face appears beyond it."""
-        return np.inf if self.bend_px2 >= 0 else 2 / np.sqrt(-27 * self.bend_px2)
 
 
 @dataclass(frozen=True)
@@ -81,7 +76,7 @@ class Scale:
     """The mapping between a photo and the face, its source and its uncertainty."""
 
     view: View  # The only mapping between pixels and millimetres
-    mm_per_px: float  # Scale at the centre of the face, or of the photo if the face is not given
+    mm_per_px: float  # Scale at the centre of the face, or else of the frame of markers or of the photo
     scale_source: str
     scale_residual_mm: float | None = None
     scale_uncertainty: float | None = None  # Relative standard uncertainty of a length; None if unknown
@@ -91,12 +86,10 @@ class Scale:
     warnings: tuple[str, ...] = ()
 
 
-def places_px(view: View, size_px: tuple[int, int], face_mm: Box | None) -> Floats:
-    """Return points (25, 2) spread over the face, or over the photo's inner half. The middle one is at ``MIDDLE``."""
+def places_px(view: View, box_mm: Box) -> Floats:
+    """Return points (25, 2) spread over a box on the face, in the photo. The middle one is at ``MIDDLE``."""
     fifths = np.argwhere(np.ones((5, 5))) / 4
-    if face_mm is None:
-        return (np.array(size_px) - 1) * (0.25 + 0.5 * fifths)
-    return view.to_px(face_mm[:2] + fifths * np.subtract(face_mm[2:], face_mm[:2]))
+    return view.to_px(box_mm[:2] + fifths * np.subtract(box_mm[2:], box_mm[:2]))
 
 
 @dataclass(frozen=True)
@@ -123,12 +116,17 @@ def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens
 
     Its spread is by a jackknife over markers, whose corners may share an error.
     """
+
+    def bend_px2(view: View) -> Floats:
+        return np.array([view.lens.bend_px2 if view.lens else 0.0])
+
     plain = View(_inverse(cv2.findHomography(true_mm, seen_px)[0]))
     if lens_wanted:
-        bent = _without_each(seen_px, true_mm, replace(plain, lens=Lens((np.array(size_px) - 1) / 2, 0.0)))
-        lens, sigma_px2 = bent.view.lens, bent.spread(lambda view: np.array([view.lens.bend_px2 if view.lens else 0.0]))
-        # A barrel that folds back within the photo is no lens.
-        if lens and lens.reach_px > np.linalg.norm(size_px) / 2 and abs(lens.bend_px2) > LENS_SIGMAS * sigma_px2[0]:
+        centre_px = (np.array(size_px) - 1) / 2
+        bent = _without_each(seen_px, true_mm, replace(plain, lens=Lens(centre_px, 0.0)))
+        (bend,), (sigma,) = bend_px2(bent.view), bent.spread(bend_px2)
+        # A barrel shows no place farther out than 2 / sqrt(-27 b). If that is within the photo, it is no lens.
+        if abs(bend) > LENS_SIGMAS * sigma and bend > -4 / 27 / (centre_px @ centre_px):
             return bent
     return _without_each(seen_px, true_mm, plain)
 
@@ -179,15 +177,16 @@ def find_tilt(
     The distance is the measured one, or by the camera's own focal length. The tilt is None without a distance, and if
     it is unsure by over ``MOST_SPREAD_DEG``.
     """
-    if distance_mm is None and focal_px is not None:
-        distance_mm = focal_px * float(fit.view.mm_per_px_at(middle_px[None])[0])
     if distance_mm is None:
-        return None, None
+        if focal_px is None:
+            return None, None
+        distance_mm = focal_px * float(fit.view.mm_per_px_at(middle_px[None])[0])
+    middle = np.append(fit.view.to_mm(middle_px[None]), 1)
 
     def sine(view: View) -> Floats:
-        """How fast the depth grows along the face, over the depth itself, times the distance."""
-        depth = view.px_from_mm[2] @ np.append(view.to_mm(middle_px[None])[0], 1)
-        return np.linalg.norm(view.px_from_mm[2:, :2], axis=1) / abs(depth) * distance_mm
+        # How fast the depth grows along the face, over the depth itself, times the distance.
+        across, up, _ = depth = view.px_from_mm[2]
+        return np.hypot([across], up) / abs(depth @ middle) * distance_mm
 
     (value,), (spread,) = sine(fit.view), fit.spread(sine)
     sure = value < 1 and spread < np.radians(MOST_SPREAD_DEG)

@@ -28,7 +28,7 @@ def write_tiff(path, **tags):
 @pytest.mark.parametrize(
     ("content", "name", "kind"),
     [
-        (box(b"hevc"), "burst.heic", "HEIF sequence"),
+        (box(b"hevc"), "burst.heic", "videos are not read"),
         (box(b"avif"), "photo.avif", "AVIF"),
         (box(b"crx "), "photo.cr3", "raw file"),
         (b"FUJIFILMCCD-RAW 0201", "photo.raf", "raw file"),

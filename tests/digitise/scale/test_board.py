@@ -91,7 +91,10 @@ def test_a_viewer_is_asked_to_print_unscaled_and_the_same_page_is_the_same_file(
     [
         ({"face_mm": (300.0, 200.0)}, r"368 x 302 mm .* a4 has 210 x 297 mm, .* --paper"),
         ({"face_mm": (400.0, 300.0), "paper": "a3"}, r"468 x 402 mm .* a3 has 297 x 420 mm"),
-        ({"face_mm": (40.0, 15.0), "size_mm": 20.0}, r"8 markers of 20 mm .* would be 25\.0 mm apart; .* 27\.5 mm"),
+        (
+            {"face_mm": (40.0, 15.0), "size_mm": 20.0},
+            r"8 markers of 20 mm .* would be 25\.0 mm apart; .* 27\.5 mm",
+        ),
         ({"face_mm": (20.0, 10.0), "size_mm": 20.0}, r"would be 22\.5 mm apart; .* 27\.5 mm"),
     ],
 )

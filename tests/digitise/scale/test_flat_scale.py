@@ -64,7 +64,7 @@ def test_the_uncertainty_of_a_ruler_is_honest():
         (((0.0, 0.0), (30.0, 0.0)), r"ruler_px has points 30\.0 px apart: .* at least 50 px"),
         (
             ((-20.0, 10.0), (500.0, 10.0)),
-            r"ruler_px has points 520.* not both in the photo: .* 2000 x 1000 px",
+            r"ruler_px has points 520.* both in the photo of 2000 x 1000 px",
         ),
     ],
 )

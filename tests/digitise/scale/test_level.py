@@ -69,7 +69,10 @@ def test_an_offset_that_is_no_bent_frame_is_refused():
 
 @pytest.mark.parametrize(
     ("light", "face_mm", "why"),
-    [(picture(board=MORTAR), FACE_MM, "no edges stand out"), (picture(), None, "since face_mm is not given")],
+    [
+        (picture(board=MORTAR), FACE_MM, "no edges of the face"),
+        (picture(), None, "since face_mm is not given"),
+    ],
     ids=["hidden", "unmeasured"],
 )
 @pytest.mark.parametrize(("distance_mm", "cost"), [(262.0, "0.38% of every length at 262"), (None, "0.40% of every")])
