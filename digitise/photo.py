@@ -87,8 +87,7 @@ def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
     return (
         f"the photo shows {len(corners_px)} markers of {dictionary}: by the given scale ({photo.mm_per_px:.4g} mm/px) "
         f"they are {side_mm:.1f} mm wide, and as printed by default {PRINTED_MM:g} mm. "
-        "Measure one, and correct photo.mm_per_px or ruler_mm; or give [photo.markers] instead, which also corrects "
-        "for the camera's tilt",
+        "Measure one, and correct photo.mm_per_px or ruler_mm; or give [photo.markers] instead",
     )
 
 

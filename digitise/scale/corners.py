@@ -13,6 +13,7 @@ from sealtwin.core.records import Floats
 
 ROWS = 100  # Samples along each edge, some of which a crack, dirt or a shadow spoils; more do not move it
 STEP_PX = 0.5  # Spacing of samples across an edge
+LEAST_REACH_PX = 3.0  # Least range across an edge, six samples to either side
 SMOOTH_PX = 1.0  # Standard deviation of the blur across an edge, without which grain decides where light is steepest
 STRAY_PX = 0.3  # Distance from the edge beyond which a sample may be an outlier
 STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line; hulls of other things exceed it
@@ -24,6 +25,7 @@ def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple
 
     Also returns the RMS distance of the edges' points from straight lines, px. ``brightness`` is linear light.
     """
+    reach_px = max(reach_px, LEAST_REACH_PX)
     lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
     bend_px = float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
     if not bend_px <= STRAIGHT_PX:

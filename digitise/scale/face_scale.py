@@ -13,6 +13,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
 WORK_PX = 800  # Longer side of the copy on which the face is searched; its edges are refined on the photo itself
+REACH = 0.012  # Range to either side of a rough edge in which it is refined, of the photo's longer side
 MIN_AREA = 0.1  # Smallest area of a face, over the photo's
 LEAST_MARGIN = 0.02  # Margin around a detected face over the photo's shorter side: what reaches the border is a board
 LEAST_FILLED = 0.7  # Smallest share of its hull that a face fills, less its crack and pores
@@ -91,7 +92,7 @@ def see_face(brightness: Map) -> Floats | None:
 def _face(brightness: Map) -> tuple[Floats, float] | None:
     """Return the corners of the face and the RMS misfit of its edges in px, or None if there is none."""
     rough_px = _rough_corners(brightness)
-    return None if rough_px is None else refined_corners(brightness, rough_px, max(6.0, 0.012 * max(brightness.shape)))
+    return None if rough_px is None else refined_corners(brightness, rough_px, REACH * max(brightness.shape))
 
 
 def _rough_corners(brightness: Map) -> Floats | None:

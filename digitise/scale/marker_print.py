@@ -84,8 +84,8 @@ def _draw_caption(page: "FPDF", top_mm: float, face_mm: tuple[float, float], boa
         f"sealtwin markers: {len(board.markers)} of {board.dictionary}, {board.size_mm:g} mm, around a face of "
         f"{face_mm[0]:g} x {face_mm[1]:g} mm"
     )
-    for row, text in enumerate((title, *INSTRUCTIONS)):
-        page.text(left_mm, top_mm + 4 + LINE_MM * (row + 1), text)
+    for row, text in enumerate((title, *INSTRUCTIONS), 1):
+        page.text(left_mm, top_mm + 4 + LINE_MM * row, text)
 
 
 def board_around(

@@ -140,7 +140,8 @@ def _without_each(seen_px: Floats, true_mm: Floats, start: View) -> Fit:
 
 def fit_corners(seen_px: Floats, true_mm: Floats, sd_px: float) -> Fit:
     """Fit a view to four corners, (4, 2), each of whose coordinates has the standard deviation ``sd_px``."""
-    moves_px = sd_px * np.concatenate([np.zeros((1, 8)), np.eye(8)]).reshape(9, 4, 2)
+    # No move, and then each coordinate's.
+    moves_px = sd_px * np.eye(9, 8, -1).reshape(9, 4, 2)
     start = View(_inverse(cv2.findHomography(true_mm, seen_px)[0]))
     view, *others = (fit_view(seen_px + move_px, true_mm, start) for move_px in moves_px)
     return Fit(view, others, 1.0)
