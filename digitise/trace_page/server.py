@@ -27,7 +27,6 @@ DOOR = """<!doctype html>
 Content = tuple[bytes, str]  # Body and media type of the answer to a GET
 LARGEST_BODY_BYTES = 400_000  # Largest body of a request: as many drawn walls and strokes as a trial may have
 SLOW_S = 10.0  # Longest silence on a connection; requests of the page arrive in milliseconds
-MOST_STRANGERS = 32  # Most connections without a valid request; the oldest is closed, so that they block no other
 SECURITY_HEADERS = {
     # No foreign content, no inline scripts, no frames.
     "Content-Security-Policy": (
@@ -81,7 +80,6 @@ class PageServer(ThreadingHTTPServer):
 
     def __init__(self, port: int = 0) -> None:
         self._connections: set[socket.socket] = set()
-        self._strangers: dict[socket.socket, None] = {}
         super().__init__(("127.0.0.1", port), _Visit)
         self.gate = RequestGate(self.server_port)
 
@@ -110,26 +108,12 @@ class PageServer(ThreadingHTTPServer):
         """Return lines of JSON, each to be sent at once; None for an unknown name. Raises ValueError for a bad body."""
         raise NotImplementedError
 
-    def process_request(self, request: Any, client_address: Any) -> None:
-        self._strangers[request] = None
-        if len(self._strangers) > MOST_STRANGERS:
-            oldest = next(iter(tuple(self._strangers)))
-            self.welcome(oldest)
-            with suppress(OSError):
-                oldest.shutdown(socket.SHUT_RDWR)
-        super().process_request(request, client_address)
-
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         self._connections.add(request)
         try:
             super().process_request_thread(request, client_address)
         finally:
             self._connections.discard(request)
-            self.welcome(request)
-
-    def welcome(self, connection: socket.socket) -> None:
-        """Stop counting a connection as a stranger's: its request was allowed, or it ends."""
-        self._strangers.pop(connection, None)
 
     def server_close(self) -> None:
         """Finish responses in progress, but do not wait for a browser's idle connections."""
@@ -157,8 +141,6 @@ class _Visit(BaseHTTPRequestHandler):
             return False
         if refusal := self._page.gate.refuses(self.command, self.path, self.headers):
             self.send_error(*refusal)
-        else:
-            self._page.welcome(self.connection)
         return refusal is None
 
     def do_GET(self) -> None:

@@ -1,16 +1,18 @@
 """State of the trace page: one photo in tiles, and its scale, path and walls by the current hints."""
 
+import io
 import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from threading import Lock
-from typing import Any, Generic, Literal, NamedTuple, Self, TypeVar
+from typing import Any, Literal, NamedTuple, Self, TypeVar
 
-import cv2
 import numpy as np
+from PIL import Image
 from pydantic import Field
 
 from digitise.crack_path.crack_map import FoundCrack
@@ -151,31 +153,22 @@ class Pyramid:
     """A photo in tiles at halving sizes, so that a browser fetches only what it shows. The last level is one tile."""
 
     def __init__(self, image: Pixels) -> None:
-        self._levels = [image]
-        self._growing = Lock()
-        self.levels = 1 + max(0, int(np.ceil(np.log2(max(image.shape[:2]) / TILE_PX))))
+        photo = Image.fromarray(image)
+        self.levels = 1 + max(0, int(np.ceil(np.log2(max(photo.size) / TILE_PX))))
+        # Each pixel is the mean of its square of the photo, so that it keeps its place.
+        self._level = cache(lambda level: photo.reduce(2**level) if level else photo)
 
     def tile(self, level: int, column: int, row: int) -> bytes | None:
         """Return a tile as JPEG; None outside the photo. At the photo's right and lower edge a tile may be smaller."""
-        if not 0 <= level < self.levels or column < 0 or row < 0:
+        if not 0 <= level < self.levels:
             return None
-        with self._growing:
-            while len(self._levels) <= level:
-                self._levels.append(_halved(self._levels[-1]))
-        picture = self._levels[level]
-        part = picture[row * TILE_PX : (row + 1) * TILE_PX, column * TILE_PX : (column + 1) * TILE_PX]
-        if part.size == 0:
+        picture, left, upper = self._level(level), column * TILE_PX, row * TILE_PX
+        if not (0 <= left < picture.width and 0 <= upper < picture.height):
             return None
-        bgr = cv2.cvtColor(part, cv2.COLOR_RGB2BGR)
-        return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
-
-
-def _halved(picture: Pixels) -> Pixels:
-    """Halve the size. An odd side is lengthened first, so that every pixel keeps its place."""
-    height, width = picture.shape[:2]
-    even = cv2.copyMakeBorder(picture, 0, height % 2, 0, width % 2, cv2.BORDER_REPLICATE)
-    size = ((width + 1) // 2, (height + 1) // 2)
-    return np.asarray(cv2.resize(even, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        box = left, upper, min(left + TILE_PX, picture.width), min(upper + TILE_PX, picture.height)
+        written = io.BytesIO()
+        picture.crop(box).save(written, "JPEG", quality=JPEG_QUALITY)
+        return written.getvalue()
 
 
 class OutdatedError(Exception):
@@ -186,19 +179,6 @@ class _Scaled(NamedTuple):
     photo: Photo
     in_mm: bool  # False if the photo has no scale yet
     refused: str | None  # Reason why the given scale cannot be used
-
-
-class _Last(Generic[T]):
-    """The last result that was made of an object and hints. It is returned again for the same ones."""
-
-    def __init__(self) -> None:
-        self._last: tuple[object, tuple[object, ...], T] | None = None
-
-    def of(self, source: object, hints: tuple[object, ...], make: Callable[[], T]) -> T:
-        last = self._last
-        if last is None or last[0] is not source or last[1] != hints:
-            last = self._last = source, hints, make()
-        return last[2]
 
 
 class TraceSession:
@@ -218,9 +198,8 @@ class TraceSession:
         self._newest, self._scaling = 0.0, Lock()
         # Clicks do not wait for a search, which may take seconds.
         self._clicking, self._searching = Lock(), Lock()
-        self._last_scale, self._last_wire = _Last[_Scaled](), _Last[LiveWire]()
         # A stroke changes neither the path nor the walls that it moves.
-        self._last_search, self._last_path, self._last_walls = _Last[CrackSearch](), _Last[CrackPath](), LastWalls()
+        self._last, self._last_walls = dict[str, tuple[object, tuple[object, ...], Any]](), LastWalls()
         # The search map is made before the first click. A bad region is reported with the first answer.
         with suppress(InputError):
             self._wire(self._scaled(hints).photo, hints.roi_px)
@@ -264,11 +243,11 @@ class TraceSession:
                 settings = path_settings(self._rest, hints)
                 photo, roi_px = with_scale.photo, settings.roi_px
                 if settings.ends_px is None and photo.drawn is None:
-                    search = self._last_search.of(photo, (roi_px,), lambda: CrackSearch.of(photo, roi_px))
+                    search = self._kept("search", photo, (roi_px,), lambda: CrackSearch.of(photo, roi_px))
                     yield "cracks", [_crack_answer(crack) for crack in search.cracks]
-                    path = self._last_path.of(search, (settings.crack,), lambda: search.path(settings.crack))
+                    path = self._kept("path", search, (settings.crack,), lambda: search.path(settings.crack))
                 else:
-                    path = self._last_path.of(photo, settings.hints, lambda: self._path(photo, settings))
+                    path = self._kept("path", photo, settings.hints, lambda: self._path(photo, settings))
                 yield "path", _path_answer(path, with_scale.in_mm)
                 rough = glance(photo, path, settings, self._last_walls.along)
                 yield "glance", None if rough is None else _walls_answer(photo, rough, with_scale.in_mm)
@@ -288,11 +267,18 @@ class TraceSession:
         if revision < self._newest:
             raise OutdatedError
 
+    def _kept(self, name: str, source: object, hints: tuple[object, ...], make: Callable[[], T]) -> T:
+        """Return the last result of this name if it was made of the same object and equal hints; otherwise make it."""
+        last = self._last.get(name)
+        if last is None or last[0] is not source or last[1] != hints:
+            last = self._last[name] = source, hints, make()
+        return last[2]
+
     def _scaled(self, hints: Hints) -> _Scaled:
         """Return the photo with the scale of the hints, or without one."""
         wanted = hints.model_copy(update=dict.fromkeys(PATH_KEYS))
         with self._scaling:
-            return self._last_scale.of(self, (wanted,), lambda: self._find_scale(wanted))
+            return self._kept("scale", self, (wanted,), lambda: self._find_scale(wanted))
 
     def _find_scale(self, hints: Hints) -> _Scaled:
         try:
@@ -312,7 +298,7 @@ class TraceSession:
         if photo.face_mm is None and not photo.markers_px:
             # Without face and markers, the scale does not change the search.
             photo = self._plain
-        return self._last_wire.of(photo, (roi_px,), lambda: LiveWire(photo, roi_px))
+        return self._kept("wire", photo, (roi_px,), lambda: LiveWire(photo, roi_px))
 
 
 def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
@@ -352,14 +338,16 @@ def _path_answer(path: CrackPath, in_mm: bool) -> Answer:
 
 
 def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
+    lines_mm = {
+        "left_px": outline.left_wall_mm,
+        "right_px": outline.right_wall_mm,
+        "centreline_px": outline.centreline_mm,
+        "outline_px": outline.outline_mm,
+    }
+    several_mm = {"islands_px": outline.islands_mm, "bands_px": outline.bands_mm, "branches_px": outline.branches_mm}
     return {
-        "left_px": _rounded(photo.to_px(outline.left_wall_mm)),
-        "right_px": _rounded(photo.to_px(outline.right_wall_mm)),
-        "centreline_px": _rounded(photo.to_px(outline.centreline_mm)),
-        "outline_px": _rounded(photo.to_px(outline.outline_mm)),
-        "islands_px": [_rounded(photo.to_px(ring)) for ring in outline.islands_mm],
-        "bands_px": [_rounded(photo.to_px(ring)) for ring in outline.bands_mm],
-        "branches_px": [_rounded(photo.to_px(line)) for line in outline.branches_mm],
+        **{name: _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
+        **{name: [_rounded(photo.to_px(line_mm)) for line_mm in lines] for name, lines in several_mm.items()},
         "unit": "mm" if in_mm else "px",
         "length": outline.length_mm,
         "mean_width": outline.mean_width_mm,
