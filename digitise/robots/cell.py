@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
 from pydantic import Field, model_validator
+from scipy.spatial.transform import Rotation
 
 from digitise.robots.pump import Pump
 from digitise.settings import OnFace
@@ -139,8 +140,6 @@ class Spel(Settings):
 class Gcode(Settings):
     """Settings of a gantry with an extruder."""
 
-    relative_e: bool = False
-    """Write relative E (M83) instead of absolute E (M82). Absolute E shows the dose so far at any line."""
     cold_extrusion: bool = False
     """Write M302 P1, without which Marlin silently moves no extruder below 170 degrees."""
 
@@ -160,9 +159,6 @@ class Urscript(Settings):
     tool_turn_deg: Angle = 0.0
     """Angle of the tool about the nozzle, measured from the robot's x axis. It keeps a camera or a cable at the tool's
     side clear."""
-    rotation_vector_rad: tuple[Angle, Angle, Angle] | None = None
-    """Tool orientation, used instead of tool_turn_deg. Give rx, ry and rz as the pendant shows them with the nozzle
-    square to the face."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -170,8 +166,6 @@ class Urscript(Settings):
             raise ValueError('full_flow_mm3_s and dispenser = "analog" go together: give both or neither')
         if self.dispenser == "analog" and self.port > 1:
             raise ValueError(f"port is {self.port}: give 0 or 1, the standard analog outputs")
-        if self.rotation_vector_rad is not None and self.tool_turn_deg:
-            raise ValueError("give tool_turn_deg or rotation_vector_rad, not both: the vector sets the tool's turn")
         return self
 
 
@@ -207,13 +201,13 @@ class RobotCell(Settings):
     @property
     def steady_settings(self) -> list[str]:
         """Settings, as written in the file, that keep a program at one speed or one flow."""
-        spel, urscript, settings = self.spel, self.urscript, list[str]()
-        if "spel" in self.formats and spel is not None:
-            settings += ['spel.motion = "curve"'] * (spel.motion == "curve")
-            settings += ['spel.dispenser = "output"'] * (spel.dispenser == "output")
-        if "urscript" in self.formats and urscript is not None and urscript.dispenser == "digital":
-            settings.append('urscript.dispenser = "digital"')
-        return settings
+        steady = {"spel": {"motion": "curve", "dispenser": "output"}, "urscript": {"dispenser": "digital"}}
+        return [
+            f'{kind}.{name} = "{value}"'
+            for kind, values in steady.items()
+            for name, value in values.items()
+            if kind in self.formats and getattr(getattr(self, kind), name) == value
+        ]
 
     def missing_for(self, kind: Format) -> str | None:
         """Return the table that a format needs and the cell does not have; None if no table is missing."""
@@ -264,34 +258,27 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float
     mirrored, of another scale, or do not fit within ``limit_mm``.
     """
     taught = np.column_stack([sample_mm, np.zeros(len(sample_mm))])
-    spread_mm = np.linalg.svd(sample_mm - sample_mm.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(sample_mm))
-    if spread_mm < THINNEST_MM:
+    middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)
+    spread, robot_spread = taught - middle, robot_mm - robot_middle
+    thin_mm = np.linalg.svd(spread, compute_uv=False)[1] / np.sqrt(len(spread))
+    if thin_mm < THINNEST_MM:
         raise InputError(
-            f"{where}: the taught points are within {spread_mm:.2g} mm of a line, so the face's tilt about it is "
+            f"{where}: the taught points are within {thin_mm:.2g} mm of a line, so the face's tilt about it is "
             f"unknown; they must deviate from the line by at least {THINNEST_MM:g} mm (RMS). Teach a point far from "
             "the others, such as a corner of the face."
         )
-    middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)
-    spread = taught - middle
-    left, singular, right = np.linalg.svd(spread.T @ (robot_mm - robot_middle))
-    handed = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-    rotation = (left * handed @ right).T
-    scale = float(singular @ handed / (spread**2).sum())
+    rotation = Rotation.align_vectors(robot_spread, spread)[0].as_matrix()
+    scale = float(np.sum(robot_spread * (spread @ rotation.T)) / np.sum(spread**2))
     origin_mm = robot_middle - rotation @ middle
     residual_mm = np.linalg.norm(taught @ rotation.T + origin_mm - robot_mm, axis=1)
     if residual_mm.max() > limit_mm:
-        scaled_mm = scale * spread @ rotation.T + robot_middle
-        if np.linalg.norm(scaled_mm - robot_mm, axis=1).max() <= limit_mm:
-            raise InputError(
-                f"{where}: the robot's points are {scale:.4g} times as far apart as the sample's. "
-                "Both are millimetres: check the numbers of [[taught]], or the scale of the photo."
-            )
         worst = int(residual_mm.argmax())
         x, y = sample_mm[worst]
         raise InputError(
             f"{where}: the taught points do not fit a sample that is only turned and shifted: point {worst + 1}, "
             f"sample_mm = [{x:g}, {y:g}], is {residual_mm[worst]:.2f} mm off; {limit_mm:g} mm are allowed "
-            f"(frame_limit_mm). Scale of the points: {scale:.4f}. Teach them again, or check their order."
+            f"(frame_limit_mm). The robot's points are {scale:.4g} times as far apart as the sample's; both are in "
+            "millimetres. Teach them again, or check their order, their numbers and the photo's scale."
         )
     if up * rotation[2, 2] <= 0:
         raise InputError(

@@ -48,7 +48,7 @@ def test_the_example_is_written_once(tmp_path):
 
 BY_S = 'dispenser = "output"     ', 'dispenser = "s"\naxis_start_mm = 0.0\n#'
 SECOND_POINT = "[[taught]]\nsample_mm = [0.0, 40.0]\nrobot_mm = [210.0, -80.0, 55.0]\n"
-TURNED_TWICE = "port = 0\ntool_turn_deg = 9.0\nrotation_vector_rad = [0.0, 3.1, 0.0]"
+BY_A_VECTOR = "port = 0\nrotation_vector_rad = [0.0, 3.1, 0.0]"
 EITHER = "either diameter_mm or mm3_per_mm"
 ONLY_ANALOG = "full_flow_mm3_s and dispenser"
 
@@ -74,7 +74,7 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
         ("urscript", "# port = 0", "port = 2", ["port is 2: give 0 or 1"]),
         ("urscript", "# full_flow_mm3_s = 1000.0", "#", [ONLY_ANALOG]),
         ("urscript", '# dispenser = "analog"', 'dispenser = "digital"', [ONLY_ANALOG]),
-        ("urscript", "# port = 0", TURNED_TWICE, ["tool_turn_deg"]),
+        ("urscript", "# port = 0", BY_A_VECTOR, ["rotation_vector_rad: no such key"]),
     ],
 )
 def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, table, old, new, named):

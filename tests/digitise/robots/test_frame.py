@@ -67,9 +67,9 @@ def test_errors_of_touch_grow_outside_the_taught_points():
     [
         (CORNERS, seen(CORNERS) / 25.4, r"0\.03937 times as far apart as the sample's"),
         (CORNERS, seen(CORNERS) * 1000, r"1000 times as far apart as the sample's"),
-        (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart as the sample's\. Both are"),
+        (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart as the sample's; both are"),
         (CORNERS, seen(CORNERS * [1, -1], tip_deg=0.0), r"mirrored: they put the sample's face downward"),
-        (CORNERS, seen(CORNERS[[0, 2, 1]]), r"do not fit .* Scale of the points: 0\.6"),
+        (CORNERS, seen(CORNERS[[0, 2, 1]]), r"do not fit .* are 0\.6\d* times"),
         (FOUR, seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]), r"point 4, .*\[160, 40\], .*4\.04 mm off; 0.5"),
         (np.array([[0, 0], [80, 1], [160, 0]]), seen(np.array([[0, 0], [80, 1], [160, 0]])), r"0\.47 mm of a line"),
         (np.tile([[5.0, 5.0]], (3, 1)), seen(np.tile([[5.0, 5.0]], (3, 1))), r"within 0 mm of a line"),

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from digitise.robots.robot_path import LONGEST, comments, decimal, place_path, points_text, table_text
+from digitise.robots.programs import points_text, table_text
+from digitise.robots.robot_path import LONGEST, comments, place_path
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_trajectory
 from sealtwin.trial.robot_files import PROGRAMS
@@ -137,10 +138,3 @@ def test_a_comment_is_one_line_of_harmless_signs(text):
     assert not set(comment) & set("!?~%*$'\"`;#()[]{}<>\\|&^@\t\x7f")
     assert comment.isascii()
     assert len(comment) <= len(" ") + LONGEST
-
-
-@pytest.mark.parametrize(
-    ("value", "decimals", "text"), [(1e-9, 4, "0.0000"), (-1e-9, 4, "0.0000"), (1e6, 1, "1000000.0"), (-2.5, 0, "-2")]
-)
-def test_numbers_have_no_powers_of_ten_and_no_minus_zero(value, decimals, text):
-    assert decimal(value, decimals) == text
