@@ -8,7 +8,6 @@ import cv2
 import ezdxf.filemanagement
 import numpy as np
 from ezdxf import units
-from ezdxf.layouts.layout import Modelspace
 from numpy.typing import NDArray
 
 from digitise.geometry.polyline import rectangle
@@ -28,6 +27,7 @@ LAYERS = {
     "NOZZLE_PATH": 30,
 }
 """AutoCAD colour index of each layer."""
+CLOSED = {"OUTLINE", "ISLANDS", "FACE"}
 
 
 def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
@@ -48,10 +48,7 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
 
 def mask_png(outline: Outline, name: str) -> bytes:
     """Return the mask of ``mask_of`` as a PNG, white on black. Raises InputError if there is no mask."""
-    encoded, png = cv2.imencode(".png", np.where(mask_of(outline, name), 255, 0).astype(np.uint8))
-    if not encoded:
-        raise RuntimeError("OpenCV could not encode a mask")
-    return png.tobytes()
+    return cv2.imencode(".png", 255 * mask_of(outline, name).astype(np.uint8))[1].tobytes()
 
 
 def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
@@ -85,9 +82,8 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
 def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
     """Return COCO's uncompressed code: lengths of runs down the columns. The first run is outside the mask."""
     flat = mask.ravel(order="F")
-    changes = np.flatnonzero(np.diff(flat)) + 1
-    counts = np.diff(np.concatenate([[0], changes, [len(flat)]])).tolist()
-    return {"size": [*mask.shape], "counts": [0, *counts] if flat[0] else counts}
+    changes = np.flatnonzero(np.diff(flat, prepend=False))
+    return {"size": [*mask.shape], "counts": np.diff(changes, prepend=0, append=len(flat)).tolist()}
 
 
 def _islands_px(outline: Outline) -> list[Floats]:
@@ -105,23 +101,15 @@ def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
         drawing.layers.add(name, color=colour)
     space = drawing.modelspace()
     # A path alone has neither edge nor walls.
-    if outline.width_source != "none":
-        _line(space, "OUTLINE", outline.outline_mm, closed=True)
-        _line(space, "WALL_LEFT", outline.left_wall_mm)
-        _line(space, "WALL_RIGHT", outline.right_wall_mm)
-    for ring_mm in outline.islands_mm:
-        _line(space, "ISLANDS", ring_mm, closed=True)
-    _line(space, "CENTRELINE", outline.centreline_mm)
-    for branch_mm in outline.branches_mm:
-        _line(space, "SIDE_CRACKS", branch_mm)
-    if outline.face_mm is not None:
-        _line(space, "FACE", rectangle(outline.face_mm), closed=True)
+    edges = {"OUTLINE": outline.outline_mm, "WALL_LEFT": outline.left_wall_mm, "WALL_RIGHT": outline.right_wall_mm}
+    lines = [] if outline.width_source == "none" else list(edges.items())
+    lines += [("ISLANDS", ring_mm) for ring_mm in outline.islands_mm]
+    lines += [("CENTRELINE", outline.centreline_mm), *(("SIDE_CRACKS", line_mm) for line_mm in outline.branches_mm)]
+    lines += [] if outline.face_mm is None else [("FACE", rectangle(outline.face_mm))]
+    for layer, points_mm in lines:
+        space.add_lwpolyline(points_mm.tolist(), close=layer in CLOSED, dxfattribs={"layer": layer})
     if trajectory is not None:
         space.add_polyline3d(trajectory.position_mm.tolist(), dxfattribs={"layer": "NOZZLE_PATH"})
     text = io.StringIO()
     drawing.write(text)
     return text.getvalue()
-
-
-def _line(space: Modelspace, layer: str, points_mm: Floats, *, closed: bool = False) -> None:
-    space.add_lwpolyline(points_mm.tolist(), close=closed, dxfattribs={"layer": layer})

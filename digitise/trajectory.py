@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import splev, splprep
 
 from digitise.geometry.polyline import at_arc_length
@@ -19,10 +20,7 @@ STRAIGHT_MM = 1e5  # Radius above which a bend is rounding error
 SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has equal weight
 FINEST_SAMPLES, MOST_SAMPLES = 17, 20_000
 MOST_WAYPOINTS = 100_000  # Most waypoints of a path: a metre of crack at a hundredth of a millimetre
-MUCH_SEALANT, LITTLE_SEALANT = (
-    3.0,
-    0.1,
-)  # Sealant over cavity with a warning: above, below; the paper has 0.8 to 1.2
+MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1  # Sealant over cavity with a warning: above, below; the paper has 0.8 to 1.2
 ROUNDING = 1e-9
 
 
@@ -61,15 +59,10 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
 
 def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[str, ...]]:
     """Return the figures of a path, without its leads, and warnings."""
-    if path.plan is None:
-        # The waypoints between the trims.
-        begin_mm, end_mm = path.trims_mm[0], outline.length_mm - path.trims_mm[1]
-        inside = (trajectory.s_mm > begin_mm - 1e-6) & (trajectory.s_mm < end_mm + 1e-6)
-        first, last = np.flatnonzero(inside)[[0, -1]].tolist()
-    else:
-        first, last = trajectory.giving.start, trajectory.giving.stop - 1
-    s_mm, points_mm = trajectory.s_mm[first : last + 1], trajectory.position_mm[first : last + 1, :2]
-    dose_mm3_per_mm = (trajectory.given_mm3 / np.diff(arc_length(trajectory.position_mm)))[first:last]
+    giving = trajectory.giving
+    s_mm, position_mm = trajectory.s_mm[giving], trajectory.position_mm[giving]
+    points_mm = position_mm[:, :2]
+    dose_mm3_per_mm = trajectory.given_mm3[giving.start : giving.stop - 1] / np.diff(arc_length(position_mm))
     feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, arc_length_at(points_mm, outline.centreline_mm))
     off_mm = np.linalg.norm(points_mm - feet_mm, axis=1)
     turn_deg = turns_deg(points_mm)
@@ -95,18 +88,15 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
 
 def turns_deg(points_mm: Floats) -> Floats:
     """Return the change of direction at each inner waypoint, (n - 2,)."""
-    step = np.diff(points_mm[:, :2], axis=0)
-    cross = step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]
-    return np.degrees(np.abs(np.arctan2(cross, (step[:-1] * step[1:]).sum(axis=1))))
+    x_mm, y_mm = np.diff(points_mm[:, :2], axis=0).T
+    return np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(y_mm, x_mm)))))
 
 
 def radii_mm(points_mm: Floats) -> Floats:
     """Return the radius of the circle through each inner waypoint and its neighbours, (n - 2,); inf if straight."""
-    a, b, c = points_mm[:-2, :2], points_mm[1:-1, :2], points_mm[2:, :2]
-    sides = [np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]
-    double_area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    chord_mm = np.linalg.norm(points_mm[2:, :2] - points_mm[:-2, :2], axis=1)
     with np.errstate(divide="ignore"):
-        radius = np.prod(sides, axis=0) / (2 * double_area)
+        radius = chord_mm / (2 * np.sin(np.radians(turns_deg(points_mm))))
     return np.where(radius > STRAIGHT_MM, np.inf, radius)
 
 
@@ -204,7 +194,7 @@ def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
     gives = np.searchsorted(own_s + delay_s, t_s, side="right") - 1
     return Trajectory(
         t_s=t_s,
-        position_mm=np.column_stack([np.interp(t_s, own_s, axis_mm) for axis_mm in trajectory.position_mm.T]),
+        position_mm=at_arc_length(trajectory.position_mm, own_s, t_s),
         s_mm=np.interp(t_s, own_s, trajectory.s_mm),
         speed_mm_s=trajectory.speed_mm_s[moves],
         flow_mm3_s=np.where((gives >= 0) & (t_s < ends_s), trajectory.flow_mm3_s[gives], 0.0),
@@ -256,9 +246,10 @@ def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats,
     from_start_mm, from_end_mm = path.trims_mm
     first, last = np.interp([from_start_mm, at_mm[-1] - from_end_mm], at_mm, flown_mm)
     even_mm = np.linspace(first, last, max(1, int(np.ceil((last - first) / path.spacing_mm - ROUNDING))) + 1)
-    tangents = np.gradient(smooth, flown_mm, axis=0)
-    points_mm, headings = (at_arc_length(values, flown_mm, even_mm) for values in (smooth, tangents))
-    headings /= np.linalg.norm(headings, axis=1, keepdims=True)
+    points_mm, tangents = (
+        at_arc_length(of, flown_mm, even_mm) for of in (smooth, np.gradient(smooth, flown_mm, axis=0))
+    )
+    headings = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
     return np.interp(even_mm, flown_mm, at_mm), points_mm, headings
 
 
@@ -278,7 +269,7 @@ def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Section
         # In a tapering crack sections change between waypoints, so they are integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
-        below_mm3 = np.concatenate([[0.0], np.cumsum((area_mm2[1:] + area_mm2[:-1]) / 2 * np.diff(grid_mm))])
+        below_mm3 = cumulative_trapezoid(area_mm2, grid_mm, initial=0.0)
         share = np.abs(np.diff(np.interp(s_mm, grid_mm, below_mm3)))
         if not share.sum() > 0:
             raise InputError(
