@@ -42,7 +42,6 @@ STEEPEST = 2 * np.tan(np.radians(59.0))  # Largest loss or gain of width for eac
 THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of its surface
 NORMAL_95 = 1.96  # Half-width of a normal 95 % interval in standard deviations
 UNLIKE = 5.0  # Volume poured over that of upright walls, or the reverse, that no angle explains
-LIKELIER = 6.0  # Difference of two misfits from which one tilt is better: twenty times as likely
 INWARD = {"flare": 1.0, "funnel": 1.0, "undercut": -1.0}
 """Sign of the loss of width of each tilt whose walls tilt against each other."""
 Booleans = NDArray[np.bool_]
@@ -86,7 +85,6 @@ class _Fit:
     mean_level_mm: Floats  # Level of each step, the meniscus levelled
     misfit_mm3: Floats  # Weighed volume less that of the walls, at each step
     misfit_sd_mm3: Floats
-    misfit: float  # Sum of the squared residuals over their standard deviations
     probability: float  # Of a misfit as large by chance
 
 
@@ -117,8 +115,6 @@ def weigh(
         # The angle keeps its uncertainty; the other unknowns are those at upright walls.
         fit = replace(upright, root=fit.root) if inward else upright
     findings += _contradictions(fit, prior_sd)
-    if findings and inward:
-        findings += _other_tilt(outline, shape, fill, prior_sd, free, fit)
     return _result(outline, shape, walls, fill, fit, tuple(findings))
 
 
@@ -205,7 +201,7 @@ def _fit(walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free
         # If the steps scatter more than declared, the uncertainty grows with them.
         root *= np.sqrt(2 * solved.cost / freedom)
     unknown, misfit_mm3 = moved(solved.x)
-    return _Fit(unknown, root, level_mm, misfit_mm3, np.sqrt(of_steps.diagonal()), 2 * solved.cost, probability)
+    return _Fit(unknown, root, level_mm, misfit_mm3, np.sqrt(of_steps.diagonal()), probability)
 
 
 def _against_tilt(fit: _Fit, shape: CrackShape) -> list[str]:
@@ -214,28 +210,11 @@ def _against_tilt(fit: _Fit, shape: CrackShape) -> list[str]:
     if abs(closing) <= FAR * np.linalg.norm(fit.root[CLOSING]):
         return []
     way, others = ("close", '"funnel" or "flare"') if closing > 0 else ("open", '"undercut"')
-    needs = f"The weighed fill needs walls that {way} downward by {abs(_angle_deg(closing)):.1f} degrees each"
-    if shape.tilt in INWARD:
-        return [
-            f'{needs}, against tilt = "{shape.tilt}": they are taken as upright. Check depth_mm, the photo\'s width '
-            "and the levels."
-        ]
-    return [f'{needs}, but tilt = "{shape.tilt}" keeps their distance constant: choose {others}.']
-
-
-def _other_tilt(
-    outline: Outline, shape: CrackShape, fill: WeighedFill, prior_sd: Floats, free: Booleans, fit: _Fit
-) -> list[str]:
-    """Name the tilt that fits best, if it fits clearly better than the chosen one."""
-    misfits = {shape.tilt: fit.misfit - LIKELIER}
-    for tilt in INWARD.keys() - {shape.tilt}:
-        _, refit = _fit_to_solid(outline, shape.model_copy(update={"tilt": tilt}), fill, prior_sd, free)
-        if INWARD[tilt] * refit.unknown[CLOSING] >= 0:
-            misfits[tilt] = refit.misfit
-    best = min(misfits, key=lambda tilt: misfits[tilt])
-    shown = "floor" if best == "flare" else "mouth"
-    sentence = f'tilt = "{best}" fits the weighed fill better: the photo then shows the width of the {shown}.'
-    return [sentence] if best != shape.tilt else []
+    taken = "they are taken as upright" if shape.tilt in INWARD else "it keeps their distance constant"
+    return [
+        f"The weighed fill needs walls that {way} downward by {abs(_angle_deg(closing)):.1f} degrees each, but tilt = "
+        f'"{shape.tilt}" has none: {taken}. Choose {others}, or check depth_mm, the photo\'s width and the levels.'
+    ]
 
 
 def _contradictions(fit: _Fit, prior_sd: Floats) -> list[str]:
@@ -275,7 +254,6 @@ def _result(
         volumes_mm3=tuple(fill.volume_mm3.tolist()),
         misfits_mm3=tuple(fit.misfit_mm3.tolist()),
         misfit_sds_mm3=tuple(fit.misfit_sd_mm3.tolist()),
-        slabs_mm=_slabs_mm(fill, walls, fit),
         width_mm=float(outline.mean_width_mm + off[WIDTH]),
         wall_angle_deg=_angle_deg(abs(off[CLOSING])),
         depth_mm=float(shape.deepest_mm + off[DEPTH]),
@@ -284,22 +262,6 @@ def _result(
         findings=findings,
     )
     return widened(outline, float(off[WIDTH])), shape_by_weight(shape, record), record
-
-
-def _slabs_mm(fill: WeighedFill, walls: _Walls, fit: _Fit) -> tuple[tuple[float, float, float], ...]:
-    """Return the slab that each step after the first added, if it is high enough to show its width.
-
-    A slab is the depth of its middle, its mean width, and the standard deviation of that width.
-    """
-    height_mm = np.diff(fit.mean_level_mm)
-    # Two readings that nearly agree do not show the width between them.
-    apart = height_mm > fill.level_sd_mm
-    height_mm, middle_mm = height_mm[apart], -(fit.mean_level_mm[1:] + fit.mean_level_mm[:-1])[apart] / 2
-    area_mm2 = height_mm * walls.scale[0] * walls.along_mm.sum()
-    width_mm = np.diff(fill.volume_mm3)[apart] / area_mm2
-    of_scale_mm = 1e6 * fill.mass_sd_g / fill.density_kg_m3 / area_mm2
-    sd_mm = np.sqrt(2) * np.hypot(of_scale_mm, width_mm * fill.level_sd_mm / height_mm)
-    return tuple(zip(middle_mm.tolist(), width_mm.tolist(), sd_mm.tolist(), strict=True))
 
 
 def _angle_deg(closing: float) -> float:
