@@ -125,7 +125,7 @@ def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
     _, shape, weighed = weigh(slot(), shaped("undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0
     assert any(
-        "close downward by" in finding and 'against tilt = "undercut"' in finding for finding in weighed.findings
+        "close downward by" in finding and 'tilt = "undercut" has none' in finding for finding in weighed.findings
     )
 
 
