@@ -10,7 +10,6 @@ import numpy as np
 
 from digitise.robots.cell import RobotCell, RobotFrame, fit_frame
 from digitise.robots.pump import PumpTable
-from digitise.trajectory import radii_mm
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Trajectory
@@ -160,17 +159,13 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
     count, height_mm = len(trajectory.t_s), trajectory.position_mm[:, 2].max()
     # Each of three pieces, crack and leads, may end with a short step.
     enough_mm = math.ceil(100 * trajectory.length_mm / max(motion.most_waypoints - 4, 1)) / 100
-    fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
-    speed_mm_s, lasts_s = trajectory.speed_mm_s[:-1], np.diff(trajectory.t_s)
-    # A mean speed applies at the middle of its time.
-    along = np.append(0.0, np.abs(np.diff(speed_mm_s)) / ((lasts_s[1:] + lasts_s[:-1]) / 2)).max()
-    across = np.append(0.0, np.maximum(speed_mm_s[1:], speed_mm_s[:-1]) ** 2 / radii_mm(trajectory.position_mm))
-    bend = int(across.argmax())
-    at_bend = f"the bend at s = {trajectory.s_mm[bend]:.1f} mm needs {across[bend]:.4g} mm/s²"
-    at_bend += f" at {speed_mm_s[bend - 1]:.4g} mm/s"
-    ramp, slower = f"a ramp of the path needs {along:.4g} mm/s²", "Digitise with a lower path.speed_mm_s"
     coarser = f"Digitise with a path.spacing_mm of {enough_mm:g} or more."
-    approach = f"motion.approach_speed_mm_s is {approach_mm_s:g}"
+    fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
+    # A mean velocity applies at the middle of its time. It changes on ramps, and by v^2 / r in bends.
+    velocity = np.diff(trajectory.position_mm, axis=0) / (lasts_s := np.diff(trajectory.t_s))[:, None]
+    change = np.linalg.norm(np.diff(velocity, axis=0), axis=1) / ((lasts_s[1:] + lasts_s[:-1]) / 2)
+    most_mm_s2 = change.max(initial=0.0)
+    place_mm = trajectory.s_mm[int(np.append(0.0, change).argmax())]
     return [
         limit("motion.most_waypoints", count, f"the path has {count} waypoints", coarser),
         (
@@ -179,11 +174,19 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
             "face. Give a larger motion.safe_height_mm.",
         ),
         limit(
-            "motion.largest_speed_mm_s", fastest_mm_s, f"the path runs at {fastest_mm_s:g} mm/s", f"{slower}.", ROUNDING
+            "motion.largest_speed_mm_s",
+            max(fastest_mm_s, approach_mm_s),
+            f"the path runs at {fastest_mm_s:g} mm/s, and motion.approach_speed_mm_s is {approach_mm_s:g}",
+            "Give lower speeds.",
+            ROUNDING,
         ),
-        limit("motion.largest_speed_mm_s", approach_mm_s, approach, "Give a lower speed."),
-        limit("motion.acceleration_mm_s2", along, ramp, "Digitise with a longer path.ramp_mm.", 0.01),
-        limit("motion.acceleration_mm_s2", across[bend], at_bend, f"{slower} or a larger path.smoothing_mm."),
+        limit(
+            "motion.acceleration_mm_s2",
+            most_mm_s2,
+            f"the ramp or bend at s = {place_mm:.1f} mm needs {most_mm_s2:.4g} mm/s²",
+            "Digitise with a lower path.speed_mm_s, a longer path.ramp_mm or a larger path.smoothing_mm.",
+            0.01,
+        ),
     ]
 
 
