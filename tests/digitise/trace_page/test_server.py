@@ -9,12 +9,21 @@ from contextlib import ExitStack, closing
 
 import pytest
 
-from digitise.trace_page import server as trace_page
-from digitise.trace_page.server import LARGEST_BODY_BYTES, SECURITY_HEADERS, PageServer
+from digitise.trace_page import page as trace_page
+from digitise.trace_page.page import LARGEST_BODY_BYTES, SECURITY_HEADERS, Opened, Sheet, TracePage
 
 
-class Echo(PageServer):
+class Session:
+    def end(self):
+        pass
+
+
+class Echo(TracePage):
     """Says hello, and gives back what it is sent."""
+
+    def __init__(self):
+        opened = Opened(Session(), dict, {})  # pyright: ignore[reportArgumentType]
+        super().__init__([Sheet("crack.jpg", lambda: opened, lambda: False)])
 
     def get(self, name):
         return (b"hello", "text/plain") if name == "" else None
@@ -31,9 +40,7 @@ class Echo(PageServer):
 @pytest.fixture
 def server():
     with Echo() as running:
-        threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
         yield running
-        running.shutdown()
 
 
 def _ask(server, method="GET", name="", body=None, **headers):
