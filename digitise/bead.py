@@ -41,7 +41,7 @@ class BeadOutline:
 
 def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
     """Find the bead inside the frame of markers and measure it. Raises InputError if there is no straight one."""
-    photo, outline_px = paste_edge(settings, folder, long=True)
+    photo, outline_px = paste_edge(settings, folder)
     outline_px = sum((np.roll(outline_px, shift, axis=0) for shift in range(SMOOTH)), np.zeros(1)) / SMOOTH
     error, edge_error_mm = photo.scale_uncertainty or 0.0, EDGE_PX * photo.mm_per_px
     return bead_of(photo.to_mm(outline_px), error, edge_error_mm, photo.warnings, photo.file)

@@ -8,25 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.optimize import least_squares
+from skimage.measure import find_contours
 
 from digitise.geometry.polyline import rectangle, resampled
-from digitise.image.raster import Map, blurred, sampled
+from digitise.image.raster import Map, blurred, continued, sampled
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Floats
 
-RAYS = 360  # Rays from the middle along which the edge is searched
-STEP_PX = 0.5
-REACH = 0.12  # Range around the rough edge in which the exact one is searched, over the blob's radius
-LEAST_RADIUS_PX = 40.0  # Below it half a pixel of the edge is over 6 % of the yield stress
+POINTS = 360  # Of an outline
+REACH = 0.06  # Distance from the edge at which the light on each side of it is taken, over half the paste's width
+LEAST_HALF_PX = 40.0  # Least half width: below it half a pixel of the edge is over 6 % of the yield stress
 LEAST_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
 MOST_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate or a cone pulled aside
-LEAST_SEEN, LEAST_SEEN_LONG = 0.8, 0.95
-"""Smallest share of rays on which the edge must be found, first for a blob, then for a bead.
-
-A hidden part of a round edge can be interpolated, but the end of a bead cannot."""
+LEAST_SEEN = 0.95  # Smallest share of the edge that must be visible
 EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or on its wet rim
 
 
@@ -41,30 +38,9 @@ class SpreadBlob:
     warnings: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Rough:
-    """Rough shape of the paste: a capsule. Rays from its spine find the edge. The spine of a round blob is a point."""
-
-    middle_px: Floats
-    half_spine_px: Floats  # From the middle to the spine's end, (2,)
-    radius_px: float
-    dark: bool  # True if darker than the sheet
-
-    def rays(self) -> tuple[Floats, Floats]:
-        """Return the start of each ray on the spine, and its direction, (RAYS, 2) each, at even steps of the edge."""
-        half = float(np.linalg.norm(self.half_spine_px))
-        forth = self.half_spine_px / half if half else np.array([0.0, 1.0])
-        turn = np.linspace(0, np.pi, 10 * RAYS)[:, None]
-        cap = self.radius_px * (np.cos(turn) * [forth[1], -forth[0]] + np.sin(turn) * forth)
-        ring = np.vstack([cap[:1], cap + self.half_spine_px, -cap - self.half_spine_px, cap[:1]])
-        edge = resampled(ring, arc_length(ring)[-1] / RAYS / 2)[1::2]
-        starts = np.clip(edge @ forth, -half, half)[:, None] * forth
-        return self.middle_px + starts, (edge - starts) / self.radius_px
-
-
 def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
     """Find the blob inside the frame of markers and measure it. Raises InputError if there is no round one."""
-    photo, outline_px = paste_edge(settings, folder, long=False)
+    photo, outline_px = paste_edge(settings, folder)
     outline_mm = photo.to_mm(outline_px)
     after_mm = np.roll(outline_mm, -1, axis=0)
     cross = outline_mm[:, 0] * after_mm[:, 1] - after_mm[:, 0] * outline_mm[:, 1]
@@ -84,10 +60,10 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
     return SpreadBlob(radius_mm, error_mm, unround, (float(wide_mm.min()), float(wide_mm.max())), photo.warnings)
 
 
-def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo, Floats]:
-    """Return the photo, and the outline of the paste between the markers, (RAYS, 2) in px.
+def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
+    """Return the photo, and the outline of the paste between the markers, (POINTS, 2) in px.
 
-    ``long`` paste is a bead. Raises InputError if no edge is found.
+    Raises InputError if no edge is found.
     """
     photo, board, face_mm = load_photo(settings, folder), settings.markers, settings.face_mm
     if photo.scale_uncertainty is None or board is None or face_mm is None:
@@ -103,7 +79,8 @@ def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo
         )
     field = _opening(photo)
     light = _levelled(photo.brightness, field)
-    return photo, _edge(light, _rough(light, field, photo.file, long), field, photo.file)
+    blob, dark = _blob(light, field, photo.file)
+    return photo, _edge(light, blob, dark, field, photo.file)
 
 
 def _opening(photo: Photo) -> NDArray[np.bool_]:
@@ -114,7 +91,7 @@ def _opening(photo: Photo) -> NDArray[np.bool_]:
     box = x_min + margin_mm, y_min + margin_mm, x_max - margin_mm, y_max - margin_mm
     ring = np.round(photo.to_px(rectangle(box))).astype(np.int32)
     inside = cv2.fillPoly(np.zeros(photo.brightness.shape, dtype=np.uint8), [ring], 1) > 0
-    if inside.sum() < (2 * LEAST_RADIUS_PX) ** 2:
+    if inside.sum() < (2 * LEAST_HALF_PX) ** 2:
         raise InputError(
             f"{photo.file}: the field between the markers is too small in the photo; move the camera closer."
         )
@@ -134,8 +111,8 @@ def _levelled(brightness: Map, inside: NDArray[np.bool_]) -> Map:
     return np.asarray(brightness / np.exp(plane[0] + plane[1] * along + plane[2] * down), np.float32)
 
 
-def _rough(light: Map, inside: NDArray[np.bool_], file: Path, long: bool) -> Rough:
-    """Return the largest blob unlike the sheet or, if ``long``, the capsule with its area and second moment."""
+def _blob(light: Map, inside: NDArray[np.bool_], file: Path) -> tuple[NDArray[np.bool_], bool]:
+    """Return the mask of the largest blob unlike the sheet, and whether it is darker."""
     soft, blobs = blurred(light, 2.0), list[tuple[int, NDArray[np.bool_], bool]]()
     for dark in (True, False):
         unlike = 1 - soft if dark else soft - 1
@@ -152,55 +129,30 @@ def _rough(light: Map, inside: NDArray[np.bool_], file: Path, long: bool) -> Rou
             f"{file}: no blob stands out between the markers: take the photo in even light, with paste that is darker "
             "or lighter than the sheet, or put a coloured film under it."
         )
-    area, blob, dark = max(blobs, key=lambda blob: blob[0])
-    places = np.argwhere(blob)[:, ::-1].astype(float)
-    radius_px, half_spine_px = float(np.sqrt(area / np.pi)), np.zeros(2)
-    if long:
-        spread, axes = np.linalg.eigh(np.cov(places.T))
-        # Across a long capsule the second moment is r^2 / 3; its length then follows from its area.
-        radius_px = float(min(radius_px, np.sqrt(3 * spread[0])))
-        half_spine_px = axes[:, 1] * max(0.0, (area / radius_px - np.pi * radius_px) / 4)
-    if radius_px < LEAST_RADIUS_PX:
+    _, blob, dark = max(blobs, key=lambda blob: blob[0])
+    return blob, dark
+
+
+def _edge(light: Map, blob: NDArray[np.bool_], dark: bool, inside: NDArray[np.bool_], file: Path) -> Floats:
+    """Return the outline, (POINTS, 2) in px: the line of half the contrast between the paste and the sheet nearby."""
+    depth_px = cv2.distanceTransform(blob.astype(np.uint8), cv2.DIST_L2, 5)
+    if (half_px := float(depth_px.max())) < LEAST_HALF_PX:
         raise InputError(
-            f"{file}: the paste is {radius_px:.0f} px in {'half its width' if long else 'radius'}; at least "
-            f"{LEAST_RADIUS_PX:g} are needed. Take the photo from closer."
+            f"{file}: the paste is {half_px:.0f} px in half its width; at least {LEAST_HALF_PX:g} are needed. Take the "
+            "photo from closer."
         )
-    return Rough(places.mean(axis=0), half_spine_px, radius_px, dark)
-
-
-def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Floats:
-    """Return the outline, (n, 2) in px: on each ray, the outermost crossing of half the contrast across the edge."""
-    begins, rays = rough.rays()
-    away = np.arange(0.3 * rough.radius_px, 1.8 * rough.radius_px, STEP_PX)
-    places = begins[:, None] + away[None, :, None] * rays[:, None]
-    free = sampled(inside.astype(np.float32), places) > 0.99
-    unlike = (1 - sampled(blurred(light, 0.8), places).astype(float)) * (1 if rough.dark else -1) * free
-    steps, paste = np.arange(len(away)), float(np.median(unlike[:, : len(away) // 6]))
-    last = np.where(unlike > paste / 2, steps, -1).max(axis=1)
-    # Half way between the paste inside this edge and the sheet outside: light differs around the blob.
-    span = max(6, round(REACH * rough.radius_px / STEP_PX))
-
-    def light_at(window: Integers) -> Floats:
-        return np.median(np.take_along_axis(unlike, np.clip(last[:, None] + window, 0, steps[-1]), axis=1), axis=1)
-
-    half = (light_at(np.arange(-span, -(span // 2))) + light_at(np.arange(span // 2, span))) / 2
-    crossed = (unlike[:, :-1] >= half[:, None]) & (unlike[:, 1:] < half[:, None])
-    at = np.where(crossed, np.abs(steps[:-1] - last[:, None]), len(steps)).argmin(axis=1)
-    number = np.arange(RAYS)
-    share = (unlike[number, at] - half) / np.maximum(unlike[number, at] - unlike[number, at + 1], 1e-9)
-    radius = away[at] + share * STEP_PX
-    measured = crossed.any(axis=1) & (last >= 0) & (last < steps[-1])
-    measured &= free[number, np.minimum(last + 1, steps[-1])]
-    least = LEAST_SEEN_LONG if rough.half_spine_px.any() else LEAST_SEEN
-    if measured.mean() >= least:
-        # A drop or a scratch at the edge affects few rays.
-        filled = np.interp(number, number[measured], radius[measured], period=RAYS)
-        usual = ndimage.median_filter(filled, 17, mode="wrap")
-        measured &= np.abs(filled - usual) < max(2.0, 0.03 * rough.radius_px)
-    if measured.mean() < least:
+    near_px = REACH * half_px
+    away_px = cv2.distanceTransform((~blob).astype(np.uint8), cv2.DIST_L2, 5)
+    paste = continued(light, depth_px > near_px, near_px)
+    sheet = continued(light, (away_px > near_px) & inside, near_px)
+    unlike = (blurred(light, 0.8) - (paste + sheet) / 2) * (-1 if dark else 1)
+    contours = find_contours(np.where(inside, unlike, -1.0), 0.0)
+    edge = max(contours, key=len)[:, ::-1]
+    seen = sampled(ndimage.binary_erosion(inside, iterations=2).astype(np.float32), edge) > 0.99
+    if seen.mean() < LEAST_SEEN:
         raise InputError(
-            f"{file}: the paste's edge is visible on only {measured.mean():.0%} of its circumference; {least:.0%} are "
+            f"{file}: the paste's edge is visible on only {seen.mean():.0%} of its circumference; {LEAST_SEEN:.0%} are "
             "needed. Keep the paste between the markers and away from them, and avoid shadows and smears at its edge."
         )
-    radius = np.interp(number, number[measured], radius[measured], period=RAYS)
-    return begins + radius[:, None] * rays
+    ring = edge[seen]
+    return resampled(np.vstack([ring, ring[:1]]), arc_length(ring)[-1] / POINTS)[:-1]
