@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from digitise.geometry.polyline import resampled, signed_area
+from digitise.geometry.polyline import signed_area
 from digitise.settings import PhotoInput
 from digitise.spread import EDGE_PX, paste_edge
 from sealtwin.core.errors import InputError
@@ -15,8 +15,9 @@ from sealtwin.core.records import Floats
 SMOOTH = 5  # Rays over which the outline is averaged: its grain would shorten all distances to the edge
 MIDDLE = 0.25  # Share of the length, around the middle, that shows what was laid: the ends do not
 MOST_OF_IT = 0.7  # Share of the length over which the middle line must be straight
-CELLS = 40  # Cells of the raster over half the width
+SLABS = 41  # Over that share
 SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
+CELLS = 800  # Cells of the raster over the root of the area
 LEAST_LONG = 1.4  # Length over width below which there is no middle between the ends
 MOST_UNEVEN = 0.12  # RMS of the middle's width over its mean: a bead that buckled or broke
 BENT = 0.05  # Largest distance of its middle line from a straight one, over the length
@@ -52,23 +53,21 @@ def bead_of(
 ) -> BeadOutline:
     """Measure the bead inside an outline, (n, 2). Raises InputError if it is too short, bent or uneven."""
     area_mm2 = abs(signed_area(outline_mm))
-    rough_mm = float(np.sqrt(area_mm2)) / 4
-    cell_mm = rough_mm / CELLS
-    dense_mm = resampled(np.vstack([outline_mm, outline_mm[:1]]), cell_mm / 4)
-    place_mm, inward_mm = _cells(dense_mm, cell_mm)
+    cell_mm = float(np.sqrt(area_mm2)) / CELLS
+    place_mm, inward_mm = _cells(outline_mm, cell_mm)
     middle = place_mm.mean(axis=0)
-    forth = np.linalg.eigh(np.cov((place_mm - middle).T))[1][:, 1]
-    aside = np.array([-forth[1], forth[0]])
-    along_mm, across_mm = (place_mm - middle) @ forth, (place_mm - middle) @ aside
+    forth = np.linalg.eigh(np.cov(place_mm.T))[1][:, 1]
+    along_mm, across_mm = (place_mm - middle) @ forth, (place_mm - middle) @ np.array([-forth[1], forth[0]])
     ends = (outline_mm - middle) @ forth
     shift = (ends.max() + ends.min()) / 2
     length_mm, along_mm = float(np.ptp(ends)), along_mm - shift
-    stations = np.linspace(-MOST_OF_IT, MOST_OF_IT, 41) / 2 * length_mm
-    slab = np.abs(along_mm[:, None] - stations) < cell_mm
-    widths = slab.sum(axis=0) * cell_mm / 2
-    inner = np.abs(stations) <= MIDDLE / 2 * length_mm
+    # Slabs across the bead: their widths, and the middles of their paste.
+    edges_mm = np.linspace(-MOST_OF_IT, MOST_OF_IT, SLABS + 1) / 2 * length_mm
+    count, _ = np.histogram(along_mm, edges_mm)
+    line_mm = np.histogram(along_mm, edges_mm, weights=across_mm)[0] / count
+    widths = count * (area_mm2 / len(along_mm)) / np.diff(edges_mm)
+    inner = np.abs(edges_mm[1:] + edges_mm[:-1]) <= MIDDLE * length_mm
     width_mm = float(widths[inner].mean())
-    line_mm = np.array([float(across_mm[column].mean()) for column in slab.T])
     if length_mm < LEAST_LONG * width_mm:
         raise InputError(
             f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} mm wide; it must be at least "
@@ -101,17 +100,14 @@ def bead_of(
 
 def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
     """Return the centres of raster cells inside an outline, (n, 2), and their distances to it, (n,)."""
-    from scipy.spatial import KDTree
-
     # Oblique to the bead: along its sides, whole rows would be inside or outside.
     axes = np.linalg.eigh(np.cov(outline_mm.T))[1] @ SLANT
-    outline_mm = outline_mm @ axes
-    low, high = outline_mm.min(axis=0), outline_mm.max(axis=0)
-    count = np.ceil((high - low) / cell_mm).astype(int)
-    # Drawn ten times finer than a cell, whose centre then is inside or outside.
-    ring = np.round((outline_mm - low) / cell_mm * 10 - 0.5).astype(np.int32)
-    mask = np.zeros((10 * int(count[1]), 10 * int(count[0])), np.uint8)
-    cv2.fillPoly(mask, [ring], 1)
-    rows, columns = np.nonzero(mask[5::10, 5::10])
-    place_mm = low + (np.column_stack([columns, rows]) + 0.5) * cell_mm
-    return place_mm @ axes.T, np.asarray(KDTree(outline_mm).query(place_mm)[0], dtype=float)
+    turned = outline_mm @ axes
+    low = turned.min(axis=0) - 2 * cell_mm
+    ring = np.round((turned - low) / cell_mm).astype(np.int32)
+    mask = cv2.fillPoly(np.zeros(ring.max(axis=0)[::-1] + 3, np.uint8), [ring], 1)
+    inward = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    rows, columns = np.nonzero(mask)
+    # The outline is between the last cell inside and the first one outside.
+    place_mm = low + cell_mm * np.column_stack([columns, rows])
+    return place_mm @ axes.T, cell_mm * (inward[rows, columns] - 0.5)
