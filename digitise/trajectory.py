@@ -63,8 +63,7 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
     s_mm, position_mm = trajectory.s_mm[giving], trajectory.position_mm[giving]
     points_mm = position_mm[:, :2]
     dose_mm3_per_mm = trajectory.given_mm3[giving.start : giving.stop - 1] / np.diff(arc_length(position_mm))
-    feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, arc_length_at(points_mm, outline.centreline_mm))
-    off_mm = np.linalg.norm(points_mm - feet_mm, axis=1)
+    _, off_mm = _beside(outline, points_mm)
     turn_deg = turns_deg(points_mm)
     radius_mm = radii_mm(points_mm)
     moving = trajectory.speed_mm_s[:-1]
@@ -165,12 +164,9 @@ def plan_trajectory(
 
 
 def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
-    place_mm = planned.place_mm
-    s_mm = arc_length_at(place_mm[:, :2], outline.centreline_mm)
-    feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, s_mm)
+    s_mm, off_mm = _beside(outline, planned.place_mm[:, :2])
     gives = np.flatnonzero(planned.flow > 0)
-    off_mm = np.linalg.norm(place_mm[gives, :2] - feet_mm[gives], axis=1)
-    if off_mm.max() > outline.mean_width_mm:
+    if (off_mm := off_mm[gives]).max() > outline.mean_width_mm:
         worst = int(gives[off_mm.argmax()])
         raise InputError(
             f"path.plan, row {worst + 1}: this row gives sealant {off_mm.max():.1f} mm from the middle of the crack, "
@@ -178,11 +174,17 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
         )
     return Trajectory(
         t_s=np.array(planned.t_s),
-        position_mm=place_mm,
+        position_mm=planned.place_mm,
         s_mm=s_mm,
         speed_mm_s=planned.speed_mm_s,
         flow_mm3_s=planned.flow,
     )
+
+
+def _beside(outline: Outline, points_mm: Floats) -> tuple[Floats, Floats]:
+    """Return the arc length of the nearest place on the centreline for each point, and the distance from it."""
+    s_mm = arc_length_at(points_mm, outline.centreline_mm)
+    return s_mm, np.linalg.norm(points_mm - at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), axis=1)
 
 
 def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:

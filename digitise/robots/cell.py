@@ -72,11 +72,9 @@ class Motion(Settings):
 class Plunger(Settings):
     """Syringe whose plunger the robot itself drives, by one of its axes or as an extruder."""
 
-    diameter_mm: float | None = Field(default=None, gt=0.5, le=300)
-    """Inner diameter of the syringe, if the plunger moves as far as the axis does."""
-    mm3_per_mm: float | None = Field(default=None, gt=1e-4, le=1e5)
-    """Volume of sealant for each millimetre of the axis, if the plunger is geared. Weigh the sealant of 10 mm to find
-    it."""
+    diameter_mm: float = Field(gt=0.5, le=300)
+    """Inner diameter of the syringe. If the plunger is geared, the diameter of a syringe that gives as much for each
+    millimetre of the axis: weigh the sealant of 10 mm to find it."""
     travel_mm: float = Field(gt=0.1, le=1000)
     """Remaining travel of the plunger. A path that needs more is refused."""
     largest_speed_mm_s: float = Field(gt=0.001, le=500)
@@ -85,13 +83,7 @@ class Plunger(Settings):
     @property
     def area_mm2(self) -> float:
         """Volume of sealant, in mm³, for each millimetre of the axis."""
-        return self.mm3_per_mm or math.pi / 4 * (self.diameter_mm or 0.0) ** 2
-
-    @model_validator(mode="after")
-    def _one_measure(self) -> Self:
-        if (self.diameter_mm is None) == (self.mm3_per_mm is None):
-            raise ValueError("give either diameter_mm or mm3_per_mm, and not both")
-        return self
+        return math.pi / 4 * self.diameter_mm**2
 
 
 class Spel(Settings):
@@ -125,10 +117,8 @@ class Spel(Settings):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if (self.dispenser == "output") != (self.output_bit is not None):
-            raise ValueError('output_bit and dispenser = "output" go together: give both or neither')
-        if (self.dispenser == "output") != (self.axis_start_mm is None):
-            raise ValueError("axis_start_mm and a dispenser of z, s or t go together: give both or neither")
+        if ((self.output_bit is not None), self.axis_start_mm is None) != (self.dispenser == "output",) * 2:
+            raise ValueError('dispenser = "output" needs output_bit alone, and z, s or t need axis_start_mm alone')
         if self.motion == "curve" and self.dispenser in ("s", "t"):
             raise ValueError(
                 f'dispenser = "{self.dispenser}" cannot be combined with motion = "curve", since a Curve has no added '
@@ -245,10 +235,8 @@ class RobotFrame:
 
     def error_growth(self, sample_mm: Floats) -> float:
         """Return the factor by which a touch error grows at the worst point, (n, 2 or 3), sqrt(1 / n + x' S^-1 x)."""
-        middle = self.taught_mm.mean(axis=0)
-        spread, offset = self.taught_mm - middle, sample_mm[:, :2] - middle
-        leverage = 1 / len(spread) + (offset @ np.linalg.inv(spread.T @ spread) * offset).sum(axis=1)
-        return float(np.sqrt(leverage.max()))
+        planes = [np.column_stack([np.ones(len(at_mm)), at_mm[:, :2]]) for at_mm in (self.taught_mm, sample_mm)]
+        return float(np.linalg.norm(planes[1] @ np.linalg.pinv(planes[0]), axis=1).max())
 
 
 def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float, where: str) -> RobotFrame:
