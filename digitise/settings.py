@@ -415,26 +415,21 @@ class NozzlePath(Settings):
 
     @model_validator(mode="after")
     def _possible_volume(self) -> Self:
-        if self.weighed is not None:
-            volume_ml = self.weighed.volume_ml
-            if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
-                raise ValueError(
-                    f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave volume_ml out"
-                )
-            if not SMALLEST_VOLUME_ML <= volume_ml <= LARGEST_VOLUME_ML:
-                raise ValueError(
-                    f"weighed: mass_g = {self.weighed.mass_g:g} with density_kg_m3 = {self.weighed.density_kg_m3:g} is "
-                    f"{volume_ml:.3g} ml: give masses of {SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g} ml of sealant"
-                )
-            # The settings are frozen, but this value is derived.
-            object.__setattr__(self, "volume_ml", volume_ml)
-        if self.volume_ml == "cavity":
-            return self
-        if not SMALLEST_VOLUME_ML <= self.volume_ml <= LARGEST_VOLUME_ML:
+        volume_ml = self.volume_ml if self.weighed is None else self.weighed.volume_ml
+        if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
             raise ValueError(
-                f"volume_ml is {self.volume_ml:g}: give {SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, "
-                'or "cavity" to fill the crack up to its face'
+                f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave volume_ml out"
             )
+        if volume_ml == "cavity":
+            return self
+        if not SMALLEST_VOLUME_ML <= volume_ml <= LARGEST_VOLUME_ML:
+            raise ValueError(
+                f"{'volume_ml' if self.weighed is None else 'weighed'} is {volume_ml:.3g} ml: give "
+                f'{SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, or volume_ml = "cavity" to fill the crack up to its '
+                "face"
+            )
+        # The settings are frozen, but this value is derived.
+        object.__setattr__(self, "volume_ml", volume_ml)
         if self.fill != 1:
             raise ValueError(
                 f'fill = {self.fill:g} with volume_ml = {self.volume_ml:g}: fill applies only to volume_ml = "cavity". '

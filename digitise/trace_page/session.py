@@ -9,11 +9,11 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from threading import Lock
-from typing import Any, Literal, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, Self, TypeVar
 
 import numpy as np
 from PIL import Image
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError
@@ -27,7 +27,6 @@ from digitise.scale.marker_print import board_around
 from digitise.scale.marker_scale import PRINTED_MM, seen_markers
 from digitise.settings import (
     MOST_VIA,
-    CrackShape,
     Dictionary,
     PhotoInput,
     Pixel,
@@ -68,8 +67,22 @@ T = TypeVar("T")
 Until = Literal["scale", "path", "glance", "walls"]
 
 
-class Hints(Settings):
-    """Settings of a ``PhotoInput`` that the page edits, None if not given; ``PhotoInput`` checks their values."""
+class PageSettings(Settings):
+    """Settings of a trial that the page edits; None if not given."""
+
+    @classmethod
+    def of(cls, settings: Settings) -> Self:
+        """Return the values that a trial gives, without defaults."""
+        keys = cls.model_fields.keys() & settings.model_fields_set
+        return cls(**{key: value for key, value in settings if key in keys})
+
+    def said(self, keys: set[str] | None = None) -> dict[str, Any]:
+        """Return the values that were given; with ``keys``, only those among them."""
+        return self.model_dump(mode="json", exclude_none=True, include=keys)
+
+
+class Hints(PageSettings):
+    """Settings of a ``PhotoInput``, which checks their values."""
 
     ends_px: tuple[Pixel, Pixel] | None = None
     crack: int | None = None
@@ -88,43 +101,32 @@ class Hints(Settings):
     frame: tuple[float, Dictionary, int, float | None] | None = None
     """Frame of markers printed around ``face_mm``: their size, dictionary and number, and its ruler's length, in mm."""
 
-    @classmethod
-    def of(cls, photo: PhotoInput) -> Self:
-        """Return the hints that a trial gives, without defaults."""
-        return cls(**{key: getattr(photo, key) for key in cls.model_fields if key in photo.model_fields_set})
-
-    def said(self, keys: frozenset[str] | None = None) -> dict[str, Any]:
-        """Return the hints that were given, a printed frame as markers; with ``keys``, only those among them.
+    def said(self, keys: set[str] | None = None) -> dict[str, Any]:
+        """Return the values that were given, a printed frame as markers.
 
         Raises InputError if the frame does not fit around the face.
         """
-        values = self.model_dump(mode="json", exclude_none=True, include=None if keys is None else set(keys))
+        values = super().said(keys)
         frame = values.pop("frame", None)
         if frame and self.face_mm:
             values["markers"] = board_around(self.face_mm, *frame).model_dump(mode="json", exclude_none=True)
         return values
 
 
-class Shape(Settings):
-    """Settings of a ``CrackShape`` that the page edits; None if not given, or if the trial has a table of it."""
+Single = Annotated[float | None, BeforeValidator(lambda value: None if isinstance(value, list | tuple) else value)]
+"""A number; None in place of a table, which the page does not edit."""
 
-    depth_mm: float | None = None
+
+class Shape(PageSettings):
+    """Settings of a ``CrackShape``."""
+
+    depth_mm: Single = None
     tilt: Tilt | None = None
-    wall_angle_deg: float | None = None
-
-    @classmethod
-    def of(cls, crack: CrackShape) -> Self:
-        """Return the single values that a trial gives, without defaults."""
-        given = {key: getattr(crack, key) for key in cls.model_fields if key in crack.model_fields_set}
-        return cls(**{key: value for key, value in given.items() if not isinstance(value, tuple)})
-
-    def said(self) -> dict[str, Any]:
-        """Return the values that were given."""
-        return self.model_dump(mode="json", exclude_none=True)
+    wall_angle_deg: Single = None
 
 
-SCALE_KEYS = frozenset({"mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px", "frame"})
-PATH_KEYS = frozenset(Hints.model_fields) - SCALE_KEYS
+SCALE_KEYS = {"mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px", "frame"}
+PATH_KEYS = Hints.model_fields.keys() - SCALE_KEYS
 
 
 def rest_of(photo: PhotoInput) -> dict[str, Any]:
