@@ -57,6 +57,8 @@ Walls = Annotated[
 Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=200)]
 NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}
 NOT_BESIDE = {
+    "mm_per_px": ("ruler_px", "markers", "face_mm"),
+    "ruler_px": ("markers", "face_mm"),
     "crack": ("ends_px", "mask"),
     "mask": ("roi_px", "via_px", "walls_px", "crack_strokes_px", "ground_strokes_px"),
     "path_only": ("width_mm", "mean_width_mm"),
@@ -207,17 +209,9 @@ class PhotoInput(Settings):
         return None if self.width_mm is None else by_station(self.width_mm)
 
     @model_validator(mode="after")
-    def _one_scale(self) -> Self:
-        flat = [name for name in ("mm_per_px", "ruler_px") if getattr(self, name)]
-        others = [name for name in ("markers", "face_mm") if getattr(self, name)]
-        if len(flat) > 1 or (flat and others):
-            raise ValueError(f"{flat[0]} and {[*flat[1:], *others][0]} are both given: give one scale")
-        if not flat and not others:
-            raise ValueError(NO_SCALE)
-        return self
-
-    @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        if not (self.mm_per_px or self.ruler_px or self.markers or self.face_mm):
+            raise ValueError(NO_SCALE)
         for name, needed in NEEDED_BY.items():
             if getattr(self, name) and not getattr(self, needed):
                 raise ValueError(f"{name} is given without {needed}: give both")

@@ -42,10 +42,9 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
     """Find the blob inside the frame of markers and measure it. Raises InputError if there is no round one."""
     photo, outline_px = paste_edge(settings, folder)
     outline_mm = photo.to_mm(outline_px)
-    after_mm = np.roll(outline_mm, -1, axis=0)
-    cross = outline_mm[:, 0] * after_mm[:, 1] - after_mm[:, 0] * outline_mm[:, 1]
-    away_mm = np.linalg.norm(outline_mm - np.average(outline_mm + after_mm, axis=0, weights=cross) / 3, axis=1)
-    radius_mm = float(np.sqrt(abs(cross.sum()) / 2 / np.pi))
+    moments = cv2.moments(outline_mm.astype(np.float32))
+    middle_mm = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
+    away_mm, radius_mm = np.linalg.norm(outline_mm - middle_mm, axis=1), float(np.sqrt(moments["m00"] / np.pi))
     unround = float(away_mm.std() / away_mm.mean())
     if unround > MOST_UNROUND:
         raise InputError(

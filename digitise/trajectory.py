@@ -190,16 +190,16 @@ def _beside(outline: Outline, points_mm: Floats) -> tuple[Floats, Floats]:
 def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
     """Return the path with all flow later by ``delay_s``; the nozzle moves as before, and flow ends when it did."""
     own_s = trajectory.t_s
-    ends_s = own_s[trajectory.giving][-1]
     t_s = np.unique(np.concatenate([own_s, own_s[own_s + delay_s < own_s[-1]] + delay_s]))
     moves = np.searchsorted(own_s, t_s, side="right") - 1
     gives = np.searchsorted(own_s + delay_s, t_s, side="right") - 1
+    flows = (gives >= 0) & (t_s < own_s[trajectory.giving][-1])
     return Trajectory(
         t_s=t_s,
         position_mm=at_arc_length(trajectory.position_mm, own_s, t_s),
         s_mm=np.interp(t_s, own_s, trajectory.s_mm),
         speed_mm_s=trajectory.speed_mm_s[moves],
-        flow_mm3_s=np.where((gives >= 0) & (t_s < ends_s), trajectory.flow_mm3_s[gives], 0.0),
+        flow_mm3_s=trajectory.flow_mm3_s[gives] * flows,
     )
 
 
