@@ -64,9 +64,6 @@ class Motion(Settings):
     largest_tilt_deg: float = Field(default=5.0, gt=0, le=30)
     """Largest angle between the nozzle and the face's normal. At 5 degrees, from 3 mm above the face, the jet meets the
     face 0.26 mm off the path."""
-    most_waypoints: int = Field(default=SPEL_POINTS - 2, ge=3, le=100_000)
-    """Number of waypoints that the controller can store. An Epson point file can have a thousand, two of which are
-    above the path's ends."""
 
 
 class Plunger(Settings):
@@ -166,8 +163,6 @@ class RobotCell(Settings):
     """Name of the cell, written at the head of its programs."""
     formats: tuple[Format, ...] = Field(min_length=1)
     """Formats that are written unless --format names others."""
-    robot_z: Literal["up", "down"] = "up"
-    """Direction of the robot's z axis; down if its base hangs from a ceiling."""
     frame_limit_mm: float = Field(default=0.5, gt=0, le=10)
     """Largest residual that a taught point may have. The default is a sixth of the width of the paper's 3.1 mm wide
     crack, and more than the error of touching a mark by hand."""
@@ -182,11 +177,6 @@ class RobotCell(Settings):
     spel: Spel | None = None
     gcode: Gcode | None = None
     urscript: Urscript | None = None
-
-    @property
-    def up(self) -> float:
-        """Sign of the robot's z axis."""
-        return 1.0 if self.robot_z == "up" else -1.0
 
     @property
     def steady_settings(self) -> list[str]:
@@ -239,11 +229,11 @@ class RobotFrame:
         return float(np.linalg.norm(planes[1] @ np.linalg.pinv(planes[0]), axis=1).max())
 
 
-def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float, where: str) -> RobotFrame:
+def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, where: str) -> RobotFrame:
     """Fit rotation and shift of points on the face, (n, 2), to the same points as taught, (n, 3) (Kabsch 1976).
 
-    ``up`` is -1 if the robot's z points down. Raises InputError, which names ``where``, if the points are in line,
-    mirrored, of another scale, or do not fit within ``limit_mm``.
+    Raises InputError, which names ``where``, if the points are in line, mirrored or of another scale, or do not fit
+    within ``limit_mm``.
     """
     taught = np.column_stack([sample_mm, np.zeros(len(sample_mm))])
     middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)
@@ -268,10 +258,10 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float
             f"(frame_limit_mm). The robot's points are {scale:.4g} times as far apart as the sample's; both are in "
             "millimetres. Teach them again, or check their order, their numbers and the photo's scale."
         )
-    if up * rotation[2, 2] <= 0:
+    if rotation[2, 2] <= 0:
         raise InputError(
             f"{where}: the taught points are mirrored: they put the sample's face downward. Perhaps two of them are "
             "exchanged, or their y counts downward; y must count upward as in outline.json. For an arm that hangs, "
-            'set robot_z = "down".'
+            "teach them in a frame of the controller whose z points up."
         )
     return RobotFrame(rotation, origin_mm, sample_mm, residual_mm, scale)

@@ -1,6 +1,5 @@
 """The nozzle's path in the robot's frame, checked against the limits of its cell; its tables, and text for programs."""
 
-import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -41,7 +40,7 @@ class RobotPath:
     @property
     def tilt_deg(self) -> float:
         """Angle of the face from level."""
-        return float(np.degrees(np.arccos(np.clip(self.cell.up * self.frame.normal[2], -1, 1))))
+        return float(np.degrees(np.arccos(np.clip(self.frame.normal[2], -1, 1))))
 
     @property
     def held_mm3(self) -> float:
@@ -119,7 +118,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
     """
     _check_rows(trajectory)
     sample_mm, robot_mm = (np.array([getattr(at, of) for at in cell.taught]) for of in ("sample_mm", "robot_mm"))
-    frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, up=cell.up, where=cell_file)
+    frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, where=cell_file)
     placed = replace(trajectory, position_mm=frame.to_robot_mm(trajectory.position_mm))
     warnings, hold_s = _warnings(trajectory, frame, cell), 0.0
     if pump is not None:
@@ -137,29 +136,26 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
 
 def _check_rows(trajectory: Trajectory) -> None:
     """Raise InputError unless trajectory.csv, which may have been edited, is a path."""
-    fault, t_s, flow_mm3_s = "", trajectory.t_s, trajectory.flow_mm3_s
-    numbers = np.column_stack([t_s, trajectory.position_mm, trajectory.speed_mm_s, flow_mm3_s])
-    way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
-    if len(t_s) < 2 or not np.isfinite(numbers).all() or not (np.diff(t_s) > 0).all():
-        fault = "needs two or more rows, finite numbers, and increasing t_s"
-    elif not (flow_mm3_s >= 0).all() or not trajectory.dispensed_mm3 > 0:
-        fault = (
-            "flow_mm3_s must be 0 or more in each row, and above 0 in at least one; a trial with a path but without a "
-            "solid needs path.volume_ml"
+    it, t_s = trajectory, trajectory.t_s
+    numbers = np.column_stack([t_s, it.position_mm, it.speed_mm_s, it.flow_mm3_s])
+    sound = len(t_s) > 1 and np.isfinite(numbers).all() and (np.diff(t_s) > 0).all() and (it.flow_mm3_s >= 0).all()
+    way_mm = np.linalg.norm(np.diff(it.position_mm, axis=0), axis=1)
+    if not sound or not np.allclose(way_mm, it.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
+        raise InputError(
+            "trajectory.csv: needs two or more rows of finite numbers, increasing t_s, flow_mm3_s of 0 or more, and "
+            "speed_mm_s as its places and times have it. Digitise again."
         )
-    elif not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
-        fault = "speed_mm_s disagrees with its places and times"
-    if fault:
-        raise InputError(f"trajectory.csv: {fault}. Digitise again.")
+    if not it.dispensed_mm3 > 0:
+        raise InputError(
+            "trajectory.csv: flow_mm3_s must be above 0 in at least one row. A trial with a path but without a solid "
+            "needs path.volume_ml."
+        )
 
 
 def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
     """Return the limits of the motion along a path. ``trajectory`` is the same path over the sample."""
     motion, limit = path.cell.motion, path.limit
-    count, height_mm = len(trajectory.t_s), trajectory.position_mm[:, 2].max()
-    # Each of three pieces, crack and leads, may end with a short step.
-    enough_mm = math.ceil(100 * trajectory.length_mm / max(motion.most_waypoints - 4, 1)) / 100
-    coarser = f"Digitise with a path.spacing_mm of {enough_mm:g} or more."
+    height_mm = trajectory.position_mm[:, 2].max()
     fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
     # A mean velocity applies at the middle of its time. It changes on ramps, and by v^2 / r in bends.
     velocity = np.diff(trajectory.position_mm, axis=0) / (lasts_s := np.diff(trajectory.t_s))[:, None]
@@ -167,7 +163,6 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
     most_mm_s2 = change.max(initial=0.0)
     place_mm = trajectory.s_mm[int(np.append(0.0, change).argmax())]
     return [
-        limit("motion.most_waypoints", count, f"the path has {count} waypoints", coarser),
         (
             motion.safe_height_mm <= height_mm,
             f"motion.safe_height_mm is {motion.safe_height_mm:g}, but the path itself runs {height_mm:g} mm above the "

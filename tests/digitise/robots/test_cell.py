@@ -55,7 +55,7 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
 @pytest.mark.parametrize(
     ("table", "old", "new", "named"),
     [
-        (None, "robot_z", "robotz", ["robotz: no such key", "did you mean 'robot_z'"]),
+        (None, "frame_limit_mm", "frame_limit", ["frame_limit: no such key", "did you mean 'frame_limit_mm'"]),
         (None, "low_mm = [150.0, -150.0, 50.0]", "low_mm = [150.0, -150.0]", ["reach.low_mm: 2 given, 3 needed"]),
         (None, "high_mm = [350.0", "high_mm = [50.0", ["reach: low_mm [150.0", "must be below high_mm [50.0"]),
         (None, "robot_mm = [250.0, 80.0, 55.0]", "robot_mm = [250.0, 80.0, 5e9]", ["taught.1.robot_mm.2", "10000"]),

@@ -82,7 +82,7 @@ def robot_cell(points_mm: Sequence[Sequence[float]], samples_mm: Sequence[Sequen
     return make
 
 
-CELL_HEAD = 'name = "bench"\nformats = ["csv"]\nrobot_z = "up"\nframe_limit_mm = 0.5\n'
+CELL_HEAD = 'name = "bench"\nformats = ["csv"]\nframe_limit_mm = 0.5\n'
 CELL_REST = """
 [reach]
 low_mm = [-300.0, -300.0, 0.0]
