@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from digitise.geometry.polyline import rectangle
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Trajectory
+from sealtwin.core.records import Outline, Trajectory
 
 CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
 LAYERS = {
@@ -41,8 +41,10 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
     if outline.width_source == "none":
         raise InputError(f"{name}: a path without walls covers no pixels; digitise it with --width-mm to get a mask.")
     covered = coverage(outline.outline_px, outline.photo_size_px)
-    for ring_px in _islands_px(outline):
-        covered = covered - coverage(ring_px, outline.photo_size_px)
+    for ring_mm in outline.islands_mm:
+        # The homography follows from the outline's points in mm and in px.
+        view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)
+        covered = covered - coverage(cv2.perspectiveTransform(ring_mm[None], view)[0], outline.photo_size_px)
     return covered >= 0.5
 
 
@@ -84,14 +86,6 @@ def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat, prepend=False))
     return {"size": [*mask.shape], "counts": np.diff(changes, prepend=0, append=len(flat)).tolist()}
-
-
-def _islands_px(outline: Outline) -> list[Floats]:
-    """Return the islands in px. The homography follows from the outline's points in mm and in px."""
-    if not outline.islands_mm:
-        return []
-    view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)
-    return [cv2.perspectiveTransform(ring_mm[None], view)[0] for ring_mm in outline.islands_mm]
 
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:

@@ -12,6 +12,7 @@ coordinates through close to evenly spaced points, which ``CVMove "name"`` follo
 needs a checksum that is not public, so points are assigned in the program.
 """
 
+import io
 from collections.abc import Callable
 from typing import Any
 
@@ -19,8 +20,7 @@ import jinja2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from digitise.geometry.polyline import unit
-from digitise.robots.cell import SPEL_POINTS, Format, Spel, Urscript
+from digitise.robots.cell import SPEL_POINTS, Format, Spel
 from digitise.robots.robot_path import EVEN, Limit, RobotPath, comments
 from sealtwin.core.errors import present
 from sealtwin.core.record_files import TRAJECTORY_COLUMNS
@@ -184,17 +184,13 @@ def urscript_text(path: RobotPath) -> str:
         limit,
     )
     motions = list(zip(it.position_mm[1:], it.speed_mm_s, levels[1:], levels, strict=False))
-    turn = ", ".join(f"{angle:z.6f}" for angle in _tool(path, settings).as_rotvec())
+    # z of the tool points into the face exactly, and x is as near to the robot's as it can be, before the tool's turn.
+    axes, own = [-path.frame.normal, [1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+    tool = Rotation.align_vectors(axes, own, weights=[np.inf, 1.0])[0]
+    tool = tool * Rotation.from_euler("z", settings.tool_turn_deg, degrees=True)
+    turn = ", ".join(f"{angle:z.6f}" for angle in tool.as_rotvec())
     values = {"largest_mm3_s": largest_mm3_s, "off": levels[0], "turn": turn, "motions": motions}
     return _filled(URSCRIPT, "#", path, settings=settings, **values)
-
-
-def _tool(path: RobotPath, settings: Urscript) -> Rotation:
-    """Return the tool's orientation: z points into the face, and x is turned from the robot's x axis."""
-    down = -path.frame.normal
-    x = unit(np.array([1.0, 0.0, 0.0]) - down[0] * down)
-    square = Rotation.from_matrix(np.column_stack([x, np.cross(down, x), down]))
-    return square * Rotation.from_euler("z", settings.tool_turn_deg, degrees=True)
 
 
 def spel_text(path: RobotPath) -> str:
@@ -291,7 +287,7 @@ def _spel_limits(path: RobotPath, settings: Spel, places: Floats, speed_mm_s: Fl
 
 def points_text(path: RobotPath) -> str:
     """Return one line for each waypoint, x y z in mm of the robot, without a header."""
-    return "".join("{:z.4f} {:z.4f} {:z.4f}\n".format(*place) for place in path.trajectory.position_mm)
+    return _rows(path.trajectory.position_mm, 4, " ")
 
 
 def table_text(path: RobotPath) -> str:
@@ -308,7 +304,14 @@ def table_text(path: RobotPath) -> str:
         rows = np.insert(rows, first, rows[first], axis=0)
         rows[first, list(columns).index("speed_mm_s")] = 0.0
         rows[first + 1 :, 0] += path.hold_s
-    return "\n".join([",".join(columns), *(",".join(f"{value:z.6f}" for value in row) for row in rows), ""])
+    return f"{','.join(columns)}\n{_rows(rows, 6, ',')}"
+
+
+def _rows(rows: Floats, decimals: int, between: str) -> str:
+    text = io.StringIO()
+    # No -0.
+    np.savetxt(text, rows.round(decimals) + 0.0, f"%.{decimals}f", between)
+    return text.getvalue()
 
 
 PROGRAMS: dict[Format, tuple[str, Callable[[RobotPath], str]]] = {

@@ -61,15 +61,15 @@ class PumpTable:
 
     def asked_for(self, wanted_mm3_s: Floats) -> Floats:
         """Return the request for each flow. It is 0 for a flow of 0. Raises InputError outside the weighed range."""
-        flows, (low, high) = wanted_mm3_s[wanted_mm3_s > 0], self.range_mm3_s
-        outside = flows[(flows < low * (1 - ALIKE)) | (flows > high * (1 + ALIKE))]
-        if len(outside):
+        low, high = self.range_mm3_s
+        inside = (wanted_mm3_s >= low * (1 - ALIKE)) & (wanted_mm3_s <= high * (1 + ALIKE))
+        if not (inside | (wanted_mm3_s == 0)).all():
+            wrong_mm3_s = wanted_mm3_s[~inside].max()
             raise InputError(
-                f"{self.name}: the path needs {outside[0]:.4g} mm³/s, but the pump is calibrated only from {low:.4g} "
-                f"to {high:.4g}. Calibrate it at that flow too, or digitise with another path.speed_mm_s or "
-                "path.volume_ml."
+                f"{self.name}: the path needs {wrong_mm3_s:.4g} mm³/s, but the pump is calibrated only from {low:.4g} to "
+                f"{high:.4g}. Calibrate it at that flow too, or digitise with another path.speed_mm_s or path.volume_ml."
             )
-        return np.where(wanted_mm3_s > 0, np.interp(wanted_mm3_s, self.given_mm3_s, self.asked_mm3_s), 0.0)
+        return np.interp(wanted_mm3_s, self.given_mm3_s, self.asked_mm3_s) * inside
 
 
 def read_pump(pump: Pump, folder: Path) -> PumpTable:

@@ -15,8 +15,8 @@ from sealtwin.core.settings import Settings
 BOUNDS = {"mass_g": (1e-3, 1e5), "level_mm": (-500.0, 0.0)}
 MOST_ROWS = 1000
 LOADED = "a column of the fill, whose file loaded reads"
-Mass = Annotated[float, Field(ge=BOUNDS["mass_g"][0], le=BOUNDS["mass_g"][1])]
-Level = Annotated[float, Field(ge=BOUNDS["level_mm"][0], le=BOUNDS["level_mm"][1])]
+Mass = Annotated[float, Field(ge=1e-3, le=1e5)]
+Level = Annotated[float, Field(ge=-500, le=0)]
 # Not strict: after the validator of ``FillOrFile``, pydantic no longer accepts a JSON list as a tuple.
 Rows = Field(default=None, min_length=1, max_length=MOST_ROWS, strict=False)
 
