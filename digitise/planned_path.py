@@ -79,40 +79,37 @@ def read_planned_path(path: Path) -> PathTable:
     A column speed_mm_s is optional, for people who read the file. It must agree with places and times.
     """
     columns = read_columns(path, BOUNDS, NEEDED, (2, MOST_ROWS))
-    rows, stated = columns.pop("row"), columns.pop("speed_mm_s", None)
+    rows = columns.pop("row")
     if fault := _first_fault(columns):
         raise InputError(f"{path}, row {rows[fault[0]]:g}: {fault[1]}.")
-    planned = PathTable(**{name: tuple(values) for name, values in columns.items()})
-    if stated is not None:
-        off = np.abs(np.array(stated) - planned.speed_mm_s)[:-1] > SPEED_OFF * planned.speed_mm_s[:-1] + 1e-5
-        if off.any():
-            row = int(off.argmax())
-            raise InputError(
-                f"{path}, row {rows[row]:g}, column speed_mm_s: {stated[row]:g}, but its places and times give "
-                f"{planned.speed_mm_s[row]:.6g}. Correct one of them, or leave the column out."
-            )
-    return planned
+    return PathTable(**{name: tuple(columns[name]) for name in NEEDED})
 
 
 def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str] | None:
     """Return the row of the first fault, counted from 0, and a sentence about it; None if there is no fault."""
-    values = {name: np.array(columns[name]) for name in NEEDED}
-    t_s, *place_mm, flow = values.values()
+    values = {name: np.array(columns[name]) for name in columns}
+    t_s, *place_mm, flow = (values[name] for name in NEEDED)
+    lasts_s, way_mm = np.diff(t_s), np.linalg.norm(np.diff(place_mm, axis=1), axis=0)
     faults = [
-        (name, (values[name] < low) | (values[name] > high), f"{low:g} to {high:g} is allowed")
-        for name, (low, high) in BOUNDS.items()
-        if name in values
-    ]
-    faults += [
-        ("t_s", np.diff(t_s, prepend=-np.inf) <= 0, "times must increase"),
+        *(
+            (name, (values[name] < low) | (values[name] > high), f"{low:g} to {high:g} is allowed")
+            for name, (low, high) in BOUNDS.items()
+            if name in values
+        ),
+        ("t_s", np.append(False, lasts_s <= 0), "times must increase"),
         ("flow_mm3_s", np.append(np.zeros(len(flow) - 1), flow[-1]) != 0, "the last row ends the path and must have 0"),
         ("flow_mm3_s", np.array([not flow.any()]), "a path must give sealant in at least one row"),
         (
             "x_mm",
-            (np.diff(place_mm, axis=1) == 0).all(axis=0),
-            "the nozzle does not move until the next row; move it slowly, since robot programs have no stops",
+            way_mm == 0,
+            "the nozzle does not move until the next row; move it slowly, since robots have no stops",
         ),
     ]
+    if "speed_mm_s" in values:
+        off = np.abs(values["speed_mm_s"][:-1] * lasts_s - way_mm) > SPEED_OFF * way_mm + 1e-5 * lasts_s
+        faults.append(
+            ("speed_mm_s", off, "its places and times give another speed: correct it, or leave the column out")
+        )
     for name, wrong, reason in faults:
         if wrong.any():
             row = int(wrong.argmax())

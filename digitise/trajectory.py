@@ -30,8 +30,6 @@ def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
     On a ramp, at most half of the path, the nozzle accelerates by v² / (2 ramp): after x, t = 2 sqrt(ramp x) / v.
     """
     length_mm = way_mm[-1]
-    if ramp_mm == 0:
-        return way_mm / speed_mm_s
     into_mm = np.minimum(way_mm, ramp_mm)
     to_end_mm = np.minimum(length_mm - way_mm, ramp_mm)
     even_mm = np.clip(way_mm - ramp_mm, 0.0, length_mm - 2 * ramp_mm)
@@ -229,9 +227,8 @@ def smooth_centreline(centreline_mm: Floats, smoothing_mm: float) -> tuple[Float
 def _check_lengths(length_mm: float, path: NozzlePath) -> None:
     first_mm, last_mm = path.trims_mm
     if length_mm < first_mm + last_mm + path.spacing_mm:
-        trims = f"2 x {first_mm:g}" if first_mm == last_mm else f"{first_mm:g} and {last_mm:g}"
         raise InputError(
-            f"The centreline, {length_mm:.1f} mm long, is too short to trim {trims} mm and leave a step of "
+            f"The centreline, {length_mm:.1f} mm long, is too short to trim {first_mm:g} and {last_mm:g} mm and leave a step of "
             f"{path.spacing_mm:g} mm. Reduce trim_mm."
         )
     if (length_mm + path.lead_in_mm + path.lead_out_mm) / path.spacing_mm > MOST_WAYPOINTS:
@@ -286,9 +283,8 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
         return path.volume_ml * 1000.0
     volume_mm3 = path.fill * cavity_volume_mm3
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
-        filled = "" if path.fill == 1 else f" ({volume_mm3 / 1000:.0f} ml with fill = {path.fill:g})"
         raise InputError(
-            f'volume_ml is "cavity", but the cavity is {cavity_volume_mm3 / 1000:.0f} ml{filled}, more than the '
+            f'volume_ml is "cavity", but fill = {path.fill:g} of the cavity is {volume_mm3 / 1000:.0f} ml, more than the '
             f"{LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or set "
             "volume_ml to a number."
         )

@@ -22,9 +22,6 @@ NEEDED = ("asked_mm3_s", "weighed_g", "time_s")
 ROWS = (4, 500)
 MISTYPED = 5.0  # Ratio of given to requested flow, or its inverse, that means a wrong unit
 DOUBTFUL = 0.1  # Relative half-width of a flow's interval that gives a warning, as for all that is measured
-WORTHLESS = 0.5
-"""Relative half-width of the flow's 95 % interval that is refused: the crack would get 50 to 150 % of its sealant, from
-a bare floor to an overflow."""
 ROUNDING = 1e-9  # Relative scatter of equal weighings
 ALIKE = 1e-6  # Relative difference of two numbers that are meant as equal
 
@@ -66,8 +63,9 @@ class PumpTable:
         if not (inside | (wanted_mm3_s == 0)).all():
             wrong_mm3_s = wanted_mm3_s[~inside].max()
             raise InputError(
-                f"{self.name}: the path needs {wrong_mm3_s:.4g} mm³/s, but the pump is calibrated only from {low:.4g} to "
-                f"{high:.4g}. Calibrate it at that flow too, or digitise with another path.speed_mm_s or path.volume_ml."
+                f"{self.name}: the path needs {wrong_mm3_s:.4g} mm³/s, but the pump is calibrated only from {low:.4g} "
+                f"to {high:.4g}. Calibrate it at that flow too, or digitise with another path.speed_mm_s or "
+                "path.volume_ml."
             )
         return np.interp(wanted_mm3_s, self.given_mm3_s, self.asked_mm3_s) * inside
 
@@ -114,23 +112,14 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     # The flow with the fewest weighings is known worst.
     of_mean = float(stdtrit(freedom, 0.975)) * scatter / np.sqrt(count.min())
     half = float(np.linalg.norm([of_mean, 1.96 * pump.density_error_kg_m3 / pump.density_kg_m3, bend]))
-    error_95, warnings = _judged(path.name, scatter, half)
-    return PumpTable(path.name, flows, given, delay, error_95, warnings)
-
-
-def _judged(name: str, scatter: float, half: float) -> tuple[float | None, tuple[str, ...]]:
-    """Return the half-width of the interval, and a warning if it is large or unknown."""
-    if scatter < ROUNDING:
-        return None, (
-            f"{name}: weighings of one flow agree to the last digit and show no scatter, so the uncertainty of the "
-            "path's flow is unknown: weigh for longer or on a finer scale",
-        )
     known = (
-        f"{name}: weighings of one flow scatter by {scatter:.0%} (standard deviation), so that the path's flow is "
-        f"known to {half:.0%} (95 %)"
+        f"{path.name}: weighings of one flow scatter by {scatter:.0%} (standard deviation), so that the path's flow is "
+        f"known to {half:.0%} (95 %): weigh more often or for longer"
     )
-    if half > WORTHLESS:
-        raise InputError(
-            f"{known}; at most {WORTHLESS:.0%} is allowed. Weigh more often, for longer, or repair the pump."
-        )
-    return half, (f"{known}: weigh more often or for longer",) if half > DOUBTFUL else ()
+    unknown = (
+        f"{path.name}: weighings of one flow agree to the last digit and show no scatter, so the uncertainty of the "
+        "path's flow is unknown: weigh for longer or on a finer scale"
+    )
+    equal = scatter < ROUNDING
+    warnings = (unknown,) if equal else (known,) if half > DOUBTFUL else ()
+    return PumpTable(path.name, flows, given, delay, None if equal else half, warnings)
