@@ -228,8 +228,8 @@ def _check_lengths(length_mm: float, path: NozzlePath) -> None:
     first_mm, last_mm = path.trims_mm
     if length_mm < first_mm + last_mm + path.spacing_mm:
         raise InputError(
-            f"The centreline, {length_mm:.1f} mm long, is too short to trim {first_mm:g} and {last_mm:g} mm and leave a step of "
-            f"{path.spacing_mm:g} mm. Reduce trim_mm."
+            f"The centreline, {length_mm:.1f} mm long, is too short to trim {first_mm:g} and {last_mm:g} mm "
+            f"and leave a step of {path.spacing_mm:g} mm. Reduce trim_mm."
         )
     if (length_mm + path.lead_in_mm + path.lead_out_mm) / path.spacing_mm > MOST_WAYPOINTS:
         raise InputError(
@@ -284,8 +284,8 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
     volume_mm3 = path.fill * cavity_volume_mm3
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
         raise InputError(
-            f'volume_ml is "cavity", but fill = {path.fill:g} of the cavity is {volume_mm3 / 1000:.0f} ml, more than the '
-            f"{LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or set "
+            f'volume_ml is "cavity", but fill = {path.fill:g} of the cavity is {volume_mm3 / 1000:.0f} ml, more than '
+            f"the {LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or set "
             "volume_ml to a number."
         )
     return volume_mm3
