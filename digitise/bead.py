@@ -5,6 +5,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from digitise.geometry.polyline import signed_area
 from digitise.settings import PhotoInput
@@ -43,7 +44,7 @@ class BeadOutline:
 def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
     """Find the bead inside the frame of markers and measure it. Raises InputError if there is no straight one."""
     photo, outline_px = paste_edge(settings, folder)
-    outline_px = sum((np.roll(outline_px, shift, axis=0) for shift in range(SMOOTH)), np.zeros(1)) / SMOOTH
+    outline_px = uniform_filter1d(outline_px, SMOOTH, axis=0, mode="wrap")
     error, edge_error_mm = photo.scale_uncertainty or 0.0, EDGE_PX * photo.mm_per_px
     return bead_of(photo.to_mm(outline_px), error, edge_error_mm, photo.warnings, photo.file)
 
@@ -68,18 +69,14 @@ def bead_of(
     widths = count * (area_mm2 / len(along_mm)) / np.diff(edges_mm)
     inner = np.abs(edges_mm[1:] + edges_mm[:-1]) <= MIDDLE * length_mm
     width_mm = float(widths[inner].mean())
-    if length_mm < LEAST_LONG * width_mm:
-        raise InputError(
-            f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} mm wide; it must be at least "
-            f"{LEAST_LONG:g} times as long as wide. Lay a longer bead, or less paste per mm. For a round spread of "
-            "paste, use 'sealtwin material spread'."
-        )
     uneven, bent = float(widths[inner].std()) / width_mm, float(np.ptp(line_mm)) / length_mm
-    if uneven > MOST_UNEVEN or bent > BENT:
+    if length_mm < LEAST_LONG * width_mm or uneven > MOST_UNEVEN or bent > BENT:
         raise InputError(
-            f"{file}: the bead is not straight and even: its width varies by {uneven:.0%} in the middle "
-            f"(limit {MOST_UNEVEN:.0%}), and it bends by {bent:.0%} of its length (limit {BENT:.0%}). Level the plate, "
-            "lower the nozzle, and lay another bead."
+            f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} mm wide, its width varies by {uneven:.0%} "
+            f"in the middle, and it bends by {bent:.0%} of its length. It must be at least {LEAST_LONG:g} times as "
+            f"long as wide, vary by at most {MOST_UNEVEN:.0%} and bend by at most {BENT:.0%}. Level the plate, lower "
+            "the nozzle, and lay another bead, longer or with less paste per mm. For a round spread of paste, use "
+            "'sealtwin material spread'."
         )
     tips = middle + forth * (shift + np.array([-0.5, 0.5])[:, None] * length_mm)
     side = np.roll(outline_mm, -1, axis=0) - outline_mm

@@ -223,7 +223,8 @@ class PhotoInput(Settings):
             raise ValueError('mean_width_mm cannot be combined with branches = "keep": it widens only a main crack')
         if self.width_stations_mm is not None:
             require_order("width_mm", self.width_stations_mm)
-        stops = [*(self.ends_px or ())[:1], *self.via_px, *(self.ends_px or ())[1:]]
+        ends = self.ends_px or ()
+        stops = [*ends[:1], *self.via_px, *ends[1:]]
         if twice := next((stop for stop, after in pairwise(stops) if stop == after), None):
             raise ValueError(f"ends_px, via_px: ({twice[0]:g}, {twice[1]:g}) is given twice in a row; give it once")
         return self

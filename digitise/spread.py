@@ -64,17 +64,11 @@ def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
 
     Raises InputError if no edge is found.
     """
-    photo, board, face_mm = load_photo(settings, folder), settings.markers, settings.face_mm
-    if photo.scale_uncertainty is None or board is None or face_mm is None:
+    photo = load_photo(settings, folder)
+    if photo.scale_uncertainty is None:
         raise InputError(
             f"{photo.file}: a photo of paste must have its scale from printed markers; give the table of the printed "
             "sheet, and face_mm."
-        )
-    inside = [marker.id for marker in board.markers if 0 < marker.x_mm < face_mm[0] and 0 < marker.y_mm < face_mm[1]]
-    if inside:
-        raise InputError(
-            f"{photo.file}: face_mm is {face_mm[0]:g} x {face_mm[1]:g}, but marker {inside[0]} of the table is inside "
-            "it: give the size of the opening."
         )
     field = _opening(photo)
     light = _levelled(photo.brightness, field)

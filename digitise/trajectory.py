@@ -285,7 +285,7 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
         raise InputError(
             f'volume_ml is "cavity", but fill = {path.fill:g} of the cavity is {volume_mm3 / 1000:.0f} ml, more than '
-            f"the {LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or set "
+            f"the {LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the scale, or set "
             "volume_ml to a number."
         )
     return volume_mm3

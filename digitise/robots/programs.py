@@ -60,12 +60,12 @@ URSCRIPT = """\
 # Units: m, rad, m/s. Poses in the base frame, and the active TCP must be the tip of the nozzle.
 # movej goes to the place above the path at 0.5 rad/s, on a way that the arm chooses: start near it.
 {% if settings.full_flow_mm3_s %}
-# Analog output {{ settings.port }}: 1.0 is {{ "%g"|format(settings.full_flow_mm3_s) }} mm3/s.
+# Analog output {{ settings.port }}: 1.0 is {{ settings.full_flow_mm3_s|g }} mm3/s.
 {% else %}
-# First set the dispenser to {{ largest_mm3_s|fixed(4) }} mm3/s.
+# First set the dispenser to {{ it.flow_mm3_s.max()|fixed(4) }} mm3/s.
 {% endif %}
 def sealtwin():
-  {{ out(off) }}
+  {{ out(motions[0][3]) }}
   movej({{ pose(path.over_mm[0]) }}, a=0.7, v=0.5)
   movel({{ pose(it.position_mm[0]) }}, a={{ m(motion.acceleration_mm_s2) }}, v={{ m(motion.approach_speed_mm_s) }})
 {% for place, speed, level, before in motions %}
@@ -78,17 +78,18 @@ def sealtwin():
 {% set blend_mm = 0 if loop.last or (path.hold_s and loop.index == begins) else settings.blend_mm %}
   movep({{ pose(place) }}, a={{ m(motion.acceleration_mm_s2) }}, v={{ m(speed) }}, r={{ m(blend_mm) }})
 {% endfor %}
-  {{ out(off) }}
+  {{ out(motions[0][3]) }}
   movel({{ pose(path.over_mm[1]) }}, a={{ m(motion.acceleration_mm_s2) }}, v={{ m(motion.approach_speed_mm_s) }})
 end
 """
+# A Curve is named before the arm moves: between blended motions it would have to wait for the spline.
 SPEL = """\
 ' Units: mm, degrees, mm/s. First switch the motors on and set the power mode, then call this function.
 ' Overwrites P{{ first }} to P{{ last }} in memory. Tool {{ settings.tool }}, Local {{ settings.local }}.
 {% if settings.dispenser == "output" %}
 ' First set the dispenser at output {{ settings.output_bit }} to {{ flow_mm3_s|fixed(4) }} mm3/s.
 {% else %}
-' Axis {{ settings.dispenser }} presses the plunger and is ready to give sealant at {{ start }} mm.
+' Axis {{ settings.dispenser }} presses the plunger and is ready to give sealant at {{ settings.axis_start_mm|g }} mm.
 {% endif %}
 {% if not lifts %}
 ' The arm cannot lift the nozzle: its way to the first point must be free.
@@ -96,19 +97,23 @@ SPEL = """\
 Function sealtwin
   Tool {{ settings.tool }}
 {% for x, y, z, added in places %}
-{% set place = x|fixed(3) ~ ", " ~ y|fixed(3) ~ ", " ~ z|fixed(3) ~ ", " ~ angles %}
-  P{{ first + loop.index0 }} = XY({{ place }}){{ axis.format(added) }} {{ flags }}
+  P{{ first + loop.index0 }} = XY({{ x|fixed(3) }}, {{ y|fixed(3) }}, {{ z|fixed(3) }}, {{ settings.u_deg|fixed(3) }}
+{%- for angle in settings.vw_deg or () %}, {{ angle|fixed(3) }}{% endfor %})
+{%- if settings.dispenser == "s" %} :ST({{ added|fixed(4) }}, 0)
+{%- elif settings.dispenser == "t" %} :ST(0, {{ added|fixed(4) }})
+{%- endif %} /{{ settings.hand[0]|upper }}{% if settings.local %} /{{ settings.local }}{% endif %}
+
 {% endfor %}
   AccelS {{ motion.acceleration_mm_s2|fixed(1) }}
   SpeedS {{ motion.approach_speed_mm_s|fixed(3) }}
 {% if lifts %}
   Move P{{ first }}
 {% endif %}
-{% if curve %}
-  {{ curve }}
+{% if settings.motion == "curve" %}
+  Curve "crack", O, 0, {{ 6 if settings.vw_deg else 4 }}, P({{ first + curve[0] }}:{{ first + curve[1] }})
 {% endif %}
   Move P{{ first + lifts }}
-{% if curve %}
+{% if settings.motion == "curve" %}
   SpeedS {{ mean_mm_s|fixed(3) }}
 {% endif %}
 {% for statement, speed, speed_before, gives, gave in motions %}
@@ -123,7 +128,7 @@ Function sealtwin
 {% endif %}
   {{ statement }}{{ "" if loop.last or (path.hold_s and loop.index == begins) else " CP" }}
 {% endfor %}
-{% if settings.dispenser == "output" and gives_last %}
+{% if settings.dispenser == "output" and motions[-1][3] %}
   Off {{ settings.output_bit }}
 {% endif %}
 {% if lifts %}
@@ -135,6 +140,7 @@ Fend
 ENVIRONMENT = jinja2.Environment(
     undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
 )
+ENVIRONMENT.filters["g"] = "{:g}".format
 # z, since some controllers do not read -0.
 ENVIRONMENT.filters["fixed"] = lambda value, decimals: f"{value:z.{decimals}f}"
 
@@ -189,8 +195,7 @@ def urscript_text(path: RobotPath) -> str:
     tool = Rotation.align_vectors(axes, own, weights=[np.inf, 1.0])[0]
     tool = tool * Rotation.from_euler("z", settings.tool_turn_deg, degrees=True)
     turn = ", ".join(f"{angle:z.6f}" for angle in tool.as_rotvec())
-    values = {"largest_mm3_s": largest_mm3_s, "off": levels[0], "turn": turn, "motions": motions}
-    return _filled(URSCRIPT, "#", path, settings=settings, **values)
+    return _filled(URSCRIPT, "#", path, settings=settings, turn=turn, motions=motions)
 
 
 def spel_text(path: RobotPath) -> str:
@@ -205,7 +210,7 @@ def spel_text(path: RobotPath) -> str:
     speed_mm_s = np.linalg.norm(np.diff(places[:, :3], axis=0), axis=1) / np.diff(it.t_s)
     rows = np.arange(len(places))
     motions = [f"Move P{first + lifts + row}" for row in rows[1:]]
-    speeds, begins, curve = [f"{speed:.3f}" for speed in speed_mm_s], it.giving.start, ""
+    speeds, begins, curve = [f"{speed:.3f}" for speed in speed_mm_s], it.giving.start, None
     if settings.motion == "curve":
         crack = rows[it.giving]
         speed_mm_s = speed_mm_s[crack[:-1]]
@@ -216,9 +221,7 @@ def spel_text(path: RobotPath) -> str:
         places, begins = places[kept], min(begins, 1)
         motions = [f"Move P{first + lifts + row}" for row in np.searchsorted(kept, rows)[1:]]
         motions[begins], speeds = 'CVMove "crack"', [""] * len(motions)
-        # Before the arm moves: between blended motions it would have to wait for the spline.
-        ends = f"{first + lifts + begins}:{first + lifts + begins + len(crack) - 1}"
-        curve = f'Curve "crack", O, 0, {4 if settings.vw_deg is None else 6}, P({ends})'
+        curve = np.searchsorted(kept, crack)[[0, -1]] + lifts
     if lifts:
         above = np.column_stack([path.over_mm, places[[0, -1], 3]])
         places = np.vstack([above[0], places, above[1]])
@@ -227,17 +230,12 @@ def spel_text(path: RobotPath) -> str:
     gives = [False, *(it.flow_mm3_s[rows[:-1]] > 0).tolist()]
     values = {
         "motions": list(zip(motions, speeds, ["", *speeds], gives[1:], gives, strict=False)),
-        "angles": ", ".join(f"{angle:z.3f}" for angle in (settings.u_deg, *(settings.vw_deg or ()))),
-        "axis": {"s": " :ST({:z.4f}, 0)", "t": " :ST(0, {:z.4f})"}.get(settings.dispenser, ""),
-        "flags": f"/{settings.hand[0].upper()}" + (f" /{settings.local}" if settings.local else ""),
-        "start": f"{settings.axis_start_mm or 0:g}",
         "flow_mm3_s": it.flow_mm3_s[it.flow_mm3_s > 0].mean(),
         "mean_mm_s": speed_mm_s.mean(),
         "begins": begins,
-        "gives_last": gives[-1],
+        "curve": curve,
     }
-    lines = {"places": places, "first": first, "last": last, "lifts": lifts, "curve": curve}
-    return _filled(SPEL, "'", path, settings=settings, **values, **lines)
+    return _filled(SPEL, "'", path, settings=settings, places=places, first=first, last=last, lifts=lifts, **values)
 
 
 def _curve_limits(path: RobotPath, points: int, speed_mm_s: Floats) -> list[Limit]:
