@@ -36,10 +36,11 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
     Raises InputError, which names the crack ``name``, if the crack has no photo of known size, or is a path without
     walls.
     """
-    if outline.seen_in != "photo" or outline.photo_size_px is None:
-        raise InputError(f"{name}: this crack is not from a photo of known size; digitise its photo again for a mask.")
-    if outline.width_source == "none":
-        raise InputError(f"{name}: a path without walls covers no pixels; digitise it with --width-mm to get a mask.")
+    if outline.seen_in != "photo" or outline.photo_size_px is None or outline.width_source == "none":
+        raise InputError(
+            f"{name}: this crack has no walls in a photo of known size; digitise its photo again, with --width-mm if "
+            "there is only a path."
+        )
     covered = coverage(outline.outline_px, outline.photo_size_px)
     for ring_mm in outline.islands_mm:
         # The homography follows from the outline's points in mm and in px.
@@ -65,7 +66,6 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
         height, width = mask.shape
         images.append({"id": number, "file_name": name, "width": width, "height": height})
         ring_px = outline.outline_px + 0.5
-        low, high = ring_px.min(axis=0), ring_px.max(axis=0)
         polygon = [np.round(ring_px, 2).ravel().tolist()]
         annotations.append(
             {
@@ -74,7 +74,7 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
                 "category_id": CATEGORY["id"],
                 "segmentation": run_lengths(mask) if outline.islands_mm else polygon,
                 "area": int(mask.sum()),
-                "bbox": np.round([*low, *(high - low)], 2).tolist(),
+                "bbox": np.round([*ring_px.min(axis=0), *np.ptp(ring_px, axis=0)], 2).tolist(),
                 "iscrowd": 0,
             }
         )

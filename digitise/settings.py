@@ -1,6 +1,5 @@
 """Settings of the digitise stage: the tables [photo], [crack], [mesh] and [path] of a trial file."""
 
-from itertools import pairwise
 from math import hypot, inf
 from pathlib import Path
 from typing import Annotated, Literal, Self, TypeVar
@@ -50,11 +49,8 @@ Strokes = Annotated[
     Field(max_length=MOST_STROKES),
 ]
 NO_SCALE = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
-Walls = Annotated[
-    tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...],
-    Field(max_length=MOST_WALLS),
-]
-Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=200)]
+Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)]
+Walls = Annotated[tuple[Region, ...], Field(max_length=MOST_WALLS)]
 NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}
 NOT_BESIDE = {
     "mm_per_px": ("ruler_px", "markers", "face_mm"),
@@ -223,10 +219,6 @@ class PhotoInput(Settings):
             raise ValueError('mean_width_mm cannot be combined with branches = "keep": it widens only a main crack')
         if self.width_stations_mm is not None:
             require_order("width_mm", self.width_stations_mm)
-        ends = self.ends_px or ()
-        stops = [*ends[:1], *self.via_px, *ends[1:]]
-        if twice := next((stop for stop, after in pairwise(stops) if stop == after), None):
-            raise ValueError(f"ends_px, via_px: ({twice[0]:g}, {twice[1]:g}) is given twice in a row; give it once")
         return self
 
 

@@ -122,8 +122,7 @@ def _blob(light: Map, inside: NDArray[np.bool_], file: Path) -> tuple[NDArray[np
             f"{file}: no blob stands out between the markers: take the photo in even light, with paste that is darker "
             "or lighter than the sheet, or put a coloured film under it."
         )
-    _, blob, dark = max(blobs, key=lambda blob: blob[0])
-    return blob, dark
+    return max(blobs, key=lambda blob: blob[0])[1:]
 
 
 def _edge(light: Map, blob: NDArray[np.bool_], dark: bool, inside: NDArray[np.bool_], file: Path) -> Floats:

@@ -38,13 +38,13 @@ def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
 
 def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: NozzlePath) -> Solid:
     """Return the solid with the figures of a path in its report and warnings about that path."""
-    figures, doubts = path_report(trajectory, outline, path)
-    sealant_mm3 = float(trajectory.given_mm3.sum())
-    with_figures = replace(
+    of_path, doubts = path_report(trajectory, outline, path)
+    sealant_mm3 = trajectory.dispensed_mm3
+    figures = replace(
         solid.figures,
         sealant_mm3=sealant_mm3,
         cavity_to_sealant=solid.cavity_volume_mm3 / sealant_mm3,
-        path=figures,
+        path=of_path,
         warnings=(
             *solid.figures.warnings,
             *doubts,
@@ -52,7 +52,7 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
             *volume_warnings(sealant_mm3, solid.cavity_volume_mm3),
         ),
     )
-    return replace(solid, figures=with_figures)
+    return replace(solid, figures=figures)
 
 
 def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[str, ...]]:
@@ -255,7 +255,7 @@ def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats,
 def _steps(length_mm: float, spacing_mm: float) -> Floats:
     """Return the distances of a lead's waypoints from the end of the path, the nearest first."""
     count = int(np.ceil(length_mm / spacing_mm - ROUNDING))
-    return length_mm / max(count, 1) * np.arange(1, count + 1, dtype=float)
+    return np.linspace(0.0, length_mm, count + 1)[1:]
 
 
 def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Sections | None) -> Floats:

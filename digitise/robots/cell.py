@@ -20,6 +20,7 @@ FORMATS: tuple[Format, ...] = get_args(Format)
 InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate in mm of the robot: no arm reaches ten metres
 Angle = Annotated[float, Field(ge=-360, le=360)]
 SPEL_POINTS = 1000  # Number of points in an Epson controller's point file, P0 to P999
+STEADY = (("spel", "motion", "curve"), ("spel", "dispenser", "output"), ("urscript", "dispenser", "digital"))
 THINNEST_MM = 5.0  # Least RMS spread of taught points off their line: below it, an error of 0.2 mm tips the face by 2°
 
 
@@ -114,7 +115,7 @@ class Spel(Settings):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if ((self.output_bit is not None), self.axis_start_mm is None) != (self.dispenser == "output",) * 2:
+        if len({self.dispenser == "output", self.output_bit is not None, self.axis_start_mm is None}) > 1:
             raise ValueError('dispenser = "output" needs output_bit alone, and z, s or t need axis_start_mm alone')
         if self.motion == "curve" and self.dispenser in ("s", "t"):
             raise ValueError(
@@ -181,11 +182,9 @@ class RobotCell(Settings):
     @property
     def steady_settings(self) -> list[str]:
         """Settings, as written in the file, that keep a program at one speed or one flow."""
-        steady = {"spel": {"motion": "curve", "dispenser": "output"}, "urscript": {"dispenser": "digital"}}
         return [
             f'{kind}.{name} = "{value}"'
-            for kind, values in steady.items()
-            for name, value in values.items()
+            for kind, name, value in STEADY
             if kind in self.formats and getattr(getattr(self, kind), name) == value
         ]
 

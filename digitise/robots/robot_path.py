@@ -122,8 +122,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
     placed = replace(trajectory, position_mm=frame.to_robot_mm(trajectory.position_mm))
     warnings, hold_s = _warnings(trajectory, frame, cell), 0.0
     if pump is not None:
-        first_mm3_s = float(trajectory.flow_mm3_s[trajectory.giving.start])
-        hold_s = float(np.interp(first_mm3_s, pump.given_mm3_s, pump.delay_s))
+        hold_s = float(np.interp(trajectory.flow_mm3_s[trajectory.giving.start], pump.given_mm3_s, pump.delay_s))
         if hold_s > 0 and cell.spel is not None and cell.spel.dispenser != "output":
             delay = f"a SPEL+ program whose axis presses the plunger cannot wait for the pump's delay of {hold_s:.2g} s"
             warnings = (*warnings, f"{delay}; digitise with a path.lead_in_mm, and start the plunger by hand")

@@ -214,8 +214,7 @@ class TracePage(ThreadingHTTPServer):
             opening = {**session.opening(), **facts, "photos": self.photos}
             return json.dumps(opening, allow_nan=False).encode(), "application/json"
         if tile_name := TILE.fullmatch(name):
-            level, column, row = (int(number) for number in tile_name.groups())
-            tile = session.pyramid.tile(level, column, row)
+            tile = session.pyramid.tile(*map(int, tile_name.groups()))
             return None if tile is None else (tile, "image/jpeg")
         return self._files.get(name or "page.html")
 

@@ -158,18 +158,18 @@ class Pyramid:
         photo = Image.fromarray(image)
         self.levels = 1 + max(0, int(np.ceil(np.log2(max(photo.size) / TILE_PX))))
         # Each pixel is the mean of its square of the photo, so that it keeps its place.
-        self._level = cache(lambda level: photo.reduce(2**level) if level else photo)
+        self._level = cache(lambda level: np.asarray(photo.reduce(2**level)) if level else image)
 
     def tile(self, level: int, column: int, row: int) -> bytes | None:
         """Return a tile as JPEG; None outside the photo. At the photo's right and lower edge a tile may be smaller."""
-        if not 0 <= level < self.levels:
+        if min(level, column, row) < 0 or level >= self.levels:
             return None
-        picture, left, upper = self._level(level), column * TILE_PX, row * TILE_PX
-        if not (0 <= left < picture.width and 0 <= upper < picture.height):
+        left, upper = column * TILE_PX, row * TILE_PX
+        part = self._level(level)[upper : upper + TILE_PX, left : left + TILE_PX]
+        if part.size == 0:
             return None
-        box = left, upper, min(left + TILE_PX, picture.width), min(upper + TILE_PX, picture.height)
         written = io.BytesIO()
-        picture.crop(box).save(written, "JPEG", quality=JPEG_QUALITY)
+        Image.fromarray(part).save(written, "JPEG", quality=JPEG_QUALITY)
         return written.getvalue()
 
 
@@ -305,21 +305,23 @@ class TraceSession:
 
 def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
     """Describe the scale. ``corners_px`` are the face's if its edges gave them; the user can then adjust them."""
-    photo = with_scale.photo
-    refused = with_scale.refused and _for_page(True, with_scale.refused)
-    answer: Answer = {"refused": refused, "markers_px": [_rounded(corners) for corners in photo.markers_px]}
-    if not with_scale.in_mm:
-        return answer | {"mm_per_px": None, "face_px": None, "corners_px": None}
-    return answer | {
-        "mm_per_px": photo.mm_per_px,
-        "source": photo.scale_source,
-        "residual_mm": photo.scale_residual_mm,
-        "uncertainty": photo.scale_uncertainty,
-        "camera_tilt_deg": photo.camera_tilt_deg,
-        "face_px": None if photo.face_ring_px is None else _rounded(photo.face_ring_px),
-        "corners_px": _rounded(photo.face_px) if by_edges and photo.face_px is not None else None,
-        "warnings": [_for_page(True, warning) for warning in photo.warnings],
+    photo, in_mm = with_scale.photo, with_scale.in_mm
+    rings = {"face_px": photo.face_ring_px, "corners_px": photo.face_px if by_edges else None}
+    answer: Answer = {
+        "refused": with_scale.refused and _for_page(True, with_scale.refused),
+        "markers_px": [_rounded(corners) for corners in photo.markers_px],
+        "mm_per_px": photo.mm_per_px if in_mm else None,
+        **{name: _rounded(ring) if in_mm and ring is not None else None for name, ring in rings.items()},
     }
+    if in_mm:
+        answer |= {
+            "source": photo.scale_source,
+            "residual_mm": photo.scale_residual_mm,
+            "uncertainty": photo.scale_uncertainty,
+            "camera_tilt_deg": photo.camera_tilt_deg,
+            "warnings": [_for_page(True, warning) for warning in photo.warnings],
+        }
+    return answer
 
 
 def _crack_answer(crack: FoundCrack) -> Answer:

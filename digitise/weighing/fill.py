@@ -46,15 +46,14 @@ class WeighedFill(Settings):
     @model_validator(mode="after")
     def _file_or_columns(self) -> Self:
         kinds = [value is not None for value in (self.file, self.mass_g, self.level_mm)]
-        if kinds not in ([True, False, False], [False, True, True]):
+        mass_g, level_mm = self.mass_g or (), self.level_mm or ()
+        if kinds not in ([True, False, False], [False, True, True]) or len(mass_g) != len(level_mm):
             raise ValueError(
-                "give either file, a CSV with the columns mass_g and level_mm, or both mass_g and level_mm"
+                "give either file, a CSV with the columns mass_g and level_mm, or both mass_g and level_mm, with a "
+                "value for every step"
             )
-        if self.mass_g is not None and self.level_mm is not None:
-            if len(self.mass_g) != len(self.level_mm):
-                raise ValueError("mass_g and level_mm differ in length; give both values in every row")
-            if fault := _fall({"mass_g": self.mass_g, "level_mm": self.level_mm}):
-                raise ValueError(f"{fault[1]}, row {fault[0] + 1}: {fault[2]}")
+        if fault := _fall({"mass_g": mass_g, "level_mm": level_mm}):
+            raise ValueError(f"{fault[1]}, row {fault[0] + 1}: {fault[2]}")
         return self
 
     def loaded(self, folder: Path) -> Self:

@@ -69,9 +69,9 @@ class _Walls:
         depth_mm = np.maximum(self.depth_mm + deeper_mm, 0.0)
         if self.at_floor:
             mouth_mm = mouth_mm + closing * depth_mm.max()
-        meet_mm = mouth_mm / closing if closing > 0 else np.full(len(mouth_mm), np.inf)
-        floor_mm = np.clip(np.minimum(depth_mm, meet_mm), 0.0, None)
-        dry_mm = np.clip(np.minimum(-level_mm[:, None], floor_mm), 0.0, None)
+        floor_mm = np.minimum(depth_mm, mouth_mm / closing) if closing > 0 else depth_mm
+        floor_mm = np.maximum(floor_mm, 0.0)
+        dry_mm = np.clip(-level_mm[:, None], 0.0, floor_mm)
         section_mm2 = (mouth_mm - closing * (floor_mm + dry_mm) / 2) * (floor_mm - dry_mm)
         return np.interp(-level_mm, self.scale_at_mm, self.scale) * (section_mm2 @ self.along_mm)
 
@@ -93,6 +93,8 @@ def weigh(
 ) -> tuple[Outline, CrackShape, WeighedCavity]:
     """Fit the cavity to the weighed fill and the priors; return its outline, its shape and the record of the fit.
 
+    Raises InputError if no angle of the walls explains the fill's volume.
+
     Args:
         outline: Crack as traced; its own interval of the width is used if ``width_sd_mm`` is None.
         shape: Depth by a gauge and the reading of the tilt; only walls that tilt against each other get an angle.
@@ -104,7 +106,14 @@ def weigh(
     width_sd_mm = width_sd_mm or outline.width_doubt_mm or UNDECLARED * outline.mean_width_mm
     prior_sd = np.array([width_sd_mm, np.inf, depth_sd_mm or UNDECLARED * shape.deepest_mm])
     inward, findings = INWARD.get(shape.tilt, 0.0), list[str]()
-    _require_likeness(_walls(outline, shape), fill)
+    upright_mm3 = float(_walls(outline, shape).volume_mm3(fill.levels_mm[-1:], np.zeros(3))[0])
+    poured_mm3 = float(fill.volume_mm3[-1])
+    if not upright_mm3 / UNLIKE < poured_mm3 < UNLIKE * upright_mm3:
+        raise InputError(
+            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, but upright walls would take "
+            f"{upright_mm3 / 1e3:.3g} ml. Check that masses are in grams and of the liquid only, and check the "
+            "density, depth_mm and the photo's scale."
+        )
     # Side cracks are part of the outline, and only a main crack can be widened. One step shows no angle of parallel
     # walls.
     free = np.array([not outline.branches_kept, bool(inward) or len(fill.levels_mm) > 1, True])
@@ -116,18 +125,6 @@ def weigh(
         fit = replace(upright, root=fit.root) if inward else upright
     findings += _contradictions(fit, prior_sd)
     return _result(outline, shape, walls, fill, fit, tuple(findings))
-
-
-def _require_likeness(walls: _Walls, fill: WeighedFill) -> None:
-    """Raise InputError if these walls do not give the fill's volume at any angle."""
-    upright_mm3 = float(walls.volume_mm3(fill.levels_mm[-1:], np.zeros(3))[0])
-    poured_mm3 = float(fill.volume_mm3[-1])
-    if not upright_mm3 / UNLIKE < poured_mm3 < UNLIKE * upright_mm3:
-        raise InputError(
-            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, but upright walls would take "
-            f"{upright_mm3 / 1e3:.3g} ml. Check that masses are in grams and of the liquid only, and check the "
-            "density, depth_mm and the photo's scale."
-        )
 
 
 def _walls(outline: Outline, shape: CrackShape) -> _Walls:
