@@ -107,4 +107,4 @@ def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
     rows, columns = np.nonzero(mask)
     # The outline is between the last cell inside and the first one outside.
     place_mm = low + cell_mm * np.column_stack([columns, rows])
-    return place_mm @ axes.T, cell_mm * (inward[rows, columns] - 0.5)
+    return place_mm @ axes.T, cell_mm * (inward[rows, columns].astype(float) - 0.5)

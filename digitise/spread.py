@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.optimize import least_squares
-from skimage.measure import find_contours
+from skimage.measure import find_contours, label
 
 from digitise.geometry.polyline import rectangle, resampled
 from digitise.image.raster import Map, blurred, continued, sampled
@@ -113,9 +113,8 @@ def _blob(light: Map, inside: NDArray[np.bool_], file: Path) -> tuple[NDArray[np
             continue
         opened = cv2.morphologyEx(((unlike > high / 2) & inside).astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5)))
         # Glints inside it are part of the paste.
-        labels, count = ndimage.label(ndimage.binary_fill_holes(opened), np.ones((3, 3)))
-        if count:
-            areas = np.bincount(labels.ravel())[1:]
+        labels = np.asarray(label(ndimage.binary_fill_holes(opened)))
+        if len(areas := np.bincount(labels.ravel())[1:]):
             blobs.append((int(areas.max()), labels == 1 + areas.argmax(), dark))
     if not blobs:
         raise InputError(

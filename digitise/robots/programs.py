@@ -1,9 +1,5 @@
 """Robot files of a path: tables of points, and programs in three languages from templates.
 
-To add a language: a template of its program and the function that checks its limits and fills it, and a row of
-``PROGRAMS`` here; its name, settings and checks in ``cell.py``; a table in ``sealtwin/templates/starter_cell.toml``; a
-row in ``docs/how-to/to-the-robot.md``; and an independent reader in ``tests/robot_readers.py``.
-
 G-code has the words of NIST RS274/NGC (Kramer, Proctor, Messina 2000) and of Marlin, in mm and mm/min. URScript has the
 functions of The URScript Programming Language, in m and rad; a call after a blended move runs when the blend begins.
 SPEL+ has the statements of Epson RC+'s Language Reference: ``P1 = XY(x, y, z, u) :ST(s, t) /R`` assigns a point, ``Move

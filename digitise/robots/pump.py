@@ -112,14 +112,14 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     # The flow with the fewest weighings is known worst.
     of_mean = float(stdtrit(freedom, 0.975)) * scatter / np.sqrt(count.min())
     half = float(np.linalg.norm([of_mean, 1.96 * pump.density_error_kg_m3 / pump.density_kg_m3, bend]))
-    known = (
+    if scatter < ROUNDING:
+        warning = (
+            f"{path.name}: weighings of one flow agree to the last digit and show no scatter, so the uncertainty of "
+            "the path's flow is unknown: weigh for longer or on a finer scale"
+        )
+        return PumpTable(path.name, flows, given, delay, None, (warning,))
+    warning = (
         f"{path.name}: weighings of one flow scatter by {scatter:.0%} (standard deviation), so that the path's flow is "
         f"known to {half:.0%} (95 %): weigh more often or for longer"
     )
-    unknown = (
-        f"{path.name}: weighings of one flow agree to the last digit and show no scatter, so the uncertainty of the "
-        "path's flow is unknown: weigh for longer or on a finer scale"
-    )
-    equal = scatter < ROUNDING
-    warnings = (unknown,) if equal else (known,) if half > DOUBTFUL else ()
-    return PumpTable(path.name, flows, given, delay, None if equal else half, warnings)
+    return PumpTable(path.name, flows, given, delay, half, (warning,) if half > DOUBTFUL else ())

@@ -191,11 +191,11 @@ class TracePage(ThreadingHTTPServer):
             pass
 
     def _first(self) -> tuple[int, Opened]:
-        numbers = sorted(range(len(self._sheets)), key=lambda number: self._sheets[number].done())
-        for number in numbers[:-1]:
+        *earlier, last = sorted(range(len(self._sheets)), key=lambda number: self._sheets[number].done())
+        for number in earlier:
             with suppress(InputError):
                 return number, self._sheets[number].open()
-        return numbers[-1], self._sheets[numbers[-1]].open()
+        return last, self._sheets[last].open()
 
     @property
     def photos(self) -> list[dict[str, Any]]:

@@ -160,6 +160,6 @@ def draw_weighed_fill(weighed: WeighedCavity) -> Figure:
     errors_ml = 2 * np.array(weighed.misfit_sds_mm3) / 1e3
     points = {"fmt": "o", "color": theme.MEASURED, "markersize": 5, "markerfacecolor": "none", "capsize": 3}
     axes.errorbar(levels_mm, volumes_ml, yerr=errors_ml, label="weighed, ± 2 sd", **points)
-    fitted = {"color": theme.SIMULATED, "label": "fitted walls"}
-    axes.plot(np.append(-weighed.depth_mm, levels_mm), np.append(0.0, fitted_ml), **fitted)
+    below_mm, below_ml = np.append(-weighed.depth_mm, levels_mm), np.append(0.0, fitted_ml)
+    axes.plot(below_mm, below_ml, color=theme.SIMULATED, label="fitted walls")
     return theme.label_axes(axes, "mean level from the face (mm)", "liquid (ml)", "Liquid below each level", legend=2)
