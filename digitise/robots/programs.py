@@ -166,7 +166,7 @@ def urscript_text(path: RobotPath) -> str:
     largest_mm3_s, closest_mm = flow_mm3_s.max(), np.linalg.norm(np.diff(it.position_mm, axis=0), axis=1).min()
     if full_mm3_s is None:
         one = "a digital output gives one flow or none"
-        limit = path.even_limit(one, "mm³/s", flow_mm3_s[flow_mm3_s > 0], 'Set urscript.dispenser = "analog"')
+        limit = path.even_limit(one, "mm³/s", path.flow_mm3_s, 'Set urscript.dispenser = "analog"')
         levels = ["False", *map(str, flow_mm3_s > 0)]
     else:
         limit = (
@@ -226,7 +226,7 @@ def spel_text(path: RobotPath) -> str:
     gives = [False, *(it.flow_mm3_s[rows[:-1]] > 0).tolist()]
     values = {
         "motions": list(zip(motions, speeds, ["", *speeds], gives[1:], gives, strict=False)),
-        "flow_mm3_s": it.flow_mm3_s[it.flow_mm3_s > 0].mean(),
+        "flow_mm3_s": path.flow_mm3_s.mean(),
         "mean_mm_s": speed_mm_s.mean(),
         "begins": begins,
         "curve": curve,
@@ -236,11 +236,10 @@ def spel_text(path: RobotPath) -> str:
 
 def _curve_limits(path: RobotPath, points: int, speed_mm_s: Floats) -> list[Limit]:
     """Return the limits of a Curve: the number of its points, and one speed and dose all along."""
-    giving, remedy = path.trajectory.giving, 'Set spel.motion = "move"'
-    flow_mm3_s = path.trajectory.flow_mm3_s[giving.start : giving.stop - 1]
+    remedy = 'Set spel.motion = "move"'
     return [
         path.even_limit("CVMove keeps one speed", "mm/s", speed_mm_s, remedy),
-        path.even_limit("CVMove keeps one flow", "mm³/s", flow_mm3_s, remedy),
+        path.even_limit("CVMove keeps one flow", "mm³/s", path.flow_mm3_s, remedy),
         (
             not FEWEST_IN_CURVE <= points <= MOST_IN_CURVE,
             f"the path has {points} points over the crack, but a Curve of SPEL+ takes {FEWEST_IN_CURVE} to "
@@ -252,7 +251,6 @@ def _curve_limits(path: RobotPath, points: int, speed_mm_s: Floats) -> list[Limi
 def _spel_limits(path: RobotPath, settings: Spel, places: Floats, speed_mm_s: Floats) -> list[Limit]:
     """Return the limits of all points of a program, (n, 4), and of the arm's speeds between those of the path."""
     last, fastest_mm_s = settings.first_point + len(places) - 1, speed_mm_s.max()
-    giving_mm3_s = path.trajectory.flow_mm3_s[path.trajectory.flow_mm3_s > 0]
     one = "an output that is on or off gives one flow or none"
     return [
         path.tilt_limit,
@@ -274,7 +272,7 @@ def _spel_limits(path: RobotPath, settings: Spel, places: Floats, speed_mm_s: Fl
             "Digitise with a lower path.speed_mm_s.",
             EVEN,
         ),
-        *[path.even_limit(one, "mm³/s", giving_mm3_s, "Let an axis press the plunger")]
+        *[path.even_limit(one, "mm³/s", path.flow_mm3_s, "Let an axis press the plunger")]
         * (settings.dispenser == "output"),
     ]
 

@@ -43,9 +43,14 @@ class RobotPath:
         return float(np.degrees(np.arccos(np.clip(self.frame.normal[2], -1, 1))))
 
     @property
+    def flow_mm3_s(self) -> Floats:
+        """Flow over the crack, from the first sealant to the last."""
+        return self.trajectory.flow_mm3_s[self.trajectory.giving][:-1]
+
+    @property
     def held_mm3(self) -> float:
         """Sealant requested while the nozzle waits for the first of it."""
-        return float(self.trajectory.flow_mm3_s[self.trajectory.giving.start]) * self.hold_s
+        return float(self.flow_mm3_s[0]) * self.hold_s
 
     @property
     def over_mm(self) -> Floats:
