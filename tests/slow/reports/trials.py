@@ -234,7 +234,7 @@ def photo_replaced_in_its_time(folder: Path) -> None:
 report(
     "Makeblock-official/mDrawBot/issues/31",
     ROBOT,
-    refused("cell.toml", "mirror|robot_z|underside|from below|exchanged|swapped"),
+    refused("cell.toml", "mirror|underside|from below|exchanged|swapped"),
 )(robot_cell(SWAPPED, SAMPLE_CORNERS))
 
 # Poses that hardly differ in rotation make a calibration worthless.
