@@ -21,7 +21,7 @@ from digitise.solid.footprint import lay_out
 from digitise.solid.slicer import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
-from digitise.weighing.fit_cavity import LIMITS, weigh
+from digitise.weighing.fit_cavity import DENSITY_SD, MENISCUS_SD, NORMAL_95, weigh
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.meniscus import capillary_length_mm, mean_level_mm
 from sealtwin.core.records import Floats, Outline
@@ -95,7 +95,7 @@ def _stated(weighed: WeighedCavity) -> tuple[Floats, Floats]:
     sd = np.sqrt((np.array(weighed.steps) ** 2).sum(axis=1))
     low_mm3, high_mm3 = weighed.volume_95_mm3
     estimate = [weighed.width_mm, weighed.wall_angle_deg, weighed.depth_mm, (low_mm3 + high_mm3) / 2e3]
-    return np.array(estimate), np.array([*(LIMITS.normal_95 * sd), (high_mm3 - low_mm3) / 2e3])
+    return np.array(estimate), np.array([*(NORMAL_95 * sd), (high_mm3 - low_mm3) / 2e3])
 
 
 def poured_into(
@@ -113,10 +113,10 @@ def poured_into(
         steps = int(rng.integers(STEPS[0], STEPS[1] + 1))
         lowest_mm = np.append(-shape.deepest_mm * np.linspace(0.85, 0.15, steps - 1), 0.0)
     capillary_mm = capillary_length_mm(fill.surface_tension_n_m, fill.density_kg_m3)
-    wetting = 1 + rng.normal(0, LIMITS.meniscus_sd)
+    wetting = 1 + rng.normal(0, MENISCUS_SD)
     lift_mm = mean_level_mm(lowest_mm, outline.mean_width_mm, capillary_mm) - lowest_mm
     volume_mm3 = np.interp(-(lowest_mm + wetting * lift_mm), depths_mm, under_mm3)
-    mass_g = volume_mm3 * fill.density_kg_m3 / 1e6 * (1 + rng.normal(0, LIMITS.density_sd))
+    mass_g = volume_mm3 * fill.density_kg_m3 / 1e6 * (1 + rng.normal(0, DENSITY_SD))
     mass_g = mass_g + rng.normal(0, fill.mass_sd_g, len(mass_g))
     off_mm = rng.normal(0, np.where(lowest_mm < 0, fill.level_sd_mm, fill.flush_sd_mm))
     # At the brim the lab writes 0, whatever the surface is.

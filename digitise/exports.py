@@ -8,13 +8,12 @@ import cv2
 import ezdxf.filemanagement
 import numpy as np
 from ezdxf import units
-from ezdxf.layouts.layout import Modelspace
 from numpy.typing import NDArray
 
 from digitise.geometry.polyline import rectangle
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Trajectory
+from sealtwin.core.records import Outline, Trajectory
 
 CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
 LAYERS = {
@@ -28,6 +27,7 @@ LAYERS = {
     "NOZZLE_PATH": 30,
 }
 """AutoCAD colour index of each layer."""
+CLOSED = {"OUTLINE", "ISLANDS", "FACE"}
 
 
 def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
@@ -36,22 +36,22 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
     Raises InputError, which names the crack ``name``, if the crack has no photo of known size, or is a path without
     walls.
     """
-    if outline.seen_in != "photo" or outline.photo_size_px is None:
-        raise InputError(f"{name}: this crack is not from a photo of known size; digitise its photo again for a mask.")
-    if outline.width_source == "none":
-        raise InputError(f"{name}: a path without walls covers no pixels; digitise it with --width-mm to get a mask.")
+    if outline.seen_in != "photo" or outline.photo_size_px is None or outline.width_source == "none":
+        raise InputError(
+            f"{name}: this crack has no walls in a photo of known size; digitise its photo again, with --width-mm if "
+            "there is only a path."
+        )
     covered = coverage(outline.outline_px, outline.photo_size_px)
-    for ring_px in _islands_px(outline):
-        covered = covered - coverage(ring_px, outline.photo_size_px)
+    for ring_mm in outline.islands_mm:
+        # The homography follows from the outline's points in mm and in px.
+        view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)
+        covered = covered - coverage(cv2.perspectiveTransform(ring_mm[None], view)[0], outline.photo_size_px)
     return covered >= 0.5
 
 
 def mask_png(outline: Outline, name: str) -> bytes:
     """Return the mask of ``mask_of`` as a PNG, white on black. Raises InputError if there is no mask."""
-    encoded, png = cv2.imencode(".png", np.where(mask_of(outline, name), 255, 0).astype(np.uint8))
-    if not encoded:
-        raise RuntimeError("OpenCV could not encode a mask")
-    return png.tobytes()
+    return cv2.imencode(".png", 255 * mask_of(outline, name).astype(np.uint8))[1].tobytes()
 
 
 def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
@@ -66,7 +66,6 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
         height, width = mask.shape
         images.append({"id": number, "file_name": name, "width": width, "height": height})
         ring_px = outline.outline_px + 0.5
-        low, high = ring_px.min(axis=0), ring_px.max(axis=0)
         polygon = [np.round(ring_px, 2).ravel().tolist()]
         annotations.append(
             {
@@ -75,7 +74,7 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
                 "category_id": CATEGORY["id"],
                 "segmentation": run_lengths(mask) if outline.islands_mm else polygon,
                 "area": int(mask.sum()),
-                "bbox": np.round([*low, *(high - low)], 2).tolist(),
+                "bbox": np.round([*ring_px.min(axis=0), *np.ptp(ring_px, axis=0)], 2).tolist(),
                 "iscrowd": 0,
             }
         )
@@ -85,17 +84,8 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
 def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
     """Return COCO's uncompressed code: lengths of runs down the columns. The first run is outside the mask."""
     flat = mask.ravel(order="F")
-    changes = np.flatnonzero(np.diff(flat)) + 1
-    counts = np.diff(np.concatenate([[0], changes, [len(flat)]])).tolist()
-    return {"size": [*mask.shape], "counts": [0, *counts] if flat[0] else counts}
-
-
-def _islands_px(outline: Outline) -> list[Floats]:
-    """Return the islands in px. The homography follows from the outline's points in mm and in px."""
-    if not outline.islands_mm:
-        return []
-    view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)
-    return [cv2.perspectiveTransform(ring_mm[None], view)[0] for ring_mm in outline.islands_mm]
+    changes = np.flatnonzero(np.diff(flat, prepend=False))
+    return {"size": [*mask.shape], "counts": np.diff(changes, prepend=0, append=len(flat)).tolist()}
 
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
@@ -105,23 +95,15 @@ def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
         drawing.layers.add(name, color=colour)
     space = drawing.modelspace()
     # A path alone has neither edge nor walls.
-    if outline.width_source != "none":
-        _line(space, "OUTLINE", outline.outline_mm, closed=True)
-        _line(space, "WALL_LEFT", outline.left_wall_mm)
-        _line(space, "WALL_RIGHT", outline.right_wall_mm)
-    for ring_mm in outline.islands_mm:
-        _line(space, "ISLANDS", ring_mm, closed=True)
-    _line(space, "CENTRELINE", outline.centreline_mm)
-    for branch_mm in outline.branches_mm:
-        _line(space, "SIDE_CRACKS", branch_mm)
-    if outline.face_mm is not None:
-        _line(space, "FACE", rectangle(outline.face_mm), closed=True)
+    edges = {"OUTLINE": outline.outline_mm, "WALL_LEFT": outline.left_wall_mm, "WALL_RIGHT": outline.right_wall_mm}
+    lines = [] if outline.width_source == "none" else list(edges.items())
+    lines += [("ISLANDS", ring_mm) for ring_mm in outline.islands_mm]
+    lines += [("CENTRELINE", outline.centreline_mm), *(("SIDE_CRACKS", line_mm) for line_mm in outline.branches_mm)]
+    lines += [] if outline.face_mm is None else [("FACE", rectangle(outline.face_mm))]
+    for layer, points_mm in lines:
+        space.add_lwpolyline(points_mm.tolist(), close=layer in CLOSED, dxfattribs={"layer": layer})
     if trajectory is not None:
         space.add_polyline3d(trajectory.position_mm.tolist(), dxfattribs={"layer": "NOZZLE_PATH"})
     text = io.StringIO()
     drawing.write(text)
     return text.getvalue()
-
-
-def _line(space: Modelspace, layer: str, points_mm: Floats, *, closed: bool = False) -> None:
-    space.add_lwpolyline(points_mm.tolist(), close=closed, dxfattribs={"layer": layer})

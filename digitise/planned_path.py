@@ -1,5 +1,6 @@
 """Read and check a nozzle's path with speed and flow from a CSV, which 'sealtwin plan' or a user writes."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -20,8 +21,8 @@ BOUNDS = {
     "flow_mm3_s": (0.0, 1e6),
     "speed_mm_s": (0.0, 1000.0),
 }
-COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s")
-NEEDED = tuple(name for name in COLUMNS if name != "speed_mm_s")
+NEEDED = ("t_s", "x_mm", "y_mm", "z_mm", "flow_mm3_s")
+COLUMNS = (*NEEDED[:4], "speed_mm_s", "flow_mm3_s")
 MOST_ROWS = 1500  # Largest number of rows; a trial's file contains all columns
 SPEED_OFF = 2e-3  # Largest relative difference of a stated speed from that of places and times, because of rounding
 # Not strict: a discriminator runs before the check, and pydantic then does not accept a list from JSON as a tuple.
@@ -44,12 +45,11 @@ class PathTable(Settings):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        columns = self.model_dump()
-        if len({len(values) for values in columns.values()}) > 1:
+        columns = dict(self)
+        if len(set(map(len, columns.values()))) > 1:
             raise ValueError("its columns differ in length; give a number for every column in every row")
         if fault := _first_fault(columns):
-            row, sentence = fault
-            raise ValueError(f"row {row + 1}: {sentence}")
+            raise ValueError(f"row {fault[0] + 1}: {fault[1]}")
         return self
 
     @property
@@ -79,43 +79,41 @@ def read_planned_path(path: Path) -> PathTable:
     A column speed_mm_s is optional, for people who read the file. It must agree with places and times.
     """
     columns = read_columns(path, BOUNDS, NEEDED, (2, MOST_ROWS))
-    rows, stated = columns.pop("row"), columns.pop("speed_mm_s", None)
+    rows = columns.pop("row")
     if fault := _first_fault(columns):
-        row, sentence = fault
-        raise InputError(f"{path}, row {rows[row]:g}: {sentence}.")
-    planned = PathTable(**{name: tuple(values) for name, values in columns.items()})
-    if stated is not None:
-        off = np.abs(np.array(stated) - planned.speed_mm_s)[:-1] > SPEED_OFF * planned.speed_mm_s[:-1] + 1e-5
-        if off.any():
-            row = int(off.argmax())
-            raise InputError(
-                f"{path}, row {rows[row]:g}, column speed_mm_s: {stated[row]:g}, but its places and times give "
-                f"{planned.speed_mm_s[row]:.6g}. Correct one of them, or leave the column out."
-            )
-    return planned
+        raise InputError(f"{path}, row {rows[fault[0]]:g}: {fault[1]}.")
+    return PathTable(**{name: tuple(columns[name]) for name in NEEDED})
 
 
-def _first_fault(columns: dict[str, tuple[float, ...]] | dict[str, list[float]]) -> tuple[int, str] | None:
+def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str] | None:
     """Return the row of the first fault, counted from 0, and a sentence about it; None if there is no fault."""
-    t_s, flow = np.array(columns["t_s"]), np.array(columns["flow_mm3_s"])
-    for name in NEEDED:
-        low, high = BOUNDS[name]
-        values = np.array(columns[name])
-        outside = ~((values >= low) & (values <= high))
-        if outside.any():
-            row = int(outside.argmax())
-            return row, f"{name} is {values[row]:g}; {low:g} to {high:g} is allowed"
-    if (late := np.diff(t_s) <= 0).any():
-        row = int(late.argmax()) + 1
-        return row, f"t_s is {t_s[row]:g} after {t_s[row - 1]:g}; times must increase"
-    if flow[-1] != 0:
-        return len(flow) - 1, f"flow_mm3_s is {flow[-1]:g}; the last row ends the path and must have 0"
-    if not flow.any():
-        return 0, "flow_mm3_s is 0 in all rows; a path must give sealant"
-    still = np.linalg.norm(np.diff([columns[name] for name in ("x_mm", "y_mm", "z_mm")], axis=1), axis=0) == 0
-    if still.any():
-        row = int(still.argmax())
-        return row, "the nozzle does not move until the next row; move it slowly, since robot programs have no stops"
+    values = {name: np.array(columns[name]) for name in columns}
+    t_s, *place_mm, flow = (values[name] for name in NEEDED)
+    lasts_s, way_mm = np.diff(t_s), np.linalg.norm(np.diff(place_mm, axis=1), axis=0)
+    faults = [
+        *(
+            (name, (values[name] < low) | (values[name] > high), f"{low:g} to {high:g} is allowed")
+            for name, (low, high) in BOUNDS.items()
+            if name in values
+        ),
+        ("t_s", np.append(False, lasts_s <= 0), "times must increase"),
+        ("flow_mm3_s", np.append(np.zeros(len(flow) - 1), flow[-1]) != 0, "the last row ends the path and must have 0"),
+        ("flow_mm3_s", np.array([not flow.any()]), "a path must give sealant in at least one row"),
+        (
+            "x_mm",
+            way_mm == 0,
+            "the nozzle does not move until the next row; move it slowly, since robots have no stops",
+        ),
+    ]
+    if "speed_mm_s" in values:
+        off = np.abs(values["speed_mm_s"][:-1] * lasts_s - way_mm) > SPEED_OFF * way_mm + 1e-5 * lasts_s
+        faults.append(
+            ("speed_mm_s", off, "its places and times give another speed: correct it, or leave the column out")
+        )
+    for name, wrong, reason in faults:
+        if wrong.any():
+            row = int(wrong.argmax())
+            return row, f"{name} is {values[name][row]:g}; {reason}"
     return None
 
 

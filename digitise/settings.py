@@ -1,13 +1,11 @@
 """Settings of the digitise stage: the tables [photo], [crack], [mesh] and [path] of a trial file."""
 
-import math
-from itertools import pairwise
-from math import hypot
+from math import hypot, inf
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
@@ -25,13 +23,7 @@ Tilt = Literal["lean", "flare", "funnel", "undercut", "vertical"]
 AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts with mouth and floor of unequal width
 
 
-def _require_no_sign(angle_deg: Any) -> Any:
-    if isinstance(angle_deg, int | float) and angle_deg < 0:
-        raise ValueError('give 0 or more; for walls that open downward, set tilt = "undercut"')
-    return angle_deg
-
-
-WallAngle = Annotated[float, Field(ge=0, lt=60), BeforeValidator(_require_no_sign)]
+WallAngle = Annotated[float, Field(ge=0, lt=60)]  # For walls that open downward, the tilt is "undercut"
 ONE, SEVERAL = "one", "several"
 One = TypeVar("One")
 Several = TypeVar("Several")
@@ -40,7 +32,7 @@ OneOrSeveral = Annotated[Annotated[One, Tag(ONE)] | Annotated[Several, Tag(SEVER
 """One number or several. A validation error refers to the form that was given."""
 DEEPEST_MM = 500.0  # Largest depth, more than any sample's
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a tenth of a millimetre deep is a scratch
-SHALLOW = Likely(1.0, math.inf, "mm for a crack of this width", "in cm", of_width=True)  # Cracks are deeper than wide
+SHALLOW = Likely(1.0, inf, "mm for a crack of this width", "in cm", of_width=True)  # Cracks are deeper than wide
 SPEED = Likely(0.5, 200.0, "mm/s", "in m/s or mm/min")  # Small arms reach 200 over a winding crack
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
 MOST_STATIONS = 1000  # Rows of a table along the crack
@@ -57,11 +49,17 @@ Strokes = Annotated[
     Field(max_length=MOST_STROKES),
 ]
 NO_SCALE = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
-Walls = Annotated[
-    tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...],
-    Field(max_length=MOST_WALLS),
-]
-Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=200)]
+Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)]
+Walls = Annotated[tuple[Region, ...], Field(max_length=MOST_WALLS)]
+NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}
+NOT_BESIDE = {
+    "mm_per_px": ("ruler_px", "markers", "face_mm"),
+    "ruler_px": ("markers", "face_mm"),
+    "crack": ("ends_px", "mask"),
+    "mask": ("roi_px", "via_px", "walls_px", "crack_strokes_px", "ground_strokes_px"),
+    "path_only": ("width_mm", "mean_width_mm"),
+}
+"""Settings of a photo that go only with another one, and those that exclude others."""
 CHOICE = "photo.crack = 2"  # Words by which a refusal asks for a choice among cracks
 MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
@@ -73,16 +71,16 @@ def _none_or_tape(height_mm: float) -> float:
     return height_mm
 
 
-def by_station(given: float | tuple[tuple[float, float], ...]) -> Floats:
+def by_station(given: float | DepthTable) -> Floats:
     """Return a table along the crack, (k, 2), from one number or rows."""
     return np.array(given if isinstance(given, tuple) else [(0.0, given)], dtype=float)
 
 
 def require_order(name: str, stations_mm: Floats) -> None:
     """Raise ValueError unless the stations of a table, its first column, increase."""
-    for (before_mm, _), (after_mm, _) in pairwise(stations_mm):
-        if after_mm <= before_mm:
-            raise ValueError(f"{name}: station {after_mm:g} mm follows {before_mm:g} mm; list stations by increasing s")
+    if (falls := np.diff(stations_mm[:, 0]) <= 0).any():
+        before_mm, after_mm = stations_mm[int(falls.argmax()) :, 0][:2]
+        raise ValueError(f"{name}: station {after_mm:g} mm follows {before_mm:g} mm; list stations by increasing s")
 
 
 DamHeight = Annotated[float, Field(ge=0, le=100), AfterValidator(_none_or_tape)]
@@ -208,42 +206,20 @@ class PhotoInput(Settings):
         return None if self.width_mm is None else by_station(self.width_mm)
 
     @model_validator(mode="after")
-    def _widths_in_order(self) -> Self:
-        if self.width_mm is not None and self.path_only:
-            raise ValueError("width_mm cannot be combined with path_only, since a path alone has no width: give one")
-        if self.mean_width_mm is not None and (self.path_only or self.branches == "keep"):
-            beside = "path_only" if self.path_only else 'branches = "keep"'
-            raise ValueError(f"mean_width_mm cannot be combined with {beside}: it widens only a main crack. Give one")
+    def _fits_together(self) -> Self:
+        if not (self.mm_per_px or self.ruler_px or self.markers or self.face_mm):
+            raise ValueError(NO_SCALE)
+        for name, needed in NEEDED_BY.items():
+            if getattr(self, name) and not getattr(self, needed):
+                raise ValueError(f"{name} is given without {needed}: give both")
+        for name, others in NOT_BESIDE.items():
+            for other in others:
+                if getattr(self, name) and getattr(self, other):
+                    raise ValueError(f"{name} cannot be combined with {other}: give one of them")
+        if self.mean_width_mm is not None and self.branches == "keep":
+            raise ValueError('mean_width_mm cannot be combined with branches = "keep": it widens only a main crack')
         if self.width_stations_mm is not None:
             require_order("width_mm", self.width_stations_mm)
-        return self
-
-    @model_validator(mode="after")
-    def _one_scale_and_hints_together(self) -> Self:
-        if (self.ruler_px is None) != (self.ruler_mm is None):
-            raise ValueError("a ruler needs both ruler_px, its two points, and ruler_mm, their distance")
-        flat = {"mm_per_px": self.mm_per_px, "ruler_px": self.ruler_px}
-        given = [name for name, value in flat.items() if value is not None]
-        if len(given) > 1 or (given and (self.markers or self.face_mm)):
-            others = " and ".join(given[1:]) or "markers or face_mm"
-            raise ValueError(f"{given[0]} and {others} are both given: give one scale")
-        if not given and self.markers is None and self.face_mm is None:
-            raise ValueError(NO_SCALE)
-        if self.face_corners_px is not None and self.face_mm is None:
-            raise ValueError("face_corners_px is given without face_mm: give the face's size too")
-        if self.crack is not None and (self.ends_px is not None or self.mask is not None):
-            raise ValueError(
-                "crack cannot be combined with ends_px or mask: crack chooses one of the cracks that the search finds. "
-                "Give one of them"
-            )
-        if self.via_px and self.ends_px is None:
-            raise ValueError("via_px is given without ends_px: give the two ends too")
-        stops = [*(self.ends_px or ())[:1], *self.via_px, *(self.ends_px or ())[1:]]
-        if twice := next((stop for stop, after in pairwise(stops) if stop == after), None):
-            raise ValueError(f"ends_px, via_px: ({twice[0]:g}, {twice[1]:g}) is given twice in a row; give it once")
-        hand = "roi_px", "via_px", "walls_px", "crack_strokes_px", "ground_strokes_px"
-        if self.mask is not None and any(getattr(self, name) for name in hand):
-            raise ValueError(f"mask cannot be combined with {', '.join(hand[:-1])} or {hand[-1]}: give only ends_px")
         return self
 
 
@@ -281,7 +257,7 @@ class CrackShape(Settings):
 
     @property
     def deepest_mm(self) -> float:
-        return float(self._stations_mm[:, 1].max())
+        return float(by_station(self.depth_mm)[:, 1].max())
 
     @property
     def wall_angles_deg(self) -> tuple[float, float]:
@@ -294,19 +270,15 @@ class CrackShape(Settings):
     @property
     def depth_stations_mm(self) -> Floats:
         """Arc lengths of the given depths, (k,)."""
-        return self._stations_mm[:, 0]
+        return by_station(self.depth_mm)[:, 0]
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
         """Return the depth at each arc length along the centreline, (n,)."""
-        return np.interp(s_mm, *self._stations_mm.T)
-
-    @property
-    def _stations_mm(self) -> Floats:
-        return np.array(self.depth_mm if isinstance(self.depth_mm, tuple) else [(0.0, self.depth_mm)], dtype=float)
+        return np.interp(s_mm, *by_station(self.depth_mm).T)
 
     @model_validator(mode="after")
     def _depths_and_angles_together(self) -> Self:
-        require_order("depth_mm", self._stations_mm)
+        require_order("depth_mm", by_station(self.depth_mm))
         left_deg, right_deg = self.wall_angles_deg
         default = type(self).model_fields["wall_angle_deg"].default
         if self.fill is not None and self.tilt in AGAINST_EACH_OTHER and self.wall_angle_deg != default:
@@ -431,26 +403,21 @@ class NozzlePath(Settings):
 
     @model_validator(mode="after")
     def _possible_volume(self) -> Self:
-        if self.weighed is not None:
-            volume_ml = self.weighed.volume_ml
-            if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
-                raise ValueError(
-                    f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave volume_ml out"
-                )
-            if not SMALLEST_VOLUME_ML <= volume_ml <= LARGEST_VOLUME_ML:
-                raise ValueError(
-                    f"weighed: mass_g = {self.weighed.mass_g:g} with density_kg_m3 = {self.weighed.density_kg_m3:g} is "
-                    f"{volume_ml:.3g} ml: give masses of {SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g} ml of sealant"
-                )
-            # The settings are frozen, but this value is derived.
-            object.__setattr__(self, "volume_ml", volume_ml)
-        if self.volume_ml == "cavity":
-            return self
-        if not SMALLEST_VOLUME_ML <= self.volume_ml <= LARGEST_VOLUME_ML:
+        volume_ml = self.volume_ml if self.weighed is None else self.weighed.volume_ml
+        if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
             raise ValueError(
-                f"volume_ml is {self.volume_ml:g}: give {SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, "
-                'or "cavity" to fill the crack up to its face'
+                f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g}: leave volume_ml out"
             )
+        if volume_ml == "cavity":
+            return self
+        if not SMALLEST_VOLUME_ML <= volume_ml <= LARGEST_VOLUME_ML:
+            raise ValueError(
+                f"{'volume_ml' if self.weighed is None else 'weighed'} is {volume_ml:.3g} ml: give "
+                f'{SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, or volume_ml = "cavity" to fill the crack up to its '
+                "face"
+            )
+        # The settings are frozen, but this value is derived.
+        object.__setattr__(self, "volume_ml", volume_ml)
         if self.fill != 1:
             raise ValueError(
                 f'fill = {self.fill:g} with volume_ml = {self.volume_ml:g}: fill applies only to volume_ml = "cavity". '

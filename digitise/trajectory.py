@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import splev, splprep
 
 from digitise.geometry.polyline import at_arc_length
@@ -19,10 +20,7 @@ STRAIGHT_MM = 1e5  # Radius above which a bend is rounding error
 SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has equal weight
 FINEST_SAMPLES, MOST_SAMPLES = 17, 20_000
 MOST_WAYPOINTS = 100_000  # Most waypoints of a path: a metre of crack at a hundredth of a millimetre
-MUCH_SEALANT, LITTLE_SEALANT = (
-    3.0,
-    0.1,
-)  # Sealant over cavity with a warning: above, below; the paper has 0.8 to 1.2
+MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1  # Sealant over cavity with a warning: above, below; the paper has 0.8 to 1.2
 ROUNDING = 1e-9
 
 
@@ -32,8 +30,6 @@ def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
     On a ramp, at most half of the path, the nozzle accelerates by v² / (2 ramp): after x, t = 2 sqrt(ramp x) / v.
     """
     length_mm = way_mm[-1]
-    if ramp_mm == 0:
-        return way_mm / speed_mm_s
     into_mm = np.minimum(way_mm, ramp_mm)
     to_end_mm = np.minimum(length_mm - way_mm, ramp_mm)
     even_mm = np.clip(way_mm - ramp_mm, 0.0, length_mm - 2 * ramp_mm)
@@ -42,13 +38,13 @@ def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
 
 def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: NozzlePath) -> Solid:
     """Return the solid with the figures of a path in its report and warnings about that path."""
-    figures, doubts = path_report(trajectory, outline, path)
-    sealant_mm3 = float(trajectory.given_mm3.sum())
-    with_figures = replace(
+    of_path, doubts = path_report(trajectory, outline, path)
+    sealant_mm3 = trajectory.dispensed_mm3
+    figures = replace(
         solid.figures,
         sealant_mm3=sealant_mm3,
         cavity_to_sealant=solid.cavity_volume_mm3 / sealant_mm3,
-        path=figures,
+        path=of_path,
         warnings=(
             *solid.figures.warnings,
             *doubts,
@@ -56,22 +52,16 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
             *volume_warnings(sealant_mm3, solid.cavity_volume_mm3),
         ),
     )
-    return replace(solid, figures=with_figures)
+    return replace(solid, figures=figures)
 
 
 def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[str, ...]]:
     """Return the figures of a path, without its leads, and warnings."""
-    if path.plan is None:
-        # The waypoints between the trims.
-        begin_mm, end_mm = path.trims_mm[0], outline.length_mm - path.trims_mm[1]
-        inside = (trajectory.s_mm > begin_mm - 1e-6) & (trajectory.s_mm < end_mm + 1e-6)
-        first, last = np.flatnonzero(inside)[[0, -1]].tolist()
-    else:
-        first, last = trajectory.giving.start, trajectory.giving.stop - 1
-    s_mm, points_mm = trajectory.s_mm[first : last + 1], trajectory.position_mm[first : last + 1, :2]
-    dose_mm3_per_mm = (trajectory.given_mm3 / np.diff(arc_length(trajectory.position_mm)))[first:last]
-    feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, arc_length_at(points_mm, outline.centreline_mm))
-    off_mm = np.linalg.norm(points_mm - feet_mm, axis=1)
+    giving = trajectory.giving
+    s_mm, position_mm = trajectory.s_mm[giving], trajectory.position_mm[giving]
+    points_mm = position_mm[:, :2]
+    dose_mm3_per_mm = trajectory.given_mm3[giving.start : giving.stop - 1] / np.diff(arc_length(position_mm))
+    _, off_mm = _beside(outline, points_mm)
     turn_deg = turns_deg(points_mm)
     radius_mm = radii_mm(points_mm)
     moving = trajectory.speed_mm_s[:-1]
@@ -95,18 +85,15 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
 
 def turns_deg(points_mm: Floats) -> Floats:
     """Return the change of direction at each inner waypoint, (n - 2,)."""
-    step = np.diff(points_mm[:, :2], axis=0)
-    cross = step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]
-    return np.degrees(np.abs(np.arctan2(cross, (step[:-1] * step[1:]).sum(axis=1))))
+    x_mm, y_mm = np.diff(points_mm[:, :2], axis=0).T
+    return np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(y_mm, x_mm)))))
 
 
 def radii_mm(points_mm: Floats) -> Floats:
     """Return the radius of the circle through each inner waypoint and its neighbours, (n - 2,); inf if straight."""
-    a, b, c = points_mm[:-2, :2], points_mm[1:-1, :2], points_mm[2:, :2]
-    sides = [np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]
-    double_area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    chord_mm = np.linalg.norm(points_mm[2:, :2] - points_mm[:-2, :2], axis=1)
     with np.errstate(divide="ignore"):
-        radius = np.prod(sides, axis=0) / (2 * double_area)
+        radius = chord_mm / (2 * np.sin(np.radians(turns_deg(points_mm))))
     return np.where(radius > STRAIGHT_MM, np.inf, radius)
 
 
@@ -175,12 +162,9 @@ def plan_trajectory(
 
 
 def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
-    place_mm = planned.place_mm
-    s_mm = arc_length_at(place_mm[:, :2], outline.centreline_mm)
-    feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, s_mm)
+    s_mm, off_mm = _beside(outline, planned.place_mm[:, :2])
     gives = np.flatnonzero(planned.flow > 0)
-    off_mm = np.linalg.norm(place_mm[gives, :2] - feet_mm[gives], axis=1)
-    if off_mm.max() > outline.mean_width_mm:
+    if (off_mm := off_mm[gives]).max() > outline.mean_width_mm:
         worst = int(gives[off_mm.argmax()])
         raise InputError(
             f"path.plan, row {worst + 1}: this row gives sealant {off_mm.max():.1f} mm from the middle of the crack, "
@@ -188,26 +172,32 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
         )
     return Trajectory(
         t_s=np.array(planned.t_s),
-        position_mm=place_mm,
+        position_mm=planned.place_mm,
         s_mm=s_mm,
         speed_mm_s=planned.speed_mm_s,
         flow_mm3_s=planned.flow,
     )
 
 
+def _beside(outline: Outline, points_mm: Floats) -> tuple[Floats, Floats]:
+    """Return the arc length of the nearest place on the centreline for each point, and the distance from it."""
+    s_mm = arc_length_at(points_mm, outline.centreline_mm)
+    return s_mm, np.linalg.norm(points_mm - at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), axis=1)
+
+
 def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
     """Return the path with all flow later by ``delay_s``; the nozzle moves as before, and flow ends when it did."""
     own_s = trajectory.t_s
-    ends_s = own_s[trajectory.giving][-1]
     t_s = np.unique(np.concatenate([own_s, own_s[own_s + delay_s < own_s[-1]] + delay_s]))
     moves = np.searchsorted(own_s, t_s, side="right") - 1
     gives = np.searchsorted(own_s + delay_s, t_s, side="right") - 1
+    flows = (gives >= 0) & (t_s < own_s[trajectory.giving][-1])
     return Trajectory(
         t_s=t_s,
-        position_mm=np.column_stack([np.interp(t_s, own_s, axis_mm) for axis_mm in trajectory.position_mm.T]),
+        position_mm=at_arc_length(trajectory.position_mm, own_s, t_s),
         s_mm=np.interp(t_s, own_s, trajectory.s_mm),
         speed_mm_s=trajectory.speed_mm_s[moves],
-        flow_mm3_s=np.where((gives >= 0) & (t_s < ends_s), trajectory.flow_mm3_s[gives], 0.0),
+        flow_mm3_s=trajectory.flow_mm3_s[gives] * flows,
     )
 
 
@@ -237,10 +227,9 @@ def smooth_centreline(centreline_mm: Floats, smoothing_mm: float) -> tuple[Float
 def _check_lengths(length_mm: float, path: NozzlePath) -> None:
     first_mm, last_mm = path.trims_mm
     if length_mm < first_mm + last_mm + path.spacing_mm:
-        trims = f"2 x {first_mm:g}" if first_mm == last_mm else f"{first_mm:g} and {last_mm:g}"
         raise InputError(
-            f"The centreline, {length_mm:.1f} mm long, is too short to trim {trims} mm and leave a step of "
-            f"{path.spacing_mm:g} mm. Reduce trim_mm."
+            f"The centreline, {length_mm:.1f} mm long, is too short to trim {first_mm:g} and {last_mm:g} mm "
+            f"and leave a step of {path.spacing_mm:g} mm. Reduce trim_mm."
         )
     if (length_mm + path.lead_in_mm + path.lead_out_mm) / path.spacing_mm > MOST_WAYPOINTS:
         raise InputError(
@@ -256,16 +245,17 @@ def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats,
     from_start_mm, from_end_mm = path.trims_mm
     first, last = np.interp([from_start_mm, at_mm[-1] - from_end_mm], at_mm, flown_mm)
     even_mm = np.linspace(first, last, max(1, int(np.ceil((last - first) / path.spacing_mm - ROUNDING))) + 1)
-    tangents = np.gradient(smooth, flown_mm, axis=0)
-    points_mm, headings = (at_arc_length(values, flown_mm, even_mm) for values in (smooth, tangents))
-    headings /= np.linalg.norm(headings, axis=1, keepdims=True)
+    points_mm, tangents = (
+        at_arc_length(of, flown_mm, even_mm) for of in (smooth, np.gradient(smooth, flown_mm, axis=0))
+    )
+    headings = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
     return np.interp(even_mm, flown_mm, at_mm), points_mm, headings
 
 
 def _steps(length_mm: float, spacing_mm: float) -> Floats:
     """Return the distances of a lead's waypoints from the end of the path, the nearest first."""
     count = int(np.ceil(length_mm / spacing_mm - ROUNDING))
-    return length_mm / max(count, 1) * np.arange(1, count + 1, dtype=float)
+    return np.linspace(0.0, length_mm, count + 1)[1:]
 
 
 def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Sections | None) -> Floats:
@@ -278,7 +268,7 @@ def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Section
         # In a tapering crack sections change between waypoints, so they are integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
-        below_mm3 = np.concatenate([[0.0], np.cumsum((area_mm2[1:] + area_mm2[:-1]) / 2 * np.diff(grid_mm))])
+        below_mm3 = cumulative_trapezoid(area_mm2, grid_mm, initial=0.0)
         share = np.abs(np.diff(np.interp(s_mm, grid_mm, below_mm3)))
         if not share.sum() > 0:
             raise InputError(
@@ -293,10 +283,9 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
         return path.volume_ml * 1000.0
     volume_mm3 = path.fill * cavity_volume_mm3
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
-        filled = "" if path.fill == 1 else f" ({volume_mm3 / 1000:.0f} ml with fill = {path.fill:g})"
         raise InputError(
-            f'volume_ml is "cavity", but the cavity is {cavity_volume_mm3 / 1000:.0f} ml{filled}, more than the '
-            f"{LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or set "
+            f'volume_ml is "cavity", but fill = {path.fill:g} of the cavity is {volume_mm3 / 1000:.0f} ml, more than '
+            f"the {LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the scale, or set "
             "volume_ml to a number."
         )
     return volume_mm3

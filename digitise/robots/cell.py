@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
 from pydantic import Field, model_validator
+from scipy.spatial.transform import Rotation
 
 from digitise.robots.pump import Pump
 from digitise.settings import OnFace
@@ -19,6 +20,7 @@ FORMATS: tuple[Format, ...] = get_args(Format)
 InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate in mm of the robot: no arm reaches ten metres
 Angle = Annotated[float, Field(ge=-360, le=360)]
 SPEL_POINTS = 1000  # Number of points in an Epson controller's point file, P0 to P999
+STEADY = (("spel", "motion", "curve"), ("spel", "dispenser", "output"), ("urscript", "dispenser", "digital"))
 THINNEST_MM = 5.0  # Least RMS spread of taught points off their line: below it, an error of 0.2 mm tips the face by 2°
 
 
@@ -63,19 +65,14 @@ class Motion(Settings):
     largest_tilt_deg: float = Field(default=5.0, gt=0, le=30)
     """Largest angle between the nozzle and the face's normal. At 5 degrees, from 3 mm above the face, the jet meets the
     face 0.26 mm off the path."""
-    most_waypoints: int = Field(default=SPEL_POINTS - 2, ge=3, le=100_000)
-    """Number of waypoints that the controller can store. An Epson point file can have a thousand, two of which are
-    above the path's ends."""
 
 
 class Plunger(Settings):
     """Syringe whose plunger the robot itself drives, by one of its axes or as an extruder."""
 
-    diameter_mm: float | None = Field(default=None, gt=0.5, le=300)
-    """Inner diameter of the syringe, if the plunger moves as far as the axis does."""
-    mm3_per_mm: float | None = Field(default=None, gt=1e-4, le=1e5)
-    """Volume of sealant for each millimetre of the axis, if the plunger is geared. Weigh the sealant of 10 mm to find
-    it."""
+    diameter_mm: float = Field(gt=0.5, le=300)
+    """Inner diameter of the syringe. If the plunger is geared, the diameter of a syringe that gives as much for each
+    millimetre of the axis: weigh the sealant of 10 mm to find it."""
     travel_mm: float = Field(gt=0.1, le=1000)
     """Remaining travel of the plunger. A path that needs more is refused."""
     largest_speed_mm_s: float = Field(gt=0.001, le=500)
@@ -84,13 +81,7 @@ class Plunger(Settings):
     @property
     def area_mm2(self) -> float:
         """Volume of sealant, in mm³, for each millimetre of the axis."""
-        return self.mm3_per_mm or math.pi / 4 * (self.diameter_mm or 0.0) ** 2
-
-    @model_validator(mode="after")
-    def _one_measure(self) -> Self:
-        if (self.diameter_mm is None) == (self.mm3_per_mm is None):
-            raise ValueError("give either diameter_mm or mm3_per_mm, and not both")
-        return self
+        return math.pi / 4 * self.diameter_mm**2
 
 
 class Spel(Settings):
@@ -124,10 +115,8 @@ class Spel(Settings):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if (self.dispenser == "output") != (self.output_bit is not None):
-            raise ValueError('output_bit and dispenser = "output" go together: give both or neither')
-        if (self.dispenser == "output") != (self.axis_start_mm is None):
-            raise ValueError("axis_start_mm and a dispenser of z, s or t go together: give both or neither")
+        if len({self.dispenser == "output", self.output_bit is not None, self.axis_start_mm is None}) > 1:
+            raise ValueError('dispenser = "output" needs output_bit alone, and z, s or t need axis_start_mm alone')
         if self.motion == "curve" and self.dispenser in ("s", "t"):
             raise ValueError(
                 f'dispenser = "{self.dispenser}" cannot be combined with motion = "curve", since a Curve has no added '
@@ -139,8 +128,6 @@ class Spel(Settings):
 class Gcode(Settings):
     """Settings of a gantry with an extruder."""
 
-    relative_e: bool = False
-    """Write relative E (M83) instead of absolute E (M82). Absolute E shows the dose so far at any line."""
     cold_extrusion: bool = False
     """Write M302 P1, without which Marlin silently moves no extruder below 170 degrees."""
 
@@ -160,9 +147,6 @@ class Urscript(Settings):
     tool_turn_deg: Angle = 0.0
     """Angle of the tool about the nozzle, measured from the robot's x axis. It keeps a camera or a cable at the tool's
     side clear."""
-    rotation_vector_rad: tuple[Angle, Angle, Angle] | None = None
-    """Tool orientation, used instead of tool_turn_deg. Give rx, ry and rz as the pendant shows them with the nozzle
-    square to the face."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -170,8 +154,6 @@ class Urscript(Settings):
             raise ValueError('full_flow_mm3_s and dispenser = "analog" go together: give both or neither')
         if self.dispenser == "analog" and self.port > 1:
             raise ValueError(f"port is {self.port}: give 0 or 1, the standard analog outputs")
-        if self.rotation_vector_rad is not None and self.tool_turn_deg:
-            raise ValueError("give tool_turn_deg or rotation_vector_rad, not both: the vector sets the tool's turn")
         return self
 
 
@@ -182,8 +164,6 @@ class RobotCell(Settings):
     """Name of the cell, written at the head of its programs."""
     formats: tuple[Format, ...] = Field(min_length=1)
     """Formats that are written unless --format names others."""
-    robot_z: Literal["up", "down"] = "up"
-    """Direction of the robot's z axis; down if its base hangs from a ceiling."""
     frame_limit_mm: float = Field(default=0.5, gt=0, le=10)
     """Largest residual that a taught point may have. The default is a sixth of the width of the paper's 3.1 mm wide
     crack, and more than the error of touching a mark by hand."""
@@ -200,20 +180,13 @@ class RobotCell(Settings):
     urscript: Urscript | None = None
 
     @property
-    def up(self) -> float:
-        """Sign of the robot's z axis."""
-        return 1.0 if self.robot_z == "up" else -1.0
-
-    @property
     def steady_settings(self) -> list[str]:
         """Settings, as written in the file, that keep a program at one speed or one flow."""
-        spel, urscript, settings = self.spel, self.urscript, list[str]()
-        if "spel" in self.formats and spel is not None:
-            settings += ['spel.motion = "curve"'] * (spel.motion == "curve")
-            settings += ['spel.dispenser = "output"'] * (spel.dispenser == "output")
-        if "urscript" in self.formats and urscript is not None and urscript.dispenser == "digital":
-            settings.append('urscript.dispenser = "digital"')
-        return settings
+        return [
+            f'{kind}.{name} = "{value}"'
+            for kind, name, value in STEADY
+            if kind in self.formats and getattr(getattr(self, kind), name) == value
+        ]
 
     def missing_for(self, kind: Format) -> str | None:
         """Return the table that a format needs and the cell does not have; None if no table is missing."""
@@ -251,52 +224,43 @@ class RobotFrame:
 
     def error_growth(self, sample_mm: Floats) -> float:
         """Return the factor by which a touch error grows at the worst point, (n, 2 or 3), sqrt(1 / n + x' S^-1 x)."""
-        middle = self.taught_mm.mean(axis=0)
-        spread, offset = self.taught_mm - middle, sample_mm[:, :2] - middle
-        leverage = 1 / len(spread) + (offset @ np.linalg.inv(spread.T @ spread) * offset).sum(axis=1)
-        return float(np.sqrt(leverage.max()))
+        planes = [np.column_stack([np.ones(len(at_mm)), at_mm[:, :2]]) for at_mm in (self.taught_mm, sample_mm)]
+        return float(np.linalg.norm(planes[1] @ np.linalg.pinv(planes[0]), axis=1).max())
 
 
-def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float, where: str) -> RobotFrame:
+def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, where: str) -> RobotFrame:
     """Fit rotation and shift of points on the face, (n, 2), to the same points as taught, (n, 3) (Kabsch 1976).
 
-    ``up`` is -1 if the robot's z points down. Raises InputError, which names ``where``, if the points are in line,
-    mirrored, of another scale, or do not fit within ``limit_mm``.
+    Raises InputError, which names ``where``, if the points are in line, mirrored or of another scale, or do not fit
+    within ``limit_mm``.
     """
     taught = np.column_stack([sample_mm, np.zeros(len(sample_mm))])
-    spread_mm = np.linalg.svd(sample_mm - sample_mm.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(sample_mm))
-    if spread_mm < THINNEST_MM:
+    middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)
+    spread, robot_spread = taught - middle, robot_mm - robot_middle
+    thin_mm = np.linalg.svd(spread, compute_uv=False)[1] / np.sqrt(len(spread))
+    if thin_mm < THINNEST_MM:
         raise InputError(
-            f"{where}: the taught points are within {spread_mm:.2g} mm of a line, so the face's tilt about it is "
+            f"{where}: the taught points are within {thin_mm:.2g} mm of a line, so the face's tilt about it is "
             f"unknown; they must deviate from the line by at least {THINNEST_MM:g} mm (RMS). Teach a point far from "
             "the others, such as a corner of the face."
         )
-    middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)
-    spread = taught - middle
-    left, singular, right = np.linalg.svd(spread.T @ (robot_mm - robot_middle))
-    handed = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-    rotation = (left * handed @ right).T
-    scale = float(singular @ handed / (spread**2).sum())
+    rotation = Rotation.align_vectors(robot_spread, spread)[0].as_matrix()
+    scale = float(np.sum(robot_spread * (spread @ rotation.T)) / np.sum(spread**2))
     origin_mm = robot_middle - rotation @ middle
     residual_mm = np.linalg.norm(taught @ rotation.T + origin_mm - robot_mm, axis=1)
     if residual_mm.max() > limit_mm:
-        scaled_mm = scale * spread @ rotation.T + robot_middle
-        if np.linalg.norm(scaled_mm - robot_mm, axis=1).max() <= limit_mm:
-            raise InputError(
-                f"{where}: the robot's points are {scale:.4g} times as far apart as the sample's. "
-                "Both are millimetres: check the numbers of [[taught]], or the scale of the photo."
-            )
         worst = int(residual_mm.argmax())
         x, y = sample_mm[worst]
         raise InputError(
             f"{where}: the taught points do not fit a sample that is only turned and shifted: point {worst + 1}, "
             f"sample_mm = [{x:g}, {y:g}], is {residual_mm[worst]:.2f} mm off; {limit_mm:g} mm are allowed "
-            f"(frame_limit_mm). Scale of the points: {scale:.4f}. Teach them again, or check their order."
+            f"(frame_limit_mm). The robot's points are {scale:.4g} times as far apart as the sample's; both are in "
+            "millimetres. Teach them again, or check their order, their numbers and the photo's scale."
         )
-    if up * rotation[2, 2] <= 0:
+    if rotation[2, 2] <= 0:
         raise InputError(
             f"{where}: the taught points are mirrored: they put the sample's face downward. Perhaps two of them are "
             "exchanged, or their y counts downward; y must count upward as in outline.json. For an arm that hangs, "
-            'set robot_z = "down".'
+            "teach them in a frame of the controller whose z points up."
         )
     return RobotFrame(rotation, origin_mm, sample_mm, residual_mm, scale)

@@ -1,21 +1,20 @@
 """The nozzle's path in the robot's frame, checked against the limits of its cell; its tables, and text for programs."""
 
-import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
 from digitise.robots.cell import RobotCell, RobotFrame, fit_frame
 from digitise.robots.pump import PumpTable
-from digitise.trajectory import radii_mm
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.record_files import TRAJECTORY_COLUMNS
 from sealtwin.core.records import Floats, Trajectory
 
 ROUNDING = 1e-6  # Rounding of trajectory.csv, which has six decimals
+EVEN = 1e-4  # Relative range of a speed or flow that counts as one, after that rounding
 MUCH_GROWTH = 2.0  # Growth of a touch error that gives a warning: 0.2 mm, a good touch by hand, becomes more than 0.4
 
 Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence for that case
@@ -41,12 +40,17 @@ class RobotPath:
     @property
     def tilt_deg(self) -> float:
         """Angle of the face from level."""
-        return float(np.degrees(np.arccos(np.clip(self.cell.up * self.frame.normal[2], -1, 1))))
+        return float(np.degrees(np.arccos(np.clip(self.frame.normal[2], -1, 1))))
+
+    @property
+    def flow_mm3_s(self) -> Floats:
+        """Flow over the crack, from the first sealant to the last."""
+        return self.trajectory.flow_mm3_s[self.trajectory.giving][:-1]
 
     @property
     def held_mm3(self) -> float:
         """Sealant requested while the nozzle waits for the first of it."""
-        return float(self.trajectory.flow_mm3_s[self.trajectory.giving.start]) * self.hold_s
+        return float(self.flow_mm3_s[0]) * self.hold_s
 
     @property
     def over_mm(self) -> Floats:
@@ -76,24 +80,21 @@ class RobotPath:
     def tilt_limit(self) -> Limit:
         """Limit of the face's tilt for an arm with a nozzle that is always vertical."""
         fault = f"the face is tilted by {self.tilt_deg:.1f} degrees, but the nozzle stays vertical"
-        return self.motion_limit("largest_tilt_deg", self.tilt_deg, fault, "Level the sample and teach it again.")
+        return self.limit("motion.largest_tilt_deg", self.tilt_deg, fault, "Level the sample and teach it again.")
 
-    def motion_limit(self, key: str, value: float, fault: str, remedy: str, rounding: float = 0.0) -> Limit:
-        """Return the limit that the cell's [motion] sets by ``key``, for a value that ``fault`` states."""
-        allowed = getattr(self.cell.motion, key)
-        return value > allowed * (1 + rounding), f"{fault}; motion.{key} allows {allowed:g}. {remedy}"
+    def limit(self, key: str, value: float, fault: str, remedy: str, rounding: float = 0.0) -> Limit:
+        """Return the limit that the cell sets by ``key``, for a value that ``fault`` states."""
+        allowed = attrgetter(key)(self.cell)
+        return value > allowed * (1 + rounding), f"{fault}; {key} allows {allowed:g}. {remedy}"
 
-    def level_flow_mm3_s(self, dispenser: str, remedy: str) -> float:
-        """Return the path's only flow besides 0. Raises InputError if it has more: ``dispenser`` gives only one."""
-        flow = self.trajectory.flow_mm3_s[:-1]
-        flow = flow[flow > 0]
-        if flow.max() > flow.min() * (1 + 10 * ROUNDING):
-            raise InputError(
-                f"{self.cell_file}: {dispenser} gives one flow or none, but the path's flow ranges from "
-                f'{flow.min():.4g} to {flow.max():.4g} mm³/s. Digitise with path.flow = "constant" and without '
-                f"path.ramp_mm, or with path.lead_in_mm and path.lead_out_mm as long as path.ramp_mm; or {remedy}."
-            )
-        return float(flow.mean())
+    def even_limit(self, what: str, unit: str, values: Floats, remedy: str) -> Limit:
+        """Return the limit of a program in which ``what`` keeps one of the values over the crack."""
+        return (
+            values.max() > values.min() * (1 + EVEN),
+            f"{what}, but that of the path over the crack ranges from {values.min():.4g} to {values.max():.4g} {unit}. "
+            f'{remedy}; or digitise with path.flow = "constant" and with leads as long as path.ramp_mm, or without '
+            "path.ramp_mm.",
+        )
 
     def plunger_mm(self, held_mm3: float = 0.0) -> Floats:
         """Return the plunger's travel at each waypoint, (n,).
@@ -104,17 +105,14 @@ class RobotPath:
         plunger = present(self.cell.plunger, "[plunger]")
         way_mm = np.concatenate([[0.0], np.cumsum(self.trajectory.given_mm3)]) / plunger.area_mm2
         speed_mm_s = self.trajectory.flow_mm3_s.max() / plunger.area_mm2
+        needed_mm = way_mm[-1] + held_mm3 / plunger.area_mm2
+        travel = f"the path needs {needed_mm:.1f} mm of the plunger"
+        speed = f"the path needs {speed_mm_s:.3g} mm/s of the plunger"
+        refill = "Fill the syringe, or digitise with a smaller path.volume_ml or path.fill."
+        slower = "Digitise with a lower path.speed_mm_s."
         self.require(
-            (
-                (needed_mm := way_mm[-1] + held_mm3 / plunger.area_mm2) > plunger.travel_mm,
-                f"the path needs {needed_mm:.1f} mm of the plunger; plunger.travel_mm is {plunger.travel_mm:g}. Fill "
-                "the syringe, or digitise with a smaller path.volume_ml or path.fill.",
-            ),
-            (
-                speed_mm_s > plunger.largest_speed_mm_s * (1 + ROUNDING),
-                f"the plunger would move at {speed_mm_s:.3g} mm/s; plunger.largest_speed_mm_s is "
-                f"{plunger.largest_speed_mm_s:g}. Digitise with a lower path.speed_mm_s.",
-            ),
+            self.limit("plunger.travel_mm", needed_mm, travel, refill),
+            self.limit("plunger.largest_speed_mm_s", speed_mm_s, speed, slower, ROUNDING),
         )
         return way_mm
 
@@ -126,17 +124,16 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
     """
     _check_rows(trajectory)
     sample_mm, robot_mm = (np.array([getattr(at, of) for at in cell.taught]) for of in ("sample_mm", "robot_mm"))
-    frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, up=cell.up, where=cell_file)
+    frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, where=cell_file)
     placed = replace(trajectory, position_mm=frame.to_robot_mm(trajectory.position_mm))
     warnings, hold_s = _warnings(trajectory, frame, cell), 0.0
     if pump is not None:
-        first_mm3_s = float(trajectory.flow_mm3_s[trajectory.giving.start])
-        hold_s = pump.delay_at(first_mm3_s)
+        hold_s = float(np.interp(trajectory.flow_mm3_s[trajectory.giving.start], pump.given_mm3_s, pump.delay_s))
         if hold_s > 0 and cell.spel is not None and cell.spel.dispenser != "output":
             delay = f"a SPEL+ program whose axis presses the plunger cannot wait for the pump's delay of {hold_s:.2g} s"
             warnings = (*warnings, f"{delay}; digitise with a path.lead_in_mm, and start the plunger by hand")
         placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
-        warnings = (*warnings, *pump.doubts(trajectory.flow_mm3_s)[1])
+        warnings = (*warnings, *pump.warnings)
     path = RobotPath(placed, frame, cell, cell_file, warnings, trajectory.dispensed_mm3, hold_s, pump is not None)
     path.require(*_motion_limits(path, trajectory), path.reach_limit("the path", placed.position_mm))
     return path
@@ -144,47 +141,52 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
 
 def _check_rows(trajectory: Trajectory) -> None:
     """Raise InputError unless trajectory.csv, which may have been edited, is a path."""
-    values = np.column_stack([trajectory.t_s, trajectory.position_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s])
-    if len(values) < 2 or not np.isfinite(values).all() or not (np.diff(trajectory.t_s) > 0).all():
-        raise InputError("trajectory.csv: needs two or more rows, finite numbers, and increasing t_s. Digitise again.")
-    if not (trajectory.flow_mm3_s >= 0).all() or not trajectory.given_mm3.sum() > 0:
+    it, t_s = trajectory, trajectory.t_s
+    numbers = np.column_stack([t_s, it.position_mm, it.speed_mm_s, it.flow_mm3_s])
+    sound = len(t_s) > 1 and np.isfinite(numbers).all() and (np.diff(t_s) > 0).all() and (it.flow_mm3_s >= 0).all()
+    way_mm = np.linalg.norm(np.diff(it.position_mm, axis=0), axis=1)
+    if not sound or not np.allclose(way_mm, it.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
         raise InputError(
-            "trajectory.csv: flow_mm3_s must be 0 or more in each row, and above 0 in at least one. Digitise again. A "
-            "trial with a path but without a solid needs path.volume_ml."
+            "trajectory.csv: needs two or more rows of finite numbers, increasing t_s, flow_mm3_s of 0 or more, and "
+            "speed_mm_s as its places and times have it. Digitise again."
         )
-    way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
-    if not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(trajectory.t_s), rtol=1e-3, atol=1e-3):
-        raise InputError("trajectory.csv: speed_mm_s disagrees with its places and times. Digitise again.")
+    if not it.dispensed_mm3 > 0:
+        raise InputError(
+            "trajectory.csv: flow_mm3_s must be above 0 in at least one row. A trial with a path but without a solid "
+            "needs path.volume_ml."
+        )
 
 
 def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
     """Return the limits of the motion along a path. ``trajectory`` is the same path over the sample."""
-    motion, limit = path.cell.motion, path.motion_limit
-    count, height_mm = len(trajectory.t_s), trajectory.position_mm[:, 2].max()
-    # Each of three pieces, crack and leads, may end with a short step.
-    enough_mm = math.ceil(100 * trajectory.length_mm / max(motion.most_waypoints - 4, 1)) / 100
+    motion, limit = path.cell.motion, path.limit
+    height_mm = trajectory.position_mm[:, 2].max()
     fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
-    speed_mm_s, lasts_s = trajectory.speed_mm_s[:-1], np.diff(trajectory.t_s)
-    # A mean speed applies at the middle of its time.
-    along = np.append(0.0, np.abs(np.diff(speed_mm_s)) / ((lasts_s[1:] + lasts_s[:-1]) / 2)).max()
-    across = np.append(0.0, np.maximum(speed_mm_s[1:], speed_mm_s[:-1]) ** 2 / radii_mm(trajectory.position_mm))
-    bend = int(across.argmax())
-    at_bend = f"the bend at s = {trajectory.s_mm[bend]:.1f} mm needs {across[bend]:.4g} mm/s²"
-    at_bend += f" at {speed_mm_s[bend - 1]:.4g} mm/s"
-    ramp, slower = f"a ramp of the path needs {along:.4g} mm/s²", "Digitise with a lower path.speed_mm_s"
-    coarser = f"Digitise with a path.spacing_mm of {enough_mm:g} or more."
-    approach = f"motion.approach_speed_mm_s is {approach_mm_s:g}"
+    # A mean velocity applies at the middle of its time. It changes on ramps, and by v^2 / r in bends.
+    velocity = np.diff(trajectory.position_mm, axis=0) / (lasts_s := np.diff(trajectory.t_s))[:, None]
+    change = np.linalg.norm(np.diff(velocity, axis=0), axis=1) / ((lasts_s[1:] + lasts_s[:-1]) / 2)
+    most_mm_s2 = change.max(initial=0.0)
+    place_mm = trajectory.s_mm[int(np.append(0.0, change).argmax())]
     return [
-        limit("most_waypoints", count, f"the path has {count} waypoints", coarser),
         (
             motion.safe_height_mm <= height_mm,
             f"motion.safe_height_mm is {motion.safe_height_mm:g}, but the path itself runs {height_mm:g} mm above the "
             "face. Give a larger motion.safe_height_mm.",
         ),
-        limit("largest_speed_mm_s", fastest_mm_s, f"the path runs at {fastest_mm_s:g} mm/s", f"{slower}.", ROUNDING),
-        limit("largest_speed_mm_s", approach_mm_s, approach, "Give a lower speed."),
-        limit("acceleration_mm_s2", along, ramp, "Digitise with a longer path.ramp_mm.", 0.01),
-        limit("acceleration_mm_s2", across[bend], at_bend, f"{slower} or a larger path.smoothing_mm."),
+        limit(
+            "motion.largest_speed_mm_s",
+            max(fastest_mm_s, approach_mm_s),
+            f"the path runs at {fastest_mm_s:g} mm/s, and motion.approach_speed_mm_s is {approach_mm_s:g}",
+            "Give lower speeds.",
+            ROUNDING,
+        ),
+        limit(
+            "motion.acceleration_mm_s2",
+            most_mm_s2,
+            f"the ramp or bend at s = {place_mm:.1f} mm needs {most_mm_s2:.4g} mm/s²",
+            "Digitise with a lower path.speed_mm_s, a longer path.ramp_mm or a larger path.smoothing_mm.",
+            0.01,
+        ),
     ]
 
 
@@ -210,32 +212,3 @@ def _warnings(trajectory: Trajectory, frame: RobotFrame, cell: RobotCell) -> tup
 def comments(mark: str, lines: Iterable[str]) -> list[str]:
     """Return each line as a comment of letters, digits and signs without meaning to any controller."""
     return [f"{mark} {NOT_PLAIN.sub('_', line)[:LONGEST]}".rstrip() for line in lines]
-
-
-def decimal(value: float, decimals: int) -> str:
-    """Return a number without a power of ten, which some controllers do not read, and without -0."""
-    return f"{round(value, decimals) + 0.0:.{decimals}f}"
-
-
-def points_text(path: RobotPath) -> str:
-    """Return one line for each waypoint, x y z in mm of the robot, without a header."""
-    return "".join(" ".join(decimal(value, 4) for value in place) + "\n" for place in path.trajectory.position_mm)
-
-
-def table_text(path: RobotPath) -> str:
-    """Return the columns of trajectory.csv with the robot's x, y and z. A row applies until the next one.
-
-    If a pump was weighed, the last column is the requested flow, ``asked_mm3_s``.
-    """
-    it = path.trajectory
-    columns = (*TRAJECTORY_COLUMNS[:-1], "asked_mm3_s") if path.weighed else TRAJECTORY_COLUMNS
-    rows = np.column_stack([it.t_s, it.position_mm, it.s_mm, it.speed_mm_s, it.flow_mm3_s])
-    if path.hold_s > 0:
-        # The nozzle waits at its first giving waypoint, with the pump already on.
-        first = it.giving.start
-        waiting = rows[first].copy()
-        waiting[list(TRAJECTORY_COLUMNS).index("speed_mm_s")] = 0.0
-        rows[first:, 0] += path.hold_s
-        rows = np.insert(rows, first, waiting, axis=0)
-    lines = [",".join(columns), *(",".join(decimal(value, 6) for value in row) for row in rows)]
-    return "\n".join(lines) + "\n"

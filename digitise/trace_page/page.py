@@ -1,23 +1,57 @@
 """The trace page: it shows photos in this machine's browser, one after the other, and takes the user's hints.
 
-It writes no file itself.
+It writes no file itself. A gate checks every request before its body is read. The standard library's server is used
+because a web framework would add dependencies for two routes.
 """
 
 import json
 import re
+import secrets
+import sys
+import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from email.message import Message
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Event, Lock, Thread
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self, cast
 
 from pydantic import Field, ValidationError
 
-from digitise.trace_page.server import Content, PageServer
 from digitise.trace_page.session import Hints, OutdatedError, Shape, TraceSession, Until
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings
+
+DOOR = """<!doctype html>
+<meta charset="utf-8"><meta name="referrer" content="no-referrer"><title>sealtwin</title>
+<meta http-equiv="refresh" content="0; url={url}">
+<a href="{url}">The trace page</a>
+"""
+Content = tuple[bytes, str]  # Body and media type of the answer to a GET
+LARGEST_BODY_BYTES = 400_000  # Largest body of a request: as many drawn walls and strokes as a trial may have
+SLOW_S = 2.0  # Longest silence on a connection; requests of the page arrive in milliseconds
+SECURITY_HEADERS = {
+    # No foreign content, no inline scripts, no frames.
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Frame-Options": "DENY",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    # The address contains the token.
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+    # A browser's idle connections would delay the end.
+    "Connection": "close",
+}
+
 
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -72,11 +106,45 @@ class Turn(Settings):
     photo: Annotated[int, Field(ge=0)]
 
 
-class TracePage(PageServer):
-    """Serves the photos until the user has saved the only one, or quits."""
+class RequestGate:
+    """Check of the token in the page's address and of the host names that are allowed."""
+
+    def __init__(self, port: int) -> None:
+        self.token = secrets.token_urlsafe(32)
+        # Another name belongs to a foreign site that resolves to this machine (DNS rebinding).
+        self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+
+    def refuses(self, method: str, target: str, headers: Message) -> tuple[HTTPStatus, str] | None:
+        """Return status and reason of a refusal; None if the request is allowed."""
+        if headers["Host"] not in self._hosts:
+            return HTTPStatus.MISDIRECTED_REQUEST, "this page answers to 127.0.0.1 and localhost only"
+        token = target.removeprefix("/").partition("/")[0]
+        if not secrets.compare_digest(token.encode(), self.token.encode()):
+            return HTTPStatus.FORBIDDEN, "the address lacks the token that 'sealtwin trace' printed"
+        if method != "POST":
+            return None
+        # Pages of other sites can post here; browsers then name that site.
+        if headers["Origin"] not in {f"http://{host}" for host in self._hosts}:
+            return HTTPStatus.FORBIDDEN, "the request is from another page"
+        length = headers.get("Content-Length", "")
+        if not (length.isdecimal() and len(length) < 10 and int(length) <= LARGEST_BODY_BYTES):
+            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a body needs a Content-Length up to {LARGEST_BODY_BYTES}"
+        return None
+
+
+class TracePage(ThreadingHTTPServer):
+    """Serves the photos on 127.0.0.1 until the user has saved the only one, or quits."""
+
+    # A thread that is inside a native library at the interpreter's end would crash the process.
+    daemon_threads, block_on_close = False, True
+    # A browser opens several connections at once, and retries those that find the queue full a second later.
+    request_queue_size = 32
 
     def __init__(self, sheets: Sequence[Sheet], port: int = 0) -> None:
-        """Begin with the first photo that is not done. Raises InputError if all are bad, OSError for a used port."""
+        """Begin with the first photo that is not done, on ``port`` or, for 0, any free one.
+
+        Raises InputError if all photos are bad, OSError for a used port.
+        """
         self._sheets = tuple(sheets)
         self._here, self._opened = self._first()
         self._files = {
@@ -87,7 +155,8 @@ class TracePage(PageServer):
         self._ended, self._turning = Event(), Lock()
         self.saved: list[dict[str, Any]] = []
         """Results of ``save`` so far."""
-        super().__init__(port)
+        super().__init__(("127.0.0.1", port), _Visit)
+        self.gate = RequestGate(self.server_port)
 
     def __enter__(self) -> Self:
         Thread(target=self.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True).start()
@@ -98,6 +167,23 @@ class TracePage(PageServer):
         self.shutdown()
         self.server_close()
 
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.server_port}/{self.gate.token}/"
+
+    @contextmanager
+    def doorway(self) -> Iterator[str]:
+        """Yield the address of a file that redirects to the page and that only this user can read.
+
+        Every user of the machine can see a browser's arguments, so the token must not be one of them.
+        """
+        with TemporaryDirectory(prefix="sealtwin-", ignore_cleanup_errors=True) as folder:
+            # The folder is the user's alone, by its mode.
+            door = Path(folder) / "trace.html"
+            door.write_text(DOOR.format(url=self.url), encoding="utf-8")
+            door.chmod(0o600)
+            yield door.as_uri()
+
     def wait(self) -> None:
         """Wait until the user has finished."""
         # On Windows, the keyboard cannot interrupt a wait without a timeout.
@@ -105,11 +191,11 @@ class TracePage(PageServer):
             pass
 
     def _first(self) -> tuple[int, Opened]:
-        numbers = sorted(range(len(self._sheets)), key=lambda number: self._sheets[number].done())
-        for number in numbers[:-1]:
+        *earlier, last = sorted(range(len(self._sheets)), key=lambda number: self._sheets[number].done())
+        for number in earlier:
             with suppress(InputError):
                 return number, self._sheets[number].open()
-        return numbers[-1], self._sheets[numbers[-1]].open()
+        return last, self._sheets[last].open()
 
     @property
     def photos(self) -> list[dict[str, Any]]:
@@ -122,17 +208,18 @@ class TracePage(PageServer):
         ]
 
     def get(self, name: str) -> Content | None:
+        """Return what the page's address with this name after the token shows; None if there is nothing."""
         session, _, facts = self._opened
         if name == "session":
             opening = {**session.opening(), **facts, "photos": self.photos}
             return json.dumps(opening, allow_nan=False).encode(), "application/json"
         if tile_name := TILE.fullmatch(name):
-            level, column, row = (int(number) for number in tile_name.groups())
-            tile = session.pyramid.tile(level, column, row)
+            tile = session.pyramid.tile(*map(int, tile_name.groups()))
             return None if tile is None else (tile, "image/jpeg")
         return self._files.get(name or "page.html")
 
     def post(self, name: str, body: bytes) -> Iterator[dict[str, Any]] | None:
+        """Return lines of JSON, each to be sent at once; None for an unknown name. Raises ValueError for a bad body."""
         try:
             if name == "trace":
                 return self._traced(Question.model_validate_json(body))
@@ -185,3 +272,69 @@ class TracePage(PageServer):
     def _leaving(self) -> Iterator[dict[str, Any]]:
         yield {"left": True}
         self._ended.set()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        # Clients that disconnect or do not speak HTTP are ignored; a bug keeps its traceback.
+        if not isinstance(sys.exception(), OSError):
+            traceback.print_exc()
+
+
+class _Visit(BaseHTTPRequestHandler):
+    """One connection, with one request."""
+
+    protocol_version = "HTTP/1.1"
+    timeout = SLOW_S
+    server_version, sys_version = "sealtwin", ""
+    disable_nagle_algorithm = True
+
+    def parse_request(self) -> bool:
+        if not super().parse_request():
+            return False
+        if refusal := self._page.gate.refuses(self.command, self.path, self.headers):
+            self.send_error(*refusal)
+        return refusal is None
+
+    def do_GET(self) -> None:
+        if (content := self._page.get(self._name)) is None:
+            return self.send_error(HTTPStatus.NOT_FOUND, "nothing has that name")
+        body, media_type = content
+        self._begin(HTTPStatus.OK, media_type, {"Content-Length": str(len(body))})
+        self.wfile.write(body)
+
+    def do_POST(self) -> None:
+        try:
+            answers = self._page.post(self._name, self.rfile.read(int(self.headers["Content-Length"])))
+        except ValueError as fault:
+            return self.send_error(HTTPStatus.BAD_REQUEST, str(fault))
+        if answers is None:
+            return self.send_error(HTTPStatus.NOT_FOUND, "nothing has that name")
+        self._begin(HTTPStatus.OK, "application/x-ndjson", {"Transfer-Encoding": "chunked"})
+        for answer in answers:
+            line = json.dumps(answer, allow_nan=False).encode() + b"\n"
+            self.wfile.write(b"%x\r\n%b\r\n" % (len(line), line))
+        self.wfile.write(b"0\r\n\r\n")
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Answer with the reason in JSON and the security headers, which the library's page lacks."""
+        # Without a version in the request, the library would send no headers.
+        self.request_version = self.protocol_version
+        body = json.dumps({"error": message or HTTPStatus(code).phrase}).encode()
+        self._begin(code, "application/json", {"Content-Length": str(len(body))})
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Log nothing: the lines of requests contain the token."""
+
+    @property
+    def _page(self) -> TracePage:
+        return cast(TracePage, self.server)
+
+    @property
+    def _name(self) -> str:
+        return self.path.removeprefix("/").partition("/")[2]
+
+    def _begin(self, status: int, media_type: str, headers: dict[str, str]) -> None:
+        self.send_response(status)
+        for name, value in {"Content-Type": media_type, **headers, **SECURITY_HEADERS}.items():
+            self.send_header(name, value)
+        self.end_headers()

@@ -1,17 +1,19 @@
 """State of the trace page: one photo in tiles, and its scale, path and walls by the current hints."""
 
+import io
 import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from threading import Lock
-from typing import Any, Generic, Literal, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, Self, TypeVar
 
-import cv2
 import numpy as np
-from pydantic import Field
+from PIL import Image
+from pydantic import BeforeValidator, Field
 
 from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError
@@ -25,7 +27,6 @@ from digitise.scale.marker_print import board_around
 from digitise.scale.marker_scale import PRINTED_MM, seen_markers
 from digitise.settings import (
     MOST_VIA,
-    CrackShape,
     Dictionary,
     PhotoInput,
     Pixel,
@@ -66,8 +67,22 @@ T = TypeVar("T")
 Until = Literal["scale", "path", "glance", "walls"]
 
 
-class Hints(Settings):
-    """Settings of a ``PhotoInput`` that the page edits, None if not given; ``PhotoInput`` checks their values."""
+class PageSettings(Settings):
+    """Settings of a trial that the page edits; None if not given."""
+
+    @classmethod
+    def of(cls, settings: Settings) -> Self:
+        """Return the values that a trial gives, without defaults."""
+        keys = cls.model_fields.keys() & settings.model_fields_set
+        return cls(**{key: value for key, value in settings if key in keys})
+
+    def said(self, keys: set[str] | None = None) -> dict[str, Any]:
+        """Return the values that were given; with ``keys``, only those among them."""
+        return self.model_dump(mode="json", exclude_none=True, include=keys)
+
+
+class Hints(PageSettings):
+    """Settings of a ``PhotoInput``, which checks their values."""
 
     ends_px: tuple[Pixel, Pixel] | None = None
     crack: int | None = None
@@ -86,43 +101,32 @@ class Hints(Settings):
     frame: tuple[float, Dictionary, int, float | None] | None = None
     """Frame of markers printed around ``face_mm``: their size, dictionary and number, and its ruler's length, in mm."""
 
-    @classmethod
-    def of(cls, photo: PhotoInput) -> Self:
-        """Return the hints that a trial gives, without defaults."""
-        return cls(**{key: getattr(photo, key) for key in cls.model_fields if key in photo.model_fields_set})
-
-    def said(self, keys: frozenset[str] | None = None) -> dict[str, Any]:
-        """Return the hints that were given, a printed frame as markers; with ``keys``, only those among them.
+    def said(self, keys: set[str] | None = None) -> dict[str, Any]:
+        """Return the values that were given, a printed frame as markers.
 
         Raises InputError if the frame does not fit around the face.
         """
-        values = self.model_dump(mode="json", exclude_none=True, include=None if keys is None else set(keys))
+        values = super().said(keys)
         frame = values.pop("frame", None)
         if frame and self.face_mm:
             values["markers"] = board_around(self.face_mm, *frame).model_dump(mode="json", exclude_none=True)
         return values
 
 
-class Shape(Settings):
-    """Settings of a ``CrackShape`` that the page edits; None if not given, or if the trial has a table of it."""
+Single = Annotated[float | None, BeforeValidator(lambda value: None if isinstance(value, list | tuple) else value)]
+"""A number; None in place of a table, which the page does not edit."""
 
-    depth_mm: float | None = None
+
+class Shape(PageSettings):
+    """Settings of a ``CrackShape``."""
+
+    depth_mm: Single = None
     tilt: Tilt | None = None
-    wall_angle_deg: float | None = None
-
-    @classmethod
-    def of(cls, crack: CrackShape) -> Self:
-        """Return the single values that a trial gives, without defaults."""
-        given = {key: getattr(crack, key) for key in cls.model_fields if key in crack.model_fields_set}
-        return cls(**{key: value for key, value in given.items() if not isinstance(value, tuple)})
-
-    def said(self) -> dict[str, Any]:
-        """Return the values that were given."""
-        return self.model_dump(mode="json", exclude_none=True)
+    wall_angle_deg: Single = None
 
 
-SCALE_KEYS = frozenset({"mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px", "frame"})
-PATH_KEYS = frozenset(Hints.model_fields) - SCALE_KEYS
+SCALE_KEYS = {"mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px", "frame"}
+PATH_KEYS = Hints.model_fields.keys() - SCALE_KEYS
 
 
 def rest_of(photo: PhotoInput) -> dict[str, Any]:
@@ -151,31 +155,22 @@ class Pyramid:
     """A photo in tiles at halving sizes, so that a browser fetches only what it shows. The last level is one tile."""
 
     def __init__(self, image: Pixels) -> None:
-        self._levels = [image]
-        self._growing = Lock()
-        self.levels = 1 + max(0, int(np.ceil(np.log2(max(image.shape[:2]) / TILE_PX))))
+        photo = Image.fromarray(image)
+        self.levels = 1 + max(0, int(np.ceil(np.log2(max(photo.size) / TILE_PX))))
+        # Each pixel is the mean of its square of the photo, so that it keeps its place.
+        self._level = cache(lambda level: np.asarray(photo.reduce(2**level)) if level else image)
 
     def tile(self, level: int, column: int, row: int) -> bytes | None:
         """Return a tile as JPEG; None outside the photo. At the photo's right and lower edge a tile may be smaller."""
-        if not 0 <= level < self.levels or column < 0 or row < 0:
+        if min(level, column, row) < 0 or level >= self.levels:
             return None
-        with self._growing:
-            while len(self._levels) <= level:
-                self._levels.append(_halved(self._levels[-1]))
-        picture = self._levels[level]
-        part = picture[row * TILE_PX : (row + 1) * TILE_PX, column * TILE_PX : (column + 1) * TILE_PX]
+        left, upper = column * TILE_PX, row * TILE_PX
+        part = self._level(level)[upper : upper + TILE_PX, left : left + TILE_PX]
         if part.size == 0:
             return None
-        bgr = cv2.cvtColor(part, cv2.COLOR_RGB2BGR)
-        return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
-
-
-def _halved(picture: Pixels) -> Pixels:
-    """Halve the size. An odd side is lengthened first, so that every pixel keeps its place."""
-    height, width = picture.shape[:2]
-    even = cv2.copyMakeBorder(picture, 0, height % 2, 0, width % 2, cv2.BORDER_REPLICATE)
-    size = ((width + 1) // 2, (height + 1) // 2)
-    return np.asarray(cv2.resize(even, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        written = io.BytesIO()
+        Image.fromarray(part).save(written, "JPEG", quality=JPEG_QUALITY)
+        return written.getvalue()
 
 
 class OutdatedError(Exception):
@@ -186,19 +181,6 @@ class _Scaled(NamedTuple):
     photo: Photo
     in_mm: bool  # False if the photo has no scale yet
     refused: str | None  # Reason why the given scale cannot be used
-
-
-class _Last(Generic[T]):
-    """The last result that was made of an object and hints. It is returned again for the same ones."""
-
-    def __init__(self) -> None:
-        self._last: tuple[object, tuple[object, ...], T] | None = None
-
-    def of(self, source: object, hints: tuple[object, ...], make: Callable[[], T]) -> T:
-        last = self._last
-        if last is None or last[0] is not source or last[1] != hints:
-            last = self._last = source, hints, make()
-        return last[2]
 
 
 class TraceSession:
@@ -218,9 +200,8 @@ class TraceSession:
         self._newest, self._scaling = 0.0, Lock()
         # Clicks do not wait for a search, which may take seconds.
         self._clicking, self._searching = Lock(), Lock()
-        self._last_scale, self._last_wire = _Last[_Scaled](), _Last[LiveWire]()
         # A stroke changes neither the path nor the walls that it moves.
-        self._last_search, self._last_path, self._last_walls = _Last[CrackSearch](), _Last[CrackPath](), LastWalls()
+        self._last, self._last_walls = dict[str, tuple[object, tuple[object, ...], Any]](), LastWalls()
         # The search map is made before the first click. A bad region is reported with the first answer.
         with suppress(InputError):
             self._wire(self._scaled(hints).photo, hints.roi_px)
@@ -264,11 +245,11 @@ class TraceSession:
                 settings = path_settings(self._rest, hints)
                 photo, roi_px = with_scale.photo, settings.roi_px
                 if settings.ends_px is None and photo.drawn is None:
-                    search = self._last_search.of(photo, (roi_px,), lambda: CrackSearch.of(photo, roi_px))
+                    search = self._kept("search", photo, (roi_px,), lambda: CrackSearch.of(photo, roi_px))
                     yield "cracks", [_crack_answer(crack) for crack in search.cracks]
-                    path = self._last_path.of(search, (settings.crack,), lambda: search.path(settings.crack))
+                    path = self._kept("path", search, (settings.crack,), lambda: search.path(settings.crack))
                 else:
-                    path = self._last_path.of(photo, settings.hints, lambda: self._path(photo, settings))
+                    path = self._kept("path", photo, settings.hints, lambda: self._path(photo, settings))
                 yield "path", _path_answer(path, with_scale.in_mm)
                 rough = glance(photo, path, settings, self._last_walls.along)
                 yield "glance", None if rough is None else _walls_answer(photo, rough, with_scale.in_mm)
@@ -288,11 +269,18 @@ class TraceSession:
         if revision < self._newest:
             raise OutdatedError
 
+    def _kept(self, name: str, source: object, hints: tuple[object, ...], make: Callable[[], T]) -> T:
+        """Return the last result of this name if it was made of the same object and equal hints; otherwise make it."""
+        last = self._last.get(name)
+        if last is None or last[0] is not source or last[1] != hints:
+            last = self._last[name] = source, hints, make()
+        return last[2]
+
     def _scaled(self, hints: Hints) -> _Scaled:
         """Return the photo with the scale of the hints, or without one."""
         wanted = hints.model_copy(update=dict.fromkeys(PATH_KEYS))
         with self._scaling:
-            return self._last_scale.of(self, (wanted,), lambda: self._find_scale(wanted))
+            return self._kept("scale", self, (wanted,), lambda: self._find_scale(wanted))
 
     def _find_scale(self, hints: Hints) -> _Scaled:
         try:
@@ -312,26 +300,28 @@ class TraceSession:
         if photo.face_mm is None and not photo.markers_px:
             # Without face and markers, the scale does not change the search.
             photo = self._plain
-        return self._last_wire.of(photo, (roi_px,), lambda: LiveWire(photo, roi_px))
+        return self._kept("wire", photo, (roi_px,), lambda: LiveWire(photo, roi_px))
 
 
 def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
     """Describe the scale. ``corners_px`` are the face's if its edges gave them; the user can then adjust them."""
-    photo = with_scale.photo
-    refused = with_scale.refused and _for_page(True, with_scale.refused)
-    answer: Answer = {"refused": refused, "markers_px": [_rounded(corners) for corners in photo.markers_px]}
-    if not with_scale.in_mm:
-        return answer | {"mm_per_px": None, "face_px": None, "corners_px": None}
-    return answer | {
-        "mm_per_px": photo.mm_per_px,
-        "source": photo.scale_source,
-        "residual_mm": photo.scale_residual_mm,
-        "uncertainty": photo.scale_uncertainty,
-        "camera_tilt_deg": photo.camera_tilt_deg,
-        "face_px": None if photo.face_ring_px is None else _rounded(photo.face_ring_px),
-        "corners_px": _rounded(photo.face_px) if by_edges and photo.face_px is not None else None,
-        "warnings": [_for_page(True, warning) for warning in photo.warnings],
+    photo, in_mm = with_scale.photo, with_scale.in_mm
+    rings = {"face_px": photo.face_ring_px, "corners_px": photo.face_px if by_edges else None}
+    answer: Answer = {
+        "refused": with_scale.refused and _for_page(True, with_scale.refused),
+        "markers_px": [_rounded(corners) for corners in photo.markers_px],
+        "mm_per_px": photo.mm_per_px if in_mm else None,
+        **{name: _rounded(ring) if in_mm and ring is not None else None for name, ring in rings.items()},
     }
+    if in_mm:
+        answer |= {
+            "source": photo.scale_source,
+            "residual_mm": photo.scale_residual_mm,
+            "uncertainty": photo.scale_uncertainty,
+            "camera_tilt_deg": photo.camera_tilt_deg,
+            "warnings": [_for_page(True, warning) for warning in photo.warnings],
+        }
+    return answer
 
 
 def _crack_answer(crack: FoundCrack) -> Answer:
@@ -352,14 +342,16 @@ def _path_answer(path: CrackPath, in_mm: bool) -> Answer:
 
 
 def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
+    lines_mm = {
+        "left_px": outline.left_wall_mm,
+        "right_px": outline.right_wall_mm,
+        "centreline_px": outline.centreline_mm,
+        "outline_px": outline.outline_mm,
+    }
+    several_mm = {"islands_px": outline.islands_mm, "bands_px": outline.bands_mm, "branches_px": outline.branches_mm}
     return {
-        "left_px": _rounded(photo.to_px(outline.left_wall_mm)),
-        "right_px": _rounded(photo.to_px(outline.right_wall_mm)),
-        "centreline_px": _rounded(photo.to_px(outline.centreline_mm)),
-        "outline_px": _rounded(photo.to_px(outline.outline_mm)),
-        "islands_px": [_rounded(photo.to_px(ring)) for ring in outline.islands_mm],
-        "bands_px": [_rounded(photo.to_px(ring)) for ring in outline.bands_mm],
-        "branches_px": [_rounded(photo.to_px(line)) for line in outline.branches_mm],
+        **{name: _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
+        **{name: [_rounded(photo.to_px(line_mm)) for line_mm in lines] for name, lines in several_mm.items()},
         "unit": "mm" if in_mm else "px",
         "length": outline.length_mm,
         "mean_width": outline.mean_width_mm,

@@ -1,22 +1,24 @@
 """A liquid weighed into a crack: its properties, and its mass and level after each step, also from a CSV."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
 BOUNDS = {"mass_g": (1e-3, 1e5), "level_mm": (-500.0, 0.0)}
-HINTS = {"level_mm": ", since levels below the face are negative"}
 MOST_ROWS = 1000
+LOADED = "a column of the fill, whose file loaded reads"
+Mass = Annotated[float, Field(ge=1e-3, le=1e5)]
+Level = Annotated[float, Field(ge=-500, le=0)]
 # Not strict: after the validator of ``FillOrFile``, pydantic no longer accepts a JSON list as a tuple.
-Column = Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_ROWS, strict=False)]
+Rows = Field(default=None, min_length=1, max_length=MOST_ROWS, strict=False)
 
 
 class WeighedFill(Settings):
@@ -24,9 +26,9 @@ class WeighedFill(Settings):
 
     file: Path | None = None
     """CSV with the columns mass_g and level_mm and one row for each step. In a run's folder, the columns replace it."""
-    mass_g: Column | None = None
+    mass_g: tuple[Mass, ...] | None = Rows
     """Mass of all liquid in the crack after each step. Zero the scale with the empty sample on it."""
-    level_mm: Column | None = None
+    level_mm: tuple[Level, ...] | None = Rows
     """Height of the liquid above the face after each step, measured at the lowest line of the meniscus. It is negative
     below the face, and 0 if the liquid is flush with the face."""
     density_kg_m3: float = Field(default=998.0, ge=500, le=3000)
@@ -43,16 +45,15 @@ class WeighedFill(Settings):
 
     @model_validator(mode="after")
     def _file_or_columns(self) -> Self:
-        given = [name for name in ("mass_g", "level_mm") if getattr(self, name) is not None]
-        if self.file is None and len(given) < 2:
+        kinds = [value is not None for value in (self.file, self.mass_g, self.level_mm)]
+        mass_g, level_mm = self.mass_g or (), self.level_mm or ()
+        if kinds not in ([True, False, False], [False, True, True]) or len(mass_g) != len(level_mm):
             raise ValueError(
-                "give either file, a CSV with the columns mass_g and level_mm, or both mass_g and level_mm"
+                "give either file, a CSV with the columns mass_g and level_mm, or both mass_g and level_mm, with a "
+                "value for every step"
             )
-        if self.file is not None and given:
-            raise ValueError(f"{given[0]} and file are both given, and file has that column: give one")
-        if given and (fault := _fault(self.mass_g or (), self.level_mm or ())):
-            row, column, reason = fault
-            raise ValueError(f"{column}, row {row + 1}: {reason}")
+        if fault := _fall({"mass_g": mass_g, "level_mm": level_mm}):
+            raise ValueError(f"{fault[1]}, row {fault[0] + 1}: {fault[2]}")
         return self
 
     def loaded(self, folder: Path) -> Self:
@@ -63,45 +64,30 @@ class WeighedFill(Settings):
         if self.file is None:
             return self
         path = folder / self.file
-        # Bounds are checked below, with a message that states what to do.
-        columns = read_columns(path, dict.fromkeys(BOUNDS, (-np.inf, np.inf)), list(BOUNDS), (1, MOST_ROWS))
-        if fault := _fault(columns["mass_g"], columns["level_mm"]):
-            row, column, reason = fault
-            raise InputError(f"{path}, row {columns['row'][row]:g}, column {column}: {reason}.")
-        return self.model_copy(update={"file": None, **{name: tuple(columns[name]) for name in BOUNDS}})
+        columns = read_columns(path, BOUNDS, list(BOUNDS), (1, MOST_ROWS))
+        rows = columns.pop("row")
+        if fault := _fall(columns):
+            raise InputError(f"{path}, row {rows[fault[0]]:g}, column {fault[1]}: {fault[2]}.")
+        return self.model_copy(update={"file": None, **{name: tuple(values) for name, values in columns.items()}})
 
     @property
     def volume_mm3(self) -> Floats:
         """Volume in the crack after each step, (k,). Raises ValueError unless the file is loaded."""
-        return 1e6 * self._column(self.mass_g) / self.density_kg_m3
+        return 1e6 * np.array(present(self.mass_g, LOADED)) / self.density_kg_m3
 
     @property
     def levels_mm(self) -> Floats:
         """Level read after each step, (k,). Raises ValueError unless the file is loaded."""
-        return self._column(self.level_mm)
-
-    def _column(self, values: tuple[float, ...] | None) -> Floats:
-        if values is None:
-            raise ValueError("the fill is a file that is not read yet; call loaded first")
-        return np.array(values)
+        return np.array(present(self.level_mm, LOADED))
 
 
-def _fault(masses_g: Sequence[float], levels_mm: Sequence[float]) -> tuple[int, str, str] | None:
-    """Return row from 0, column and reason of the first invalid value, or None."""
-    if len(masses_g) != len(levels_mm):
-        return (
-            min(len(masses_g), len(levels_mm)),
-            "mass_g, level_mm",
-            "one column has more rows than the other; give both values in every row",
-        )
-    for name, values in (("mass_g", masses_g), ("level_mm", levels_mm)):
-        low, high = BOUNDS[name]
-        for row, value in enumerate(values):
-            if not low <= value <= high:
-                return row, name, f"{value:g}; {low:g} to {high:g} is allowed{HINTS.get(name, '')}"
-            if row and value <= values[row - 1]:
-                before = f"{value:g} after {values[row - 1]:g}"
-                return row, name, f"{before}; each step includes all that was poured before, so it must be higher"
+def _fall(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str] | None:
+    """Return row from 0, column and reason of the first value that is not above the one before; None if all are."""
+    for name, values in columns.items():
+        if (falls := np.diff(values) <= 0).any():
+            row = int(falls.argmax()) + 1
+            before = f"{values[row]:g} after {values[row - 1]:g}"
+            return row, name, f"{before}; each step includes all that was poured before, so it must be higher"
     return None
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from digitise.geometry.polyline import uncrossed, without_repeats
-from digitise.settings import AGAINST_EACH_OTHER, CrackShape
+from digitise.settings import AGAINST_EACH_OTHER, CrackShape, DepthTable
 from sealtwin.core.records import Outline
 from sealtwin.core.solid_figures import WeighedCavity
 
@@ -27,10 +27,7 @@ def walls_apart(outline: Outline, share: float) -> Outline:
     return replace(outline, left_wall_mm=outline.left_wall_mm + apart, right_wall_mm=outline.right_wall_mm - apart)
 
 
-DepthSetting = float | tuple[tuple[float, float], ...]
-
-
-def moved_depth(depth_mm: DepthSetting, by_mm: float) -> DepthSetting:
+def moved_depth(depth_mm: float | DepthTable, by_mm: float) -> float | DepthTable:
     """Move a depth, or each of a table of depths."""
     if isinstance(depth_mm, tuple):
         return tuple((s_mm, one_mm + by_mm) for s_mm, one_mm in depth_mm)

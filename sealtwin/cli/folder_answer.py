@@ -217,7 +217,7 @@ def _ending(ingested: Ingested) -> list[str]:
     samples = [each for each in ingested.samples if "photo" in each.files]
     sound = [each.fate for each in samples if not each.questions]
     unchanged, lab = sound.count("unchanged"), shown(ingested.lab)
-    verb = "is" if 1 in (len(sound), len(samples)) else "are"
+    verb = "is" if len(samples) == 1 else "are"
     count = f"{len(sound)} of {counted(len(samples), 'sample')} {verb} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if ingested.dry_run:

@@ -93,9 +93,7 @@ class WeighedCavity:
     levels_mm: tuple[float, ...]  # Mean level from the face, corrected for the meniscus
     volumes_mm3: tuple[float, ...]  # Volume below it, as weighed
     misfits_mm3: tuple[float, ...]  # Weighed volume minus the volume between the fitted walls
-    misfit_sds_mm3: tuple[float, ...]  # Standard deviation of the misfit due to the errors of scale and level
-    slabs_mm: tuple[tuple[float, float, float], ...]
-    """Slabs between two steps: depth of the middle, mean width and its standard deviation."""
+    misfit_sds_mm3: tuple[float, ...]  # Standard deviation of the misfit: scale, level, density and meniscus
     width_mm: float  # Mean width by fill and photo together, at the level of the traced outline
     wall_angle_deg: float
     depth_mm: float

@@ -26,6 +26,7 @@ from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
 from validate.readings.grid import listed
+from validate.units import counted
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"  # Folder in which a new trial is written first; no user has this name
 OWNED = {PAIRING, *OWN}  # Files that an ingest writes at the top of a lab
@@ -84,7 +85,7 @@ def ingest(
         ingested = Ingested(lab, source, dry_run, samples, left_out, placed, decisions)
         if not samples and not ingested.faults:
             raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
-        progress.start(f"Taking in {len(samples)} samples", len(samples))
+        progress.start(f"Taking in {counted(len(samples), 'sample')}", len(samples))
         for done, sample in enumerate(samples, start=1):
             _take_in(ingested, catalogue, sample, defaults, of_tables.get(sample.key, Note()), progress)
             progress.advance(done, sample.name)

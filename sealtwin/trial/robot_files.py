@@ -1,18 +1,16 @@
 """Write robot files of a run's nozzle path. The path must be confirmed and within the limits of the cell."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from digitise.robots.cell import FORMATS, Format, RobotCell
-from digitise.robots.gcode import gcode_text
+from digitise.robots.programs import PROGRAMS
 from digitise.robots.pump import PumpTable, read_pump
-from digitise.robots.robot_path import RobotPath, place_path, points_text, table_text
-from digitise.robots.spel import spel_text
-from digitise.robots.urscript import urscript_text
+from digitise.robots.robot_path import RobotPath, place_path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Trajectory
@@ -24,14 +22,6 @@ from sealtwin.trial.trial_file import load_trial
 
 REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
-PROGRAMS: dict[Format, tuple[str, Callable[[RobotPath], str]]] = {
-    "txt": ("path.txt", points_text),
-    "csv": ("path.csv", table_text),
-    "spel": ("path.prg", spel_text),
-    "gcode": ("path.gcode", gcode_text),
-    "urscript": ("path.script", urscript_text),
-}
-"""Name of the file for each format, and the function that returns the file's text."""
 
 
 def write_robot_files(
@@ -166,13 +156,12 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
 def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any]:
     """Return the flows that the programs request from a pump, and the uncertainty of its flow."""
     flows = wanted.flow_mm3_s[wanted.flow_mm3_s > 0]
-    half, _ = pump.doubts(flows)
     requested = path.trajectory.flow_mm3_s[path.trajectory.flow_mm3_s > 0]
     return {
         "weighed_mm3_s": list(pump.range_mm3_s),
         "wanted_mm3_s": [float(flows.min()), float(flows.max())],
         "asked_mm3_s": [float(requested.min()), float(requested.max())],
-        "interval_95_percent": None if half is None else 100 * half,
+        "interval_95_percent": None if pump.error_95 is None else 100 * pump.error_95,
         "waits_s": path.hold_s,
     }
 

@@ -67,7 +67,7 @@ def test_a_first_pixel_inside_begins_with_none_outside():
 @pytest.mark.parametrize(
     ("outline", "says"),
     [
-        (replace(arc_slot(), path_source="mesh", photo_size_px=SIZE_PX), r"a\.x: this crack is not from a photo"),
+        (replace(arc_slot(), path_source="mesh", photo_size_px=SIZE_PX), r"a\.x: this crack has no walls in a photo"),
         # White on none of its pixels, it would teach a program that there is no crack.
         (replace(_outline(), width_source="none"), "--width-mm"),
     ],

@@ -67,11 +67,11 @@ def test_figures_of_the_path_are_those_of_the_plan(tmp_path):
 @pytest.mark.parametrize(
     ("row", "column", "value", "says"),
     [
-        (1, 0, 0.0, "row 3: t_s is 0 after 0"),
+        (1, 0, 0.0, "row 3: t_s is 0; times must increase"),
         (3, 5, 5.0, "row 5: flow_mm3_s is 5"),
-        (1, 4, 4.0, "row 3, column speed_mm_s: 4"),
+        (1, 4, 4.0, "row 3: speed_mm_s is 4; its places and times"),
         (1, 5, -1.0, "row 3, column flow_mm3_s: -1"),
-        (1, 1, 5.0, "row 2: the nozzle does not move"),
+        (1, 1, 5.0, "row 2: x_mm is 5; the nozzle does not move"),
         (2, 3, 0.0, "row 4, column z_mm: 0"),
     ],
 )

@@ -219,7 +219,7 @@ def test_a_gauge_s_widths_are_taken_as_given(thin, tmp_path):
     assert answer.exit_code == 0, answer.output
     assert json.loads((out / "run.json").read_text())["sample"]["mean_width_mm"] == pytest.approx(0.3, abs=0.01)
     path_alone = ("--set", "photo.path_only=true", "--width-mm", 0.3)
-    assert "width_mm cannot be combined with path_only" in refusal("digitise", *arguments, *path_alone)
+    assert "path_only cannot be combined with width_mm" in refusal("digitise", *arguments, *path_alone)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a file that is always full")

@@ -54,7 +54,7 @@ FLUID: dict[str, Any] = {
     "warnings": (REMARK,),
 }
 WEIGHED = WeighedCavity(
-    *((-9.0, -6.0), (100.0, 200.0), (1.0, 2.0), (3.0, 3.0), (), 3.1, 2.0, 12.0),
+    *((-9.0, -6.0), (100.0, 200.0), (1.0, 2.0), (3.0, 3.0), 3.1, 2.0, 12.0),
     *(((0.1, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.3)), (900.0, 1100.0)),
 )
 OF_FAST: dict[str, Any] = dict.fromkeys(("particles", "escaped_particles", "spilled_particles"))

@@ -152,21 +152,14 @@ def draw_uncertainty(stations: StationErrors) -> Figure:
 
 
 @theme.themed()
-def draw_weighed_fill(weighed: WeighedCavity, mouth_mm: float, floor_mm: float) -> Figure:
-    """Draw the weighed volumes over their levels and the widths over depth, each with the fitted walls."""
-    upper, lower = theme.plate(4.6).subplots(2, 1)
+def draw_weighed_fill(weighed: WeighedCavity) -> Figure:
+    """Draw the weighed volumes over their levels, with the fitted walls."""
+    axes = theme.plate(2.6).subplots()
     levels_mm, volumes_ml = np.array(weighed.levels_mm), np.array(weighed.volumes_mm3) / 1e3
     fitted_ml = volumes_ml - np.array(weighed.misfits_mm3) / 1e3
     errors_ml = 2 * np.array(weighed.misfit_sds_mm3) / 1e3
     points = {"fmt": "o", "color": theme.MEASURED, "markersize": 5, "markerfacecolor": "none", "capsize": 3}
-    upper.errorbar(levels_mm, volumes_ml, yerr=errors_ml, label="weighed, ± 2 sd", **points)
-    fitted = {"color": theme.SIMULATED, "label": "fitted walls"}
-    upper.plot(np.append(-weighed.depth_mm, levels_mm), np.append(0.0, fitted_ml), **fitted)
-    theme.label_axes(upper, "mean level from the face (mm)", "liquid (ml)", "Liquid below each level", legend=2)
-    if weighed.slabs_mm:
-        depth_mm, width_mm, sd_mm = np.array(weighed.slabs_mm).T
-        lower.errorbar(width_mm, -depth_mm, xerr=2 * sd_mm, label="between two steps, ± 2 sd", **points)
-    lower.plot([mouth_mm, floor_mm], [0.0, -weighed.depth_mm], **fitted)
-    lower.set_xlim(0, None)
-    lower.set_ylim(-1.05 * weighed.depth_mm, 0)
-    return theme.label_axes(lower, "mean width (mm)", "depth (mm)", "Mean width at each depth", legend=2)
+    axes.errorbar(levels_mm, volumes_ml, yerr=errors_ml, label="weighed, ± 2 sd", **points)
+    below_mm, below_ml = np.append(-weighed.depth_mm, levels_mm), np.append(0.0, fitted_ml)
+    axes.plot(below_mm, below_ml, color=theme.SIMULATED, label="fitted walls")
+    return theme.label_axes(axes, "mean level from the face (mm)", "liquid (ml)", "Liquid below each level", legend=2)

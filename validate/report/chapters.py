@@ -208,12 +208,10 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
 
 
 def _weighed(evidence: Evidence) -> Iterator[Item]:
-    figures = evidence.solid.figures
-    if (weighed := figures.weighed) is not None:
-        widths_mm = figures.mouth_width_mm or 0.0, figures.floor_width_mm or 0.0
+    if (weighed := evidence.solid.figures.weighed) is not None:
         yield Plate(
             "Cavity by weight: levels of a liquid poured into the crack in steps, and straight walls fitted to them.",
-            lambda: draw_weighed_fill(weighed, *widths_mm),
+            lambda: draw_weighed_fill(weighed),
         )
 
 

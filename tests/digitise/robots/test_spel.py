@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from digitise.robots.robot_path import RobotPath, place_path
-from digitise.robots.spel import spel_text
+from digitise.robots.programs import spel_text
+from digitise.robots.robot_path import place_path
 from sealtwin.core.errors import InputError
 from tests.cells import cell, in_cell, placed, random_paths, trajectory
 from tests.robot_readers import read_spel
-from tests.shapes import dog_leg, straight_slot, wandering_crack
+from tests.shapes import straight_slot
 
 AREA_MM2 = np.pi * 10.0**2
 ADDED = {"motion": "move", "dispenser": "s", "output_bit": None, "axis_start_mm": 5.0, "axis_gives": "+"}
@@ -38,11 +38,6 @@ def test_moves_go_where_and_press_as_far_as_was_planned(it, turn, axis, gives):
     assert (point[-1] if axis == "s" else point[-2]) == 0
     assert program.motions[0].given == along[0].given
     assert program.motions[-1].given == along[-1].given
-
-
-def curved(path: RobotPath) -> tuple[np.ndarray, list[str]]:
-    motions = read_spel(spel_text(path)).motions
-    return np.array([m.place for m in motions if m.how == "CVMove"]), [motion.how for motion in motions]
 
 
 @pytest.mark.parametrize("reverse", [False, True])
@@ -90,21 +85,10 @@ def test_a_six_axis_arm_gets_all_its_angles_and_the_flags_of_its_cell():
     assert "  Tool 2\n" in text
 
 
-def test_a_curve_of_many_points_is_thinned_where_that_leaves_the_path_nowhere():
-    """300 points along a straight crack are 200 as well; those of a wild one are not."""
+def test_a_curve_of_more_points_than_the_language_has_is_refused():
     it = trajectory(straight_slot(160.0), spacing_mm=0.5)
-    assert len(it.t_s) == 281
-    places, _ = curved(placed(it))
-    assert len(places) == 199
-    # From the first waypoint, where the curve starts, to the last.
-    assert places[-1] == pytest.approx(in_cell(it.position_mm[-1:])[0], abs=6e-4)
-    assert np.ptp(np.linalg.norm(np.diff(places, axis=0), axis=1)) < 2e-3
-    long = trajectory(wandering_crack(3, wander_mm=4.0), spacing_mm=0.1, smoothing_mm=0.0)
-    assert len(curved(placed(long))[0]) == 199
-    # Of 80 mm, 200 points are 0.402 mm apart, the corner halfway between two: cut by 0.201 sin 30 mm.
-    corner = trajectory(dog_leg(60.0), spacing_mm=0.2, smoothing_mm=0.0, trim_mm=0.0)
-    with pytest.raises(InputError, match=r'the path has 401 points .* 200, .* 0\.1\d mm; .* = "move"'):
-        spel_text(placed(corner))
+    with pytest.raises(InputError, match=r'the path has 281 points .* 3 to 200\. Set spel\.motion = "move"'):
+        spel_text(placed(it))
 
 
 LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)}}
@@ -118,7 +102,7 @@ LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)
         (
             {"flow": "cross_section"},
             {"spel": {"motion": "move"}},
-            r"gives one flow or none, .* let an axis press",
+            r"gives one flow or none, .* Let an axis press",
         ),
         ({"speed_mm_s": 0.05}, {}, r"SpeedS takes 0\.1 mm/s or more, but the path has 0\.05"),
         ({}, {"spel": {"first_point": 940}}, r"needs 65 points from P940 on, .* P999"),

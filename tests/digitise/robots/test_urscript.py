@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from digitise.robots.programs import urscript_text
 from digitise.robots.robot_path import place_path
-from digitise.robots.urscript import urscript_text
 from sealtwin.core.errors import InputError
 from tests.cells import cell, in_cell, placed, random_paths, trajectory
 from tests.robot_readers import read_urscript
@@ -57,14 +57,6 @@ def test_the_tool_looks_into_the_face_and_is_turned_as_asked(turn_deg):
     x /= np.linalg.norm(x)
     seen_deg = np.degrees(np.arctan2(np.cross(x, axes[:, 0]) @ axes[:, 2], x @ axes[:, 0]))
     assert seen_deg == pytest.approx(turn_deg, abs=1e-3)
-
-
-def test_a_taught_rotation_vector_is_used_where_it_is_square_to_the_face():
-    vector = (2.2, 2.25, 0.02)
-    (rotation,) = read_urscript(urscript_text(placed(urscript={"rotation_vector_rad": vector}))).rotations
-    assert rotation == vector
-    with pytest.raises(InputError, match=r"rotation_vector_rad puts the nozzle 9\d\.\d degrees off the face's normal"):
-        urscript_text(placed(urscript={"rotation_vector_rad": (1.57, 0.0, 0.0)}))
 
 
 def test_a_digital_output_is_on_over_the_crack_only():

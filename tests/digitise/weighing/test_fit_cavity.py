@@ -51,9 +51,6 @@ def test_steps_without_error_give_angle_and_depth(tilt, floor_mm, mouth_mm):
     assert solid.cavity_volume_mm3 == pytest.approx(true_mm3, rel=0.005)
     low_mm3, high_mm3 = solid.figures.cavity_volume_95_mm3 or (0.0, 0.0)
     assert low_mm3 < true_mm3 < high_mm3
-    for middle_mm, width_mm, sd_mm in weighed.slabs_mm:
-        assert width_mm == pytest.approx(mouth_mm - (mouth_mm - floor_mm) * middle_mm / DEPTH_MM, rel=0.02)
-        assert 0 < sd_mm < 1
 
 
 def test_one_weighing_at_the_brim_gives_the_angle_where_width_and_depth_are_known():
@@ -104,26 +101,6 @@ def test_a_fill_that_no_angle_explains_is_refused(factor):
         weigh(slot(), shaped("flare"), wrong, 0.1, 0.2)
 
 
-@pytest.mark.parametrize(
-    ("tilt", "other", "traced_mm", "floor_mm", "mouth_mm"),
-    [
-        ("flare", "funnel", 5.0, 3.0, 5.0),
-        ("funnel", "flare", 3.0, 3.0, 5.0),
-        ("funnel", "undercut", 3.0, 5.0, 3.0),
-        ("flare", "undercut", 3.0, 5.0, 3.0),
-        ("undercut", "flare", 3.0, 3.0, 5.0),
-        ("undercut", "funnel", 5.0, 3.0, 5.0),
-    ],
-)
-def test_the_other_reading_of_the_tilt_is_named_where_it_fits_better(tilt, other, traced_mm, floor_mm, mouth_mm):
-    fill = fill_of(floor_mm, mouth_mm, level_sd_mm=0.05, flush_sd_mm=0.05)
-    _, _, weighed = weigh(slot(traced_mm), shaped(tilt), fill, 0.1, 0.2)
-    assert [finding for finding in weighed.findings if "fits the weighed fill better" in finding] == [
-        f'tilt = "{other}" fits the weighed fill better: the photo then shows the width of the '
-        f"{'floor' if other == 'flare' else 'mouth'}."
-    ]
-
-
 def test_walls_that_open_downward_stay_upright_and_are_named():
     funnel = shaped("funnel")
     outline, shape, weighed = weigh(slot(), funnel, fill_of(5.0, 3.0), 0.1, 0.2)
@@ -147,7 +124,9 @@ def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg
 def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
     _, shape, weighed = weigh(slot(), shaped("undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0
-    assert any("close downward by" in finding and "of an undercut cannot" in finding for finding in weighed.findings)
+    assert any(
+        "close downward by" in finding and 'tilt = "undercut" has none' in finding for finding in weighed.findings
+    )
 
 
 def test_what_an_undercut_gains_around_a_tip_is_weighed_too():

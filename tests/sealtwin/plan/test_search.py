@@ -115,7 +115,7 @@ def test_a_flow_that_the_limit_does_not_allow_is_refused_with_its_place(flow_max
 
 def test_a_pump_that_gives_no_less_bounds_from_below():
     flows = np.array([200.0, 400.0, 600.0])
-    pump = PumpTable("pump.csv", flows, flows, 0 * flows, 0.01, 3, np.ones(3), 0.0, 0.0)
+    pump = PumpTable("pump.csv", flows, flows, 0 * flows, 0.01)
     limits = limits_of(OWN, None, pump, 500.0, False)
     assert limits.flow_mm3_s == (200.0, 500.0)
     thin = np.full(2, 10.0)

@@ -24,7 +24,7 @@ def run(evidence):
 def test_what_a_weighed_fill_contradicts_is_said_first(evidence):
     assert cautions(evidence) == (), "measured data and a sound run need no word"
     nothing = (0.0, 0.0, 0.0)
-    weighed = WeighedCavity((), (), (), (), (), 3.0, 5.0, 16.0, (nothing,) * 3, (1.0, 2.0), ("The fill contradicts.",))
+    weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, (nothing,) * 3, (1.0, 2.0), ("The fill contradicts.",))
     figures = replace(evidence.solid.figures, weighed=weighed)
     assert cautions(replace(evidence, solid=replace(evidence.solid, figures=figures))) == ("The fill contradicts.",)
 
