@@ -4,23 +4,18 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 from manifold3d import CrossSection, JoinType, Manifold
-from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 from skimage.measure import points_in_poly
 
-from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import at_arc_length, resampled, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import Block, parted
 from digitise.mesh_import.cavity_sections import seen_from_above, strip_width_mm
 from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
-from digitise.scale.view import View
 from digitise.settings import MeshUnit
-from digitise.solid.float_mesh import corners_mm
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.plain_files import read_text
@@ -37,23 +32,17 @@ UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through
 LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
 ROUND_MM = 15.0  # Width of face shown around the crack, with space for the overlay's legend
 BORDER_MM = 8.0  # Width shown outside the face, with space for the overlay's text at open ends
-FACET_MM = 1.0  # Size of the pieces in which long facets are drawn, each in one shade
-FACETS = 50_000  # Most pieces
-SPECK_MM2 = 1e-6  # Area below which a facet is rounding at a cut, and would be drawn as a line
 FACE_GREY = 205.0  # Grey of the face
-DEEPEST_GREY = 40.0  # Grey of the deepest place
-BESIDE_GREY = 245  # Grey outside the sample
+MOUTH_GREY = 40.0  # Grey of the crack's mouth
 LARGEST_BYTES = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
 MOST_BESIDE = 0.05  # Largest share of a given line, between entry and exit, that may be beside the crack
 WHOLE = 0.9  # Least share of the mouth that a line along the whole crack covers: oblique ends take some
 SPACING_MM = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
 
 
-LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper left
 SEPARATORS = re.compile(r"[;,\s]+")
 DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
 """A number with a decimal comma, followed by a semicolon or by another such number."""
-HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, x and y are a line's first two numbers
 
 
 @dataclass(frozen=True)
@@ -141,15 +130,10 @@ def _points_inside(region: CrossSection, points_mm: Floats) -> int:
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
-    """Draw the crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers.
-
-    ``image`` is a shaded view of the mesh.
-    """
+    """Draw the crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers."""
     low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
-    low, high = (
-        np.maximum(low - ROUND_MM, -BORDER_MM),
-        np.minimum(high + ROUND_MM, np.add(block.size_mm, BORDER_MM)),
-    )
+    low = np.maximum(low - ROUND_MM, -BORDER_MM)
+    high = np.minimum(high + ROUND_MM, np.add(block.size_mm, BORDER_MM))
     width_mm = strip_width_mm(cavity.mouth)
     view, mm_per_px, in_mouth = seen_from_above(cavity.mouth, width_mm, low, high)
     if width_mm < LEAST_ACROSS_PX * mm_per_px:
@@ -159,9 +143,10 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
             "Crop the mesh to a shorter piece.",
             "narrow",
         )
+    grey = FACE_GREY + in_mouth * (MOUTH_GREY - FACE_GREY)
     return Photo(
         file=file,
-        image=_shaded(block.body, view, in_mouth.shape, cavity.depth_mm),
+        image=np.repeat(grey.round().astype(np.uint8)[:, :, None], 3, axis=2),
         brightness=1.0 - in_mouth,
         view=view,
         face_mm=block.face_mm,
@@ -171,24 +156,6 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
         drawn=in_mouth > 0.5,
         warnings=cavity.warnings,
     )
-
-
-def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float) -> NDArray[np.uint8]:
-    """Draw the upward facets, (height, width, 3), from the lowest to the highest. Deeper facets are darker."""
-    size_mm = max(FACET_MM, float(np.sqrt(body.surface_area() / FACETS)))
-    facets = corners_mm(body.refine_to_length(size_mm))
-    facets = facets[normals(facets)[:, 2] > SPECK_MM2]
-    across, height_mm = normals(facets), facets[:, :, 2].mean(axis=1)
-    order = np.argsort(height_mm)
-    depth = np.clip(-height_mm / depth_mm, 0, 1)
-    lit = np.clip(across @ LIGHT / np.linalg.norm(across, axis=1) / LIGHT[2], 0.3, 1.1)
-    shade = (FACE_GREY + depth * (DEEPEST_GREY - FACE_GREY)) * lit
-    grey = np.clip(shade, 0, 255).round().astype(int).tolist()
-    fixed = np.rint(view.to_px(facets[:, :, :2].reshape(-1, 2)) * 16).astype(np.int32).reshape(-1, 3, 2)
-    picture = np.full(shape, BESIDE_GREY, dtype=np.uint8)
-    for number in order.tolist():
-        cv2.fillConvexPoly(picture, fixed[number], (grey[number],), cv2.LINE_8, 4)
-    return np.repeat(picture[:, :, None], 3, axis=2)
 
 
 def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
@@ -209,41 +176,41 @@ def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
 
 
 def read_path(path: Path) -> Floats:
-    """Read points in mm, (n, 2), from lines of x, y and perhaps z. Raises InputError with file and line."""
-    if not path.is_file():
+    """Read points in mm, (n, 2), from lines of x, y and perhaps z. Raises InputError with file and line.
+
+    A first line may name the columns x_mm and y_mm among others.
+    """
+    if not path.is_file() or path.stat().st_size > LARGEST_BYTES:
         raise InputError(
-            f"{path}: no such path file; mesh.path is relative to its trial file. Correct it, or remove it."
+            f"{path}: no such path file, or larger than {LARGEST_BYTES / 1e6:g} MB; mesh.path is relative to its trial "
+            "file. Correct it, or remove it."
         )
-    if path.stat().st_size > LARGEST_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; a path needs only a few hundred lines.")
     try:
         lines = read_text(path, LARGEST_BYTES).splitlines()
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file; write x and y in mm, one line for each point.") from None
     if comma := next((line for line in lines if DECIMAL_COMMAS.match(line)), None):
         raise InputError(f"{path}: its decimals are commas, as in {comma.strip()[:60]!r}. Write decimal points.")
-    points, columns = [], [0, 1]
+    points, columns = list[list[float]](), [0, 1]
     for number, line in enumerate(lines, start=1):
         words = [word for word in SEPARATORS.split(line.partition("#")[0]) if word]
-        header = next((names for names in HEADERS if not points and set(names) <= set(words)), None)
-        if header is not None:
-            columns = [words.index(name) for name in header]
+        if not points and {"x_mm", "y_mm"} <= {*words}:
+            columns = [words.index("x_mm"), words.index("y_mm")]
         elif words:
             try:
-                x, y = (float(words[column]) for column in columns)
+                point = [float(words[column]) for column in columns]
             except (ValueError, IndexError):
-                x = y = np.nan
-            if not np.isfinite([x, y]).all():
+                point = [np.nan]
+            if not np.isfinite(point).all():
                 content = " ".join(words)[:60]
                 raise InputError(
                     f"{path}, line {number}: expected x and y in mm, two finite numbers, found {content!r}."
                 )
-            points.append((x, y))
-    places_mm = np.array(points).reshape(-1, 2)
-    places_mm = places_mm[np.append(True, np.any(np.diff(places_mm, axis=0) != 0, axis=1))[: len(places_mm)]]
-    if len(places_mm) < 2:
-        raise InputError(f"{path}: {len(places_mm)} different points; a path needs two or more.")
-    return places_mm
+            if points[-1:] != [point]:
+                points.append(point)
+    if len(points) < 2:
+        raise InputError(f"{path}: {len(points)} different points; a path needs two or more.")
+    return np.array(points)
 
 
 def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str]:

@@ -30,7 +30,6 @@ LARGEST_PX = 12_000_000  # Largest picture, that of a phone
 MOST_LINES = 4000  # Most lines from wall to wall
 SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
 APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
-BESIDE = 1.0  # Widths by which lines from wall to wall are continued beyond each wall, for undercut walls
 
 
 def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
@@ -93,42 +92,28 @@ def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Flo
 
 
 def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the arc length of each cell, (n,), and True for cells of the main crack."""
+    """Return the arc length of each cell, (n,), and True for cells of the main crack.
+
+    A cell beside the mouth, below an undercut wall, belongs to the nearest cell in the mouth.
+    """
     fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
     walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
     left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, fine_mm), 2)
-    share = np.linspace(-BESIDE, 1 + BESIDE, round((1 + 2 * BESIDE) * ACROSS) + 1)
-    within = (share >= 0) & (share <= 1)
-    places_mm = left_mm[:, None] + share[None, :, None] * (right_mm - left_mm)[:, None]
-    paces = np.gradient(places_mm, fine_mm, axis=0)
+    share = np.linspace(0.0, 1.0, ACROSS + 1)
+    lines_mm = left_mm[:, None] + share[:, None] * (right_mm - left_mm)[:, None]
+    pace, lines_mm = (each.reshape(-1, 2) for each in (np.gradient(lines_mm, fine_mm, axis=0), lines_mm))
     in_mouth = points_in_poly(cells_mm, outline.outline_mm)
-    nearest_line = np.zeros(len(cells_mm), dtype=int)
-    at_mm, main = np.empty(len(cells_mm)), np.zeros(len(cells_mm), dtype=bool)
-    # Outside the mouth, under its edge, lines are continued; inside, those of a bend's other leg would be nearer.
-    for these, columns in ((in_mouth, within), (~in_mouth, np.ones_like(within))):
-        if these.any():
-            lines_mm = places_mm[:, columns].reshape(-1, 2)
-            away_mm, near = KDTree(lines_mm).query(cells_mm[these])
-            # Interpolated from the nearest line by the pace of the lines there.
-            pace = paces[:, columns].reshape(-1, 2)[near]
-            onward_mm = ((cells_mm[these] - lines_mm[near]) * pace).sum(axis=1) / np.maximum(
-                (pace**2).sum(axis=1), SLOW
-            )
-            onward_mm = np.clip(onward_mm, -fine_mm[1] / 2, fine_mm[1] / 2)
-            line = np.asarray(near) // int(columns.sum())
-            at_mm[these] = np.clip(fine_mm[line] + onward_mm, 0.0, fine_mm[-1])
-            nearest_line[these] = line
-            main[these] = away_mm <= APART * outline.mean_width_mm
-    if in_mouth.any() and not in_mouth.all():
-        nearest = KDTree(cells_mm[in_mouth]).query(cells_mm[~in_mouth])[1]
-        main[~in_mouth] = main[in_mouth][nearest]
-    for end in (0, -1):
-        across_mm = left_mm[end] - right_mm[end]
-        inward = np.array([across_mm[1], -across_mm[0]]) * (1 if end == 0 else -1)
-        inward_mm = (cells_mm - left_mm[end]) @ inward / max(float(np.linalg.norm(across_mm)), step_mm)
-        # A cell that is cut in half belongs to both sides.
-        main &= ~(in_mouth & (nearest_line == np.arange(len(fine_mm))[end]) & (inward_mm < -step_mm / 2))
-    return at_mm, main
+    if not in_mouth.any():
+        in_mouth[:] = True
+    places_mm = cells_mm[in_mouth]
+    away_mm, near = KDTree(lines_mm).query(places_mm)
+    # Interpolated from the nearest line by the pace of the lines there.
+    onward_mm = ((places_mm - lines_mm[near]) * pace[near]).sum(axis=1) / (pace[near] ** 2).sum(axis=1).clip(min=SLOW)
+    at_mm = fine_mm[np.asarray(near) // len(share)] + onward_mm.clip(-fine_mm[1], fine_mm[1])
+    # A cell that is cut in half at an end belongs to both sides.
+    main = (away_mm <= APART * outline.mean_width_mm) & (np.abs(at_mm - fine_mm[-1] / 2) < (fine_mm[-1] + step_mm) / 2)
+    nearest = KDTree(places_mm).query(cells_mm)[1]
+    return at_mm[nearest].clip(0.0, fine_mm[-1]), main[nearest]
 
 
 def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:

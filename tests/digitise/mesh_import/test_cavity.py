@@ -71,7 +71,7 @@ def test_what_is_no_crack_is_refused(body, line_mm, says):
         "1 2\n3 4.5\n",
         "1,2,7\n3,4.5,7\n",
         "# from CAD\n1;2\n\n1;2\n3; 4.5  # the end\n",
-        "x,y\r\n1,2\r\n3,4.5\r\n",
+        "x_mm,y_mm\r\n1,2\r\n3,4.5\r\n",
         "t_s,x_mm,y_mm,z_mm\n0,1,2,3\n1,3,4.5,3\n",
         "\ufeff1\t2\n3\t4.5",
     ],

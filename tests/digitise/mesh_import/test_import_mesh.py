@@ -5,9 +5,10 @@ from typing import get_args
 
 import numpy as np
 import pytest
+import trimesh
 from manifold3d import Manifold
 
-from digitise.mesh_import.import_mesh import UPRIGHT, label_imported, moved, notes_on_unit, upright, upright_mm
+from digitise.mesh_import.import_mesh import UPRIGHT_DEG, label_imported, notes_on_unit, upright, upright_mm
 from digitise.settings import MeshInput, MeshUnit
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import FileUnit, Triangles
@@ -19,11 +20,11 @@ def settings(units: str = "mm", up: str = "z") -> MeshInput:
     return MeshInput.model_validate({"file": Path("scan.stl"), "data": "synthetic", "units": units, "up": up})
 
 
-@pytest.mark.parametrize("up", UPRIGHT)
+@pytest.mark.parametrize("up", UPRIGHT_DEG)
 def test_the_axis_out_of_the_face_comes_to_point_upward(up):
     """By a rotation: a mirror would swap the crack's left wall for its right one."""
     axis = np.eye(3)["xyz".index(up[-1])] * (-1.0 if up.startswith("-") else 1.0)
-    assert moved(axis[None], upright(settings(up=up)))[0] == pytest.approx([0, 0, 1])
+    assert trimesh.transform_points(axis[None], upright(settings(up=up)))[0] == pytest.approx([0, 0, 1])
     assert np.linalg.det(upright(settings(up=up))[:3, :3]) == pytest.approx(1.0)
 
 
