@@ -332,8 +332,8 @@ class MeshInput(Settings):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """File of a centreline: one line of text for each point, with x and y in mm, in the mesh's frame turned upright. By
-    default the centreline is found in a section just below the face."""
+    """File of a centreline: a CSV with the columns x_mm and y_mm, in the mesh's frame turned upright. By default the
+    centreline is found in a section just below the face."""
     dam_height_mm: DamHeight = 10.0
     """Height above the face of the dams at all places where the crack leaves the block, as in [crack]."""
 

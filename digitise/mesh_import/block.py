@@ -30,8 +30,6 @@ BELOW_ROUGHNESS = 4.0  # The same in RMS of a rough face: all but 60 in a millio
 LEVELS = 8  # Sections, from the face to the underside, in which a side must be in material
 LINES = 400  # Lines across each section, one for every 0.4 mm of the paper's sample
 ROUGH = 5.0  # Distance behind the median that is a side's roughness, in median deviations
-DEEP = 4.0  # Distance behind that roughness that is a crack, in roughnesses
-OPENING_MM = 1.0  # Distance behind that roughness that is a crack in every side, however rough
 ROUNDING_MM = 1e-6  # Distance behind the median that is rounding of a plane side
 MOST_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
 MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers, rough sides are less
@@ -206,23 +204,14 @@ def _sides(body: Manifold, rings: dict[float, Floats], axis: int) -> tuple[float
 def _side(met_mm: Floats) -> float | None:
     """Return the coordinate beyond which all lines on every level have met material, except those into a crack.
 
-    ``met_mm``, (levels, lines), is where each line meets it. Lines into a crack are neighbours beyond the side's
-    roughness, and at least one of them is deep. An oblique crack recedes from the side slowly at first, and a thin
-    crack is deep nowhere: its first lines are as near as the chips of a rough edge.
+    ``met_mm``, (levels, lines), is where each line meets it. A line into a crack meets it beyond the side's roughness.
     """
-    outermost, plane = [], True
-    for places_mm in met_mm:
-        usual_mm = float(np.median(places_mm))
-        if not np.isfinite(usual_mm):
-            return None
-        off_mm = places_mm - usual_mm
-        rough_mm = ROUGH * float(np.median(np.abs(off_mm)[np.isfinite(off_mm)]))
-        beyond = off_mm > rough_mm + ROUNDING_MM
-        number = np.cumsum(np.diff(beyond, prepend=False))
-        deep = np.bincount(number, off_mm > rough_mm + min(OPENING_MM, DEEP * rough_mm + ROUNDING_MM)) > 0
-        on_side_mm = places_mm[~(beyond & deep[number])]
-        if len(on_side_mm) < (1 - MOST_OPENING) * LINES:
-            return None
-        outermost.append(float(on_side_mm.max()))
-        plane &= usual_mm == outermost[-1] == outermost[0]
-    return max(outermost) + (0.0 if plane else TRIM_MM)
+    off_mm = met_mm - (usual_mm := float(np.median(met_mm)))
+    if not np.isfinite(usual_mm):
+        return None
+    scatter_mm = float(np.median(np.abs(off_mm)[np.isfinite(off_mm)]))
+    on_side = off_mm <= ROUGH * scatter_mm + ROUNDING_MM
+    if on_side.mean(axis=1).min() < 1 - MOST_OPENING:
+        return None
+    side_mm = float(met_mm[on_side].max())
+    return side_mm if side_mm == usual_mm else side_mm + TRIM_MM

@@ -1,12 +1,11 @@
 """The crack in a block: cavity, mouth, picture for reports, outline, and a given path."""
 
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, JoinType, Manifold
-from scipy.ndimage import map_coordinates
+from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
 from digitise.geometry.polyline import at_arc_length, resampled, signed_area
@@ -18,7 +17,7 @@ from digitise.photo import Photo
 from digitise.settings import MeshUnit
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import InputError, ShapeError
-from sealtwin.core.plain_files import read_text
+from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import Floats, Outline
 
 # Limits of the choice of an opening, sizes of the picture, and limits of a given path.
@@ -34,15 +33,13 @@ ROUND_MM = 15.0  # Width of face shown around the crack, with space for the over
 BORDER_MM = 8.0  # Width shown outside the face, with space for the overlay's text at open ends
 FACE_GREY = 205.0  # Grey of the face
 MOUTH_GREY = 40.0  # Grey of the crack's mouth
-LARGEST_BYTES = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
+MOST_POINTS, FARTHEST_MM = 20_000, 1e6  # Limits of a path file
 MOST_BESIDE = 0.05  # Largest share of a given line, between entry and exit, that may be beside the crack
 WHOLE = 0.9  # Least share of the mouth that a line along the whole crack covers: oblique ends take some
 SPACING_MM = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
 
 
-SEPARATORS = re.compile(r"[;,\s]+")
-DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
-"""A number with a decimal comma, followed by a semicolon or by another such number."""
+AS_READ = "It is read as x and y in mm, in the mesh's own axes turned upright."
 
 
 @dataclass(frozen=True)
@@ -72,8 +69,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     openings = (face - block.body.slice(-below_mm)).decompose()
     mouth, warnings = _chosen(openings, on_path_mm)
     bottom_mm = block.body.bounding_box()[2]
-    shaft = face.extrude(-below_mm - bottom_mm + UNDER_MM).translate((0.0, 0.0, bottom_mm - UNDER_MM))
-    _, rooms = parted(shaft, block.body)
+    _, rooms = parted(prism(face, bottom_mm - UNDER_MM, -below_mm), block.body)
     by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
     below = next((room for room in by_volume if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0), None)
     if below is None:
@@ -98,13 +94,9 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
         )
     chosen, areas_mm2 = 0, [opening.area() for opening in openings]
     if on_path_mm is not None:
-        passed = [_points_inside(opening, on_path_mm) for opening in openings]
+        passed = [int(_inside(opening, on_path_mm).sum()) for opening in openings]
         if not any(passed):
-            raise ShapeError(
-                "The given path is not inside an opening of the face.",
-                "It is read as x and y in mm, in the mesh's own axes turned upright.",
-                "path",
-            )
+            raise ShapeError("The given path is not inside an opening of the face.", AS_READ, "path")
         chosen = int(np.argmax(passed))
     elif len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
         (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
@@ -115,18 +107,16 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
             "rivals",
         )
     pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= PIT_MM2]
-    if not pits:
-        return openings[chosen], ()
-    return openings[chosen], (
-        f"{len(pits)} other openings of up to {pits[0]:.1f} mm² in the face are not part of the crack: sealant may run "
-        "into them.",
+    doubt = (
+        f"{len(pits)} other openings of up to {max(pits, default=0.0):.1f} mm² in the face are not part of the crack: "
+        "sealant may run into them.",
     )
+    return openings[chosen], doubt if pits else ()
 
 
-def _points_inside(region: CrossSection, points_mm: Floats) -> int:
-    """Count the points inside a region: those inside an odd number of its rings."""
-    inside = [points_in_poly(points_mm, ring) for ring in region.to_polygons()]
-    return int(np.logical_xor.reduce(inside).sum())
+def _inside(region: CrossSection, points_mm: Floats) -> NDArray[np.bool_]:
+    """Return True for each point inside a region: inside an odd number of its rings, (n,)."""
+    return np.logical_xor.reduce([points_in_poly(points_mm, ring) for ring in region.to_polygons()])
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
@@ -176,57 +166,33 @@ def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
 
 
 def read_path(path: Path) -> Floats:
-    """Read points in mm, (n, 2), from lines of x, y and perhaps z. Raises InputError with file and line.
+    """Read points in mm, (n, 2), from a CSV with the columns x_mm and y_mm. Raises InputError with file and row."""
+    bounds = dict.fromkeys(("x_mm", "y_mm", "z_mm"), (-FARTHEST_MM, FARTHEST_MM))
+    columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MOST_POINTS))
+    points_mm = np.column_stack([columns["x_mm"], columns["y_mm"]])
+    points_mm = points_mm[np.append(True, (np.diff(points_mm, axis=0) != 0).any(axis=1))]
+    if len(points_mm) < 2:
+        raise InputError(f"{path}: 1 different point; a path needs two or more.")
+    return points_mm
 
-    A first line may name the columns x_mm and y_mm among others.
-    """
-    if not path.is_file() or path.stat().st_size > LARGEST_BYTES:
-        raise InputError(
-            f"{path}: no such path file, or larger than {LARGEST_BYTES / 1e6:g} MB; mesh.path is relative to its trial "
-            "file. Correct it, or remove it."
-        )
-    try:
-        lines = read_text(path, LARGEST_BYTES).splitlines()
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file; write x and y in mm, one line for each point.") from None
-    if comma := next((line for line in lines if DECIMAL_COMMAS.match(line)), None):
-        raise InputError(f"{path}: its decimals are commas, as in {comma.strip()[:60]!r}. Write decimal points.")
-    points, columns = list[list[float]](), [0, 1]
-    for number, line in enumerate(lines, start=1):
-        words = [word for word in SEPARATORS.split(line.partition("#")[0]) if word]
-        if not points and {"x_mm", "y_mm"} <= {*words}:
-            columns = [words.index("x_mm"), words.index("y_mm")]
-        elif words:
-            try:
-                point = [float(words[column]) for column in columns]
-            except (ValueError, IndexError):
-                point = [np.nan]
-            if not np.isfinite(point).all():
-                content = " ".join(words)[:60]
-                raise InputError(
-                    f"{path}, line {number}: expected x and y in mm, two finite numbers, found {content!r}."
-                )
-            if points[-1:] != [point]:
-                points.append(point)
-    if len(points) < 2:
-        raise InputError(f"{path}: {len(points)} different points; a path needs two or more.")
-    return np.array(points)
+
+def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
+    """Return the line between its first and last place in the crack's mouth, evenly spaced."""
+    even_mm = resampled(line_mm, SPACING_MM)
+    inside = _inside(mouth, even_mm)
+    first, last = np.flatnonzero(inside)[[0, -1]] if inside.any() else (0, 0)
+    beside = 1 - float(inside[first : last + 1].mean())
+    if first == last or beside > MOST_BESIDE:
+        wrong = f"The given path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%})."
+        raise ShapeError(wrong, AS_READ, "path")
+    return even_mm[first : last + 1]
 
 
 def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str]:
     """Return the outline with the given line as its centreline, and a note of its distance from the middle."""
-    line_mm = in_mouth(photo, line_mm)
-    beside = 1 - float(_covered(photo, line_mm).mean())
-    if beside > MOST_BESIDE:
-        raise ShapeError(
-            f"The given path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%}).",
-            "It is read as x and y in mm, in the mesh's own axes turned upright.",
-            "path",
-        )
     middle_s_mm = np.maximum.accumulate(arc_length_at(line_mm, outline.centreline_mm).clip(0, outline.length_mm))
     lines_mm = np.hstack([outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm])
     middle_mm, left_mm, right_mm = np.hsplit(at_arc_length(lines_mm, outline.s_mm, middle_s_mm), 3)
-    away_mm = np.linalg.norm(line_mm - middle_mm, axis=1)
     given = replace(
         outline,
         **photo.in_both_units(centreline=line_mm, left_wall=left_mm, right_wall=right_mm),
@@ -240,26 +206,5 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
             "or give a path along the whole crack"
         )
         given = replace(given, warnings=(*given.warnings, doubt))
-    return given, (
-        f"the centreline is the given path; it is {np.sqrt(np.mean(away_mm**2)):.2f} mm (RMS), at most "
-        f"{away_mm.max():.2f} mm, from the middle between the walls"
-    )
-
-
-def in_mouth(photo: Photo, line_mm: Floats) -> Floats:
-    """Return the line between its first and last place in the crack's mouth, evenly spaced."""
-    even_mm = resampled(line_mm, SPACING_MM)
-    inside = np.flatnonzero(_covered(photo, even_mm))
-    if len(inside) < 2:
-        raise ShapeError(
-            "The given path is not inside the crack.",
-            "It is read as x and y in mm, in the mesh's own axes turned upright.",
-            "path",
-        )
-    return even_mm[inside[0] : inside[-1] + 1]
-
-
-def _covered(photo: Photo, points_mm: Floats) -> np.ndarray:
-    """Return True for each point in the mouth, (n,)."""
-    rows_columns = photo.to_px(points_mm).T[::-1]
-    return map_coordinates(np.asarray(photo.drawn, dtype=np.uint8), rows_columns, order=0) > 0
+    away_mm = float(np.linalg.norm(line_mm - middle_mm, axis=1).max())
+    return given, f"the centreline is the given path; it is at most {away_mm:.2f} mm from the middle between the walls"

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 import trimesh
@@ -22,11 +21,11 @@ from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import arrays_of, tidy
 from sealtwin.core.errors import InputError, ShapeError
-from sealtwin.core.mesh_file import FileUnit, Triangles, read_mesh
+from sealtwin.core.mesh_file import Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
 
-MM: dict[FileUnit, float] = {"micron": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
+MM: dict[MeshUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 UPRIGHT_DEG = {  # Rotations about x, then y, then z, that turn the axis out of the face to z
     **{"z": (0, 0, 0), "-z": (180, 0, 0), "y": (90, 0, 0), "-y": (-90, 0, 0), "x": (-90, -90, 0), "-x": (0, 90, 0)}
 }
@@ -59,7 +58,9 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
 
 def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
     mesh = read_mesh(path)
-    triangles, notes = len(mesh.faces), notes_on_unit(mesh, settings, path)
+    if mesh.unit not in (None, settings.units):
+        raise InputError(f"{path}: its unit is {mesh.unit}, but units is {settings.units}. Set units to {mesh.unit}.")
+    triangles, notes = len(mesh.faces), list[str]()
     vertices_mm, faces, repairs = one_surface(upright_mm(mesh, settings), mesh.faces)
     # Each step takes hundreds of megabytes for two million triangles.
     del mesh
@@ -74,9 +75,11 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
         line_mm = trimesh.transform_points(given_mm, placed)[:, :2]
     cavity = find_cavity(block, plane.below_mm, line_mm)
     photo = photograph(block, cavity, path, settings.units)
-    between_mm = None if line_mm is None else in_mouth(photo, line_mm)[[0, -1]]
-    outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm, between_mm), cavity, photo)
-    if line_mm is not None:
+    if line_mm is None:
+        outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm), cavity, photo)
+    else:
+        line_mm = in_mouth(cavity.mouth, line_mm)
+        outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm, line_mm[[0, -1]]), cavity, photo)
         outline, note = along(outline, photo, line_mm)
         notes.append(note)
     origin = MeshOrigin(
@@ -105,7 +108,7 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
     places_mm = trimesh.transform_points(read.vertices, upright(settings))
     size_mm = np.ptp(places_mm, axis=0)
     if not LEAST_MM <= size_mm.max() <= MOST_MM:
-        fitting = [unit for unit in get_args(MeshUnit) if LEAST_MM <= size_mm.max() / mm * MM[unit] <= MOST_MM]
+        fitting = [unit for unit in MM if LEAST_MM <= size_mm.max() / mm * MM[unit] <= MOST_MM]
         x, y, z = size_mm
         raise ShapeError(
             f"Bounding box {x:.4g} x {y:.4g} x {z:.4g} mm, with units = {settings.units}, is implausible for a sample "
@@ -123,16 +126,6 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
             "size",
         )
     return places_mm
-
-
-def notes_on_unit(read: Triangles, settings: MeshInput, path: Path) -> list[str]:
-    """Return a note on an unusual unit. Raises InputError if the file states another unit."""
-    if read.unit in (None, settings.units):
-        return []
-    if path.suffix.lower() == ".glb":
-        # Many programs write millimetres anyway, so this proves nothing.
-        return [f"{path.name}: glTF is in metres; its numbers are read in {settings.units}, because units is set to it"]
-    raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Set units to {read.unit}.")
 
 
 def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]:

@@ -205,9 +205,9 @@ MESHES = [
         mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))), "m.stl", "long",
         lacks=("px", "--ends", "photo", "mask", "walls not found")),
     imported("bytes after the last triangle", mesh(lambda shape: as_stl(shape) + b"abc"), "m.stl", "28 triangles",
-        "3 bytes", lacks=OF_A_LIBRARY),
+        "1403 bytes", lacks=OF_A_LIBRARY),
     imported("binary STL that is cut short", mesh(lambda shape: as_stl(shape)[:-60]), "m.stl", "28 triangles",
-        "60 bytes", lacks=OF_A_LIBRARY),
+        "1340 bytes", lacks=OF_A_LIBRARY),
     *(
         answers(IMPORT.replace("m.stl", name := f"m.{kind[:3]}"))(f"decimal commas in {kind}",
             mesh(lambda shape, kind=kind: as_text(shape, kind).replace(b".", b","), name=name),
@@ -215,7 +215,7 @@ MESHES = [
         for kind in ("stl_ascii", "obj")
     ),
     imported("decimal commas in a path", line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"), "line.csv",
-        "its decimals are commas", "20,5;20,0", more=" --set mesh.path={given}/line.csv"),
+        "row 1", "separated by ';'", "decimal points", more=" --set mesh.path={given}/line.csv"),
     imported("name with an umlaut",
         mesh(lambda shape: as_text(shape, "stl_ascii").replace(b"solid ", b"solid W\xfcrfel ", 1)), "room for 2.40 ml",
         code=0, lacks=OF_A_LIBRARY),
