@@ -11,8 +11,7 @@ from sealtwin.core.records import Floats, Integers
 
 CONTACT_MM = 1e-5  # Overlap that is rounding, not crossing: a float32 file moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds its vertices
-FEW_FACES = 128  # Faces that are compared in all pairs
-SPLIT = 0.8  # Largest share of the faces in a half for which it pays to halve them
+AT_ONCE = 32  # Faces that are compared with all others in reach at a time, for little memory
 
 
 def open_edges(faces: Integers) -> Integers:
@@ -39,28 +38,22 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
         pairs[_pierces(vertices_mm, faces, pairs) | _pierces(vertices_mm, faces, pairs[:, ::-1])]
         for pairs in _close_pairs(vertices_mm[faces])
     ]
-    return np.unique(np.concatenate(crossing), axis=0)
+    return np.concatenate(crossing)
 
 
 def _close_pairs(corners: Floats) -> Iterator[Integers]:
-    """Yield pairs of faces whose boxes overlap, (n, 2), the smaller index first. A pair may come more than once."""
+    """Yield pairs of faces whose boxes overlap, (n, 2), the smaller index first, by a sweep along the longest side."""
     low, high = corners.min(axis=1), corners.max(axis=1)
-    waiting = [np.arange(len(corners))]
-    while waiting:
-        rows = waiting.pop()
-        axis = int(np.ptp(low[rows], axis=0).argmax())
-        middle = np.median(low[rows, axis])
-        halves = [rows[low[rows, axis] < middle], rows[high[rows, axis] >= middle]]
-        if len(rows) > FEW_FACES and max(map(len, halves)) < SPLIT * len(rows):
-            waiting += halves
-            continue
-        for some in np.array_split(rows, len(rows) // FEW_FACES + 1):
-            near = np.ones((len(some), len(rows)), dtype=bool)
-            for lower, upper in zip(low.T, high.T, strict=True):
-                near &= (lower[some, None] <= upper[rows]) & (lower[rows] <= upper[some, None])
-            one, other = near.nonzero()
-            pairs = np.column_stack([some[one], rows[other]])
-            yield pairs[pairs[:, 0] < pairs[:, 1]]
+    axis = int(np.ptp(low, axis=0).argmax())
+    order = np.argsort(low[:, axis])
+    ends = np.searchsorted(low[order, axis], high[order, axis], side="right")
+    for begin in range(0, len(order), AT_ONCE):
+        some, rows = order[begin : begin + AT_ONCE], order[begin : ends[begin : begin + AT_ONCE].max()]
+        near = np.ones((len(some), len(rows)), dtype=bool)
+        for lower, upper in zip(low.T, high.T, strict=True):
+            near &= (lower[some, None] <= upper[rows]) & (lower[rows] <= upper[some, None])
+        one, other = np.triu(near, 1).nonzero()
+        yield np.sort(np.column_stack([some[one], rows[other]]), axis=1)
 
 
 def _pierces(vertices_mm: Floats, faces: Integers, pairs: Integers) -> NDArray[np.bool_]:

@@ -157,17 +157,12 @@ def parted(body: Manifold, cutter: Manifold) -> tuple[Manifold, Manifold]:
 
 def _block_at(body: Manifold, yaw_deg: float, below_mm: float) -> Block | None:
     turned = body.rotate((0.0, 0.0, -yaw_deg)) if yaw_deg else body
-    bottom_mm, top_mm = turned.bounding_box()[2], turned.bounding_box()[5]
-    rings = {
-        float(level_mm): np.vstack(polygons)
-        for level_mm in np.linspace(-below_mm, 0.9 * bottom_mm, LEVELS)
-        if (polygons := turned.slice(level_mm).to_polygons())
-    }
-    across_x, across_y = (_sides(turned, rings, axis) if rings else None for axis in (0, 1))
+    low_mm, high_mm = np.reshape(turned.bounding_box(), (2, 3))
+    across_x, across_y = (_sides(turned, below_mm, axis) for axis in (0, 1))
     if across_x is None or across_y is None:
         return None
     (x_min, x_max, off_x), (y_min, y_max, off_y) = across_x, across_y
-    inside, _ = parted(turned, prism(box_region((x_min, y_min, x_max, y_max)), bottom_mm - 1, top_mm + 1))
+    inside, _ = parted(turned, prism(box_region((x_min, y_min, x_max, y_max)), low_mm[2] - 1, high_mm[2] + 1))
     placed = np.eye(4)
     placed[:3, :3] = Rotation.from_euler("z", -yaw_deg, degrees=True).as_matrix()
     placed[:2, 3] = -x_min, -y_min
@@ -180,24 +175,21 @@ def _block_at(body: Manifold, yaw_deg: float, below_mm: float) -> Block | None:
     )
 
 
-def _sides(body: Manifold, rings: dict[float, Floats], axis: int) -> tuple[float, float, float] | None:
-    """Return the coordinates of both sides along an axis, and the largest excess beyond; None unless both exist.
-
-    ``rings`` has the corners of the body's section at each level, (n, 2).
-    """
-    low_mm, high_mm = (edge(np.vstack([*rings.values()]), axis=0) for edge in (np.min, np.max))
+def _sides(body: Manifold, below_mm: float, axis: int) -> tuple[float, float, float] | None:
+    """Return the coordinates of both sides along an axis, and the largest excess beyond; None unless both exist."""
+    low_mm, high_mm = np.reshape(body.bounding_box(), (2, 3))
+    levels_mm = np.linspace(-below_mm, 0.9 * low_mm[2], LEVELS)
     lines_mm = np.linspace(low_mm[1 - axis], high_mm[1 - axis], LINES + 2)[1:-1]
-    met_mm = np.full((2, len(rings), LINES), np.inf)
-    for level, level_mm in enumerate(rings):
-        for line, line_mm in enumerate(lines_mm):
-            begin, end = np.full((2, 3), (line_mm, line_mm, level_mm))
-            begin[axis], end[axis] = low_mm[axis] - 1, high_mm[axis] + 1
-            if hits := body.ray_cast(begin, end):
-                met_mm[:, level, line] = hits[0].position[axis], -hits[-1].position[axis]
+    met_mm = np.full((2, LEVELS, LINES), np.inf)
+    for level, line in np.ndindex(LEVELS, LINES):
+        begin, end = np.full((2, 3), (lines_mm[line], lines_mm[line], levels_mm[level]))
+        begin[axis], end[axis] = low_mm[axis] - 1, high_mm[axis] + 1
+        if hits := body.ray_cast(begin, end):
+            met_mm[:, level, line] = hits[0].position[axis], -hits[-1].position[axis]
     low, high = map(_side, met_mm)
     if low is None or high is None:
         return None
-    off_mm = max(low - low_mm[axis], high_mm[axis] + high)
+    off_mm = float(max(low - low_mm[axis], high_mm[axis] + high))
     return (low, -high, off_mm) if off_mm <= MOST_OFF * (high_mm - low_mm)[axis] else None
 
 

@@ -29,8 +29,7 @@ PIT_MM2 = 1.0  # Area of another opening that gives a warning; smaller ones are 
 SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
 UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
 LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
-ROUND_MM = 15.0  # Width of face shown around the crack, with space for the overlay's legend
-BORDER_MM = 8.0  # Width shown outside the face, with space for the overlay's text at open ends
+ROUND_MM = 15.0  # Width shown around the crack, with space for the overlay's legend
 FACE_GREY = 205.0  # Grey of the face
 MOUTH_GREY = 40.0  # Grey of the crack's mouth
 MOST_POINTS, FARTHEST_MM = 20_000, 1e6  # Limits of a path file
@@ -121,9 +120,7 @@ def _inside(region: CrossSection, points_mm: Floats) -> NDArray[np.bool_]:
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
     """Draw the crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers."""
-    low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
-    low = np.maximum(low - ROUND_MM, -BORDER_MM)
-    high = np.minimum(high + ROUND_MM, np.add(block.size_mm, BORDER_MM))
+    low, high = np.reshape(cavity.mouth.bounds(), (2, 2)) + np.array([[-ROUND_MM], [ROUND_MM]])
     width_mm = strip_width_mm(cavity.mouth)
     view, mm_per_px, in_mouth = seen_from_above(cavity.mouth, width_mm, low, high)
     if width_mm < LEAST_ACROSS_PX * mm_per_px:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
@@ -52,19 +53,16 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     cells = np.array([layer[rows, columns] for layer in layers]) * cell_mm**2
     # Each cell is shared between both sections beside it, so that areas are linear between sections.
     step_mm = s_mm[1]
-    before = np.clip((at_mm / step_mm).astype(int), 0, len(s_mm) - 2)
-    share = at_mm / step_mm - before
+    before = np.clip((at_mm[main] / step_mm).astype(int), 0, len(s_mm) - 2)
+    share = at_mm[main] / step_mm - before
     spacing_mm = np.full(len(s_mm), step_mm)
     spacing_mm[[0, -1]] /= 2
-    width_mm = np.array(
-        [
-            np.bincount(before, layer * main * (1 - share), len(s_mm))
-            + np.bincount(before + 1, layer * main * share, len(s_mm))
-            for layer in cells
-        ]
+    to_sections = coo_array(
+        (np.append(1 - share, share), (np.append(before, before + 1), np.tile(np.flatnonzero(main), 2))),
+        shape=(len(s_mm), len(main)),
     )
     below_mm2 = np.zeros((len(s_mm), LEVELS + 1))
-    below_mm2[:, 1:] = np.cumsum(width_mm.T / spacing_mm[:, None], axis=1) * (levels_mm[1] - levels_mm[0])
+    below_mm2[:, 1:] = np.cumsum(to_sections @ cells.T / spacing_mm[:, None], axis=1) * (levels_mm[1] - levels_mm[0])
     return Sections(s_mm, _depths_mm(cavity, outline, s_mm), below_mm2[:, -1], levels_mm, below_mm2)
 
 
@@ -119,25 +117,17 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
 def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:
     """Return the depth of the cavity at each station, (n,), in the vertical plane from wall to wall."""
     end_mm = FROM_END * s_mm[1]
-    lines_mm = np.hstack([outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm])
-    stations = at_arc_length(lines_mm, outline.s_mm, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))
-    return np.array([_depth_mm(cavity, *np.split(station, 3)) for station in stations])
+    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
+    stations = at_arc_length(walls_mm, outline.s_mm, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))
+    return np.array([_depth_mm(cavity, *np.split(station, 2)) for station in stations])
 
 
-def _depth_mm(cavity: Manifold, centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> float:
+def _depth_mm(cavity: Manifold, left_mm: Floats, right_mm: Floats) -> float:
     """Return the depth of the cavity below a line from wall to wall, without other parts of the crack in its plane."""
-    across_mm = left_mm - right_mm
-    left = across_mm / np.linalg.norm(across_mm)
-    # The plane's own axes: to the left, up, and along the crack.
-    turn = np.array([[left[0], left[1], 0.0], [0.0, 0.0, 1.0], [left[1], -left[0], 0.0]])
-    moved = cavity.transform(np.column_stack([turn, -turn @ np.append(centre_mm, 0.0)]))
-    bounds = [(wall_mm - centre_mm) @ left for wall_mm in (right_mm, left_mm)]
-    depth_mm = 0.0
-    for piece in moved.slice(0.0).decompose():
-        # A tip that the plane only touches leaves a piece without bounds.
-        if piece.is_empty():
-            continue
-        low, bottom, high, _ = piece.bounds()
-        if low <= bounds[1] and high >= bounds[0]:
-            depth_mm = max(depth_mm, -bottom)
-    return depth_mm
+    x, y = left_mm - right_mm
+    moved = cavity.translate((*-right_mm, 0.0)).rotate((0.0, 0.0, -float(np.degrees(np.arctan2(y, x)))))
+    # A tip that the plane only touches leaves a piece without bounds.
+    pieces = [
+        piece.bounds() for piece in moved.rotate((-90.0, 0.0, 0.0)).slice(0.0).decompose() if not piece.is_empty()
+    ]
+    return max((-low for start, low, end, _ in pieces if start <= np.hypot(x, y) and end >= 0), default=0.0)

@@ -1,14 +1,14 @@
 """Make one closed body of a mesh, or refuse it by what keeps it from being a solid, and by the place."""
 
 import numpy as np
-import trimesh
 from manifold3d import Error, Manifold, Mesh64
 
 from digitise.geometry.mesh_topology import edge_fault, mesh_volume_mm3
-from digitise.solid.float_mesh import without_needles
+from digitise.solid.float_mesh import welded, without_needles
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.records import Floats, Integers
 
+EQUAL_DIGITS = 8  # Decimals of mm to which vertices are one: a text format may round its last digit
 LOOSE = 0.01  # Share of the sample's volume below which another closed surface is a crumb or a pore
 LOST = 1e-7  # Largest share of a body's volume that reading or cutting it may lose
 MEND = "Repair it in a mesh program (close holes, remove doubled parts, unite bodies), and export it again."
@@ -19,13 +19,10 @@ def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers,
 
     Returns vertices, faces and notes. Raises ShapeError if no face is left.
     """
-    first, group = trimesh.grouping.unique_rows(vertices_mm)
-    vertices_mm, corners = vertices_mm[first], np.sort(group[faces], axis=1)
-    proper = (np.diff(corners, axis=1) > 0).all(axis=1)
-    if not proper.any():
+    vertices_mm, faces, alike = welded(vertices_mm, faces, EQUAL_DIGITS)
+    if not len(faces):
         raise ShapeError("Mesh has no face with three corners apart from each other.", "Check its units.", "closed")
-    faces = group[faces][proper]
-    faces = faces[np.sort(trimesh.grouping.unique_rows(corners[proper])[0])]
+    faces = faces[np.sort(np.unique(alike, return_index=True)[1])]
     if mesh_volume_mm3(vertices_mm, faces) >= 0:
         return vertices_mm, faces, ()
     return vertices_mm, faces[:, ::-1], ("the mesh was inside out: all its faces were turned",)

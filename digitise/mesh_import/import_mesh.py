@@ -58,8 +58,11 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
 
 def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
     mesh = read_mesh(path)
-    if mesh.unit not in (None, settings.units):
-        raise InputError(f"{path}: its unit is {mesh.unit}, but units is {settings.units}. Set units to {mesh.unit}.")
+    if mesh.unit_mm not in (None, MM[settings.units]):
+        stated = next((unit for unit in MM if MM[unit] == mesh.unit_mm), f"{mesh.unit_mm:g} mm")
+        raise InputError(
+            f"{path}: its unit is {stated}, but units is {settings.units}. Set units to it, or save the mesh in mm."
+        )
     triangles, notes = len(mesh.faces), list[str]()
     vertices_mm, faces, repairs = one_surface(upright_mm(mesh, settings), mesh.faces)
     # Each step takes hundreds of megabytes for two million triangles.

@@ -20,13 +20,9 @@ limit may block it."""
 def tidy(body: Manifold) -> tuple[Floats, Integers]:
     """Drop dust, weld vertices, collapse short edges, turn needles; return vertices (v, 3) in mm and faces (f, 3)."""
     pieces = [piece for piece in body.decompose() if abs(piece.volume()) >= DUST_MM3]
-    vertices, faces = arrays_of(Manifold.compose(pieces))
-    first, group = trimesh.grouping.unique_rows(vertices, digits=WELD_DIGITS)
-    vertices, faces = vertices[first], group[faces]
+    vertices, faces, alike = welded(*arrays_of(Manifold.compose(pieces)), WELD_DIGITS)
     # Two faces on the same corners enclose nothing.
-    corners = np.sort(faces, axis=1)
-    alike = trimesh.grouping.unique_rows(corners)[1]
-    faces = faces[(np.bincount(alike)[alike] == 1) & (np.diff(corners, axis=1) > 0).all(axis=1)]
+    faces = faces[np.bincount(alike)[alike] == 1]
     for limit in ROUNDS:
         if limit == 1 or len(_edges_below(vertices, faces, SHORT_MM / 2)):
             faces = _collapsed(vertices, faces, limit * SHORT_MM)
@@ -38,6 +34,17 @@ def arrays_of(body: Manifold) -> tuple[Floats, Integers]:
     """Return the vertices (v, 3) and faces (f, 3) of a body."""
     mesh = body.to_mesh64()
     return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
+
+
+def welded(vertices: Floats, faces: Integers, digits: int) -> tuple[Floats, Integers, Integers]:
+    """Join vertices that are equal to so many decimals, and drop faces with less than three corners.
+
+    Returns vertices, faces, and the same number for faces on the same corners, (f,).
+    """
+    first, group = trimesh.grouping.unique_rows(vertices, digits=digits)
+    faces = group[faces]
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+    return vertices[first], faces, trimesh.grouping.unique_rows(np.sort(faces, axis=1))[1]
 
 
 def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:

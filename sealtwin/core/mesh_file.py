@@ -1,8 +1,8 @@
 """Readers of mesh files. STL, PLY, GLB and 3MF are read with trimesh, OBJ with our own reader.
 
 trimesh gets the bytes of the file and no resolver, so it cannot open a second file such as a material, a texture or a
-buffer. What it would lose in silence is refused or taken from the file: the last solid of a text STL that is cut short,
-digits of a text PLY, and notches of polygons, which it cuts into fans.
+buffer. It must read as many triangles as the file lists: it omits a solid whose end is missing, and cuts polygons into
+fans, which leave those with a notch.
 """
 
 import importlib.util
@@ -14,10 +14,9 @@ import sys
 import threading
 import warnings
 import zipfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
 
 import numpy as np
 
@@ -33,18 +32,7 @@ MOST_TRIANGLES = 2_000_000
 """Largest number of triangles: those of a face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. Checking
 and cutting so many takes 2 GB of memory."""
 BEYOND_ANY_UNIT = 1e9  # A kilometre in microns
-FLAT = 1e-9  # Share of a polygon's squared area by which a triangle of its fan may be turned: corners on a line
 
-FileUnit = Literal["micron", "mm", "cm", "m", "inch", "foot"]
-UNITS_OF_3MF: dict[str, FileUnit] = {
-    "micron": "micron",
-    "millimeter": "mm",
-    "millimeters": "mm",  # trimesh's word for a file without a unit
-    "centimeter": "cm",
-    "inch": "inch",
-    "foot": "foot",
-    "meter": "m",
-}
 COMMA = re.compile(rb"^[ \t]*(?:v[ \t]|vertex[ \t])?[ \t]*([-+]?[0-9]+,[0-9]+)", re.IGNORECASE | re.MULTILINE)
 """A line of coordinates whose first number has a decimal comma."""
 
@@ -59,19 +47,19 @@ class Triangles:
 
     vertices: Floats  # Coordinates, (v, 3)
     faces: Integers  # Vertex numbers of the triangles, (f, 3)
-    unit: FileUnit | None = None  # Unit given in the file; most formats have none
+    unit_mm: float | None = None  # Unit that the file states, in mm; most formats have none
 
 
 def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
     """Read the triangles of an STL, PLY, OBJ, GLB or 3MF file, in the file's own unit and axes.
 
-    Raises InputError if the file is missing or too large, its format does not match its suffix, or it lacks triangles
-    or has a number that is not finite. The message ends with ``remedy`` if the content is at fault.
+    Raises InputError if the file is missing or too large, its format does not match its suffix, or it lacks triangles,
+    has polygons, or has a number that is not finite. The message ends with ``remedy`` if the content is at fault.
     """
-    kind = path.suffix.lower()
+    suffix = path.suffix.lower()
     if not path.is_file():
         raise InputError(f"{path}: no such mesh file. {remedy}")
-    if kind not in READERS:
+    if suffix not in READERS:
         names = ", ".join(name[1:].upper() for name in READERS)
         raise InputError(f"{path}: not a supported mesh format. Export triangles, in one file, as one of {names}.")
     if (size := path.stat().st_size) > LARGEST_BYTES:
@@ -79,33 +67,26 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
             f"{path}: {size / 1e6:.0f} MB; at most {LARGEST_BYTES / 1e6:.0f} MB are allowed. Simplify or crop the "
             "mesh, or save it as a binary file."
         )
-    if kind == ".3mf" and importlib.util.find_spec("lxml") is None:
+    if suffix == ".3mf" and importlib.util.find_spec("lxml") is None:
         raise InputError(f"{path}: 3MF needs lxml: install sealtwin[3mf], or save the mesh as STL.")
     content = read_bytes(path, LARGEST_BYTES)
     load_trimesh()
-    try:
-        return _parsed(lambda: READERS[kind](content))
-    except UnreadableError as fault:
-        if comma := COMMA.search(content):
-            number = comma[1].decode()
-            raise InputError(
-                f"{path}: its decimals are commas, as in {number}. Save it with decimal points."
-            ) from fault
-        raise InputError(f"{path}: not a readable {kind[1:].upper()}: {fault}. {remedy}") from fault
-
-
-def _parsed(parse: Callable[[], Triangles]) -> Triangles:
     try:
         # Numbers near the largest float overflow, and signalling NaNs warn; both are refused.
         with warnings.catch_warnings(), np.errstate(over="ignore", invalid="ignore"):
             warnings.simplefilter("ignore")
             # numpy only warns if a text that is not a number ends an array early, and triangles would be lost.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
-            return parse()
-    except UnreadableError:
-        raise
+            return READERS[suffix](content)
     except Exception as fault:  # On damaged bytes, trimesh and zipfile raise errors of any kind.
-        raise UnreadableError(f"its content cannot be parsed ({str(fault) or type(fault).__name__})") from fault
+        wrong = f"its content cannot be parsed ({str(fault) or type(fault).__name__})"
+        if comma := COMMA.search(content):
+            number = comma[1].decode()
+            raise InputError(
+                f"{path}: its decimals are commas, as in {number}. Save it with decimal points."
+            ) from fault
+        wrong = str(fault) if isinstance(fault, UnreadableError) else wrong
+        raise InputError(f"{path}: not a readable {suffix[1:].upper()}: {wrong}. {remedy}") from fault
 
 
 def _refuse_too_many(count: int) -> None:
@@ -115,59 +96,49 @@ def _refuse_too_many(count: int) -> None:
         )
 
 
-def _checked(vertices: Floats, faces: Iterable[Sequence[int]], unit: FileUnit | None = None) -> Triangles:
-    """Return the triangles of polygons, each inside its polygon. Faces with less than three corners are omitted."""
-    if isinstance(faces, np.ndarray) and faces.ndim == 2:
-        alike = {faces.shape[1]: faces}
-    else:
-        alike = dict[int, Any]()
-        for ring in faces:
-            alike.setdefault(len(ring), []).append(ring)
-    polygons = [np.array(alike[size], dtype=np.int64) for size in sorted(alike) if size > 2 and len(alike[size])]
-    _refuse_too_many(sum(rings.size - 2 * len(rings) for rings in polygons))
-    if not polygons:
+def _checked(vertices: Floats, faces: Integers, unit_mm: float | None = None) -> Triangles:
+    _refuse_too_many(len(faces))
+    if not len(faces):
         raise UnreadableError("it has no triangle")
     count = len(vertices)
-    for rings in polygons:
-        if not 0 <= rings.min() <= rings.max() < count:
-            raise UnreadableError(f"a face names vertex {rings.max()} of {count}, counted from 0")
+    if not 0 <= faces.min() <= faces.max() < count:
+        raise UnreadableError(f"a face names vertex {faces.max()} of {count}, counted from 0")
     if (wrong := ~(np.abs(vertices) < BEYOND_ANY_UNIT).all(axis=1)).any():
         raise UnreadableError(
             f"{wrong.sum()} of {count} vertices are not finite or beyond {BEYOND_ANY_UNIT:g}; the first is vertex "
             f"{wrong.argmax()}, counted from 0"
         )
-    return Triangles(vertices, np.concatenate([_triangles(vertices, rings) for rings in polygons]), unit)
+    return Triangles(vertices, faces, unit_mm)
 
 
-def _triangles(vertices: Floats, rings: Integers) -> Integers:
-    """Return polygons (n, corners) as fans (f, 3). Raises UnreadableError if a fan leaves its polygon."""
-    fans = np.stack([rings[:, [0, k, k + 1]] for k in range(1, rings.shape[1] - 1)], axis=1)
-    a, b, c = np.moveaxis(vertices[fans], 2, 0)
-    across = np.cross(b - a, c - a)
-    normal = across.sum(axis=1, keepdims=True)
-    alike = (across * normal).sum(axis=2) >= -FLAT * (normal**2).sum(axis=2)
-    if not alike.all():
-        corners = [vertex + 1 for vertex in rings[np.argmin(alike.all(axis=1))].tolist()]
-        raise UnreadableError(f"the face with the corners {corners} has a notch: let its program save triangles")
-    return fans.reshape(-1, 3)
+def _read_scene(content: bytes, kind: str, listed: float | None = None) -> Triangles:
+    """Return the triangles of all meshes of a scene, each at the position that its nodes define.
+
+    ``listed`` is the number of faces that the file lists. Raises UnreadableError if trimesh reads more or less.
+    """
+    import trimesh
+
+    scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
+    nodes = [scene.graph[name][1] for name in scene.graph.nodes_geometry]
+    count = sum(len(getattr(scene.geometry[name], "faces", ())) for name in nodes)
+    _refuse_too_many(count)
+    if listed not in (None, count):
+        raise UnreadableError(
+            f"it lists {listed:g} faces, but has {count} triangles that can be read: it is cut short, or has polygons"
+        )
+    mesh, is_3mf = scene.to_mesh(), kind == "3mf"
+    unit_mm = float(trimesh.units.unit_conversion(scene.metadata["units"], "millimeter")) if is_3mf else None
+    return _checked(np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64), unit_mm)
 
 
 def _read_stl(content: bytes) -> Triangles:
-    is_text = b"\0" not in content or (content[:200].lstrip()[:5].lower() == b"solid" and b"facet" in content[:2000])
-    count, follow = int.from_bytes(content[80:84], "little"), len(content) - 84
-    if is_text:
-        content = _in_ascii(content)
-    elif follow != 50 * count:
-        raise UnreadableError(f"its header counts {count} triangles of 50 bytes, but {follow} bytes follow")
-    triangles = _read_scene(content, "stl")
-    named = len(re.findall(rb"^[ \t]*vertex\b", content, re.IGNORECASE | re.MULTILINE))
-    # trimesh omits a solid whose end is missing.
-    if is_text and named != 3 * len(triangles.faces):
-        raise UnreadableError(
-            f"it is cut short: it lists {named} corners, but only {3 * len(triangles.faces)} are three numbers in a "
-            "finished solid"
-        )
-    return triangles
+    if b"\0" in content and not (content[:200].lstrip()[:5].lower() == b"solid" and b"facet" in content[:2000]):
+        count, follow = int.from_bytes(content[80:84], "little"), len(content) - 84
+        if follow != 50 * count:
+            raise UnreadableError(f"its header counts {count} triangles of 50 bytes, but {follow} bytes follow")
+        return _read_scene(content, "stl", count)
+    named = re.findall(rb"^[ \t]*vertex\b", content, re.IGNORECASE | re.MULTILINE)
+    return _read_scene(_in_ascii(content), "stl", len(named) / 3)
 
 
 def _in_ascii(text: bytes) -> bytes:
@@ -176,27 +147,14 @@ def _in_ascii(text: bytes) -> bytes:
 
 
 def _read_ply(content: bytes) -> Triangles:
-    from trimesh.exchange.ply import load_ply
-
     header, end, body = content.partition(b"end_header")
+    listed = re.search(rb"^element face (\d+)", header, re.MULTILINE)
+    if not listed:
+        raise UnreadableError("it has no faces")
     if b"format ascii" in header:
         # trimesh rounds the digits of a text to the type in its header.
         header = re.sub(rb"property float(32)? ", b"property double ", header)
-    stream = io.BytesIO(_in_ascii(header) + end + body)
-    loaded = load_ply(stream, skip_materials=True, fix_texture=False)
-    elements, vertices = loaded["metadata"]["_ply_raw"], loaded.get("vertices", ())
-    if not {"vertex", "face"} <= elements.keys():
-        raise UnreadableError(f"it must have vertices and faces, but has {', '.join(elements) or 'nothing'}")
-    # trimesh cuts polygons into fans: take the rows of the file.
-    table: Any = elements["face"].get("data", {"vertex_index": ()})
-    rings = table[next(name for name in ("vertex_indices", "vertex_index") if name in elements["face"]["properties"])]
-    faces = rings["f1"] if isinstance(table, np.ndarray) else rings
-    for rows, element in ((vertices, "vertex"), (faces, "face")):
-        if len(rows) != elements[element]["length"]:
-            raise UnreadableError(
-                f"its header gives {elements[element]['length']} of {element}, but {len(rows)} follow"
-            )
-    return _checked(np.array(vertices, dtype=float).reshape(-1, 3), faces)
+    return _read_scene(_in_ascii(header) + end + body, "ply", int(listed[1]))
 
 
 def _read_glb(content: bytes) -> Triangles:
@@ -213,9 +171,7 @@ def _read_3mf(content: bytes) -> Triangles:
         entries = archive.infolist()
         models = [entry for entry in entries if entry.filename.lower().endswith(".model")]
         if len(models) != 1:
-            raise UnreadableError(
-                f"it has {len(models)} models, but only one can be read: save all parts as one object"
-            )
+            raise UnreadableError(f"it has {len(models)} models, not one: save all parts as one object")
         if (size := sum(entry.file_size for entry in entries)) > LARGEST_MODEL:
             raise UnreadableError(f"it unpacks to {size} bytes; at most {LARGEST_MODEL} are allowed")
         if not re.search(rb"<(\w+:)?item\b", archive.read(models[0])):
@@ -223,30 +179,20 @@ def _read_3mf(content: bytes) -> Triangles:
     return _read_scene(content, "3mf")
 
 
-def _read_scene(content: bytes, kind: str) -> Triangles:
-    """Return the triangles of all meshes of a scene, each at the position that its nodes define."""
-    import trimesh
-
-    scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
-    nodes = [scene.graph[name][1] for name in scene.graph.nodes_geometry]
-    _refuse_too_many(sum(len(getattr(scene.geometry[name], "faces", ())) for name in nodes))
-    mesh, unit = scene.to_mesh(), None
-    if kind == "3mf" and (unit := UNITS_OF_3MF.get(scene.metadata["units"])) is None:
-        raise UnreadableError(f"its unit is {scene.metadata['units']}, which is not a unit of 3MF")
-    return _checked(np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64), unit)
-
-
 def _read_obj(content: bytes) -> Triangles:
+    """Read an OBJ. trimesh counts backward from the last vertex of the file, and misses lines that are indented."""
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
     for words in map(bytes.split, re.sub(rb"\\\r?\n|#.*", b" ", content).splitlines()):
         if words[:1] == [b"v"]:
             vertices.append([float(word) for word in words[1:4]])
         elif words[:1] == [b"f"]:
+            if len(words) != 4:
+                raise UnreadableError(f"a face has {len(words) - 1} corners: let its program save triangles")
             named = [int(word.partition(b"/")[0]) for word in words[1:]]
             # Counted from 1, or backward from the latest vertex.
             faces.append([number - 1 if number > 0 else len(vertices) + number for number in named])
-    return _checked(np.array(vertices, dtype=float).reshape(-1, 3), faces)
+    return _checked(np.array(vertices, dtype=float).reshape(-1, 3), np.array(faces, dtype=np.int64))
 
 
 READERS: dict[str, Callable[[bytes], Triangles]] = {
