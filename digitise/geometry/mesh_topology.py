@@ -58,27 +58,23 @@ def _close_pairs(corners: Floats) -> Iterator[Integers]:
 
 def _pierces(vertices_mm: Floats, faces: Integers, pairs: Integers) -> NDArray[np.bool_]:
     """Return True for each pair in which an edge of the first face pierces the second by more than a contact, (n,)."""
-    piercing, pierced = faces[pairs[:, 0]], faces[pairs[:, 1]]
-    start, triangle = vertices_mm[piercing], vertices_mm[pierced]
+    start, triangle = vertices_mm[faces[pairs.T]]
     normal = normals(triangle)
     area = np.linalg.norm(normal, axis=1)
     # A needle has no plane: its normal is NaN, and all comparisons are false.
     normal /= np.where(area < CONTACT_MM**2, np.nan, area)[:, None]
     height = np.einsum("nij,nj->ni", start - triangle[:, :1], normal)
     end_height = np.roll(height, -1, axis=1)
-    # An edge that shares a vertex with the triangle only touches it there.
-    shared = (piercing[:, :, None] == pierced[:, None]).any(axis=2)
+    # An edge that shares a vertex with the triangle has a height of 0 there.
     through = (np.minimum(height, end_height) < -CONTACT_MM) & (np.maximum(height, end_height) > CONTACT_MM)
-    pair, edge = (through & ~(shared | np.roll(shared, -1, axis=1))).nonzero()
+    pair, edge = through.nonzero()
     share = height[pair, edge] / (height - end_height)[pair, edge]
     start, triangle, end = start[pair, edge], triangle[pair], start[pair, (edge + 1) % 3]
     point = start + share[:, None] * (end - start)
     side = np.roll(triangle, -1, axis=1) - triangle
     inward = np.cross(normal[pair, None], side)
     inside = ((point[:, None] - triangle) * inward).sum(axis=2) > CONTACT_MM * np.linalg.norm(side, axis=2)
-    pierces = np.zeros(len(pairs), dtype=bool)
-    pierces[pair[inside.all(axis=1)]] = True
-    return pierces
+    return np.isin(np.arange(len(pairs)), pair[inside.all(axis=1)])
 
 
 @dataclass(frozen=True)

@@ -70,8 +70,16 @@ class FacePlane:
 
 def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
     """Find the plane of most of the upward surface by random samples (Fischler and Bolles 1981) and least squares."""
-    points_mm, share = _upward_points(vertices_mm[faces]), 0.0
-    if len(points_mm):
+    corners_mm, rng, share = vertices_mm[faces], np.random.default_rng(0), 0.0
+    across = normals(corners_mm)
+    area = np.linalg.norm(across, axis=1)
+    area[across[:, 2] < STEEPEST * area] = 0.0
+    if area.any():
+        # Uniform over the area of all upward facets.
+        chosen = np.searchsorted(np.cumsum(area), rng.uniform(0, area.sum(), SAMPLES), side="right")
+        u, v = np.sort(rng.uniform(size=(2, SAMPLES, 1)), axis=0)
+        a, b, c = corners_mm[chosen.clip(max=len(area) - 1)].transpose(1, 0, 2)
+        points_mm = u * a + (v - u) * b + (1 - v) * c
         a, b, c = points_mm[np.random.default_rng(0).integers(len(points_mm), size=(3, TRIES))]
         normal = np.cross(b - a, c - a)
         normal *= (np.sign(normal[:, 2]) / np.linalg.norm(normal, axis=1).clip(min=np.finfo(float).tiny))[:, None]
@@ -95,20 +103,6 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
         "Check mesh.up, the axis that points out of the cracked face, and crop the mesh to the sample.",
         "face",
     )
-
-
-def _upward_points(corners_mm: Floats) -> Floats:
-    """Return random points, uniform over the area of all upward facets, (n, 3); none if no facet faces upward."""
-    across = normals(corners_mm)
-    area = np.linalg.norm(across, axis=1)
-    area[across[:, 2] < STEEPEST * area] = 0.0
-    if not area.any():
-        return np.empty((0, 3))
-    rng = np.random.default_rng(0)
-    chosen = np.searchsorted(np.cumsum(area), rng.uniform(0, area.sum(), SAMPLES), side="right")
-    a, b, c = corners_mm[chosen.clip(max=len(area) - 1)].transpose(1, 0, 2)
-    u, v = np.sort(rng.uniform(size=(2, SAMPLES, 1)), axis=0)
-    return u * a + (v - u) * b + (1 - v) * c
 
 
 @dataclass(frozen=True)

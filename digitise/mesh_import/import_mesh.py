@@ -20,7 +20,7 @@ from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import arrays_of, tidy
-from sealtwin.core.errors import InputError, ShapeError
+from sealtwin.core.errors import ShapeError
 from sealtwin.core.mesh_file import Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
@@ -60,10 +60,9 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
     mesh = read_mesh(path)
     if mesh.unit_mm not in (None, MM[settings.units]):
         stated = next((unit for unit in MM if MM[unit] == mesh.unit_mm), f"{mesh.unit_mm:g} mm")
-        raise InputError(
-            f"{path}: its unit is {stated}, but units is {settings.units}. Set units to it, or save the mesh in mm."
-        )
-    triangles, notes = len(mesh.faces), list[str]()
+        wrong = f"Its unit is {stated}, but units is {settings.units}."
+        raise ShapeError(wrong, "Set units to it, or save the mesh in mm.", "size")
+    triangles = len(mesh.faces)
     vertices_mm, faces, repairs = one_surface(upright_mm(mesh, settings), mesh.faces)
     # Each step takes hundreds of megabytes for two million triangles.
     del mesh
@@ -83,8 +82,7 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
     else:
         line_mm = in_mouth(cavity.mouth, line_mm)
         outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm, line_mm[[0, -1]]), cavity, photo)
-        outline, note = along(outline, photo, line_mm)
-        notes.append(note)
+        outline = along(outline, photo, line_mm)
     origin = MeshOrigin(
         file=path.name,
         triangles_read=triangles,
@@ -94,7 +92,7 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
         mouth_seen_below_face_mm=plane.below_mm,
     )
     solid = _solid(block, cavity, outline, settings.dam_height_mm, origin, (*repairs, *left_out))
-    return ImportedSample(outline, solid, photo, (*notes, *_notes_on_place(plane, block, placed)))
+    return ImportedSample(outline, solid, photo, _notes_on_place(plane, block, placed))
 
 
 def upright(settings: MeshInput) -> Floats:
@@ -131,7 +129,7 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
     return places_mm
 
 
-def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]:
+def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> tuple[str, ...]:
     x, y, z = placed[:3, 3]
     notes = [
         f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees",
@@ -151,7 +149,7 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
             f"material up to {block.trimmed_mm:.2f} mm outside the block's sides, such as dams, edges or roughness, "
             "was cut off"
         )
-    return notes
+    return tuple(notes)
 
 
 def _solid(

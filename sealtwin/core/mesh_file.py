@@ -79,13 +79,14 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             return READERS[suffix](content)
     except Exception as fault:  # On damaged bytes, trimesh and zipfile raise errors of any kind.
-        wrong = f"its content cannot be parsed ({str(fault) or type(fault).__name__})"
         if comma := COMMA.search(content):
             number = comma[1].decode()
             raise InputError(
                 f"{path}: its decimals are commas, as in {number}. Save it with decimal points."
             ) from fault
-        wrong = str(fault) if isinstance(fault, UnreadableError) else wrong
+        wrong = str(fault) or type(fault).__name__
+        if not isinstance(fault, UnreadableError):
+            wrong = f"its content cannot be parsed ({wrong})"
         raise InputError(f"{path}: not a readable {suffix[1:].upper()}: {wrong}. {remedy}") from fault
 
 
@@ -104,10 +105,7 @@ def _checked(vertices: Floats, faces: Integers, unit_mm: float | None = None) ->
     if not 0 <= faces.min() <= faces.max() < count:
         raise UnreadableError(f"a face names vertex {faces.max()} of {count}, counted from 0")
     if (wrong := ~(np.abs(vertices) < BEYOND_ANY_UNIT).all(axis=1)).any():
-        raise UnreadableError(
-            f"{wrong.sum()} of {count} vertices are not finite or beyond {BEYOND_ANY_UNIT:g}; the first is vertex "
-            f"{wrong.argmax()}, counted from 0"
-        )
+        raise UnreadableError(f"vertex {wrong.argmax()}, counted from 0, is not finite or beyond {BEYOND_ANY_UNIT:g}")
     return Triangles(vertices, faces, unit_mm)
 
 
@@ -132,7 +130,7 @@ def _read_scene(content: bytes, kind: str, listed: float | None = None) -> Trian
 
 
 def _read_stl(content: bytes) -> Triangles:
-    if b"\0" in content and not (content[:200].lstrip()[:5].lower() == b"solid" and b"facet" in content[:2000]):
+    if content[:200].lstrip()[:5].lower() != b"solid" or b"facet" not in content[:2000].lower():
         count, follow = int.from_bytes(content[80:84], "little"), len(content) - 84
         if follow != 50 * count:
             raise UnreadableError(f"its header counts {count} triangles of 50 bytes, but {follow} bytes follow")
