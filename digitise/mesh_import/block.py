@@ -152,10 +152,9 @@ def parted(body: Manifold, cutter: Manifold) -> tuple[Manifold, Manifold]:
 def _block_at(body: Manifold, yaw_deg: float, below_mm: float) -> Block | None:
     turned = body.rotate((0.0, 0.0, -yaw_deg)) if yaw_deg else body
     low_mm, high_mm = np.reshape(turned.bounding_box(), (2, 3))
-    across_x, across_y = (_sides(turned, below_mm, axis) for axis in (0, 1))
-    if across_x is None or across_y is None:
+    (x_min, x_max, off_x), (y_min, y_max, off_y) = (_sides(turned, below_mm, axis) for axis in (0, 1))
+    if (np.array([off_x, off_y]) > MOST_OFF * (high_mm - low_mm)[:2]).any():
         return None
-    (x_min, x_max, off_x), (y_min, y_max, off_y) = across_x, across_y
     inside, _ = parted(turned, prism(box_region((x_min, y_min, x_max, y_max)), low_mm[2] - 1, high_mm[2] + 1))
     placed = np.eye(4)
     placed[:3, :3] = Rotation.from_euler("z", -yaw_deg, degrees=True).as_matrix()
@@ -169,8 +168,8 @@ def _block_at(body: Manifold, yaw_deg: float, below_mm: float) -> Block | None:
     )
 
 
-def _sides(body: Manifold, below_mm: float, axis: int) -> tuple[float, float, float] | None:
-    """Return the coordinates of both sides along an axis, and the largest excess beyond; None unless both exist."""
+def _sides(body: Manifold, below_mm: float, axis: int) -> tuple[float, float, float]:
+    """Return the coordinates of both sides along an axis, and the largest excess beyond, infinite unless both exist."""
     low_mm, high_mm = np.reshape(body.bounding_box(), (2, 3))
     levels_mm = np.linspace(-below_mm, 0.9 * low_mm[2], LEVELS)
     lines_mm = np.linspace(low_mm[1 - axis], high_mm[1 - axis], LINES + 2)[1:-1]
@@ -181,23 +180,19 @@ def _sides(body: Manifold, below_mm: float, axis: int) -> tuple[float, float, fl
         if hits := body.ray_cast(begin, end):
             met_mm[:, level, line] = hits[0].position[axis], -hits[-1].position[axis]
     low, high = map(_side, met_mm)
-    if low is None or high is None:
-        return None
-    off_mm = float(max(low - low_mm[axis], high_mm[axis] + high))
-    return (low, -high, off_mm) if off_mm <= MOST_OFF * (high_mm - low_mm)[axis] else None
+    return low, -high, float(max(low - low_mm[axis], high_mm[axis] + high))
 
 
-def _side(met_mm: Floats) -> float | None:
+def _side(met_mm: Floats) -> float:
     """Return the coordinate beyond which all lines on every level have met material, except those into a crack.
 
     ``met_mm``, (levels, lines), is where each line meets it. A line into a crack meets it beyond the side's roughness.
+    The coordinate is infinite if most lines of a level meet a crack or nothing.
     """
-    off_mm = met_mm - (usual_mm := float(np.median(met_mm)))
-    if not np.isfinite(usual_mm):
-        return None
-    scatter_mm = float(np.median(np.abs(off_mm)[np.isfinite(off_mm)]))
-    on_side = off_mm <= ROUGH * scatter_mm + ROUNDING_MM
-    if on_side.mean(axis=1).min() < 1 - MOST_OPENING:
-        return None
-    side_mm = float(met_mm[on_side].max())
-    return side_mm if side_mm == usual_mm else side_mm + TRIM_MM
+    if np.isfinite(usual_mm := float(np.median(met_mm))):
+        off_mm = met_mm - usual_mm
+        on_side = off_mm <= ROUGH * np.median(np.abs(off_mm)[np.isfinite(off_mm)]) + ROUNDING_MM
+        if on_side.mean(axis=1).min() >= 1 - MOST_OPENING:
+            side_mm = float(met_mm[on_side].max())
+            return side_mm if side_mm == usual_mm else side_mm + TRIM_MM
+    return np.inf

@@ -26,8 +26,14 @@ from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
 
 MM: dict[MeshUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-UPRIGHT_DEG = {  # Rotations about x, then y, then z, that turn the axis out of the face to z
-    **{"z": (0, 0, 0), "-z": (180, 0, 0), "y": (90, 0, 0), "-y": (-90, 0, 0), "x": (-90, -90, 0), "-x": (0, 90, 0)}
+# Rotations about x, then y, then z, that turn the axis out of the face to z
+UPRIGHT_DEG = {
+    "z": (0, 0, 0),
+    "-z": (180, 0, 0),
+    "y": (90, 0, 0),
+    "-y": (-90, 0, 0),
+    "x": (-90, -90, 0),
+    "-x": (0, 90, 0),
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
 MOST_STEP_MM = 0.01  # Largest step of a file's numbers: a tenth of a fine photo's pixel
@@ -133,11 +139,9 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> tuple[str
     x, y, z = placed[:3, 3]
     notes = [
         f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees",
-        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; it was moved by ({x:.2f}, {y:.2f}, {z:.2f}) "
-        "mm",
+        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; it was turned by {-block.yaw_deg:.2f} "
+        f"degrees and moved by ({x:.2f}, {y:.2f}, {z:.2f}) mm",
     ]
-    if block.yaw_deg:
-        notes.append(f"the block was turned by {-block.yaw_deg:.2f} degrees, so that its sides are along x and y")
     height_mm = float(np.ptp(np.reshape(block.body.bounding_box(), (2, 3))[:, 2]))
     if height_mm > min(block.size_mm):
         notes.append(
