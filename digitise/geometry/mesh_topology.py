@@ -14,9 +14,14 @@ MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds its vertices
 AT_ONCE = 32  # Faces that are compared with all others in reach at a time, for little memory
 
 
+def directed_edges(faces: Integers) -> Integers:
+    """Return the three edges of each face, from start to end, (3f, 2)."""
+    return faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
 def open_edges(faces: Integers) -> Integers:
     """Return the directed edges that belong to one face only, (n, 2)."""
-    edges = trimesh.geometry.faces_to_edges(faces)
+    edges = directed_edges(faces)
     return edges[trimesh.grouping.group_rows(np.sort(edges, axis=1), require_count=1)]
 
 
@@ -98,7 +103,7 @@ def examine_mesh(
     """Return the faults of a mesh, and its figures. The figures are None if the mesh is not closed."""
     if fault := edge_fault(vertices_mm, faces):
         return [fault], None
-    edges, crossing = trimesh.geometry.faces_to_edges(faces), intersecting_faces(vertices_mm, faces)
+    edges, crossing = directed_edges(faces), intersecting_faces(vertices_mm, faces)
     used = np.unique(faces)
     figures = MeshFigures(
         triangles=len(faces),
@@ -127,17 +132,17 @@ def examine_mesh(
 
 def edge_fault(vertices_mm: Floats, faces: Integers) -> str:
     """Return how a mesh is not closed, and where; an empty text if each edge belongs to one face in each direction."""
-    edges = trimesh.geometry.faces_to_edges(faces)
+    edges = directed_edges(faces)
     _, group = trimesh.grouping.unique_rows(np.sort(edges, axis=1))
     faces_at, upward = np.bincount(group), np.bincount(group, edges[:, 0] < edges[:, 1])
     for wrong, fault in (
-        (faces_at == 1, "Mesh is not watertight: nothing closes it at {}"),
-        (faces_at > 2, "Mesh is more than one surface: three or more faces meet at {}"),
-        (upward != 1, "Mesh has no inside: two faces point to opposite sides at {}"),
+        (faces_at == 1, "Mesh is not watertight; open edges"),
+        (faces_at > 2, "Mesh is more than one surface; edges with three or more faces"),
+        (upward != 1, "Mesh has no inside; edges with two faces that point to opposite sides"),
     ):
         if count := int(wrong.sum()):
             place = near(vertices_mm[edges[wrong[group]][0]].mean(axis=0))
-            return f"{fault.format('1 edge' if count == 1 else f'{count} edges')}, the first {place}."
+            return f"{fault}: {count}, the first {place}."
     return ""
 
 

@@ -136,7 +136,6 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
         face_mm=block.face_mm,
         mm_per_px=mm_per_px,
         scale_source=f"mesh in {units}: {file.name}",
-        scale_residual_mm=None,
         drawn=in_mouth > 0.5,
         warnings=cavity.warnings,
     )
@@ -155,7 +154,7 @@ def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
         warnings=(*cavity.warnings, *line.warnings),
         islands_mm=tuple(islands),
         branches_mm=line.side_lines_mm,
-        branches_kept=len(line.side_lines_mm) > 0,
+        branches_kept=bool(line.side_lines_mm),
     )
 
 

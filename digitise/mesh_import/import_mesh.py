@@ -142,7 +142,8 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> tuple[str
         f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; it was turned by {-block.yaw_deg:.2f} "
         f"degrees and moved by ({x:.2f}, {y:.2f}, {z:.2f}) mm",
     ]
-    height_mm = float(np.ptp(np.reshape(block.body.bounding_box(), (2, 3))[:, 2]))
+    _, _, bottom_mm, _, _, top_mm = block.body.bounding_box()
+    height_mm = top_mm - bottom_mm
     if height_mm > min(block.size_mm):
         notes.append(
             f"one side of the block, {max(block.size_mm):.0f} x {height_mm:.0f} mm, is larger than its face: if the "

@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 from manifold3d import Manifold
 
-from digitise.geometry.mesh_topology import normals
+from digitise.geometry.mesh_topology import directed_edges, normals
 from sealtwin.core.records import Floats, Integers
 
 DUST_MM3 = 1e-3
@@ -49,7 +49,7 @@ def welded(vertices: Floats, faces: Integers, digits: int) -> tuple[Floats, Inte
 
 def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
     """Return the edges of a closed mesh below a length, shortest first, (n, 2)."""
-    edges = trimesh.geometry.faces_to_edges(faces)
+    edges = directed_edges(faces)
     edges = edges[edges[:, 0] < edges[:, 1]]
     length_mm = np.linalg.norm(np.subtract(*vertices[edges.T]), axis=1)
     order = np.argsort(length_mm)
@@ -97,7 +97,7 @@ def without_needles(vertices_mm: Floats, faces: Integers) -> Integers:
         edges_mm = np.linalg.norm(np.roll(corners_mm, -1, axis=1) - corners_mm, axis=2)
         needles = np.flatnonzero(np.linalg.norm(normals(corners_mm), axis=1) <= NEEDLE_MM * edges_mm.max(axis=1))
         beside = np.flatnonzero(np.isin(faces, faces[needles]).any(axis=1))
-        edges = map(tuple, trimesh.geometry.faces_to_edges(faces[beside]).tolist())
+        edges = map(tuple, directed_edges(faces[beside]).tolist())
         face_of = dict(zip(edges, np.repeat(beside, 3).tolist(), strict=True))
         turned = set[int]()
         for needle in needles.tolist():

@@ -22,7 +22,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
-from tests.meshes import Mesh, block, box, labelled_mm2, mesh_of, sheet, slotted, turned
+from tests.meshes import Mesh, block, box, fine, labelled_mm2, mesh_of, sheet, slotted, turned
 from tests.shapes import OPEN, wandering_crack
 
 MINUS_X = np.array([(0, 0, -1), (0, 1, 0), (1, 0, 0)])
@@ -120,6 +120,14 @@ def test_a_mesh_that_is_inside_out_is_turned_and_told(tmp_path):
     assert back.solid.figures.warnings == ("the mesh was inside out: all its faces were turned",)
 
 
+def test_a_mesh_that_crosses_itself_is_refused_by_its_place(tmp_path):
+    """One corner of the face is pulled through a wall of the slot."""
+    vertices, faces = fine(slotted())
+    vertices[np.argmin(np.linalg.norm(vertices - [70.0, 26.0, 0.0], axis=1))] = 70.0, 21.0, -5.0
+    with pytest.raises(InputError, match=r"scan\.stl: Mesh crosses itself in \d+ pairs of faces, first near \(\d+"):
+        brought(tmp_path, (vertices, faces))
+
+
 def test_a_given_path_is_the_centreline(tmp_path):
     """In the file's own frame turned upright, whatever is levelled and moved afterwards."""
     mesh = turned(turned(mesh_of(slotted()), 0, 3.0), 2, 14.0)
@@ -161,7 +169,7 @@ SLOT = mesh_of(slotted())
         (SLOT, {"units": "m"}, r"box 1e\+05 x 4e\+04 x 2e\+04 mm, with units = m, is implausible .* in mm or cm"),
         (SLOT, {"up": "-z"}, "No crack opens in the face"),
         (SLOT, {"path": Path("none.csv")}, "none.csv: no such file"),
-        (sheet(), {}, r"scan\.stl: Mesh is not watertight: nothing closes it at 350 edges, the first near"),
+        (sheet(), {}, r"scan\.stl: Mesh is not watertight; open edges: 350, the first near"),
     ],
 )
 def test_what_cannot_be_a_sample_is_refused_in_a_sentence(tmp_path, mesh, settings, says):

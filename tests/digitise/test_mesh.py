@@ -26,12 +26,12 @@ def beside(shift_mm: tuple[float, float, float]) -> tuple[Floats, Integers]:
 @pytest.mark.parametrize(
     ("vertices", "faces", "says"),
     [
-        (V, F[1:], ["not watertight: nothing closes it at 3 edges", "5.00"]),
-        (V, np.vstack([F[:4], F[4:5, ::-1], F[5:]]), ["two faces point to opposite sides at 3 edges"]),
+        (V, F[1:], ["not watertight; open edges: 3, the first near", "5.00"]),
+        (V, np.vstack([F[:4], F[4:5, ::-1], F[5:]]), ["edges with two faces that point to opposite sides: 3"]),
         (
             np.vstack([V, [20.0, 0.0, 0.0]]),
             np.vstack([F, [*F[0][:2], 8], [*F[0][:2][::-1], 8]]),
-            ["three or more faces meet at 1 edge, the first near ("],
+            ["edges with three or more faces: 1, the first near ("],
         ),
         (*beside((5.0, 4.0, 3.0)), ["crosses itself"]),
     ],

@@ -83,12 +83,12 @@ FOLD = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
 @pytest.mark.parametrize(
     ("mesh", "says"),
     [
-        ((SAMPLE[0], SAMPLE[1][1:]), r"not watertight: nothing closes it at 3 edges, the first near \("),
-        (sheet(), r"not watertight: nothing closes it at 350 edges, the first near \("),
+        ((SAMPLE[0], SAMPLE[1][1:]), r"not watertight; open edges: 3, the first near \("),
+        (sheet(), r"not watertight; open edges: 350, the first near \("),
         (soup(SAMPLE, noise_mm=1e-5), "not watertight"),
         (
             (SAMPLE[0], np.where(TURN[:, None], SAMPLE[1][:, ::-1], SAMPLE[1])),
-            r"point to opposite sides at \d+ edges, the",
+            r"point to opposite sides: \d+, the first",
         ),
         # Bodies that overlap would count twice where they do.
         (joined(ONE, mesh_of(box((90.0, 10.0, -15.0), (110.0, 20.0, -10.0)))), "2 separate bodies: 100 x 40 x 20 mm"),
