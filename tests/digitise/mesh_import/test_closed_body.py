@@ -28,11 +28,11 @@ TURN = np.random.default_rng(0).random(9322) < 0.3
     ids=["sound", "soup", "inside out", "repeated", "without area"],
 )
 def test_a_solid_is_one_surface(damage, notes):
-    vertices, faces, said = one_surface(*damage(*SAMPLE))
+    vertices, faces, sentences = one_surface(*damage(*SAMPLE))
     assert check_mesh(vertices, faces, expected_euler=2) == []
     assert mesh_volume_mm3(vertices, faces) == pytest.approx(VOLUME_MM3, rel=1e-9)
     assert len(faces) == 9322
-    assert len(said) == notes
+    assert len(sentences) == notes
 
 
 def test_a_mesh_of_specks_is_refused():
