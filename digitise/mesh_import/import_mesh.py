@@ -74,7 +74,6 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
     del mesh
     body, left_out = closed_body(vertices_mm, faces)
     plane = find_face(vertices_mm, faces)
-    del vertices_mm, faces
     block = cut_block(body.transform(plane.to_level[:3]), plane.below_mm)
     placed, line_mm = block.placed @ plane.to_level, None
     if settings.path is not None:

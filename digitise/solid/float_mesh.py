@@ -1,5 +1,7 @@
 """Clean-up of a boolean's mesh: edges of 1e-10 mm would open it once rounded to float32."""
 
+from collections import defaultdict
+
 import numpy as np
 import trimesh
 from manifold3d import Manifold
@@ -58,25 +60,31 @@ def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers
 
 def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
     """Collapse edges below a length to one of their ends, unless that changes topology or shape."""
-    edges = _edges_below(vertices, faces, limit_mm)
-    involved = np.isin(faces, edges).any(axis=1)
-    near, rest = faces[involved], faces[~involved]
+    edges, faces, there = _edges_below(vertices, faces, limit_mm), faces.copy(), np.ones(len(faces), dtype=bool)
+    users: defaultdict[int, set[int]] = defaultdict(set)
+    for row in np.flatnonzero(np.isin(faces, edges).any(axis=1)).tolist():
+        for vertex in faces[row].tolist():
+            users[vertex].add(row)
     for a, b in edges.tolist():
-        at_a, at_b = (near == a).any(axis=1), (near == b).any(axis=1)
+        shared = users[a] & users[b]
         # The link condition: only the two faces of the edge itself may join a's neighbours to b's.
-        if (at_a & at_b).sum() == 2 and len(np.intersect1d(near[at_a], near[at_b])) == 4:
-            ways = ((_swept_mm3(vertices, near, *ends, limit_mm), *ends) for ends in ((a, b), (b, a)))
-            swept_mm3, gone, target = min(ways)
-            if swept_mm3 < np.inf:
-                near = np.where(near == gone, target, near)[~(at_a & at_b)]
-    return np.concatenate([rest, near])
+        if len(shared) != 2 or len(np.intersect1d(faces[[*users[a]]], faces[[*users[b]]])) != 4:
+            continue
+        rest = {gone: sorted(users[gone] - shared) for gone in (a, b)}
+        swept_mm3, gone = min((_swept_mm3(vertices, faces[rest[end]], end, a + b - end, limit_mm), end) for end in rest)
+        if swept_mm3 < np.inf:
+            for vertex in np.unique(faces[[*shared]]).tolist():
+                users[vertex] -= shared
+            there[[*shared]] = False
+            faces[rest[gone]] = np.where(faces[rest[gone]] == gone, a + b - gone, faces[rest[gone]])
+            users[a + b - gone] |= users.pop(gone)
+    return faces[there]
 
 
 def _swept_mm3(vertices: Floats, faces: Integers, gone: int, target: int, limit_mm: float) -> float:
-    """Return the volume swept by moving ``gone`` onto ``target``; infinite if a face of some size would flip."""
-    before = faces[(faces == gone).any(axis=1) & (faces != target).all(axis=1)]
-    corners = vertices[before]
-    old, new = normals(corners), normals(vertices[np.where(before == gone, target, before)])
+    """Return the volume that moving ``gone`` to ``target`` sweeps; infinite if a face of some size would flip."""
+    corners = vertices[faces]
+    old, new = normals(corners), normals(vertices[np.where(faces == gone, target, faces)])
     double_mm2 = np.linalg.norm(old, axis=1)
     turned = (old * new).sum(axis=1) < 0.5 * double_mm2 * np.linalg.norm(new, axis=1)
     # Needles thinner than the collapsed edge have no reliable direction.

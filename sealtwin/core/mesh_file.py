@@ -157,8 +157,6 @@ def _read_ply(content: bytes) -> Triangles:
 
 def _read_glb(content: bytes) -> Triangles:
     scene = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
-    if required := scene.get("extensionsRequired"):
-        raise UnreadableError(f"it needs the extension {required[0]}: save it uncompressed")
     # trimesh fills an accessor without numbers with as many zeros as its count claims.
     _refuse_too_many(max((accessor["count"] for accessor in scene.get("accessors", ())), default=0) // 3)
     return _read_scene(content, "glb")
