@@ -160,10 +160,9 @@ def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
 
 def read_path(path: Path) -> Floats:
     """Read points in mm, (n, 2), from a CSV with the columns x_mm and y_mm. Raises InputError with file and row."""
-    bounds = dict.fromkeys(("x_mm", "y_mm", "z_mm"), (-FARTHEST_MM, FARTHEST_MM))
-    columns = read_columns(
-        path, {"x_mm": limits_mm, "y_mm": limits_mm, "z_mm": limits_mm}, ("x_mm", "y_mm"), (2, MOST_POINTS)
-    )
+    limits_mm = (-FARTHEST_MM, FARTHEST_MM)
+    bounds = {"x_mm": limits_mm, "y_mm": limits_mm, "z_mm": limits_mm}
+    columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MOST_POINTS))
     points_mm = np.column_stack([columns["x_mm"], columns["y_mm"]])
     points_mm = points_mm[np.append(True, (np.diff(points_mm, axis=0) != 0).any(axis=1))]
     if len(points_mm) < 2:
