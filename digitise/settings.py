@@ -305,10 +305,8 @@ class MeshInput(Settings):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """File of a centreline: one line of text for each point, with x and y in mm, in the mesh's frame turned upright. By
-    default the centreline is found in a section just below the face."""
-    base_mm: float | None = Field(default=None, gt=0.1, le=1000)
-    """Depth below the face of a flat underside with upright sides, which closes a scan that is open below."""
+    """File of a centreline: a CSV with the columns x_mm and y_mm, in the mesh's frame turned upright. By default the
+    centreline is found in a section just below the face."""
     dam_height_mm: DamHeight = 10.0
     """Height above the face of the dams at all places where the crack leaves the block, as in [crack]."""
 

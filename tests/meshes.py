@@ -4,6 +4,7 @@ import manifold3d
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from digitise.geometry.mesh_topology import open_edges
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
@@ -69,6 +70,15 @@ def sheet(
     a, b, c, d = number[:-1, :-1].ravel(), number[1:, :-1].ravel(), number[1:, 1:].ravel(), number[:-1, 1:].ravel()
     faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
     return np.concatenate([place, height_mm[..., None]], axis=-1).reshape(-1, 3), faces
+
+
+def scanned(from_mm: float, to_mm: float, thick_mm: float = 12.0) -> Mesh:
+    """The same on a block of that thickness, with its sides and underside."""
+    vertices, faces = sheet(from_mm=from_mm, to_mm=to_mm)
+    one, other = open_edges(faces).T
+    under, count = vertices * (1.0, 1.0, 0.0) - (0.0, 0.0, thick_mm), len(vertices)
+    sides = [np.column_stack([other, one, one + count]), np.column_stack([other, one + count, other + count])]
+    return np.concatenate([vertices, under]), np.concatenate([faces, faces[:, ::-1] + count, *sides])
 
 
 def area_mm2(vertices_mm: Floats, faces: Integers) -> float:

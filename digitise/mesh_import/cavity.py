@@ -1,29 +1,23 @@
 """The crack in a block: cavity, mouth, picture for reports, outline, and a given path."""
 
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 from manifold3d import CrossSection, JoinType, Manifold
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 from skimage.measure import points_in_poly
 
-from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import at_arc_length, resampled, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import Block, parted
 from digitise.mesh_import.cavity_sections import seen_from_above, strip_width_mm
 from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
-from digitise.scale.view import View
 from digitise.settings import MeshUnit
-from digitise.solid.float_mesh import corners_mm
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import InputError, ShapeError
-from sealtwin.core.plain_files import read_text
+from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import Floats, Outline
 
 # Limits of the choice of an opening, sizes of the picture, and limits of a given path.
@@ -35,25 +29,16 @@ PIT_MM2 = 1.0  # Area of another opening that gives a warning; smaller ones are 
 SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
 UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
 LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
-ROUND_MM = 15.0  # Width of face shown around the crack, with space for the overlay's legend
-BORDER_MM = 8.0  # Width shown outside the face, with space for the overlay's text at open ends
-FACET_MM = 1.0  # Size of the pieces in which long facets are drawn, each in one shade
-FACETS = 50_000  # Most pieces
-SPECK_MM2 = 1e-6  # Area below which a facet is rounding at a cut, and would be drawn as a line
+ROUND_MM = 15.0  # Width shown around the crack, with space for the overlay's legend
 FACE_GREY = 205.0  # Grey of the face
-DEEPEST_GREY = 40.0  # Grey of the deepest place
-BESIDE_GREY = 245  # Grey outside the sample
-LARGEST_BYTES = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
+MOUTH_GREY = 40.0  # Grey of the crack's mouth
+MOST_POINTS, FARTHEST_MM = 20_000, 1e6  # Limits of a path file
 MOST_BESIDE = 0.05  # Largest share of a given line, between entry and exit, that may be beside the crack
 WHOLE = 0.9  # Least share of the mouth that a line along the whole crack covers: oblique ends take some
 SPACING_MM = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
 
 
-LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper left
-SEPARATORS = re.compile(r"[;,\s]+")
-DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
-"""A number with a decimal comma, followed by a semicolon or by another such number."""
-HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, x and y are a line's first two numbers
+AS_READ = "It is read as x and y in mm, in the mesh's own axes turned upright."
 
 
 @dataclass(frozen=True)
@@ -83,10 +68,9 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     openings = (face - block.body.slice(-below_mm)).decompose()
     mouth, warnings = _chosen(openings, on_path_mm)
     bottom_mm = block.body.bounding_box()[2]
-    shaft = face.extrude(-below_mm - bottom_mm + UNDER_MM).translate((0.0, 0.0, bottom_mm - UNDER_MM))
-    _, rooms = parted(shaft, block.body)
-    by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
-    below = next((room for room in by_volume if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0), None)
+    _, rooms = parted(prism(face, bottom_mm - UNDER_MM, -below_mm), block.body)
+    reached = [room for room in rooms.decompose() if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0]
+    below = max(reached, key=Manifold.volume, default=None)
     if below is None:
         raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh around the mouth.", "mouth")
     if below.bounding_box()[2] < bottom_mm:
@@ -102,21 +86,14 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
 
 
 def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, tuple[str, ...]]:
-    openings = sorted(openings, key=lambda opening: -opening.area())
+    openings = sorted(openings, key=CrossSection.area, reverse=True)
     if not openings or openings[0].area() < PIT_MM2:
         raise ShapeError(
             "No crack opens in the face.", "Check mesh.up, the axis that points out of the cracked face.", "mouth"
         )
     chosen, areas_mm2 = 0, [opening.area() for opening in openings]
     if on_path_mm is not None:
-        passed = [_points_inside(opening, on_path_mm) for opening in openings]
-        if not any(passed):
-            raise ShapeError(
-                "The given path is not inside an opening of the face.",
-                "It is read as x and y in mm, in the mesh's own axes turned upright.",
-                "path",
-            )
-        chosen = int(np.argmax(passed))
+        chosen = int(np.argmax([_inside(opening, on_path_mm).sum() for opening in openings]))
     elif len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
         (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
         raise ShapeError(
@@ -126,30 +103,21 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
             "rivals",
         )
     pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= PIT_MM2]
-    if not pits:
-        return openings[chosen], ()
-    return openings[chosen], (
-        f"{len(pits)} other openings of up to {pits[0]:.1f} mm² in the face are not part of the crack: sealant may run "
-        "into them.",
+    doubt = (
+        f"{len(pits)} other openings of up to {max(pits, default=0.0):.1f} mm² in the face are not part of the crack: "
+        "sealant may run into them.",
     )
+    return openings[chosen], doubt if pits else ()
 
 
-def _points_inside(region: CrossSection, points_mm: Floats) -> int:
-    """Count the points inside a region: those inside an odd number of its rings."""
-    inside = [points_in_poly(points_mm, ring) for ring in region.to_polygons()]
-    return int(np.logical_xor.reduce(inside).sum())
+def _inside(region: CrossSection, points_mm: Floats) -> NDArray[np.bool_]:
+    """Return True for each point inside a region: inside an odd number of its rings, (n,)."""
+    return np.logical_xor.reduce([points_in_poly(points_mm, ring) for ring in region.to_polygons()])
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
-    """Draw the crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers.
-
-    ``image`` is a shaded view of the mesh.
-    """
-    low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
-    low, high = (
-        np.maximum(low - ROUND_MM, -BORDER_MM),
-        np.minimum(high + ROUND_MM, np.add(block.size_mm, BORDER_MM)),
-    )
+    """Draw the crack's mouth dark on a bright face. A pixel is the darker the more of it the mouth covers."""
+    low, high = np.reshape(cavity.mouth.bounds(), (2, 2)) + np.array([[-ROUND_MM], [ROUND_MM]])
     width_mm = strip_width_mm(cavity.mouth)
     view, mm_per_px, in_mouth = seen_from_above(cavity.mouth, width_mm, low, high)
     if width_mm < LEAST_ACROSS_PX * mm_per_px:
@@ -159,36 +127,18 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
             "Crop the mesh to a shorter piece.",
             "narrow",
         )
+    grey = FACE_GREY + in_mouth * (MOUTH_GREY - FACE_GREY)
     return Photo(
         file=file,
-        image=_shaded(block.body, view, in_mouth.shape, cavity.depth_mm),
+        image=np.repeat(grey.round().astype(np.uint8)[:, :, None], 3, axis=2),
         brightness=1.0 - in_mouth,
         view=view,
         face_mm=block.face_mm,
         mm_per_px=mm_per_px,
         scale_source=f"mesh in {units}: {file.name}",
-        scale_residual_mm=None,
         drawn=in_mouth > 0.5,
         warnings=cavity.warnings,
     )
-
-
-def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float) -> NDArray[np.uint8]:
-    """Draw the upward facets, (height, width, 3), from the lowest to the highest. Deeper facets are darker."""
-    size_mm = max(FACET_MM, float(np.sqrt(body.surface_area() / FACETS)))
-    facets = corners_mm(body.refine_to_length(size_mm))
-    facets = facets[normals(facets)[:, 2] > SPECK_MM2]
-    across, height_mm = normals(facets), facets[:, :, 2].mean(axis=1)
-    order = np.argsort(height_mm)
-    depth = np.clip(-height_mm / depth_mm, 0, 1)
-    lit = np.clip(across @ LIGHT / np.linalg.norm(across, axis=1) / LIGHT[2], 0.3, 1.1)
-    shade = (FACE_GREY + depth * (DEEPEST_GREY - FACE_GREY)) * lit
-    grey = np.clip(shade, 0, 255).round().astype(int).tolist()
-    fixed = np.rint(view.to_px(facets[:, :, :2].reshape(-1, 2)) * 16).astype(np.int32).reshape(-1, 3, 2)
-    picture = np.full(shape, BESIDE_GREY, dtype=np.uint8)
-    for number in order.tolist():
-        cv2.fillConvexPoly(picture, fixed[number], (grey[number],), cv2.LINE_8, 4)
-    return np.repeat(picture[:, :, None], 3, axis=2)
 
 
 def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
@@ -204,62 +154,39 @@ def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
         warnings=(*cavity.warnings, *line.warnings),
         islands_mm=tuple(islands),
         branches_mm=line.side_lines_mm,
-        branches_kept=len(line.side_lines_mm) > 0,
+        branches_kept=bool(line.side_lines_mm),
     )
 
 
 def read_path(path: Path) -> Floats:
-    """Read points in mm, (n, 2), from lines of x, y and perhaps z. Raises InputError with file and line."""
-    if not path.is_file():
-        raise InputError(
-            f"{path}: no such path file; mesh.path is relative to its trial file. Correct it, or remove it."
-        )
-    if path.stat().st_size > LARGEST_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; a path needs only a few hundred lines.")
-    try:
-        lines = read_text(path, LARGEST_BYTES).splitlines()
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file; write x and y in mm, one line for each point.") from None
-    if comma := next((line for line in lines if DECIMAL_COMMAS.match(line)), None):
-        raise InputError(f"{path}: its decimals are commas, as in {comma.strip()[:60]!r}. Write decimal points.")
-    points, columns = [], [0, 1]
-    for number, line in enumerate(lines, start=1):
-        words = [word for word in SEPARATORS.split(line.partition("#")[0]) if word]
-        header = next((names for names in HEADERS if not points and set(names) <= set(words)), None)
-        if header is not None:
-            columns = [words.index(name) for name in header]
-        elif words:
-            try:
-                x, y = (float(words[column]) for column in columns)
-            except (ValueError, IndexError):
-                x = y = np.nan
-            if not np.isfinite([x, y]).all():
-                content = " ".join(words)[:60]
-                raise InputError(
-                    f"{path}, line {number}: expected x and y in mm, two finite numbers, found {content!r}."
-                )
-            points.append((x, y))
-    places_mm = np.array(points).reshape(-1, 2)
-    places_mm = places_mm[np.append(True, np.any(np.diff(places_mm, axis=0) != 0, axis=1))[: len(places_mm)]]
-    if len(places_mm) < 2:
-        raise InputError(f"{path}: {len(places_mm)} different points; a path needs two or more.")
-    return places_mm
+    """Read points in mm, (n, 2), from a CSV with the columns x_mm and y_mm. Raises InputError with file and row."""
+    limits_mm = (-FARTHEST_MM, FARTHEST_MM)
+    bounds = {"x_mm": limits_mm, "y_mm": limits_mm, "z_mm": limits_mm}
+    columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MOST_POINTS))
+    points_mm = np.column_stack([columns["x_mm"], columns["y_mm"]])
+    points_mm = points_mm[np.append(True, (np.diff(points_mm, axis=0) != 0).any(axis=1))]
+    if len(points_mm) < 2:
+        raise InputError(f"{path}: 1 different point; a path needs two or more.")
+    return points_mm
 
 
-def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str]:
-    """Return the outline with the given line as its centreline, and a note of its distance from the middle."""
-    line_mm = in_mouth(photo, line_mm)
-    beside = 1 - float(_covered(photo, line_mm).mean())
-    if beside > MOST_BESIDE:
-        raise ShapeError(
-            f"The given path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%}).",
-            "It is read as x and y in mm, in the mesh's own axes turned upright.",
-            "path",
-        )
+def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
+    """Return the line between its first and last place in the crack's mouth, evenly spaced."""
+    even_mm = resampled(line_mm, SPACING_MM)
+    inside = _inside(mouth, even_mm)
+    first, last = np.flatnonzero(inside)[[0, -1]] if inside.any() else (0, 0)
+    beside = 1 - float(inside[first : last + 1].mean())
+    if first == last or beside > MOST_BESIDE:
+        wrong = f"The given path is outside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%})."
+        raise ShapeError(wrong, AS_READ, "path")
+    return even_mm[first : last + 1]
+
+
+def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
+    """Return the outline with the given line as its centreline."""
     middle_s_mm = np.maximum.accumulate(arc_length_at(line_mm, outline.centreline_mm).clip(0, outline.length_mm))
-    lines_mm = np.hstack([outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm])
-    middle_mm, left_mm, right_mm = np.hsplit(at_arc_length(lines_mm, outline.s_mm, middle_s_mm), 3)
-    away_mm = np.linalg.norm(line_mm - middle_mm, axis=1)
+    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
+    left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, middle_s_mm), 2)
     given = replace(
         outline,
         **photo.in_both_units(centreline=line_mm, left_wall=left_mm, right_wall=right_mm),
@@ -273,26 +200,4 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
             "or give a path along the whole crack"
         )
         given = replace(given, warnings=(*given.warnings, doubt))
-    return given, (
-        f"the centreline is the given path; it is {np.sqrt(np.mean(away_mm**2)):.2f} mm (RMS), at most "
-        f"{away_mm.max():.2f} mm, from the middle between the walls"
-    )
-
-
-def in_mouth(photo: Photo, line_mm: Floats) -> Floats:
-    """Return the line between its first and last place in the crack's mouth, evenly spaced."""
-    even_mm = resampled(line_mm, SPACING_MM)
-    inside = np.flatnonzero(_covered(photo, even_mm))
-    if len(inside) < 2:
-        raise ShapeError(
-            "The given path is not inside the crack.",
-            "It is read as x and y in mm, in the mesh's own axes turned upright.",
-            "path",
-        )
-    return even_mm[inside[0] : inside[-1] + 1]
-
-
-def _covered(photo: Photo, points_mm: Floats) -> np.ndarray:
-    """Return True for each point in the mouth, (n,)."""
-    rows_columns = photo.to_px(points_mm).T[::-1]
-    return map_coordinates(np.asarray(photo.drawn, dtype=np.uint8), rows_columns, order=0) > 0
+    return given

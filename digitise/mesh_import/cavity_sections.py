@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
@@ -30,7 +31,6 @@ LARGEST_PX = 12_000_000  # Largest picture, that of a phone
 MOST_LINES = 4000  # Most lines from wall to wall
 SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
 APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
-BESIDE = 1.0  # Widths by which lines from wall to wall are continued beyond each wall, for undercut walls
 
 
 def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
@@ -53,19 +53,16 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     cells = np.array([layer[rows, columns] for layer in layers]) * cell_mm**2
     # Each cell is shared between both sections beside it, so that areas are linear between sections.
     step_mm = s_mm[1]
-    before = np.clip((at_mm / step_mm).astype(int), 0, len(s_mm) - 2)
-    share = at_mm / step_mm - before
+    before = np.clip((at_mm[main] / step_mm).astype(int), 0, len(s_mm) - 2)
+    share = at_mm[main] / step_mm - before
     spacing_mm = np.full(len(s_mm), step_mm)
     spacing_mm[[0, -1]] /= 2
-    width_mm = np.array(
-        [
-            np.bincount(before, layer * main * (1 - share), len(s_mm))
-            + np.bincount(before + 1, layer * main * share, len(s_mm))
-            for layer in cells
-        ]
+    to_sections = coo_array(
+        (np.append(1 - share, share), (np.append(before, before + 1), np.tile(np.flatnonzero(main), 2))),
+        shape=(len(s_mm), len(main)),
     )
     below_mm2 = np.zeros((len(s_mm), LEVELS + 1))
-    below_mm2[:, 1:] = np.cumsum(width_mm.T / spacing_mm[:, None], axis=1) * (levels_mm[1] - levels_mm[0])
+    below_mm2[:, 1:] = np.cumsum(to_sections @ cells.T / spacing_mm[:, None], axis=1) * (levels_mm[1] - levels_mm[0])
     return Sections(s_mm, _depths_mm(cavity, outline, s_mm), below_mm2[:, -1], levels_mm, below_mm2)
 
 
@@ -93,66 +90,44 @@ def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Flo
 
 
 def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the arc length of each cell, (n,), and True for cells of the main crack."""
+    """Return the arc length of each cell, (n,), and True for cells of the main crack.
+
+    A cell beside the mouth, below an undercut wall, belongs to the nearest cell in the mouth.
+    """
     fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
     walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
     left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, fine_mm), 2)
-    share = np.linspace(-BESIDE, 1 + BESIDE, round((1 + 2 * BESIDE) * ACROSS) + 1)
-    within = (share >= 0) & (share <= 1)
-    places_mm = left_mm[:, None] + share[None, :, None] * (right_mm - left_mm)[:, None]
-    paces = np.gradient(places_mm, fine_mm, axis=0)
+    share = np.linspace(0.0, 1.0, ACROSS + 1)
+    lines_mm = left_mm[:, None] + share[:, None] * (right_mm - left_mm)[:, None]
+    pace, lines_mm = (each.reshape(-1, 2) for each in (np.gradient(lines_mm, fine_mm, axis=0), lines_mm))
     in_mouth = points_in_poly(cells_mm, outline.outline_mm)
-    nearest_line = np.zeros(len(cells_mm), dtype=int)
-    at_mm, main = np.empty(len(cells_mm)), np.zeros(len(cells_mm), dtype=bool)
-    # Outside the mouth, under its edge, lines are continued; inside, those of a bend's other leg would be nearer.
-    for these, columns in ((in_mouth, within), (~in_mouth, np.ones_like(within))):
-        if these.any():
-            lines_mm = places_mm[:, columns].reshape(-1, 2)
-            away_mm, near = KDTree(lines_mm).query(cells_mm[these])
-            # Interpolated from the nearest line by the pace of the lines there.
-            pace = paces[:, columns].reshape(-1, 2)[near]
-            onward_mm = ((cells_mm[these] - lines_mm[near]) * pace).sum(axis=1) / np.maximum(
-                (pace**2).sum(axis=1), SLOW
-            )
-            onward_mm = np.clip(onward_mm, -fine_mm[1] / 2, fine_mm[1] / 2)
-            line = np.asarray(near) // int(columns.sum())
-            at_mm[these] = np.clip(fine_mm[line] + onward_mm, 0.0, fine_mm[-1])
-            nearest_line[these] = line
-            main[these] = away_mm <= APART * outline.mean_width_mm
-    if in_mouth.any() and not in_mouth.all():
-        nearest = KDTree(cells_mm[in_mouth]).query(cells_mm[~in_mouth])[1]
-        main[~in_mouth] = main[in_mouth][nearest]
-    for end in (0, -1):
-        across_mm = left_mm[end] - right_mm[end]
-        inward = np.array([across_mm[1], -across_mm[0]]) * (1 if end == 0 else -1)
-        inward_mm = (cells_mm - left_mm[end]) @ inward / max(float(np.linalg.norm(across_mm)), step_mm)
-        # A cell that is cut in half belongs to both sides.
-        main &= ~(in_mouth & (nearest_line == np.arange(len(fine_mm))[end]) & (inward_mm < -step_mm / 2))
-    return at_mm, main
+    if not in_mouth.any():
+        in_mouth[:] = True
+    places_mm = cells_mm[in_mouth]
+    away_mm, near = KDTree(lines_mm).query(places_mm)
+    # Interpolated from the nearest line by the pace of the lines there.
+    onward_mm = ((places_mm - lines_mm[near]) * pace[near]).sum(axis=1) / (pace[near] ** 2).sum(axis=1).clip(min=SLOW)
+    at_mm = fine_mm[np.asarray(near) // len(share)] + onward_mm.clip(-fine_mm[1], fine_mm[1])
+    # A cell that is cut in half at an end belongs to both sides.
+    main = (away_mm <= APART * outline.mean_width_mm) & (np.abs(at_mm - fine_mm[-1] / 2) < (fine_mm[-1] + step_mm) / 2)
+    nearest = KDTree(places_mm).query(cells_mm)[1]
+    return at_mm[nearest].clip(0.0, fine_mm[-1]), main[nearest]
 
 
 def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:
     """Return the depth of the cavity at each station, (n,), in the vertical plane from wall to wall."""
     end_mm = FROM_END * s_mm[1]
-    lines_mm = np.hstack([outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm])
-    stations = at_arc_length(lines_mm, outline.s_mm, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))
-    return np.array([_depth_mm(cavity, *np.split(station, 3)) for station in stations])
+    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
+    stations = at_arc_length(walls_mm, outline.s_mm, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))
+    return np.array([_depth_mm(cavity, *np.split(station, 2)) for station in stations])
 
 
-def _depth_mm(cavity: Manifold, centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> float:
+def _depth_mm(cavity: Manifold, left_mm: Floats, right_mm: Floats) -> float:
     """Return the depth of the cavity below a line from wall to wall, without other parts of the crack in its plane."""
-    across_mm = left_mm - right_mm
-    left = across_mm / np.linalg.norm(across_mm)
-    # The plane's own axes: to the left, up, and along the crack.
-    turn = np.array([[left[0], left[1], 0.0], [0.0, 0.0, 1.0], [left[1], -left[0], 0.0]])
-    moved = cavity.transform(np.column_stack([turn, -turn @ np.append(centre_mm, 0.0)]))
-    bounds = [(wall_mm - centre_mm) @ left for wall_mm in (right_mm, left_mm)]
-    depth_mm = 0.0
-    for piece in moved.slice(0.0).decompose():
-        # A tip that the plane only touches leaves a piece without bounds.
-        if piece.is_empty():
-            continue
-        low, bottom, high, _ = piece.bounds()
-        if low <= bounds[1] and high >= bounds[0]:
-            depth_mm = max(depth_mm, -bottom)
-    return depth_mm
+    x, y = left_mm - right_mm
+    moved = cavity.translate((*-right_mm, 0.0)).rotate((0.0, 0.0, -float(np.degrees(np.arctan2(y, x)))))
+    # A tip that the plane only touches leaves a piece without bounds.
+    pieces = [
+        piece.bounds() for piece in moved.rotate((-90.0, 0.0, 0.0)).slice(0.0).decompose() if not piece.is_empty()
+    ]
+    return max((-low for start, low, end, _ in pieces if start <= np.hypot(x, y) and end >= 0), default=0.0)

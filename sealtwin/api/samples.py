@@ -213,7 +213,6 @@ def import_mesh(
     units: MeshUnit,
     up: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None,
     path: FilePath | None = None,
-    base_mm: float | None = None,
     dam_height_mm: float | None = None,
     data: DataKind = "undeclared",
 ) -> tuple[CrackOutline, Solid]:

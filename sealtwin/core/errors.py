@@ -30,11 +30,11 @@ class InputError(SealtwinError):
 
 
 ShapeKind = Literal[
-    "outline", "face", "sides", "size", "mouth", "through", "rivals", "walls", "narrow", "path", "cut", ""
+    "outline", "face", "sides", "size", "mouth", "through", "rivals", "walls", "narrow", "path", "cut", "closed", ""
 ]
 """Part of a sample that is at fault: the crack's outline; the plane face, the upright sides or the size of the block; a
 mouth that is missing, leads through the underside or exists twice; walls that do not face each other or are too close;
-a given path that is not on the crack; a body that cannot be cut."""
+a given path that is not on the crack; a body that cannot be cut; a mesh that is not a solid."""
 
 
 class ShapeError(InputError):

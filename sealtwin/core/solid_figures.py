@@ -12,7 +12,6 @@ wall closes it."""
 
 Point = tuple[float, float]
 Span = tuple[float, float]  # Least and largest value
-ROUNDING = 1e-9  # Relative change of a volume below which it is shown as unchanged
 
 
 @dataclass(frozen=True)
@@ -40,21 +39,6 @@ class DamBox:
 
 
 @dataclass(frozen=True)
-class Repair:
-    """One kind of repair of an imported mesh."""
-
-    what: str  # Description, such as "faces turned to agree with their neighbours"
-    count: int
-    volume_change: float | None  # Relative change of the volume; None if the volume before is unknown
-
-    def __str__(self) -> str:
-        if self.volume_change is None:
-            return f"{self.count} {self.what}"
-        change = "unchanged" if abs(self.volume_change) < ROUNDING else f"changed by {100 * self.volume_change:.2g} %"
-        return f"{self.count} {self.what}; volume {change}"
-
-
-@dataclass(frozen=True)
 class MeshOrigin:
     """Mesh file of a solid, and the orientation of the face in the file."""
 
@@ -64,7 +48,6 @@ class MeshOrigin:
     face_tilt_deg: float
     face_roughness_mm: float
     mouth_seen_below_face_mm: float
-    repairs: tuple[Repair, ...]
 
 
 @dataclass(frozen=True)

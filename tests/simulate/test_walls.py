@@ -15,7 +15,7 @@ from sealtwin.core.records import FaceLabel, Outline, Solid
 from simulate.setup.signed_distance import CM, MARGIN_MM, build_barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, place_walls, source_wall_mass
 from tests.fluids import slot
-from tests.meshes import sheet
+from tests.meshes import scanned
 from tests.shapes import straight_slot
 
 RADIUS_MM = 0.4
@@ -42,8 +42,8 @@ def crack(shape: str) -> tuple[Solid, Outline]:
     if shape == "funnel":
         return slot(20.0, depth_mm=7.0, tilt=shape, angle_deg=5.5)
     with TemporaryDirectory() as folder:
-        trimesh.Trimesh(*sheet(from_mm=40.0, to_mm=70.0), process=False).export(Path(folder, "scan.ply"))
-        scan = MeshInput(file=Path("scan.ply"), data="synthetic", units="mm", base_mm=12.0)
+        trimesh.Trimesh(*scanned(from_mm=40.0, to_mm=70.0), process=False).export(Path(folder, "scan.ply"))
+        scan = MeshInput(file=Path("scan.ply"), data="synthetic", units="mm")
         sample = import_sample(scan, Path(folder))
     return sample.solid, sample.outline
 

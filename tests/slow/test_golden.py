@@ -147,8 +147,8 @@ def make_inputs(folder: Path) -> None:
     tiny_lab(folder / "tiny")
     (folder / "cell.toml").write_text(CELL, encoding="utf-8")
     (folder / "depths.csv").write_text("s_mm,depth_mm\n0,6.0\n8,7.5\n16,9.0\n26,8.0\n", encoding="utf-8")
-    path = "".join(f"{x} {20 + 0.2 * (x % 3)}\n" for x in range(22, 79, 4))
-    (folder / "path.csv").write_text(path, encoding="utf-8")
+    path = "".join(f"{x},{20 + 0.2 * (x % 3)}\n" for x in range(22, 79, 4))
+    (folder / "path.csv").write_text(f"x_mm,y_mm\n{path}", encoding="utf-8")
     grounds = [mortar((360, 220), seed=seed) for seed in range(1, 6)]
     for ground, (name, (points_px, width_px)) in zip(grounds, PHOTOS.items(), strict=True):
         write_png(folder / f"{name}.png", with_crack(ground, points_px, width_px))

@@ -6,15 +6,13 @@ import trimesh
 from manifold3d import Manifold, OpType
 
 from digitise.mesh_import.block import FacePlane, cut_block, find_face, parted
-from digitise.mesh_import.import_mesh import moved
-from digitise.mesh_import.repair import one_surface
 from sealtwin.core.errors import InputError
 from tests.meshes import BLOCK_MM, Mesh, box, mesh_of, modelled, sheet, slotted, turned
 from tests.shapes import wandering_crack
 
 
 def face_of(mesh: Mesh) -> FacePlane:
-    return find_face(one_surface(*mesh))
+    return find_face(*mesh)
 
 
 def test_a_level_face_is_left_exactly_where_it_is():
@@ -38,7 +36,7 @@ def test_a_tilted_face_is_brought_level(about, by_deg):
     mesh = turned(mesh_of(slotted()), about, by_deg)
     plane = face_of(mesh)
     assert plane.tilt_deg == pytest.approx(abs(by_deg), abs=1e-6)
-    level = moved(mesh[0], plane.to_level)
+    level = trimesh.transform_points(mesh[0], plane.to_level)
     assert level[:, 2].max() == pytest.approx(0.0, abs=1e-9)
     assert np.ptp(level[:, 2]) == pytest.approx(20.0)
     # By the shortest way: it was not turned about any other axis.
@@ -127,7 +125,7 @@ def test_what_has_no_four_upright_sides_is_no_block(body):
 
 
 def test_a_cut_that_loses_volume_is_refused():
-    """As a library does where a triangle's corners lie on a line: see the needle in test_repair."""
+    """As a library does where a triangle's corners lie on a line: see the needle in test_closed_body."""
 
     class Lossy:
         def volume(self) -> float:
