@@ -1,19 +1,30 @@
-"""The outline of a crack that is given in mm: a line with a width, or two walls. Nothing is traced."""
+"""The outline of a crack that is given in mm: a line with a width, two walls, or an edge. Nothing is traced.
 
+A line with a width is the crack whose walls are half of the width to either side of it. It begins and ends with the
+line, square to it; at the edge of the face it ends in that edge.
+"""
+
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, FillRule
+from scipy.spatial import KDTree
 
-from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import Box, depth_inside, extended, resampled, signed_area, without_repeats
+from digitise.geometry.polyline import (
+    Box,
+    at_arc_length,
+    depth_inside,
+    extended,
+    resampled,
+    signed_area,
+    without_repeats,
+)
 from digitise.geometry.region import box_region
 from digitise.mesh_import.cavity_sections import ACROSS_PX, seen_from_above
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
-from digitise.outline import outline_along
 from digitise.photo import Photo
-from digitise.walls.centreline_and_walls import Traced
-from digitise.walls.straightened import Crossing, Crossings, edge_crossing, rays_across
+from digitise.walls.straightened import Crossings, edge_crossing, rays_across
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline
@@ -21,10 +32,11 @@ from sealtwin.core.solid_figures import EndKind
 
 # Limits of given lines, and sizes of the picture in which a report shows them.
 #
-# The first three decide which lines bound a crack. The others change the look of the picture alone.
+# The first four decide which lines bound a crack. The others change the look of the picture alone.
 SLENDERNESS = 3.0  # Least length over mean width, as of a crack in a mesh
 ON_EDGE_MM = 0.01  # Distance from the edge of the face within which an end is on it
 MOST_TRIMMED = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
+APART, APART_STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
 AROUND_MM = 15.0  # Width of face shown around the crack
 FACE_GREY = 205.0
 CRACK_GREY = 40.0
@@ -48,26 +60,34 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
             f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average; give a "
             f"line, in mm, at least {SLENDERNESS:g} times as long as the crack is wide."
         )
-    line_mm, crossings = resampled(points_mm, mean_mm / ACROSS_PX), _NONE
-    first_mm, last_mm, begins_mm = 0.0, float(s_mm[-1]), 0.0
+    step_mm = mean_mm / ACROSS_PX
+    line_mm, crossed = resampled(points_mm, step_mm), _NONE
+    before_mm, first_mm, last_mm = 0.0, 0.0, float(s_mm[-1])
     if face_mm is not None:
-        at_edge = [bool(depth_inside(points_mm[[end]], face_mm)[0] < ON_EDGE_MM) for end in (0, -1)]
-        begins_mm, beyond_mm = (2 * mean_mm * at for at in at_edge)
-        line_mm = extended(line_mm, begins_mm, beyond_mm, mean_mm, mean_mm / ACROSS_PX)
-        crossings = edge_crossing(line_mm, face_mm, at_start=True), edge_crossing(line_mm, face_mm, at_start=False)
-        if at_edge != [crossing is not None for crossing in crossings]:
-            raise InputError(f"{name}: the line is outside the face, {_size(face_mm)}, or crosses its edge twice.")
+        at_edge = depth_inside(points_mm[[0, -1]], face_mm) < ON_EDGE_MM
+        before_mm, after_mm = 2 * mean_mm * at_edge
+        line_mm = extended(line_mm, before_mm, after_mm, mean_mm, step_mm)
+        crossed = edge_crossing(line_mm, face_mm, True), edge_crossing(line_mm, face_mm, False)
+        if at_edge.tolist() != [crossing is not None for crossing in crossed]:
+            raise InputError(
+                f"{name}: the line is outside the face, {face_mm[2] - face_mm[0]:g} x {face_mm[3] - face_mm[1]:g} mm, "
+                "or crosses its edge twice."
+            )
         first_mm, last_mm = (
             end_mm if crossing is None else crossing.s_mm
-            for end_mm, crossing in zip((begins_mm, begins_mm + last_mm), crossings, strict=True)
+            for end_mm, crossing in zip((before_mm, before_mm + last_mm), crossed, strict=True)
         )
-    half_mm = np.interp(arc_length(line_mm) - begins_mm, *width_mm.T)[:, None] / 2
-    rays = rays_across(line_mm, mean_mm, crossings)
-    left_mm, right_mm = line_mm + half_mm * rays, line_mm - half_mm * rays
-    photo = _picture(_region(left_mm, right_mm, face_mm, name), mean_mm, face_mm, name)
-    kinds: tuple[EndKind, EndKind] = (_kind(crossings[0]), _kind(crossings[1]))
-    traced = Traced(line_mm, left_mm, right_mm, kinds, (first_mm, last_mm), mean_mm / photo.mm_per_px, 0.0, 0.0)
-    return outline_along(photo, CrackPath(photo.to_px(line_mm), traced.width_px, "drawn"), traced, "gauge"), photo
+    s_mm = arc_length(line_mm)
+    across_mm = np.interp(s_mm - before_mm, *width_mm.T)[:, None] / 2 * rays_across(line_mm, mean_mm, crossed)
+    lines_mm = np.hstack([line_mm, line_mm + across_mm, line_mm - across_mm])
+    _require_apart(line_mm, 2 * float(np.linalg.norm(across_mm, axis=1).max()), name)
+    mouth = _between(lines_mm[:, 2:4], lines_mm[:, 4:], face_mm, name)
+    stations_mm = np.linspace(first_mm, last_mm, max(2, 1 + round((last_mm - first_mm) / step_mm)))
+    centre_mm, left_mm, right_mm = np.hsplit(at_arc_length(lines_mm, s_mm, stations_mm), 3)
+    kinds: list[EndKind] = ["cut" if crossing is None else "open" for crossing in crossed]
+    line = MouthLine(centre_mm, left_mm, right_mm, (kinds[0], kinds[1]), (), ())
+    outline, photo = _drawn(mouth, line, face_mm, name)
+    return replace(outline, width_source="gauge"), photo
 
 
 def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> Given:
@@ -78,51 +98,65 @@ def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name
     """
     if np.linalg.norm(left_mm[-1] - right_mm[-1]) > np.linalg.norm(left_mm[-1] - right_mm[0]):
         right_mm = right_mm[::-1]
-    mouth = _region(left_mm, right_mm, face_mm, name)
+    mouth = _between(left_mm, right_mm, face_mm, name)
     try:
-        line = line_of_mouth(mouth, face_mm or _around(mouth))
+        return outline_within(mouth, face_mm, name, left_mm[0])
     except ShapeError as fault:
         raise InputError(f"{name}: {fault.wrong}") from None
-    if np.linalg.norm(line.centreline_mm[0] - left_mm[0]) > np.linalg.norm(line.centreline_mm[-1] - left_mm[0]):
-        line = MouthLine(
-            line.centreline_mm[::-1],
-            line.right_mm[::-1],
-            line.left_mm[::-1],
-            (line.ends[1], line.ends[0]),
-            (),
-            line.warnings,
+
+
+def outline_within(mouth: CrossSection, face_mm: Box | None, name: str, begin_mm: Floats | None = None) -> Given:
+    """Return the outline of a crack that fills a region, with s = 0 at the end that is nearest to ``begin_mm``.
+
+    Raises ShapeError if the region is no crack with two ends.
+    """
+    mouth = mouth if face_mm is None else mouth ^ box_region(face_mm)
+    line = line_of_mouth(mouth, face_mm or _around(mouth))
+    first_mm, last_mm = line.centreline_mm[[0, -1]]
+    if begin_mm is not None and np.linalg.norm(first_mm - begin_mm) > np.linalg.norm(last_mm - begin_mm):
+        line = replace(
+            line,
+            centreline_mm=line.centreline_mm[::-1],
+            left_mm=line.right_mm[::-1],
+            right_mm=line.left_mm[::-1],
+            ends=(line.ends[1], line.ends[0]),
         )
-    width_mm = mouth.area() / arc_length(line.centreline_mm)[-1]
-    photo = _picture(mouth, width_mm, face_mm, name)
-    ring_mm = max(map(np.asarray, mouth.to_polygons()), key=signed_area)
-    lines = {"centreline": line.centreline_mm, "left_wall": line.left_mm, "right_wall": line.right_mm}
-    outline = Outline(
-        **photo.in_both_units(**lines, outline=ring_mm),
-        ends=line.ends,
-        **photo.facts_of_outline,
-        path_source="drawn",
-        warnings=line.warnings,
-    )
-    return outline, photo
+    return _drawn(mouth, line, face_mm, name)
 
 
-def _region(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> CrossSection:
+def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> CrossSection:
     """Return the crack between two walls on the face."""
     ring_mm = np.concatenate([right_mm, left_mm[::-1]])
     region, area_mm2 = CrossSection([ring_mm], FillRule.Positive), signed_area(ring_mm)
     if area_mm2 <= 0:
         raise InputError(f"{name}: the left wall is on the right of the right wall; exchange them.")
-    if region.area() < (1 - MOST_TRIMMED) * area_mm2:
+    if region.area() < (1 - MOST_TRIMMED) * area_mm2 or region.num_contour() > 1:
         raise InputError(f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for its width.")
     return region if face_mm is None else region ^ box_region(face_mm)
 
 
-def _picture(mouth: CrossSection, width_mm: float, face_mm: Box | None, name: str) -> Photo:
-    """Draw the crack dark on a bright face."""
+def _require_apart(line_mm: Floats, width_mm: float, name: str) -> None:
+    """Raise InputError if two parts of a crack along a line would overlap."""
+    line_mm = resampled(line_mm, width_mm / APART_STEPS)
+    s_mm = arc_length(line_mm)
+    pairs = KDTree(line_mm).query_pairs(width_mm, output_type="ndarray")
+    parts = line_mm[pairs[np.ptp(s_mm[pairs], axis=1) > APART * width_mm]]
+    if len(parts):
+        away_mm = np.linalg.norm(np.diff(parts, axis=1)[:, 0], axis=1)
+        x, y = parts[away_mm.argmin()].mean(axis=0)
+        raise InputError(
+            f"{name}: the line comes within {away_mm.min():.2g} mm of itself at ({x:.4g}, {y:.4g}) mm, so that the "
+            f"crack, {width_mm:.3g} mm wide, overlaps itself there. Draw the parts farther apart, or each as a crack."
+        )
+
+
+def _drawn(mouth: CrossSection, line: MouthLine, face_mm: Box | None, name: str) -> Given:
+    """Return the outline of a mouth, and a picture of it: dark on a bright face."""
     low, high = np.reshape(_around(mouth), (2, 2))
+    width_mm = mouth.area() / float(arc_length(line.centreline_mm)[-1])
     view, mm_per_px, crack = seen_from_above(mouth, width_mm, low, high)
     grey = FACE_GREY + crack * (CRACK_GREY - FACE_GREY)
-    return Photo(
+    photo = Photo(
         file=Path(name),
         image=np.repeat(grey.round().astype(np.uint8)[:, :, None], 3, axis=2),
         brightness=1.0 - crack,
@@ -131,17 +165,22 @@ def _picture(mouth: CrossSection, width_mm: float, face_mm: Box | None, name: st
         mm_per_px=mm_per_px,
         scale_source="given: lines in mm",
     )
-
-
-def _kind(crossing: Crossing | None) -> EndKind:
-    return "cut" if crossing is None else "open"
+    ring_mm, *islands_mm = sorted(map(np.asarray, mouth.to_polygons()), key=signed_area, reverse=True)
+    lines = {"centreline": line.centreline_mm, "left_wall": line.left_mm, "right_wall": line.right_mm}
+    outline = Outline(
+        **photo.in_both_units(**lines, outline=ring_mm),
+        ends=line.ends,
+        **photo.facts_of_outline,
+        path_source="drawn",
+        warnings=line.warnings,
+        islands_mm=tuple(islands_mm),
+        branches_mm=line.side_lines_mm,
+        branches_kept=len(line.side_lines_mm) > 0,
+    )
+    return outline, photo
 
 
 def _around(mouth: CrossSection) -> Box:
     x_min, y_min, x_max, y_max = mouth.bounds()
     away_mm = AROUND_MM
     return x_min - away_mm, y_min - away_mm, x_max + away_mm, y_max + away_mm
-
-
-def _size(face_mm: Box) -> str:
-    return f"{face_mm[2] - face_mm[0]:g} x {face_mm[3] - face_mm[1]:g} mm"

@@ -81,7 +81,9 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     if mouth.area() < RING_SHARE * outer.area():
         x, y = min(rings_mm, key=signed_area).mean(axis=0)
         raise ShapeError(
-            f"The crack is a ring around ({x:.1f}, {y:.1f}) mm, so it has no two ends.", "Part it.", "mouth"
+            f"The crack is a ring around ({x:.1f}, {y:.1f}) mm, so it has no two ends.",
+            "Close it at one place.",
+            "walls",
         )
     path_mm, width_mm = _rough_path(outer, between_mm)
     ring_mm = np.asarray(outer.simplify(SMOOTH * width_mm).to_polygons()[0], dtype=float)
@@ -119,7 +121,7 @@ def _on_arms(centre_mm: Floats, side_lines_mm: Sequence[Floats]) -> tuple[str, .
     listed = ", ".join(f"{lengths_mm[number]:.0f}" for number in order[:MOST_LISTED])
     foot = np.argmin(np.linalg.norm(centre_mm - side_lines_mm[order[0]][0], axis=1))
     return (
-        f"not on the path: {len(order)} side arms of {listed} mm, the longest at s = "
+        f"side arms ({len(order)}) of {listed} mm are not on the path, the longest at s = "
         f"{arc_length(centre_mm)[foot]:.0f} mm; the cavity includes such arms, and the sealant for them is given along "
         "the path. Set path.volume_ml to give another volume, or give mesh.path to follow another arm",
     )

@@ -1,0 +1,163 @@
+"""The crack that the lines of a drawing bound, and a mesh of a sample with it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from manifold3d import CrossSection, FillRule
+
+from digitise.drawing.given_lines import Given, outline_of_line, outline_within
+from digitise.drawing.read_dxf import MM, Drawing
+from digitise.geometry.polyline import Box, crossings, meeting, signed_area
+from digitise.geometry.region import PIECE_MM2, box_region, traced_region
+from digitise.mesh_import.import_mesh import MOST_MM
+from digitise.settings import CrackShape
+from digitise.solid.footprint import lay_out
+from digitise.solid.wedges import carve
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline
+
+FACE, OUTLINE, ISLANDS = "FACE", "OUTLINE", "ISLANDS"
+"""Layers of 'sealtwin export' with the edge of the sample, the crack's edge and its stones."""
+LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that is injected
+BESIDE_MM2 = 1e-3  # Area outside another line that is only the sag of two curves
+NO_AREA_MM2 = 1e-6  # Area of a closed line that runs back along itself
+
+
+def drawn_crack(
+    drawing: Drawing,
+    *,
+    outline: str | None = None,
+    walls: tuple[str, str] | None = None,
+    line: tuple[str, float] | None = None,
+) -> Given:
+    """Return the crack inside an ``outline``, between ``walls``, or along a ``line`` with a width in mm.
+
+    Without any of them it is inside the closed line of the layer OUTLINE, and outside those of the layer ISLANDS. A
+    rectangle on the layer FACE is the edge of the sample, and its lower left corner the origin. Notes are added to the
+    drawing. Raises InputError if a layer is missing or its lines are of the wrong kind, and ShapeError if the lines
+    bound no crack.
+    """
+    face_mm, origin_mm = _face(drawing) if FACE in drawing.entities else (None, np.zeros(2))
+    if line is not None:
+        line_mm = _way(drawing, line[0], line[1])
+        _require_size(drawing, line_mm)
+        name = f"{drawing.file}, layer {line[0]}"
+        given = outline_of_line(line_mm - origin_mm, np.array([[0.0, line[1]]]), face_mm, name)
+    else:
+        name, edge_mm, stones_mm = _edge(drawing, outline, walls)
+        _require_size(drawing, edge_mm)
+        region, warnings = traced_region(edge_mm - origin_mm, [stone_mm - origin_mm for stone_mm in stones_mm])
+        drawing.notes += warnings
+        if face_mm is not None and (region ^ box_region(face_mm)).area() < PIECE_MM2:
+            raise InputError(f"{drawing.file}, layer {FACE}: the crack is outside the sample. Draw {FACE} around it.")
+        given = outline_within(region, face_mm, name)
+    size = drawing.size(given[0].outline_mm)
+    drawing.notes.append(f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}")
+    return given
+
+
+def _edge(drawing: Drawing, outline: str | None, walls: tuple[str, str] | None) -> tuple[str, Floats, list[Floats]]:
+    """Return the name of what bounds the crack, its edge as a ring, and the rings of its stones."""
+    if walls is not None:
+        one_mm, other_mm = (_way(drawing, layer) for layer in walls)
+        crossed = np.linalg.norm(one_mm[-1] - other_mm[-1]) < np.linalg.norm(one_mm[-1] - other_mm[0])
+        return (
+            f"{drawing.file}, layers {' and '.join(walls)}",
+            np.vstack([one_mm, other_mm[:: -1 if crossed else 1]]),
+            [],
+        )
+    edge_mm, *stones_mm = _rings(drawing, outline or OUTLINE)
+    if outline is None and ISLANDS in drawing.entities:
+        stones_mm += _rings(drawing, ISLANDS)
+    _require_stones(drawing, edge_mm, stones_mm)
+    return f"{drawing.file}, layer {outline or OUTLINE}", edge_mm, stones_mm
+
+
+def sample_obj(outline: Outline, depth_mm: float) -> bytes:
+    """Return a mesh of the sample with upright walls and a level floor, in the text format OBJ, which keeps digits."""
+    shape = CrackShape(depth_mm=depth_mm, tilt="vertical")
+    mesh = carve(lay_out(outline, shape, 0.0), shape, ()).to_mesh64()
+    corners = (f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z, *_ in mesh.vert_properties)
+    triangles = (f"f {a} {b} {c}" for a, b, c in np.asarray(mesh.tri_verts, dtype=np.int64) + 1)
+    return "\n".join([*corners, *triangles, ""]).encode()
+
+
+def _face(drawing: Drawing) -> tuple[Box, Floats]:
+    """Return the sample's face, from (0, 0), and its lower left corner in the drawing. Raises InputError if unfit."""
+    ring_mm, *others = _rings(drawing, FACE)
+    low, high = ring_mm.min(axis=0), ring_mm.max(axis=0)
+    x, y = high - low
+    if others or signed_area(ring_mm) < x * y - BESIDE_MM2:
+        raise InputError(
+            f"{drawing.file}, layer {FACE}: {1 + len(others)} closed lines, the largest {drawing.size(ring_mm)}; "
+            "expected one rectangle along x and y, the edge of the sample. Draw it so, or put it on another layer."
+        )
+    return (0.0, 0.0, float(x), float(y)), low
+
+
+def _rings(drawing: Drawing, name: str) -> list[Floats]:
+    """Return the closed lines of a layer, the largest first, counter-clockwise.
+
+    Raises InputError for an open line, or one without area.
+    """
+    lines = drawing.lines(name)
+    if opened := [line for line in lines if not line.closed]:
+        raise InputError(
+            f"{drawing.file}, layer {name}: {len(opened)} open lines: {drawing.gap(opened)}. Close the edge there."
+        )
+    rings_mm = [line.points_mm[:: 1 if signed_area(line.points_mm) > 0 else -1] for line in lines]
+    for ring_mm in rings_mm:
+        if signed_area(ring_mm) < NO_AREA_MM2:
+            raise InputError(
+                f"{drawing.file}, layer {name}: the closed line at {_middle(drawing, ring_mm)} encloses nothing: it is "
+                "a speck, crosses itself, or runs back along itself. Delete it, or draw the edge once, around the "
+                "whole area."
+            )
+    return sorted(rings_mm, key=signed_area, reverse=True)
+
+
+def _require_stones(drawing: Drawing, edge_mm: Floats, stones_mm: Sequence[Floats]) -> None:
+    """Raise InputError for a stone that is not inside the crack's edge, or that overlaps another one."""
+    free = CrossSection([edge_mm])
+    for ring_mm in stones_mm:
+        stone = CrossSection([ring_mm], FillRule.NonZero)
+        if (stone - free).area() > BESIDE_MM2:
+            raise InputError(
+                f"{drawing.file}: the closed line at {_middle(drawing, ring_mm)} is not inside the crack's edge, the "
+                f"closed line at {_middle(drawing, edge_mm)}, or overlaps another one in it. Lines inside the edge are "
+                "stones, and a trial has one crack. Put each crack on a layer of its own and give it as --outline."
+            )
+        free -= stone
+
+
+def _way(drawing: Drawing, name: str, width_mm: float | None = None) -> Floats:
+    """Return the one open line of a layer. Raises InputError if there are several lines, or one that is closed."""
+    lines = drawing.lines(name, width_mm)
+    where = f"{drawing.file}, layer {name}"
+    if len(lines) > 1 or lines[0].closed:
+        closed = [line for line in lines if line.closed]
+        what = f"{len(closed)} closed lines of {len(lines)}" if closed else f"{len(lines)} lines; {drawing.gap(lines)}"
+        raise InputError(f"{where}: {what}. Draw one open line from end to end, once.")
+    line_mm = lines[0].points_mm
+    for first, second in crossings(line_mm)[:1]:
+        step = np.diff(line_mm, axis=0)
+        place_mm = meeting((line_mm[first], step[first]), (line_mm[second], step[second]))
+        raise InputError(f"{where}: the line crosses itself at {drawing.place(place_mm)}; draw it without a loop.")
+    return line_mm
+
+
+def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
+    """Raise InputError for a crack that is too short or too long. A wrong unit may be the cause."""
+    longest_mm, most_mm = float(np.ptp(crack_mm, axis=0).max()), MOST_MM - 2 * CrackShape(depth_mm=1.0).margin_mm
+    if LEAST_CRACK_MM <= longest_mm <= most_mm:
+        return
+    fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= most_mm]
+    remedy = f"Give --units {' or '.join(fitting)} if it is drawn in that unit." if fitting else "Draw it to scale."
+    raise InputError(
+        f"{drawing.file}: the crack is {drawing.size(crack_mm)}; {LEAST_CRACK_MM:g} to {most_mm:g} mm are expected. "
+        f"The unit is {drawing.unit}, {drawing.unit_source}. {remedy}"
+    )
+
+
+def _middle(drawing: Drawing, ring_mm: Floats) -> str:
+    return drawing.place((ring_mm.min(axis=0) + ring_mm.max(axis=0)) / 2)
