@@ -1,10 +1,11 @@
 """Plan view of the crack and its block: one clean region extended past its flat ends, and a floor of changing depth."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from manifold3d import CrossSection, FillRule, Manifold, Mesh64, OpType
+from manifold3d import CrossSection, FillRule, JoinType, Manifold, Mesh64, OpType
 from scipy.spatial import Delaunay, KDTree
 
 from digitise.geometry.mesh_topology import open_edges
@@ -18,7 +19,9 @@ from sealtwin.core.solid_figures import EndKind
 
 ON_SIDE_MM = 0.01  # Tolerance of a point on the block's side: the outline's file rounds to a thousandth of it
 RUN_OUT_MM = 5.0  # Straight walls beyond an end, in excess of the tilt's move, so that the end itself stays undisturbed
+CLEAR_MM = 0.1  # Least ground between a cut end's run-out and another part of the crack, and least run-out
 HEADING_MM = 5.0  # Length of centreline that gives an end its direction: long against pixels, short against its wander
+NEAR_WIDTHS = 2.0  # The same in widths, if the crack turns by over 60 degrees within that length
 TURNOVER_DEG = 60.0  # Angle from straight ahead beyond which a part of a blunt tip belongs to one wall alone
 STATION_MM = 1.0  # Spacing of the floor's corners, along and across the crack: a third of the paper's width
 SMOOTHED_STATIONS = 1.0  # Gaussian sigma of the centreline, since its noise would turn the lines across it
@@ -65,13 +68,14 @@ class CrackEnd:
 
 def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
     """Return both ends of the crack, the one at s = 0 first."""
-    reach_mm = np.array([min(HEADING_MM, outline.length_mm)])
+    reaches_mm = np.minimum((HEADING_MM, NEAR_WIDTHS * outline.mean_width_mm), outline.length_mm)
     ends = []
     for number in (0, 1):
         line_mm = outline.centreline_mm[:: -1 if number else 1]
-        outward = line_mm[0] - at_arc_length(line_mm, arc_length(line_mm), reach_mm)[0]
+        outward, near = map(unit, line_mm[0] - at_arc_length(line_mm, arc_length(line_mm), reaches_mm))
         corners_mm = outline.left_wall_mm[-number], outline.right_wall_mm[-number]
-        ends.append(CrackEnd(number, outline.ends[number], *corners_mm, unit(outward)))
+        # A crack that turns just before its end leaves as it runs there.
+        ends.append(CrackEnd(number, outline.ends[number], *corners_mm, outward if outward @ near > 0.5 else near))
     return ends[0], ends[1]
 
 
@@ -167,16 +171,19 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     block = box_region(block_mm)
     ends = tuple(_on_side(end, ring, block_mm, width_mm) if end.kind == "open" else end for end in ends)
     reach_mm = spread_mm + RUN_OUT_MM + width_mm
-    run_outs = [_strip(end.right_mm, end.left_mm, reach_mm * end.run_out) for end in ends]
-    crack, cleaning_warnings = cleaned(CrossSection.batch_boolean([traced, *run_outs], OpType.Add))
-    stoppers = [_stopper(end, reach_mm, spread_mm) for end in ends if end.kind == "cut"]
-    beyond = CrossSection.batch_boolean(stoppers, OpType.Add) ^ block
-    if (buried_mm2 := (traced ^ beyond).area()) > width_mm**2:
-        raise InputError(
-            f"One end of the crack is cut, and {buried_mm2:.1f} mm² of the crack are beyond it, in the ground: the "
-            "crack bends back near that end. Move the end along the crack, away from its other parts: in ends_px, or "
-            "with 'sealtwin trace'."
-        )
+    grown_mm = spread_mm * (shape.tilt in ("flare", "undercut")) + CLEAR_MM / 2
+    steps_mm = np.arange(0.0, spread_mm * (shape.tilt == "lean") + CLEAR_MM / 2, CLEAR_MM / 2)
+
+    def swept(part: CrossSection) -> CrossSection:
+        """Return the room that a part of the crack takes at any depth, with some clearance."""
+        moved = [part.translate((float(x), float(y))) for x, y in steps_mm[:, None] * lean]
+        return CrossSection.batch_boolean(moved, OpType.Add).offset(grown_mm, JoinType.Square)
+
+    beyond_ends = [_beyond(end, traced, (reach_mm, spread_mm + CLEAR_MM), swept) for end in ends]
+    crack, cleaning_warnings = cleaned(
+        CrossSection.batch_boolean([traced, *(run_out for run_out, _ in beyond_ends)], OpType.Add)
+    )
+    beyond = CrossSection.batch_boolean([stopper for _, stopper in beyond_ends], OpType.Add) ^ block
     if ((traced ^ block) - beyond).area() < PIECE_MM2:
         listed = ", ".join(f"{value:g}" for value in block_mm)
         raise InputError(f"No part of the crack is on the face, ({listed}) mm. Check ends_px and face_mm.")
@@ -212,12 +219,32 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
     return replace(end, left_mm=at_side[leftward.argmax()], right_mm=at_side[leftward.argmin()])
 
 
-def _stopper(end: CrackEnd, reach_mm: float, spread_mm: float) -> CrossSection:
-    """Return the ground beyond a cut end. It contains all of the end's tilted run-out."""
-    # The run-out of an oblique cut drifts sideways.
-    drift_mm = reach_mm * float(np.linalg.norm(end.run_out))
-    side = (drift_mm + reach_mm) * end.across
-    return _strip(end.right_mm - side, end.left_mm + side, (reach_mm + spread_mm + RUN_OUT_MM) * end.facing)
+def _beyond(
+    end: CrackEnd, traced: CrossSection, reaches_mm: tuple[float, float], swept: Callable[[CrossSection], CrossSection]
+) -> tuple[CrossSection, CrossSection]:
+    """Return the run-out of a flat end, and its stopper: the ground beyond a cut, which fills the tilted run-out.
+
+    Other parts of the crack, ``swept`` by the tilt, are cut out of the stopper. The shorter of the reaches is for those
+    just beyond the end. Raises InputError if the crack touches its own end.
+    """
+    touching_mm2 = 0.0
+    for reach_mm in reaches_mm:
+        run_out = _strip(end.right_mm, end.left_mm, reach_mm * end.run_out)
+        if end.kind == "open":
+            return run_out, CrossSection()
+        # The run-out of an oblique cut drifts sideways.
+        side = reach_mm * (1 + float(np.linalg.norm(end.run_out))) * end.across
+        stopper = _strip(end.right_mm - side, end.left_mm + side, (reaches_mm[0] + reach_mm) * end.facing)
+        filled, parts = swept(run_out), [(part, swept(part)) for part in (traced ^ stopper).decompose()]
+        apart = [(part, room) for part, room in parts if (room ^ filled).is_empty()]
+        touching_mm2 = (traced ^ stopper).area() - sum(part.area() for part, _ in apart)
+        if touching_mm2 <= float(np.sum((end.left_mm - end.right_mm) ** 2)):
+            return run_out, CrossSection.batch_boolean([stopper, *(room for _, room in apart)], OpType.Subtract)
+    x, y = end.centre_mm
+    raise InputError(
+        f"The crack is cut at ({x:.1f}, {y:.1f}) mm, and {touching_mm2:.1f} mm² of it touch that end from beyond: it "
+        "bends back there. Move the end away from the crack's other parts: in ends_px, or with 'sealtwin trace'."
+    )
 
 
 def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
