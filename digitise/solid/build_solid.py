@@ -6,23 +6,20 @@ import numpy as np
 from manifold3d import CrossSection, FillRule, OpType
 
 from digitise.geometry.mesh_topology import MeshFigures, examine_mesh, mesh_volume_mm3
-from digitise.geometry.region import box_region, pieces
+from digitise.geometry.region import box_region
 from digitise.settings import CrackShape
 from digitise.solid.dams import (
-    CLEARANCE_MM,
     REDUCE_ANGLE,
     Dam,
     dam_box,
     dams,
     label_faces,
-    plates_over,
-    sheltered,
     tilted_out,
 )
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
 from digitise.solid.sections import crack_sections
-from digitise.solid.slicer import Slicer, largest_share, meeting_share
+from digitise.solid.slicer import Slicer, meets_below
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Outline, Sections, Solid
@@ -34,7 +31,6 @@ LEAST_CLOSED = 0.02  # Share of a crack with meeting funnel walls that gives a w
 TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths without a warning: ends are uncertain by as much
 ATTEMPTS = 6
 LEAST_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's: less means that the crack leaves the sample
-SMALLEST_DEG = 0.1  # Least angle that a refusal proposes, and the step of what it proposes
 SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
 
 
@@ -56,9 +52,12 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     sections = [slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
     if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
-    if shape.tilt == "undercut":
-        _require_room(footprint, shape)
     plates = dams(footprint, sections, spread_mm)
+    if shape.tilt == "undercut" and meets_below(slicer, shape):
+        raise InputError(
+            f'With tilt = "undercut" and walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, parts of the '
+            f'crack meet below the face. {REDUCE_ANGLE}, or choose tilt = "lean", which keeps the width.'
+        )
     along = crack_sections(outline, shape)
     _require_volume(outline, along, shape)
     vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
@@ -161,40 +160,6 @@ def _watertight(
         f"No sound solid after {ATTEMPTS} builds of this outline with tilt {shape.tilt}: {faults[0]} "
         "Retrace the crack near there, or choose another tilt."
     )
-
-
-def _require_room(footprint: Footprint, shape: CrackShape) -> None:
-    """Raise InputError with the largest angle that fits, if parts of the crack meet below the face or leave the block.
-
-    ``dams`` refuses a trace that leaves the block at the face.
-    """
-    slicer = Slicer(footprint, shape)
-    meeting, leaving = meeting_share(slicer, shape), _leaving_share(footprint, slicer, shape)
-    if meeting is None and leaving is None:
-        return
-    if meeting is not None and (leaving is None or meeting <= leaving):
-        share, fault = meeting, "parts of the crack meet below the face"
-    else:
-        share, fault = leaving or 0.0, f"the crack comes within {CLEARANCE_MM} mm of the block's side or leaves it"
-    # Rounded down, so that the proposed angles fit.
-    angles_deg = np.degrees(np.arctan(share * np.tan(np.radians(shape.wall_angles_deg))))
-    left_deg, right_deg = np.floor(angles_deg / SMALLEST_DEG) * SMALLEST_DEG
-    fits = f"{left_deg:.1f}" if left_deg == right_deg else f"[{left_deg:.1f}, {right_deg:.1f}]"
-    remedy = f"the largest wall_angle_deg that fits is {fits}"
-    if max(left_deg, right_deg) == 0:
-        remedy = f"no wall_angle_deg of {SMALLEST_DEG}° or more fits"
-    raise InputError(
-        f'With tilt = "undercut" and walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, {fault}; {remedy}. '
-        'Or choose tilt = "lean", which keeps the width.'
-    )
-
-
-def _leaving_share(footprint: Footprint, slicer: Slicer, shape: CrackShape) -> float | None:
-    face, floor = (slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm))
-    covered = sheltered(footprint, plates_over(footprint, [face, floor]))
-    if pieces(face - covered):
-        return None
-    return largest_share(lambda share: bool(pieces(slicer.between_walls(share * shape.deepest_mm) - covered)))
 
 
 def _require_volume(outline: Outline, along: Sections, shape: CrackShape) -> None:

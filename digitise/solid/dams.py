@@ -80,28 +80,19 @@ def dam_box(plate_mm: Box, bottom_mm: float, top_mm: float, end: int | None = No
 
 def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:
     """Return a plate over the openings at each open end; raise InputError if ``sections`` leave the block elsewhere."""
-    plates = plates_over(footprint, sections)
-    _require_clearance(footprint, sections, plates, spread_mm)
-    return plates
-
-
-def plates_over(footprint: Footprint, sections: list[CrossSection]) -> tuple[Dam, ...]:
-    """Return a plate over the openings at each open end."""
-    opened = [(end, nearest_side(end.centre_mm, footprint.block_mm)) for end in footprint.ends if end.kind == "open"]
     points = np.vstack([polygon for section in sections for polygon in section.to_polygons()])
     plates = []
-    for end, side in opened:
-        at_side = points[np.abs(points[:, side % 2] - footprint.block_mm[side]) < 1e-6]
-        for rival, rival_side in opened:
-            if rival_side == side:
-                own_mm, rival_mm = (np.linalg.norm(at_side - at.centre_mm, axis=1) for at in (end, rival))
-                at_side = at_side[own_mm <= rival_mm]
-        if not len(at_side):
-            raise InputError(
-                f"End {end.number + 1} is open, but the crack does not reach the block's side there. "
-                "Move the end to the edge of the face, or make it closed or cut."
-            )
-        plates.append(Dam(end.number, side, plate_over(at_side, side, footprint.block_mm)))
+    for end in footprint.ends:
+        if end.kind == "open":
+            side = nearest_side(end.centre_mm, footprint.block_mm)
+            at_side = points[np.abs(points[:, side % 2] - footprint.block_mm[side]) < 1e-6]
+            if not len(at_side):
+                raise InputError(
+                    f"End {end.number + 1} is open, but the crack does not reach the block's side there. "
+                    "Move the end to the edge of the face, or make it closed or cut."
+                )
+            plates.append(Dam(end.number, side, plate_over(at_side, side, footprint.block_mm)))
+    _require_clearance(footprint, sections, tuple(plates), spread_mm)
     return tuple(plates)
 
 
@@ -115,31 +106,21 @@ def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
     return (inner, low, outer, high) if side % 2 == 0 else (low, inner, high, outer)
 
 
-def sheltered(footprint: Footprint, plates: tuple[Dam, ...]) -> CrossSection:
-    """Return the region of the block that a crack may occupy: away from the block's sides, or behind a dam."""
+def _require_clearance(
+    footprint: Footprint, sections: list[CrossSection], plates: tuple[Dam, ...], spread_mm: float
+) -> None:
     x_min, y_min, x_max, y_max = footprint.block_mm
     safe = box_region((x_min + CLEARANCE_MM, y_min + CLEARANCE_MM, x_max - CLEARANCE_MM, y_max - CLEARANCE_MM))
     for plate in plates:
         safe += box_region(_behind(plate, footprint.block_mm))
-    return safe
-
-
-def _require_clearance(
-    footprint: Footprint, sections: list[CrossSection], plates: tuple[Dam, ...], spread_mm: float
-) -> None:
-    block_mm, safe = footprint.block_mm, sheltered(footprint, plates)
-    for section in sections:
-        exposed = pieces(section - safe)
-        if not exposed:
-            continue
-        if not pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
-            raise tilted_out(spread_mm)
-        points = np.vstack([polygon for piece in exposed for polygon in piece.to_polygons()])
-        away_mm = np.abs(points[:, [0, 1, 0, 1]] - block_mm).min()
-        raise InputError(
-            f"Crack mouth or floor comes within {away_mm:.2g} mm of the block's side at a place without an open end; "
-            f"at least {CLEARANCE_MM} mm must remain. Mark an open end there, or give a larger face_mm or margin_mm."
-        )
+    if not any(pieces(section - safe) for section in sections):
+        return
+    if not pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
+        raise tilted_out(spread_mm)
+    raise InputError(
+        f"Crack mouth or floor comes within {CLEARANCE_MM} mm of the block's side, or crosses it, at a place without "
+        "an open end. Mark an open end there, or give a larger face_mm or margin_mm."
+    )
 
 
 REDUCE_ANGLE = "Reduce wall_angle_deg"

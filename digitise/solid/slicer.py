@@ -1,6 +1,4 @@
-"""Cut the cavity into horizontal sections, to weigh a fill and to refuse walls that meet or leave the block."""
-
-from collections.abc import Callable
+"""Cut the cavity into horizontal sections, to weigh a fill and to refuse walls that meet."""
 
 import numpy as np
 from manifold3d import CrossSection, FillRule, JoinType
@@ -10,8 +8,6 @@ from digitise.settings import AGAINST_EACH_OTHER, CrackShape
 from digitise.solid.footprint import Footprint
 from digitise.solid.wedges import Stretch, tilted_walls, wall_shifts_mm
 
-LEVELS = 8  # Sections of an undercut between floor and face that are tried for one that fits
-HALVINGS = 10  # Halvings of the interval between the one that fits and the next
 ARC_SEGMENTS = 128  # Segments of a full turn of a rounded offset corner: 0.04 % of the corner's own area
 
 
@@ -59,33 +55,16 @@ class Slicer:
         return crack.offset(share * shift_mm * (1 if outward else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)
 
 
-def meeting_share(slicer: Slicer, shape: CrackShape) -> float | None:
-    """Return the largest share of an undercut's move that keeps its parts apart below the face; None if all of it does.
+def meets_below(slicer: Slicer, shape: CrackShape) -> bool:
+    """Return whether parts of the crack meet below the face, which leaves a hanging stone or a bridge over the crack.
 
-    Parts that meet leave a hanging stone, or a bridge over the crack. A spike that ends above the floor is neither.
+    A spike that ends above the floor is neither.
     """
-    face = slicer.between_walls(0.0)
-
-    def meets(share: float) -> bool:
-        crack = slicer.between_walls(share * shape.deepest_mm)
-        return not (_matched(slicer.block - face, slicer.block - crack) and _matched(crack, face))
-
-    return largest_share(meets)
+    face, floor = slicer.between_walls(0.0), slicer.between_walls(shape.deepest_mm)
+    return not (_matched(slicer.block - face, slicer.block - floor) and _matched(floor, face))
 
 
 def _matched(region: CrossSection, within: CrossSection) -> bool:
     """Return whether each piece of a region contains exactly one piece of a smaller one."""
     smaller = pieces(within)
     return all(sum(bool(pieces(piece ^ other)) for other in smaller) == 1 for piece in pieces(region))
-
-
-def largest_share(fails: Callable[[float], bool]) -> float | None:
-    """Return the largest share of the walls' move that does not fail, to 1/8192. None if all of it does not fail."""
-    if not fails(1.0):
-        return None
-    low = next((level for level in range(LEVELS - 1, 0, -1) if not fails(level / LEVELS)), 0)
-    low, high = low / LEVELS, (low + 1) / LEVELS
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (low, middle) if fails(middle) else (middle, high)
-    return low
