@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from manifold3d import CrossSection, FillRule, JoinType, Manifold, Mesh64, OpType
+from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, KDTree
 
 from digitise.geometry.mesh_topology import open_edges
@@ -119,12 +120,7 @@ class Floor:
 
     def depth_at_mm(self, place_mm: Floats) -> Floats:
         """Return the depth of the floor below places on the face, (n,)."""
-        # Same as scipy's LinearNDInterpolator, a hundred times faster.
-        triangle = self._triangles.find_simplex(place_mm)
-        to_weights = self._triangles.transform[triangle]
-        weights = np.einsum("nij,nj->ni", to_weights[:, :2], place_mm - to_weights[:, 2])
-        weights = np.column_stack([weights, 1 - weights.sum(axis=1)])
-        return (weights * self.depth_mm[self._triangles.simplices[triangle]]).sum(axis=1)
+        return LinearNDInterpolator(self._triangles, self.depth_mm)(place_mm)
 
     @cached_property
     def ground(self) -> Manifold:
@@ -266,17 +262,12 @@ def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
 
 def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, lean: Floats, spread_mm: float) -> Box:
     """Return the bounding box of mouth and floor with a margin, except on the sides of open ends."""
-    low, high = ring_mm.min(axis=0), ring_mm.max(axis=0)
-    box = np.concatenate([low, high])
+    box = np.concatenate([ring_mm.min(axis=0), ring_mm.max(axis=0)])
     sides = [nearest_side(end.centre_mm, tuple(box)) for end in ends if end.kind == "open"]
-    floor = spread_mm * lean if shape.tilt == "lean" else np.zeros(2)
-    opening_mm = spread_mm if shape.tilt in ("flare", "undercut") else 0.0
-    grown = np.concatenate(
-        [
-            np.minimum(low, low + floor) - opening_mm - shape.margin_mm,
-            np.maximum(high, high + floor) + opening_mm + shape.margin_mm,
-        ]
-    )
+    floor_mm = ring_mm + spread_mm * (shape.tilt == "lean") * lean
+    low, high = np.minimum(box[:2], floor_mm.min(axis=0)), np.maximum(box[2:], floor_mm.max(axis=0))
+    around_mm = shape.margin_mm + spread_mm * (shape.tilt in ("flare", "undercut"))
+    grown = np.concatenate([low - around_mm, high + around_mm])
     grown[sides] = box[sides]
     return float(grown[0]), float(grown[1]), float(grown[2]), float(grown[3])
 
