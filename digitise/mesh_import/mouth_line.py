@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from manifold3d import CrossSection
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 from skimage.graph import route_through_array
 from skimage.measure import points_in_poly
 
@@ -34,7 +35,7 @@ MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to fo
 RING_SHARE = 0.5  # Least share of the crack in the area inside its outer rim; below, it is a ring
 SMOOTH = 0.0025  # Tolerance of the simplified rim: scans have corners without number
 COVERED = 0.01  # Least share of a pixel in the crack, so that no neck parts it
-ACROSS, MOST_STEPS = 20, 4000  # Steps along a wall in the length of one width, and most in all
+ACROSS, MOST_STEPS = 20, 2000  # Steps along a wall in the length of one width, and most in all
 STATIONS = 16  # Stations of the outline in the length of one width
 SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline, and corrections: bends over 1.5 widths stay
 OPENS_OVER, OPENS = 0.25, 0.15  # Distance, and growth of fitting circles over it, beyond which a path is in a corner
@@ -264,7 +265,8 @@ def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
 def _middle(left_mm: Floats, right_mm: Floats, tips_mm: Sequence[Floats], width_mm: float) -> Floats:
     """Return centreline, left and right wall at even stations, (n, 6)."""
     longest_mm = max(arc_length(wall)[-1] for wall in (left_mm, right_mm))
-    left_mm, right_mm = (_fine(wall, max(width_mm / ACROSS, longest_mm / MOST_STEPS)) for wall in (left_mm, right_mm))
+    step_mm = max(width_mm / ACROSS, longest_mm / MOST_STEPS)
+    left_mm, right_mm = resampled(left_mm, step_mm), resampled(right_mm, step_mm)
     left, right = facing(left_mm, right_mm).T
     first_mm, last_mm = (np.tile(tip_mm, 2) for tip_mm in tips_mm)
     walls_mm = np.concatenate([first_mm, np.hstack([left_mm[left], right_mm[right]]), last_mm])
@@ -289,32 +291,9 @@ def _fine(line_mm: Floats, step_mm: float) -> Floats:
 def facing(left_mm: Floats, right_mm: Floats) -> Integers:
     """Pair the points of two walls in order, (k, 2). The first pair is both first points, the last both last points.
 
-    A pairing is a way through the plane of both arc lengths. The way minimises the integral of the distance between the
-    walls along it, so that walls which part at one pace are paired at one pace. The method is dynamic programming, a
-    row for each point on the left.
+    A pairing is a way through the plane of both arc lengths, in which the walls have even steps. The way minimises the
+    integral of the squared distance between the walls along it.
     """
-    left_step, right_step = (np.linalg.norm(np.diff(wall, axis=0), axis=1) for wall in (left_mm, right_mm))
-    columns = np.arange(len(right_mm))
-    entry = np.zeros((len(left_mm), len(right_mm)), dtype=np.int32)  # Column at which the best way enters the row
-    oblique = np.zeros(entry.shape, dtype=bool)  # True if the way advances on the right too as it enters
-
-    def along_row(row: int) -> tuple[Floats, Floats]:
-        across_mm = np.hypot(*(left_mm[row] - right_mm).T)
-        return across_mm, np.append(0.0, np.cumsum((across_mm[1:] + across_mm[:-1]) / 2 * right_step))
-
-    before_mm, cost = along_row(0)
-    for row, step_mm in enumerate(left_step, start=1):
-        across_mm, along = along_row(row)
-        straight = cost + (before_mm + across_mm) / 2 * step_mm
-        turned = np.append(np.inf, cost[:-1] + (before_mm[:-1] + across_mm[1:]) / 2 * np.hypot(step_mm, right_step))
-        oblique[row] = turned < straight
-        enters = np.minimum(straight, turned) - along
-        least = np.minimum.accumulate(enters)
-        entry[row] = np.maximum.accumulate(np.where(enters <= least, columns, 0))
-        before_mm, cost = across_mm, least + along
-    pairs, column = list[Integers](), len(columns) - 1
-    for row in reversed(range(len(left_mm))):
-        passed = np.arange(column, entry[row, column] - 1, -1)
-        pairs.append(np.column_stack([np.full(len(passed), row), passed]))
-        column = int(passed[-1] - oblique[row, passed[-1]])
-    return np.concatenate(pairs)[::-1]
+    across_mm2 = cdist(left_mm, right_mm, "sqeuclidean")
+    way, _ = route_through_array(across_mm2, (0, 0), (len(left_mm) - 1, len(right_mm) - 1))
+    return np.array(way, dtype=np.int64)
