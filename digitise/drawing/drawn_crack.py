@@ -1,13 +1,14 @@
 """The crack that the lines of a drawing bound, and a mesh of a sample with it."""
 
 from collections.abc import Sequence
+from io import StringIO
 
 import numpy as np
 from manifold3d import CrossSection, FillRule
 
 from digitise.drawing.given_lines import Given, outline_of_line, outline_within
 from digitise.drawing.read_dxf import MM, Drawing
-from digitise.geometry.polyline import Box, crossings, meeting, signed_area
+from digitise.geometry.polyline import Box, signed_area
 from digitise.geometry.region import PIECE_MM2, box_region, traced_region
 from digitise.mesh_import.import_mesh import MOST_MM
 from digitise.settings import CrackShape
@@ -44,42 +45,40 @@ def drawn_crack(
         name = f"{drawing.file}, layer {line[0]}"
         given = outline_of_line(line_mm - origin_mm, np.array([[0.0, line[1]]]), face_mm, name)
     else:
-        name, edge_mm, stones_mm = _edge(drawing, outline, walls)
+        edge_mm, stones_mm = _edge(drawing, outline, walls)
         _require_size(drawing, edge_mm)
         region, warnings = traced_region(edge_mm - origin_mm, [stone_mm - origin_mm for stone_mm in stones_mm])
         drawing.notes += warnings
         if face_mm is not None and (region ^ box_region(face_mm)).area() < PIECE_MM2:
             raise InputError(f"{drawing.file}, layer {FACE}: the crack is outside the sample. Draw {FACE} around it.")
-        given = outline_within(region, face_mm, name)
-    size = drawing.size(given[0].outline_mm)
+        given = outline_within(region, face_mm, str(drawing.file))
+    size = _size(given[0].outline_mm)
     drawing.notes.append(f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}")
     return given
 
 
-def _edge(drawing: Drawing, outline: str | None, walls: tuple[str, str] | None) -> tuple[str, Floats, list[Floats]]:
-    """Return the name of what bounds the crack, its edge as a ring, and the rings of its stones."""
+def _edge(drawing: Drawing, outline: str | None, walls: tuple[str, str] | None) -> tuple[Floats, list[Floats]]:
+    """Return the crack's edge as a ring, and the rings of its stones."""
     if walls is not None:
         one_mm, other_mm = (_way(drawing, layer) for layer in walls)
         crossed = np.linalg.norm(one_mm[-1] - other_mm[-1]) < np.linalg.norm(one_mm[-1] - other_mm[0])
-        return (
-            f"{drawing.file}, layers {' and '.join(walls)}",
-            np.vstack([one_mm, other_mm[:: -1 if crossed else 1]]),
-            [],
-        )
+        return np.vstack([one_mm, other_mm[:: -1 if crossed else 1]]), []
     edge_mm, *stones_mm = _rings(drawing, outline or OUTLINE)
     if outline is None and ISLANDS in drawing.entities:
         stones_mm += _rings(drawing, ISLANDS)
     _require_stones(drawing, edge_mm, stones_mm)
-    return f"{drawing.file}, layer {outline or OUTLINE}", edge_mm, stones_mm
+    return edge_mm, stones_mm
 
 
 def sample_obj(outline: Outline, depth_mm: float) -> bytes:
     """Return a mesh of the sample with upright walls and a level floor, in the text format OBJ, which keeps digits."""
     shape = CrackShape(depth_mm=depth_mm, tilt="vertical")
     mesh = carve(lay_out(outline, shape, 0.0), shape, ()).to_mesh64()
-    corners = (f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z, *_ in mesh.vert_properties)
-    triangles = (f"f {a} {b} {c}" for a, b, c in np.asarray(mesh.tri_verts, dtype=np.int64) + 1)
-    return "\n".join([*corners, *triangles, ""]).encode()
+    corners, triangles = np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64) + 1
+    text = StringIO()
+    np.savetxt(text, corners, "v %.9f %.9f %.9f")
+    np.savetxt(text, triangles, "f %d %d %d")
+    return text.getvalue().encode()
 
 
 def _face(drawing: Drawing) -> tuple[Box, Floats]:
@@ -89,7 +88,7 @@ def _face(drawing: Drawing) -> tuple[Box, Floats]:
     x, y = high - low
     if others or signed_area(ring_mm) < x * y - BESIDE_MM2:
         raise InputError(
-            f"{drawing.file}, layer {FACE}: {1 + len(others)} closed lines, the largest {drawing.size(ring_mm)}; "
+            f"{drawing.file}, layer {FACE}: {1 + len(others)} closed lines, the largest {_size(ring_mm)}; "
             "expected one rectangle along x and y, the edge of the sample. Draw it so, or put it on another layer."
         )
     return (0.0, 0.0, float(x), float(y)), low
@@ -133,17 +132,11 @@ def _require_stones(drawing: Drawing, edge_mm: Floats, stones_mm: Sequence[Float
 def _way(drawing: Drawing, name: str, width_mm: float | None = None) -> Floats:
     """Return the one open line of a layer. Raises InputError if there are several lines, or one that is closed."""
     lines = drawing.lines(name, width_mm)
-    where = f"{drawing.file}, layer {name}"
     if len(lines) > 1 or lines[0].closed:
         closed = [line for line in lines if line.closed]
         what = f"{len(closed)} closed lines of {len(lines)}" if closed else f"{len(lines)} lines; {drawing.gap(lines)}"
-        raise InputError(f"{where}: {what}. Draw one open line from end to end, once.")
-    line_mm = lines[0].points_mm
-    for first, second in crossings(line_mm)[:1]:
-        step = np.diff(line_mm, axis=0)
-        place_mm = meeting((line_mm[first], step[first]), (line_mm[second], step[second]))
-        raise InputError(f"{where}: the line crosses itself at {drawing.place(place_mm)}; draw it without a loop.")
-    return line_mm
+        raise InputError(f"{drawing.file}, layer {name}: {what}. Draw one open line from end to end, once.")
+    return lines[0].points_mm
 
 
 def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
@@ -154,9 +147,13 @@ def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
     fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= most_mm]
     remedy = f"Give --units {' or '.join(fitting)} if it is drawn in that unit." if fitting else "Draw it to scale."
     raise InputError(
-        f"{drawing.file}: the crack is {drawing.size(crack_mm)}; {LEAST_CRACK_MM:g} to {most_mm:g} mm are expected. "
+        f"{drawing.file}: the crack is {_size(crack_mm)}; {LEAST_CRACK_MM:g} to {most_mm:g} mm are expected. "
         f"The unit is {drawing.unit}, {drawing.unit_source}. {remedy}"
     )
+
+
+def _size(points_mm: Floats) -> str:
+    return "{:.4g} x {:.4g} mm".format(*np.ptp(points_mm, axis=0))
 
 
 def _middle(drawing: Drawing, ring_mm: Floats) -> str:

@@ -140,13 +140,13 @@ def _require_apart(line_mm: Floats, width_mm: float, name: str) -> None:
     line_mm = resampled(line_mm, width_mm / APART_STEPS)
     s_mm = arc_length(line_mm)
     pairs = KDTree(line_mm).query_pairs(width_mm, output_type="ndarray")
-    parts = line_mm[pairs[np.ptp(s_mm[pairs], axis=1) > APART * width_mm]]
-    if len(parts):
-        away_mm = np.linalg.norm(np.diff(parts, axis=1)[:, 0], axis=1)
-        x, y = parts[away_mm.argmin()].mean(axis=0)
+    pairs = pairs[np.ptp(s_mm[pairs], axis=1) > APART * width_mm]
+    if len(pairs):
+        away_mm = np.linalg.norm(np.diff(line_mm[pairs], axis=1)[:, 0], axis=1)
+        first_mm, last_mm = np.sort(s_mm[pairs[away_mm.argmin()]])
         raise InputError(
-            f"{name}: the line comes within {away_mm.min():.2g} mm of itself at ({x:.4g}, {y:.4g}) mm, so that the "
-            f"crack, {width_mm:.3g} mm wide, overlaps itself there. Draw the parts farther apart, or each as a crack."
+            f"{name}: the line comes within {away_mm.min():.2g} mm of itself, at s = {first_mm:.1f} and {last_mm:.1f} "
+            f"mm along it: the crack, {width_mm:.3g} mm wide, overlaps itself there. Draw its parts farther apart."
         )
 
 

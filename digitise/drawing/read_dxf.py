@@ -16,7 +16,6 @@ from ezdxf import edgeminer
 from ezdxf.path import make_path
 from scipy.spatial import KDTree
 
-from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
@@ -64,60 +63,43 @@ class Drawing:
         lines, or more than two meet in a place, and for a line that is not level or far from the drawing's origin.
         """
         self.read.add(layer.upper())
-        left_out, ways = Counter[str](), dict[Any, Floats]()
-        points_mm = np.empty((0, 3))
+        left_out, ways, count = Counter[str](), dict[Any, Floats](), 0
         for entity in self.entities.get(layer.upper(), ()):
             why = "invisible lines" if entity.dxf.get("invisible", 0) else self.hidden.get(layer.upper(), "")
             if why or not _is_line(entity):
                 left_out[why if _is_line(entity) else entity.dxftype()] += 1
                 continue
             way_mm = self._points_mm(entity, layer)
-            points_mm = np.concatenate([points_mm, way_mm])
-            if len(points_mm) > MOST_POINTS:
+            count += len(way_mm)
+            if count > MOST_POINTS:
                 raise InputError(f"{self.file}, layer {layer}: it has over {MOST_POINTS} points; simplify its lines.")
             if (drawn_mm := MM[self.unit] * _pen_width(entity)) not in (0, width_mm):
                 self.notes.append(
                     f"{self.file.name}, layer {layer}: a line is drawn {drawn_mm:g} mm wide, which is not used"
                 )
-            way_mm = way_mm[np.append(True, (np.diff(way_mm, axis=0) != 0).any(axis=1))[: len(way_mm)], :2]
             # A copy may begin at the other end, or at another corner.
-            length_mm = round(float(arc_length(way_mm)[-1]) / COPY_MM) if len(way_mm) else 0
-            shape = length_mm, frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
-            left_out["lines of no length"] += length_mm == 0
+            places = frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
+            shape = places, round(float(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum()) / COPY_MM)
+            left_out["lines of no length"] += len(places) < 2
             left_out["exact copies of lines"] += shape in ways
-            if length_mm:
+            if len(places) > 1:
                 ways.setdefault(shape, way_mm)
-        counted = ", ".join(f"{what} ({count})" for what, count in (+left_out).items())
+        counted = ", ".join(f"{what} ({number})" for what, number in (+left_out).items())
         if not ways:
+            with_lines = (key for key, entities in self.entities.items() if any(map(_is_line, entities)))
             raise InputError(
-                f"{self.file}: the layer {layer} has no lines to read in model space"
-                + (f" (left out: {counted})" if counted else "")
-                + f"; layers with lines: {', '.join(self._with_lines()) or 'none'}."
+                f"{self.file}: the layer {layer} has no lines to read in model space; left out: "
+                f"{counted or 'nothing'}; layers with lines: {', '.join(with_lines) or 'none'}."
             )
         if counted:
             self.notes.append(f"{self.file.name}, layer {layer}: left out: {counted}")
-        low, high = points_mm[:, 2].min(), points_mm[:, 2].max()
-        if high - low > SAG_MM:
-            raise InputError(
-                f"{self.file}, layer {layer}: the lines are not level: z is {low:.4g} to {high:.4g} mm. A drawing is "
-                "read in plan view: move it into the XY plane."
-            )
         return self._joined(list(ways.values()), layer)
 
     def not_read(self) -> list[str]:
         """Return a note of the layers that were not read; empty if all were."""
         others = [key for key in self.entities if key not in self.read]
-        if not others:
-            return []
-        more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
-        return [f"{self.file.name}: layers that were not read: {', '.join(others[:MOST_NAMED])}{more}"]
-
-    def size(self, points_mm: Floats) -> str:
-        """Return the extent of points in words, in the drawing's unit, and in mm if the unit differs."""
-        x, y = np.ptp(points_mm, axis=0)
-        in_mm = f"{x:.4g} x {y:.4g} mm"
-        drawn = f"{x / MM[self.unit]:.4g} x {y / MM[self.unit]:.4g} {self.unit}"
-        return in_mm if self.unit == "mm" else f"{drawn} = {in_mm}"
+        listed = ", ".join(others[:MOST_NAMED])
+        return [f"{self.file.name}: {len(others)} layers that were not read: {listed}"] if others else []
 
     def place(self, place_mm: Iterable[float]) -> str:
         """Return a place in words, in the drawing's own numbers."""
@@ -130,11 +112,8 @@ class Drawing:
         sizes_mm = KDTree(ends_mm).query(ends_mm, k=2)[0][:, 1]
         return f"the smallest gap is {sizes_mm.min():.3g} mm at {self.place(ends_mm[sizes_mm.argmin()])}"
 
-    def _with_lines(self) -> list[str]:
-        return [key for key, entities in self.entities.items() if any(map(_is_line, entities))]
-
     def _points_mm(self, entity: Any, layer: str) -> Floats:
-        """Return a line's points in mm, (n, 3)."""
+        """Return a line's points in mm, (n, 2), without repeated ones."""
         kind = f"{self.file}, layer {layer}: its {entity.dxftype()} #{entity.dxf.get('handle', '?')}"
         if entity.dxftype() == "POLYLINE":
             # A spline-fit polyline keeps both the curve and the frame that it was fitted to.
@@ -152,7 +131,14 @@ class Drawing:
                 f"{kind} is not within {FARTHEST_MM / 1e6:g} km of the origin. Move the drawing to the origin, or "
                 "delete that line."
             )
-        return points_mm
+        z_mm = np.sort(points_mm[:, 2])
+        if len(z_mm) and z_mm[-1] - z_mm[0] > SAG_MM:
+            raise InputError(
+                f"{kind} is not level: z is {z_mm[0]:.4g} to {z_mm[-1]:.4g} mm. A drawing is read in plan view: move "
+                "it into the XY plane."
+            )
+        fresh = np.append(True, (np.diff(points_mm[:, :2], axis=0) != 0).any(axis=1))
+        return points_mm[fresh[: len(points_mm)], :2]
 
     def _joined(self, ways: list[Floats], layer: str) -> list[DrawnLine]:
         """Join open lines that meet end to end. A joined line runs as that part of it that was drawn first."""

@@ -48,8 +48,7 @@ def tangents(points: Floats) -> Floats:
 
 def left_normals(points: Floats) -> Floats:
     """Return unit vectors to the left of travel."""
-    along = tangents(points)
-    return np.column_stack([-along[:, 1], along[:, 0]])
+    return to_left(tangents(points))
 
 
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
@@ -82,9 +81,8 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
 
     def apart(first: Integers, other: Integers) -> NDArray[np.bool_]:
         """Return True if the ends of one segment are on two sides of the line along another."""
-        step, from_start, from_end = (place - start[first] for place in (end[first], start[other], end[other]))
-        sides = (step[..., 0] * to[..., 1] - step[..., 1] * to[..., 0] for to in (from_start, from_end))
-        return np.prod(list(sides), axis=0) < 0
+        step = end[first] - start[first]
+        return cross(step, start[other] - start[first]) * cross(step, end[other] - start[first]) < 0
 
     pairs, beyond = [], -1
     for begin in range(0, len(start) - 2, AT_ONCE):
@@ -162,8 +160,17 @@ def without_repeats(ring: Floats, closer_than: float) -> Floats:
 
 def signed_area(ring: Floats) -> float:
     """Return the area of a ring, positive if it runs counter-clockwise."""
-    x, y = ring.T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+    return float(cross(ring, np.roll(ring, -1, axis=0)).sum() / 2)
+
+
+def cross(first: Floats, second: Floats) -> Floats:
+    """Return the cross products of plane vectors (..., 2), positive if the second one is to the left of the first."""
+    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+
+
+def to_left(vector: Floats) -> Floats:
+    """Return plane vectors (..., 2) turned by 90 degrees to the left."""
+    return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
 
 
 def unit(vector: Floats) -> Floats:

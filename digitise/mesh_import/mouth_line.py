@@ -20,7 +20,17 @@ from skimage.graph import route_through_array
 from skimage.measure import points_in_poly
 
 from digitise.crack_path import medial_axis
-from digitise.geometry.polyline import Box, at_arc_length, resampled, signed_area, smoothed, unit
+from digitise.geometry.polyline import (
+    Box,
+    at_arc_length,
+    cross,
+    nearest_side,
+    resampled,
+    signed_area,
+    smoothed,
+    to_left,
+    unit,
+)
 from digitise.mesh_import.cavity_sections import seen_from_above, strip_width_mm
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import ShapeError
@@ -107,25 +117,24 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     lines_mm = _middle(left_mm[::-1], right_mm, tips_mm, width_mm)
     _require_swept(lines_mm)
     centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
-    feet = np.asarray(KDTree(centre_mm).query([arm[0] for arm in arms])[1], dtype=int) if arms else ()
-    side_lines_mm = tuple(np.array([centre_mm[foot], arm[1]]) for foot, arm in zip(feet, arms, strict=True))
-    warnings = _on_arms(centre_mm, side_lines_mm)
+    side_lines_mm, warnings = _side_lines(arms, centre_mm)
     return MouthLine(centre_mm, left_mm, right_mm, (first.kind, last.kind), side_lines_mm, warnings)
 
 
-def _on_arms(centre_mm: Floats, side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
-    """Return a warning about side arms, which the solid includes and the path does not pass."""
-    if not side_lines_mm:
-        return ()
-    lengths_mm = [float(np.linalg.norm(tip_mm - foot_mm)) for foot_mm, tip_mm in side_lines_mm]
-    order = np.argsort(lengths_mm)[::-1]
-    listed = ", ".join(f"{lengths_mm[number]:.0f}" for number in order[:MOST_LISTED])
-    foot = np.argmin(np.linalg.norm(centre_mm - side_lines_mm[order[0]][0], axis=1))
-    return (
+def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Floats, ...], tuple[str, ...]]:
+    """Return lines to the tips of side arms, which the solid includes and the path does not pass; and a warning."""
+    if not arms_mm:
+        return (), ()
+    away_mm, feet = map(np.asarray, KDTree(centre_mm).query([lips_mm for lips_mm, _ in arms_mm]))
+    reach_mm = away_mm + np.linalg.norm(np.diff(arms_mm, axis=1)[:, 0], axis=1)
+    order = np.argsort(reach_mm)[::-1]
+    listed = ", ".join(f"{length_mm:.0f}" for length_mm in reach_mm[order[:MOST_LISTED]])
+    warning = (
         f"side arms ({len(order)}) of {listed} mm are not on the path, the longest at s = "
-        f"{arc_length(centre_mm)[foot]:.0f} mm; the cavity includes such arms, and the sealant for them is given along "
-        "the path. Set path.volume_ml to give another volume, or give mesh.path to follow another arm",
+        f"{arc_length(centre_mm)[feet[order[0]]]:.0f} mm; the cavity includes such arms, and the sealant for them is "
+        "given along the path. Set path.volume_ml to give another volume, or give mesh.path to follow another arm"
     )
+    return tuple(np.vstack([centre_mm[foot], arm_mm]) for foot, arm_mm in zip(feet, arms_mm, strict=True)), (warning,)
 
 
 def _require_swept(lines_mm: Floats) -> None:
@@ -134,7 +143,7 @@ def _require_swept(lines_mm: Floats) -> None:
     between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
     across_mm = (across_mm[1:] + across_mm[:-1]) / 2
-    swept_mm2 = float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
+    swept_mm2 = float(np.abs(cross(ahead_mm, across_mm)).sum())
     if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
         raise ShapeError(
             f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} "
@@ -171,7 +180,9 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
     Circles along the path, each as large as fits into the mouth, cover the main crack. Stretches of the rim outside
     them that are deeper than wide surround an arm.
     """
-    rim_mm = _fine(np.vstack([ring_mm, ring_mm[:1]]), width_mm / ACROSS)[:-1]
+    around_mm = np.vstack([ring_mm, ring_mm[:1]])
+    s_mm = arc_length(around_mm)
+    rim_mm = at_arc_length(around_mm, s_mm, np.union1d(s_mm, np.arange(0.0, s_mm[-1], width_mm / ACROSS)))[:-1]
     radius_mm = KDTree(rim_mm).query(path_mm)[0] + CLEAR * width_mm
     away_mm, nearest = map(np.asarray, KDTree(path_mm).query(rim_mm))
     beyond_mm = away_mm - radius_mm[nearest]
@@ -184,9 +195,9 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
         # A room next to an end belongs to that end.
         if first_mm < width_mm / 2 or last_mm > s_mm[-1] - width_mm / 2:
             continue
-        x, y = room_mm[-1] - room_mm[0]
-        mouth_mm = max(float(np.hypot(x, y)), width_mm / ACROSS)
-        depth_mm = float(np.abs((room_mm - room_mm[0]) @ (-y, x)).max()) / mouth_mm
+        chord_mm = room_mm[-1] - room_mm[0]
+        mouth_mm = max(float(np.linalg.norm(chord_mm)), width_mm / ACROSS)
+        depth_mm = float(np.abs(cross(room_mm - room_mm[0], chord_mm)).max()) / mouth_mm
         around_mm = np.array([first_mm - width_mm, first_mm, last_mm, last_mm + width_mm])
         before_mm, _, after_mm = np.diff(at_arc_length(path_mm, s_mm, around_mm), axis=0)
         if depth_mm > (DEEP if unit(before_mm) @ unit(after_mm) > 0.5 else DEEP_AT_BEND) * mouth_mm:
@@ -206,13 +217,16 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box,
         begin = int(np.argmax(grows_mm < OPENS * OPENS_OVER * width_mm))
     inner = int(np.searchsorted(s_mm, s_mm[begin] + max(radius_mm[begin], OPENS_OVER * width_mm)))
     inner = min(inner, len(path_mm) - 1)
-    aside = unit(path_mm[begin] - path_mm[inner])[::-1] * (-1, 1)
+    aside = to_left(unit(path_mm[begin] - path_mm[inner]))
     sides = [[_exit(ring_mm, path_mm[number], turn * aside)[1] for turn in (-1, 1)] for number in (begin, inner)]
     near_mm, far_mm = (_at(ring_mm, np.array(places)).mean(axis=0) for places in sides)
     distance_mm, place = _exit(ring_mm, near_mm, unit(near_mm - far_mm))
-    for arrives, leaves in _openings(ring_mm, face_mm):
-        if (place - arrives) % len(ring_mm) <= (leaves - arrives) % len(ring_mm):
-            return _End("open", arrives, leaves)
+    end_mm = _at(ring_mm, np.array([place]))[0]
+    side = nearest_side(end_mm, face_mm)
+    if abs(end_mm[side % 2] - face_mm[side]) < ON_SIDE_MM:
+        beside, edge = np.abs(ring_mm[:, side % 2] - face_mm[side]) < ON_SIDE_MM, int(place) + 1
+        before, after = (int(np.argmin(np.roll(on, turn))) for on, turn in ((beside[::-1], edge), (beside, -edge)))
+        return _End("open", (edge - before) % len(ring_mm), (edge - 1 + after) % len(ring_mm))
     if not whole and distance_mm > AHEAD * width_mm:
         return _End("cut", sides[0][0], sides[0][1])
     before, after = _corner(ring_mm, sides[0][0], place), _corner(ring_mm, place, sides[0][1])
@@ -222,29 +236,16 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box,
 def _corner(ring_mm: Floats, begin: float, end: float) -> float:
     """Return the place on the ring, between two others, that is farthest from the straight line between them."""
     points_mm = _stretch(ring_mm, begin, end) - _at(ring_mm, np.array([begin]))
-    corner = int(np.abs(points_mm @ (points_mm[-1][::-1] * (-1, 1))).argmax())
+    corner = int(np.abs(cross(points_mm, points_mm[-1])).argmax())
     return (int(begin) + corner) % len(ring_mm) if corner else begin
-
-
-def _openings(ring_mm: Floats, face_mm: Box) -> list[tuple[float, float]]:
-    """Return each stretch of the ring that is on a side of the face, as the numbers of its first and last vertex."""
-    stretches = []
-    for side, level_mm in enumerate(face_mm):
-        beside = np.abs(ring_mm[:, side % 2] - level_mm) < ON_SIDE_MM
-        on = beside & np.roll(beside, -1)
-        for begin in np.flatnonzero(on & ~np.roll(on, 1)):
-            count = int(np.argmin(np.roll(on, -begin)))
-            stretches.append((float(begin), float((begin + count) % len(ring_mm))))
-    return stretches
 
 
 def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> tuple[float, float]:
     """Return the distance at which a ray from inside the ring meets it first, and the place on the ring."""
     step, gap = np.roll(ring_mm, -1, axis=0) - ring_mm, ring_mm - place_mm
-    turn = ahead[0] * step[:, 1] - ahead[1] * step[:, 0]
+    turn = cross(ahead, step)
     with np.errstate(divide="ignore", invalid="ignore"):
-        away_mm = (gap[:, 0] * step[:, 1] - gap[:, 1] * step[:, 0]) / turn
-        share = (gap[:, 0] * ahead[1] - gap[:, 1] * ahead[0]) / turn
+        away_mm, share = cross(gap, step) / turn, cross(gap, ahead) / turn
     away_mm[~((share >= 0) & (share <= 1) & (away_mm >= 0))] = np.inf
     first = int(np.argmin(away_mm))
     return float(away_mm[first]), first + float(share[first])
@@ -280,12 +281,6 @@ def _even(lines_mm: Floats, width_mm: float) -> Floats:
     s_mm = arc_length(lines_mm[:, :2])
     stations_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] * STATIONS / width_mm)))
     return at_arc_length(lines_mm, s_mm, stations_mm)
-
-
-def _fine(line_mm: Floats, step_mm: float) -> Floats:
-    """Return a polyline's vertices and points between them, no farther apart than a step."""
-    s_mm = arc_length(line_mm)
-    return at_arc_length(line_mm, s_mm, np.union1d(s_mm, np.arange(0.0, s_mm[-1], step_mm)))
 
 
 def facing(left_mm: Floats, right_mm: Floats) -> Integers:

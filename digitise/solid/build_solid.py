@@ -59,7 +59,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
             f'crack meet below the face. {REDUCE_ANGLE}, or choose tilt = "lean", which keeps the width.'
         )
     along = crack_sections(outline, shape)
-    _require_volume(outline, along, shape)
+    _require_volume(along, shape)
     vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
     bottom_mm = -(shape.deepest_mm + shape.floor_thickness_mm)
     dam_area = CrossSection.batch_boolean([box_region(dam.box_mm) for dam in plates], OpType.Add)
@@ -93,7 +93,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
             warnings=(
                 *footprint.warnings,
                 *table_warnings,
-                *_tilt_warnings(outline, footprint, shape, closing),
+                *_tilt_warnings(outline, shape, closing),
                 *doubts_of(shape, width_mm=outline.mean_width_mm),
             ),
         ),
@@ -125,20 +125,14 @@ def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> 
 def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
     """Return the shape with its table of depths cut at the crack's end, and a warning if it is longer or too short."""
     s_mm = shape.depth_stations_mm
+    differs = f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: "
     if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
-        return shape, [
-            f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: its last depth is "
-            "used for the rest."
-        ]
+        return shape, [f"{differs}its last depth is used for the rest."]
     if s_mm[-1] <= length_mm:
         return shape, []
     s_mm = np.append(s_mm[s_mm < length_mm], length_mm)
     table = tuple(zip(s_mm.tolist(), shape.depth_at_mm(s_mm).tolist(), strict=True))
-    warning = (
-        f"depth_mm extends to s = {shape.depth_stations_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: its "
-        "floor ends there."
-    )
-    return shape.model_copy(update={"depth_mm": table}), [warning]
+    return shape.model_copy(update={"depth_mm": table}), [f"{differs}its floor ends there."]
 
 
 def _watertight(
@@ -162,17 +156,14 @@ def _watertight(
     )
 
 
-def _require_volume(outline: Outline, along: Sections, shape: CrackShape) -> None:
+def _require_volume(along: Sections, shape: CrackShape) -> None:
     volume_mm3 = float(np.trapezoid(along.area_mm2, along.s_mm))
     if volume_mm3 >= SMALLEST_CAVITY_MM3:
         return
-    remedy = "Check depth_mm and the photo's scale."
-    # Only a funnel reduces the cavity; otherwise the crack itself is too shallow or too small.
-    if shape.tilt == "funnel" and np.trapezoid(outline.width_mm * along.depth_mm, along.s_mm) >= SMALLEST_CAVITY_MM3:
-        remedy = f'{REDUCE_ANGLE} or choose tilt = "flare" or "lean".'
     raise InputError(
         f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
-        f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. {remedy}"
+        f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. Check depth_mm and the "
+        f"scale. {REDUCE_ANGLE} of a funnel, or choose another tilt."
     )
 
 
@@ -199,13 +190,12 @@ def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
     return ClosingDepth(float(depth_mm.min()), _mean_along(outline, depth_mm), _mean_along(outline, closed))
 
 
-def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, closing: ClosingDepth) -> list[str]:
+def _tilt_warnings(outline: Outline, shape: CrackShape, closing: ClosingDepth) -> list[str]:
     if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor < LEAST_CLOSED:
         return []
-    depth_mm = f"{shape.deepest_mm:g} mm" if footprint.floor is None else f"of up to {shape.deepest_mm:g} mm"
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
-        f"At {_angles(shape)} the walls meet above the requested depth {depth_mm} along "
+        f"At {_angles(shape)} the walls meet above the requested depth, {shape.deepest_mm:g} mm at most, along "
         f"{closing.share_above_floor:.0%} of the crack; averaged over the whole crack, they meet at "
         f"{closing.mean:.1f} mm. Reduce the angle below {steepest_deg:.1f}°, choose "
         f'tilt = "flare" or "lean", or accept the V-shaped section.'

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from manifold3d import CrossSection
+from manifold3d import CrossSection, JoinType, OpType
 from numpy.typing import NDArray
 
 from digitise.geometry.mesh_topology import normals
@@ -50,17 +50,15 @@ def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> NDArray[np.
 
 
 def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float) -> NDArray[np.bool_]:
-    if footprint.floor is None:
-        return _within(vertices_mm[faces][:, :, 2], -depth_mm)
-    above_mm = vertices_mm[:, 2] + footprint.floor.depth_at_mm(vertices_mm[:, :2])
-    middle_mm = vertices_mm[faces].mean(axis=1)
     # A wall at a step of the floor may have all corners in the floor, but not its middle.
-    arched_mm = middle_mm[:, 2] + footprint.floor.depth_at_mm(middle_mm[:, :2])
-    return _within(above_mm[faces], 0.0) & (np.abs(arched_mm) < NEAR_MM)
+    corners_mm = np.concatenate([vertices_mm[faces], vertices_mm[faces].mean(axis=1, keepdims=True)], axis=1)
+    floor = footprint.floor
+    below_mm = depth_mm if floor is None else floor.depth_at_mm(corners_mm[..., :2])
+    return _within(corners_mm[..., 2] + below_mm, 0.0)
 
 
 def _within(coordinate: Floats, level: float) -> NDArray[np.bool_]:
-    """Return True for faces with all corners (f, 3) in the plane."""
+    """Return True for faces with all places (f, n) in the plane."""
     return np.all(np.abs(coordinate - level) < NEAR_MM, axis=1)
 
 
@@ -69,7 +67,6 @@ class Dam:
     """A plate outside the block's side, over one open end."""
 
     end: int
-    side: int  # Index into the block's box: 0 x_min, 1 y_min, 2 x_max, 3 y_max
     box_mm: Box
 
 
@@ -91,7 +88,7 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
                     f"End {end.number + 1} is open, but the crack does not reach the block's side there. "
                     "Move the end to the edge of the face, or make it closed or cut."
                 )
-            plates.append(Dam(end.number, side, plate_over(at_side, side, footprint.block_mm)))
+            plates.append(Dam(end.number, plate_over(at_side, side, footprint.block_mm)))
     _require_clearance(footprint, sections, tuple(plates), spread_mm)
     return tuple(plates)
 
@@ -110,9 +107,11 @@ def _require_clearance(
     footprint: Footprint, sections: list[CrossSection], plates: tuple[Dam, ...], spread_mm: float
 ) -> None:
     x_min, y_min, x_max, y_max = footprint.block_mm
-    safe = box_region((x_min + CLEARANCE_MM, y_min + CLEARANCE_MM, x_max - CLEARANCE_MM, y_max - CLEARANCE_MM))
-    for plate in plates:
-        safe += box_region(_behind(plate, footprint.block_mm))
+    upright = box_region((x_min + CLEARANCE_MM, y_min, x_max - CLEARANCE_MM, y_max))
+    lying = box_region((x_min, y_min + CLEARANCE_MM, x_max, y_max - CLEARANCE_MM))
+    covered = CrossSection.batch_boolean([box_region(plate.box_mm) for plate in plates], OpType.Add)
+    # A dam covers one side only, so the corners of the block are never behind one.
+    safe = (upright ^ lying) + (covered.offset(CLEARANCE_MM, JoinType.Miter) ^ (upright + lying))
     if not any(pieces(section - safe) for section in sections):
         return
     if not pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
@@ -133,13 +132,3 @@ def tilted_out(spread_mm: float) -> InputError:
         f"{CLEARANCE_MM} mm of the block's side, or through it, at a place without an open end. {REDUCE_ANGLE}, check "
         'depth_mm, or choose tilt = "vertical".'
     )
-
-
-def _behind(plate: Dam, block_mm: Box) -> Box:
-    """Return the strip of block behind a dam, short of the corners: a dam covers one side only."""
-    along, strip = 1 - plate.side % 2, list(plate.box_mm)
-    strip[along] = max(strip[along], block_mm[along] + CLEARANCE_MM)
-    strip[along + 2] = min(strip[along + 2], block_mm[along + 2] - CLEARANCE_MM)
-    strip[plate.side % 2] -= CLEARANCE_MM
-    strip[plate.side % 2 + 2] += CLEARANCE_MM
-    return strip[0], strip[1], strip[2], strip[3]

@@ -10,7 +10,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, KDTree
 
 from digitise.geometry.mesh_topology import open_edges
-from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest_side, smoothed, unit
+from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest_side, smoothed, to_left, unit
 from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
 from digitise.settings import CrackShape
 from sealtwin.core.arc_length import arc_length, arc_length_at
@@ -51,7 +51,7 @@ class CrackEnd:
     @property
     def facing(self) -> Floats:
         """Outward unit vector square to a flat end."""
-        square = np.array([self.across[1], -self.across[0]])
+        square = to_left(self.across)
         return square if square @ self.outward > 0 else -square
 
     @property
@@ -63,8 +63,7 @@ class CrackEnd:
     @property
     def to_left(self) -> Floats:
         """Unit vector to the left of the direction in which s grows."""
-        onward = self.outward if self.number else -self.outward
-        return np.array([-onward[1], onward[0]])
+        return to_left(self.outward if self.number else -self.outward)
 
 
 def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
@@ -250,14 +249,11 @@ def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
 
 def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
     """Return the unit vector square to the crack's chord, which is the mean of its tangent over the arc."""
-    chord = centreline_mm[-1] - centreline_mm[0]
-    length_mm = float(np.linalg.norm(chord))
-    if length_mm < 0.05 * arc_length(centreline_mm)[-1]:
-        if shape.tilt == "lean":
-            raise InputError('The crack ends where it began, so it has no side to lean to. Choose tilt = "flare".')
-        return np.zeros(2)
-    to_left = np.array([-chord[1], chord[0]]) / length_mm
-    return to_left if shape.lean_to == "left" else -to_left
+    chord_mm = centreline_mm[-1] - centreline_mm[0]
+    length_mm = float(np.linalg.norm(chord_mm))
+    if shape.tilt == "lean" and length_mm < 0.05 * arc_length(centreline_mm)[-1]:
+        raise InputError('The crack ends where it began, so it has no side to lean to. Choose tilt = "flare".')
+    return to_left(chord_mm) / max(length_mm, 1e-9) * (1.0 if shape.lean_to == "left" else -1.0)
 
 
 def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, lean: Floats, spread_mm: float) -> Box:
@@ -305,8 +301,8 @@ def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]
 
 def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
     """Return unit vectors square to the line, (n, 2). The bend of the line continues at its ends."""
-    x, y = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1).T
-    return np.column_stack([-y, x]) / np.hypot(x, y)[:, None]
+    along = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1)
+    return to_left(along) / np.linalg.norm(along, axis=1)[:, None]
 
 
 def _around(places_mm: Floats, box_mm: Box) -> Floats:

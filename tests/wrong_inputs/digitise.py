@@ -138,7 +138,7 @@ DRAWINGS = [
         "3 lines meet at (20, 0)", more=ALONG),
     drawn("line that crosses itself",
         lambda _, space: space.add_lwpolyline([(0, 0), (30, 0), (30, 9), (15, -9)], dxfattribs=on("L")),
-        "layer L: the line crosses itself at (22.5, 0)", more=ALONG),
+        "layer L: the line comes within", "of itself, at s = 22.5 and 5", more=ALONG),
     drawn("texts, a hidden and a second edge", beside_lines,
         "layer OUTLINE: left out: exact copies of lines (1), invisible lines (1), TEXT (1), POINT (1)", code=0),
     drawn("layer that is off", with_a_layer(OFF, ("NEW", (0, 0)), ("OUTLINE", (0, 0))), "layer OUTLINE",

@@ -142,11 +142,11 @@ def test_lines_in_blocks_are_read_as_they_are_inserted(tmp_path):
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
-        ({}, "layer OUTLINE has no lines to read in model space; layers with lines: A"),
+        ({}, "layer OUTLINE has no lines to read in model space; left out: nothing; layers with lines: A"),
         ({"outline": "A"}, "layer A: 1 open lines: the smallest gap is 3 mm at (0, -0.002)"),
         ({"walls": ("A", "B")}, "layer B has no lines to read"),
         ({"line": ("B", 3.0)}, "layer B has no lines to read"),
-        ({"line": ("A", 3.0)}, "the line comes within 3 mm of itself at ("),
+        ({"line": ("A", 3.0)}, "the line comes within 3 mm of itself, at s = "),
         ({"unit": 0}, "states no unit; give --units"),
     ],
 )

@@ -61,7 +61,7 @@ def test_two_walls_are_the_crack_between_them_whichever_way_the_second_runs(face
     ("points_mm", "face_mm", "words"),
     [
         ([(0, 0), (5, 0)], None, ["5 mm long", "3 mm wide"]),
-        ([(0, 0), (40, 0), (40, 1), (0, 1)], None, ["comes within 1 mm of itself at"]),
+        ([(0, 0), (40, 0), (40, 1), (0, 1)], None, ["comes within 1 mm of itself, at s = "]),
         ([(0, 0), (40, 0)], (0.0, 10.0, 100.0, 40.0), ["outside the face", "100 x 30 mm"]),
     ],
 )
