@@ -21,7 +21,6 @@ FACE, OUTLINE, ISLANDS = "FACE", "OUTLINE", "ISLANDS"
 """Layers of 'sealtwin export' with the edge of the sample, the crack's edge and its stones."""
 LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that is injected
 BESIDE_MM2 = 1e-3  # Area outside another line that is only the sag of two curves
-NO_AREA_MM2 = 1e-6  # Area of a closed line that runs back along itself
 
 
 def drawn_crack(
@@ -47,8 +46,9 @@ def drawn_crack(
     else:
         edge_mm, stones_mm = _edge(drawing, outline, walls)
         _require_size(drawing, edge_mm)
-        region, warnings = traced_region(edge_mm - origin_mm, [stone_mm - origin_mm for stone_mm in stones_mm])
+        region, warnings = traced_region(edge_mm, stones_mm)
         drawing.notes += warnings
+        region = region.translate((-float(origin_mm[0]), -float(origin_mm[1])))
         if face_mm is not None and (region ^ box_region(face_mm)).area() < PIECE_MM2:
             raise InputError(f"{drawing.file}, layer {FACE}: the crack is outside the sample. Draw {FACE} around it.")
         given = outline_within(region, face_mm, str(drawing.file))
@@ -97,7 +97,7 @@ def _face(drawing: Drawing) -> tuple[Box, Floats]:
 def _rings(drawing: Drawing, name: str) -> list[Floats]:
     """Return the closed lines of a layer, the largest first, counter-clockwise.
 
-    Raises InputError for an open line, or one without area.
+    Raises InputError for an open line.
     """
     lines = drawing.lines(name)
     if opened := [line for line in lines if not line.closed]:
@@ -105,13 +105,6 @@ def _rings(drawing: Drawing, name: str) -> list[Floats]:
             f"{drawing.file}, layer {name}: {len(opened)} open lines: {drawing.gap(opened)}. Close the edge there."
         )
     rings_mm = [line.points_mm[:: 1 if signed_area(line.points_mm) > 0 else -1] for line in lines]
-    for ring_mm in rings_mm:
-        if signed_area(ring_mm) < NO_AREA_MM2:
-            raise InputError(
-                f"{drawing.file}, layer {name}: the closed line at {_middle(drawing, ring_mm)} encloses nothing: it is "
-                "a speck, crosses itself, or runs back along itself. Delete it, or draw the edge once, around the "
-                "whole area."
-            )
     return sorted(rings_mm, key=signed_area, reverse=True)
 
 

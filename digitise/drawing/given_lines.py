@@ -37,6 +37,7 @@ SLENDERNESS = 3.0  # Least length over mean width, as of a crack in a mesh
 ON_EDGE_MM = 0.01  # Distance from the edge of the face within which an end is on it
 MOST_TRIMMED = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
 APART, APART_STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
+NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
 AROUND_MM = 15.0  # Width of face shown around the crack
 FACE_GREY = 205.0
 CRACK_GREY = 40.0
@@ -111,7 +112,7 @@ def outline_within(mouth: CrossSection, face_mm: Box | None, name: str, begin_mm
     Raises ShapeError if the region is no crack with two ends.
     """
     mouth = mouth if face_mm is None else mouth ^ box_region(face_mm)
-    line = line_of_mouth(mouth, face_mm or _around(mouth))
+    line = line_of_mouth(mouth, face_mm or NO_FACE_MM)
     first_mm, last_mm = line.centreline_mm[[0, -1]]
     if begin_mm is not None and np.linalg.norm(first_mm - begin_mm) > np.linalg.norm(last_mm - begin_mm):
         line = replace(
@@ -152,7 +153,7 @@ def _require_apart(line_mm: Floats, width_mm: float, name: str) -> None:
 
 def _drawn(mouth: CrossSection, line: MouthLine, face_mm: Box | None, name: str) -> Given:
     """Return the outline of a mouth, and a picture of it: dark on a bright face."""
-    low, high = np.reshape(_around(mouth), (2, 2))
+    low, high = np.reshape(mouth.bounds(), (2, 2)) + np.array([[-AROUND_MM], [AROUND_MM]])
     width_mm = mouth.area() / float(arc_length(line.centreline_mm)[-1])
     view, mm_per_px, crack = seen_from_above(mouth, width_mm, low, high)
     grey = FACE_GREY + crack * (CRACK_GREY - FACE_GREY)
@@ -178,9 +179,3 @@ def _drawn(mouth: CrossSection, line: MouthLine, face_mm: Box | None, name: str)
         branches_kept=len(line.side_lines_mm) > 0,
     )
     return outline, photo
-
-
-def _around(mouth: CrossSection) -> Box:
-    x_min, y_min, x_max, y_max = mouth.bounds()
-    away_mm = AROUND_MM
-    return x_min - away_mm, y_min - away_mm, x_max + away_mm, y_max + away_mm

@@ -23,7 +23,6 @@ DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
 MM: dict[DrawnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
 """Accepted units by their code, $INSUNITS; code 0 means unspecified."""
-METRIC = 1  # $MEASUREMENT of a metric drawing; 0 is one in inches
 DRAWN = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "SPLINE", "ELLIPSE"}
 LARGEST_BYTES = 50_000_000
 MOST_ENTITIES = 200_000  # Most parts of a drawing, those in blocks included: blocks in blocks multiply
@@ -177,7 +176,7 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
     try:
         # ezdxf's recovering reader would silently read 53.Q3 as 53.
         document = ezdxf.filemanagement.readfile(path)
-        unit, unit_source = _unit(path, given, document.units, document.header.get("$MEASUREMENT", None))
+        unit, unit_source = _unit(path, given, document.units)
         for layer, entity in islice(_parts(document.modelspace()), MOST_ENTITIES + 1):
             entities.setdefault(layer.upper(), []).append(entity)
         for layer in document.layers:
@@ -210,7 +209,7 @@ def _parts(space: Iterable[Any], inherited: str | None = None, depth: int = 0) -
             yield layer, entity
 
 
-def _unit(path: Path, given: DrawnUnit | None, number: int, system: Any) -> tuple[DrawnUnit, str]:
+def _unit(path: Path, given: DrawnUnit | None, number: int) -> tuple[DrawnUnit, str]:
     """Return the unit of the drawing, and the source of the unit."""
     stated = STATED.get(number)
     unit = stated or ("no unit" if number == 0 else f"unit {number} of $INSUNITS, which is not accepted")
@@ -218,11 +217,7 @@ def _unit(path: Path, given: DrawnUnit | None, number: int, system: Any) -> tupl
         return given, f"by --units; the drawing states {unit}" if given != stated else "by --units and by the drawing"
     if stated is None:
         raise InputError(f"{path}: the drawing states {unit}; give --units.")
-    doubt = ""
-    # The reverse is the default of many programs, and means nothing.
-    if system == METRIC and stated in ("inch", "foot"):
-        doubt = ", though its $MEASUREMENT is metric: if it was drawn in mm, give --units mm"
-    return stated, f"by the drawing{doubt}"
+    return stated, "by the drawing"
 
 
 def _is_line(entity: Any) -> bool:

@@ -54,7 +54,6 @@ ON_SIDE_MM = 1e-3  # Distance from the edge of the face within which the rim is 
 CLEAR = 0.1  # Gap between a side arm and circles in the main crack
 DEEP, DEEP_AT_BEND = 0.75, 2.0  # Depth of a side arm over the width of its mouth; outer corners are shallower
 UNSWEPT = 0.1  # Largest share of the area between both walls that is passed twice or not at all
-MOST_LISTED = 4  # Most side arms whose lengths a warning lists
 
 
 @dataclass(frozen=True)
@@ -127,12 +126,11 @@ def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Flo
         return (), ()
     away_mm, feet = map(np.asarray, KDTree(centre_mm).query([lips_mm for lips_mm, _ in arms_mm]))
     reach_mm = away_mm + np.linalg.norm(np.diff(arms_mm, axis=1)[:, 0], axis=1)
-    order = np.argsort(reach_mm)[::-1]
-    listed = ", ".join(f"{length_mm:.0f}" for length_mm in reach_mm[order[:MOST_LISTED]])
     warning = (
-        f"side arms ({len(order)}) of {listed} mm are not on the path, the longest at s = "
-        f"{arc_length(centre_mm)[feet[order[0]]]:.0f} mm; the cavity includes such arms, and the sealant for them is "
-        "given along the path. Set path.volume_ml to give another volume, or give mesh.path to follow another arm"
+        f"side arms ({len(feet)}) of up to {reach_mm.max():.0f} mm are not on the path, the longest at s = "
+        f"{arc_length(centre_mm)[feet[reach_mm.argmax()]]:.0f} mm; the cavity includes such arms, and the sealant for "
+        "them is given along the path. Set path.volume_ml to give another volume, or give mesh.path to follow another "
+        "arm"
     )
     return tuple(np.vstack([centre_mm[foot], arm_mm]) for foot, arm_mm in zip(feet, arms_mm, strict=True)), (warning,)
 

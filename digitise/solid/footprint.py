@@ -10,7 +10,16 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, KDTree
 
 from digitise.geometry.mesh_topology import open_edges
-from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest_side, smoothed, to_left, unit
+from digitise.geometry.polyline import (
+    Box,
+    at_arc_length,
+    left_normals,
+    nearest_side,
+    rectangle,
+    smoothed,
+    to_left,
+    unit,
+)
 from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
 from digitise.settings import CrackShape
 from sealtwin.core.arc_length import arc_length, arc_length_at
@@ -309,4 +318,4 @@ def _around(places_mm: Floats, box_mm: Box) -> Floats:
     """Return four corners around the places and the box with its dams. The corners of dams need a depth too."""
     low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
     high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
-    return np.array([low, (high[0], low[1]), high, (low[0], high[1])])
+    return rectangle((low[0], low[1], high[0], high[1]))

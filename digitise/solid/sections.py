@@ -20,7 +20,7 @@ def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
     Their sum over the arc is the cavity without side cracks, the part around a tip and the excess of a bend.
     """
     s_mm, width_mm = outline.s_mm, outline.width_mm
-    depth_mm, closing = shape.depth_at_mm(s_mm), sum(_slopes(shape))
+    depth_mm, closing = shape.depth_at_mm(s_mm), float(_slopes(shape).sum())
     if shape.tilt == "undercut":
         closing = -closing
     if shape.tilt == "flare":
@@ -34,10 +34,9 @@ def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
     )
 
 
-def _slopes(shape: CrackShape) -> tuple[float, float]:
+def _slopes(shape: CrackShape) -> Floats:
     """Return how far the left wall and the right one move sideways for each millimetre of depth."""
-    left, right = np.tan(np.radians(shape.wall_angles_deg)) if shape.tilt in AGAINST_EACH_OTHER else (0.0, 0.0)
-    return float(left), float(right)
+    return np.tan(np.radians(shape.wall_angles_deg)) * (shape.tilt in AGAINST_EACH_OTHER)
 
 
 def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats:

@@ -123,7 +123,7 @@ DRAWINGS = [
         "unit of the drawing: mm (by --units; the drawing states inch)", "40 x 3 mm", more=" --units mm",
         unit=units.IN, code=0),
     drawn("too large in the drawing's unit", lambda _, space: ring(space), "The unit is inch, by the drawing",
-        "$MEASUREMENT is metric", "976 mm", "--units mm", unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
+        "976 mm", "--units mm", unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
     drawn("metres for mm", lambda _, space: lines(space, ((0, 0), (0.06, 0))), "--units m", more=ALONG),
     drawn("in a block, twice as long", in_a_block, "80.0 mm long", code=0),
     drawn("hatch alone", lambda _, space: space.add_hatch(dxfattribs=on("OUTLINE")), "HATCH (1)"),
@@ -148,7 +148,7 @@ DRAWINGS = [
         "z is 0 to 6 mm", "XY plane", more=ALONG),
     drawn("edge that crosses itself evenly",
         lambda _, space: space.add_lwpolyline(RING[::2] + RING[1::2], close=True, dxfattribs=on("OUTLINE")),
-        "layer OUTLINE", "(20, 1.5)", "crosses itself", lacks=OF_A_MESH),
+        "a.dxf", "(20.0, 1.5)", "crosses itself", lacks=OF_A_MESH),
 ]
 # fmt: on
 
@@ -226,7 +226,7 @@ MESHES = [
         "8 x 40 x 20 mm around (106, 20, -10)", code=0),
     imported("mesh with a side arm",
         mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(slotted(SIDE_ARM)), process=False))),
-        "side arms (1) of 12 mm are not on the path", code=0),
+        "side arms (1) of up to 12 mm are not on the path", code=0),
 ]
 # fmt: on
 CASES: list[WrongInput] = [*DRAWINGS, *MESHES]
