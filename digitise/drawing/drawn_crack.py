@@ -1,9 +1,9 @@
 """The crack that the lines of a drawing bound, and a mesh of a sample with it."""
 
 from collections.abc import Sequence
-from io import StringIO
 
 import numpy as np
+import trimesh
 from manifold3d import CrossSection, FillRule
 
 from digitise.drawing.given_lines import Given, outline_of_line, outline_within
@@ -74,11 +74,8 @@ def sample_obj(outline: Outline, depth_mm: float) -> bytes:
     """Return a mesh of the sample with upright walls and a level floor, in the text format OBJ, which keeps digits."""
     shape = CrackShape(depth_mm=depth_mm, tilt="vertical")
     mesh = carve(lay_out(outline, shape, 0.0), shape, ()).to_mesh64()
-    corners, triangles = np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64) + 1
-    text = StringIO()
-    np.savetxt(text, corners, "v %.9f %.9f %.9f")
-    np.savetxt(text, triangles, "f %d %d %d")
-    return text.getvalue().encode()
+    solid = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+    return str(solid.export(file_type="obj", digits=9)).encode()
 
 
 def _face(drawing: Drawing) -> tuple[Box, Floats]:

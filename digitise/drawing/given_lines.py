@@ -36,14 +36,13 @@ from sealtwin.core.solid_figures import EndKind
 SLENDERNESS = 3.0  # Least length over mean width, as of a crack in a mesh
 ON_EDGE_MM = 0.01  # Distance from the edge of the face within which an end is on it
 MOST_TRIMMED = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
-APART, APART_STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
+APART, STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
 NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
 AROUND_MM = 15.0  # Width of face shown around the crack
 FACE_GREY = 205.0
 CRACK_GREY = 40.0
 
 
-_NONE: Crossings = None, None
 Given = tuple[Outline, Photo]  # An outline, and the picture in which it is shown
 
 
@@ -61,27 +60,25 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
             f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average; give a "
             f"line, in mm, at least {SLENDERNESS:g} times as long as the crack is wide."
         )
-    step_mm = mean_mm / ACROSS_PX
-    line_mm, crossed = resampled(points_mm, step_mm), _NONE
-    before_mm, first_mm, last_mm = 0.0, 0.0, float(s_mm[-1])
-    if face_mm is not None:
-        at_edge = depth_inside(points_mm[[0, -1]], face_mm) < ON_EDGE_MM
-        before_mm, after_mm = 2 * mean_mm * at_edge
-        line_mm = extended(line_mm, before_mm, after_mm, mean_mm, step_mm)
-        crossed = edge_crossing(line_mm, face_mm, True), edge_crossing(line_mm, face_mm, False)
-        if at_edge.tolist() != [crossing is not None for crossing in crossed]:
-            raise InputError(
-                f"{name}: the line is outside the face, {face_mm[2] - face_mm[0]:g} x {face_mm[3] - face_mm[1]:g} mm, "
-                "or crosses its edge twice."
-            )
-        first_mm, last_mm = (
-            end_mm if crossing is None else crossing.s_mm
-            for end_mm, crossing in zip((before_mm, before_mm + last_mm), crossed, strict=True)
+    step_mm, box_mm = mean_mm / ACROSS_PX, face_mm or NO_FACE_MM
+    at_edge = depth_inside(points_mm[[0, -1]], box_mm) < ON_EDGE_MM
+    before_mm, after_mm = 2 * mean_mm * at_edge
+    line_mm = extended(resampled(points_mm, step_mm), before_mm, after_mm, mean_mm, step_mm)
+    crossed: Crossings = edge_crossing(line_mm, box_mm, True), edge_crossing(line_mm, box_mm, False)
+    if at_edge.tolist() != [crossing is not None for crossing in crossed]:
+        raise InputError(
+            f"{name}: the line is outside the face, {box_mm[2] - box_mm[0]:g} x {box_mm[3] - box_mm[1]:g} mm, or "
+            "crosses its edge twice."
         )
+    first_mm, last_mm = (
+        end_mm if crossing is None else crossing.s_mm
+        for end_mm, crossing in zip((before_mm, before_mm + s_mm[-1]), crossed, strict=True)
+    )
     s_mm = arc_length(line_mm)
-    across_mm = np.interp(s_mm - before_mm, *width_mm.T)[:, None] / 2 * rays_across(line_mm, mean_mm, crossed)
+    wide_mm = np.interp(s_mm - before_mm, *width_mm.T)
+    across_mm = wide_mm[:, None] / 2 * rays_across(line_mm, mean_mm, crossed)
     lines_mm = np.hstack([line_mm, line_mm + across_mm, line_mm - across_mm])
-    _require_apart(line_mm, 2 * float(np.linalg.norm(across_mm, axis=1).max()), name)
+    _require_apart(line_mm, wide_mm, name)
     mouth = _between(lines_mm[:, 2:4], lines_mm[:, 4:], face_mm, name)
     stations_mm = np.linspace(first_mm, last_mm, max(2, 1 + round((last_mm - first_mm) / step_mm)))
     centre_mm, left_mm, right_mm = np.hsplit(at_arc_length(lines_mm, s_mm, stations_mm), 3)
@@ -136,18 +133,21 @@ def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) 
     return region if face_mm is None else region ^ box_region(face_mm)
 
 
-def _require_apart(line_mm: Floats, width_mm: float, name: str) -> None:
-    """Raise InputError if two parts of a crack along a line would overlap."""
-    line_mm = resampled(line_mm, width_mm / APART_STEPS)
-    s_mm = arc_length(line_mm)
-    pairs = KDTree(line_mm).query_pairs(width_mm, output_type="ndarray")
-    pairs = pairs[np.ptp(s_mm[pairs], axis=1) > APART * width_mm]
-    if len(pairs):
-        away_mm = np.linalg.norm(np.diff(line_mm[pairs], axis=1)[:, 0], axis=1)
-        first_mm, last_mm = np.sort(s_mm[pairs[away_mm.argmin()]])
+def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
+    """Raise InputError if two parts of a crack along a line would overlap; it has these widths at the line's points."""
+    s_mm, most_mm = arc_length(line_mm), float(width_mm.max())
+    stations_mm = np.arange(0.0, s_mm[-1], most_mm / STEPS)
+    places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)
+    pairs = places_mm[KDTree(places_mm[:, :2]).query_pairs(most_mm + ON_EDGE_MM, output_type="ndarray")]
+    away_mm = np.linalg.norm(np.diff(pairs[:, :, :2], axis=1)[:, 0], axis=1)
+    overlap = (np.ptp(pairs[:, :, 2], axis=1) > APART * most_mm) & (away_mm < pairs[:, :, 3].mean(axis=1))
+    if overlap.any():
+        nearest = np.where(overlap, away_mm, np.inf).argmin()
+        first_mm, last_mm = np.sort(pairs[nearest, :, 2])
         raise InputError(
-            f"{name}: the line comes within {away_mm.min():.2g} mm of itself, at s = {first_mm:.1f} and {last_mm:.1f} "
-            f"mm along it: the crack, {width_mm:.3g} mm wide, overlaps itself there. Draw its parts farther apart."
+            f"{name}: the line comes within {away_mm[nearest]:.2g} mm of itself, at s = {first_mm:.1f} and "
+            f"{last_mm:.1f} mm along it: the crack, {pairs[nearest, 0, 3]:.2g} mm wide, overlaps itself there. Draw "
+            "its parts farther apart."
         )
 
 

@@ -32,7 +32,6 @@ FARTHEST_MM = 1e6  # Largest coordinate: a kilometre from the drawing's origin
 SAG_MM = 0.02  # Largest distance of a curve from its chords, and of a level line from level: a fifth of a photo's pixel
 MEETS_MM = 1e-3  # Largest gap between two lines that are one
 COPY_MM = 1e-6  # Largest distance of a copy's points from the original's: rounding of the digits in a file
-MOST_NAMED = 8  # Most layers that a note lists
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,6 @@ class Drawing:
     entities: dict[str, list[Any]]  # By layer, in upper case
     hidden: dict[str, str]  # Why a layer is not shown, by layer in upper case
     notes: list[str] = field(default_factory=list)
-    read: set[str] = field(default_factory=set)  # Layers that were read, in upper case
 
     def lines(self, layer: str, width_mm: float | None = None) -> list[DrawnLine]:
         """Return the visible lines of a layer in plan view; those that meet end to end are joined.
@@ -61,12 +59,11 @@ class Drawing:
         A polyline that is drawn with another width than ``width_mm`` gives a note. Raises InputError if there are no
         lines, or more than two meet in a place, and for a line that is not level or far from the drawing's origin.
         """
-        self.read.add(layer.upper())
         left_out, ways, count = Counter[str](), dict[Any, Floats](), 0
         for entity in self.entities.get(layer.upper(), ()):
-            why = "invisible lines" if entity.dxf.get("invisible", 0) else self.hidden.get(layer.upper(), "")
-            if why or not _is_line(entity):
-                left_out[why if _is_line(entity) else entity.dxftype()] += 1
+            unread = self.hidden.get(layer.upper(), "") if _is_line(entity) else entity.dxftype()
+            if unread or entity.dxf.get("invisible", 0):
+                left_out[unread or "invisible lines"] += 1
                 continue
             way_mm = self._points_mm(entity, layer)
             count += len(way_mm)
@@ -93,12 +90,6 @@ class Drawing:
         if counted:
             self.notes.append(f"{self.file.name}, layer {layer}: left out: {counted}")
         return self._joined(list(ways.values()), layer)
-
-    def not_read(self) -> list[str]:
-        """Return a note of the layers that were not read; empty if all were."""
-        others = [key for key in self.entities if key not in self.read]
-        listed = ", ".join(others[:MOST_NAMED])
-        return [f"{self.file.name}: {len(others)} layers that were not read: {listed}"] if others else []
 
     def place(self, place_mm: Iterable[float]) -> str:
         """Return a place in words, in the drawing's own numbers."""
@@ -155,8 +146,7 @@ class Drawing:
         for chain in edgeminer.find_all_simple_chains(deposit):
             if min(chain, key=lambda edge: edge.id).is_reverse:
                 chain = edgeminer.reverse_chain(chain)
-            parts = [edge.payload[:: -1 if edge.is_reverse else 1] for edge in chain]
-            way_mm = np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
+            way_mm = np.concatenate([edge.payload[:: -1 if edge.is_reverse else 1] for edge in chain])
             done.append(DrawnLine(way_mm[:-1], True) if _closes(way_mm) else DrawnLine(way_mm, False))
         return done
 

@@ -95,12 +95,13 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
 
 def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
     """Return the box of a plate outside the block's side, over an opening and its overlap, up to the corners."""
-    along = 1 - side % 2
-    low = max(float(at_side[:, along].min()) - DAM_OVERLAP_MM, block_mm[along])
-    high = min(float(at_side[:, along].max()) + DAM_OVERLAP_MM, block_mm[along + 2])
-    face = block_mm[side]
-    inner, outer = (face - DAM_THICKNESS_MM, face) if side < 2 else (face, face + DAM_THICKNESS_MM)
-    return (inner, low, outer, high) if side % 2 == 0 else (low, inner, high, outer)
+    along, across = 1 - side % 2, side % 2
+    box_mm, opening_mm = np.array(block_mm), at_side[:, along]
+    reach_mm = np.array([opening_mm.min() - DAM_OVERLAP_MM, opening_mm.max() + DAM_OVERLAP_MM])
+    box_mm[[along, along + 2]] = np.clip(reach_mm, block_mm[along], block_mm[along + 2])
+    box_mm[[across, across + 2]] = block_mm[side] + DAM_THICKNESS_MM * np.array([-1, 0] if side < 2 else [0, 1])
+    x_min, y_min, x_max, y_max = box_mm.tolist()
+    return x_min, y_min, x_max, y_max
 
 
 def _require_clearance(

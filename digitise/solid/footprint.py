@@ -268,13 +268,13 @@ def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
 def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, lean: Floats, spread_mm: float) -> Box:
     """Return the bounding box of mouth and floor with a margin, except on the sides of open ends."""
     box = np.concatenate([ring_mm.min(axis=0), ring_mm.max(axis=0)])
-    sides = [nearest_side(end.centre_mm, tuple(box)) for end in ends if end.kind == "open"]
-    floor_mm = ring_mm + spread_mm * (shape.tilt == "lean") * lean
-    low, high = np.minimum(box[:2], floor_mm.min(axis=0)), np.maximum(box[2:], floor_mm.max(axis=0))
+    reached_mm = np.vstack([ring_mm, ring_mm + spread_mm * (shape.tilt == "lean") * lean])
     around_mm = shape.margin_mm + spread_mm * (shape.tilt in ("flare", "undercut"))
-    grown = np.concatenate([low - around_mm, high + around_mm])
+    grown = np.concatenate([reached_mm.min(axis=0) - around_mm, reached_mm.max(axis=0) + around_mm])
+    sides = [nearest_side(end.centre_mm, tuple(box)) for end in ends if end.kind == "open"]
     grown[sides] = box[sides]
-    return float(grown[0]), float(grown[1]), float(grown[2]), float(grown[3])
+    x_min, y_min, x_max, y_max = grown.tolist()
+    return x_min, y_min, x_max, y_max
 
 
 def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm: Box) -> Floor | None:

@@ -4,9 +4,8 @@ import numpy as np
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.geometry.polyline import at_arc_length, left_normals
+from digitise.geometry.polyline import left_normals, resampled
 from digitise.settings import AGAINST_EACH_OTHER, CrackShape
-from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Outline, Sections
 
 SAMPLES = 256  # Samples of the line from wall to wall among stones: a stone's side is placed within 0.2 % of the width
@@ -46,9 +45,7 @@ def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats
     downward, also beyond their own ends.
     """
     rings = [np.vstack([ring, ring[:1]]) for ring in outline.islands_mm]
-    side_mm = np.vstack(
-        [at_arc_length(ring, (s_mm := arc_length(ring)), np.arange(0.0, s_mm[-1], STONE_STEP_MM)) for ring in rings]
-    )
+    side_mm = np.vstack([resampled(ring, STONE_STEP_MM) for ring in rings])
     _, station = KDTree(outline.centreline_mm).query(side_mm)
     to_left = (side_mm - outline.centreline_mm[station]) * left_normals(outline.centreline_mm)[station]
     left, right = np.maximum(_slopes(shape), UPRIGHT)

@@ -355,7 +355,7 @@ def import_dxf(
         solid = build_solid(outlined, CrackShape(depth_mm=given.depth_mm, tilt="vertical"))
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
-    warnings = (*outlined.warnings, *drawn.notes, *drawn.not_read())
+    warnings = (*outlined.warnings, *drawn.notes)
     content = content_of(replace(outlined, warnings=warnings))
     crack = CrackOutline(**content, photo=photo, data=data, sha256=sha256_of(file))
     return crack, replace(solid, made_of=of_one_crack("import_dxf", crack))

@@ -136,7 +136,7 @@ def write_drawn_trial(
     drawn = open_drawing(drawing, units)
     outline, _ = drawn_crack(drawn, **shown_by)
     doubts = doubts_of(CrackShape(depth_mm=depth_mm), width_mm=outline.mean_width_mm)
-    notes = [*drawn.notes, *doubts, *drawn.not_read()]
+    notes = [*drawn.notes, *doubts]
     mesh = {"file": MESH, "data": "undeclared", "units": "mm"}
     contents = {folder / MESH: sample_obj(outline, depth_mm)}
     if shown_by["line"] is not None:

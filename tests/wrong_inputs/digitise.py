@@ -116,7 +116,7 @@ DRAWINGS = [
         "a.dxf", "layer FACE", "expected one rectangle", lacks=OF_A_MESH),
     drawn("no crack but a square", lambda _, space: space.add_circle((5, 5), 6, dxfattribs=on("OUTLINE")), "a.dxf",
         "mm wide", "--units", lacks=OF_A_MESH),
-    drawn("other layers that cannot be read", spoilt_by_others, "room for 0.95 ml", "not read: XREF, TABLE",
+    drawn("other layers that cannot be read", spoilt_by_others, "room for 0.95 ml",
         "unit of the drawing: mm (by the drawing)", more=" --outline edge", code=0),
     drawn("far line", lambda _, space: lines(space, ((0, 0), (9e9, 0))), "layer L: its LINE #", more=ALONG),
     drawn("drawn in mm, said to be in inches", lambda _, space: ring(space, at=(0, 0)),

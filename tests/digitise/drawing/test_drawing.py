@@ -37,7 +37,7 @@ def _crack(file, **asked):
 def _volume_mm3(outline):
     """Volume of the solid, which is also what the crack takes out of the block of the mesh."""
     solid = build_solid(outline, CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
-    words = [line.split() for line in sample_obj(outline, DEPTH_MM).decode().splitlines()]
+    words = [line.split() or [""] for line in sample_obj(outline, DEPTH_MM).decode().splitlines()]
     vertices_mm = np.array([word[1:] for word in words if word[0] == "v"], dtype=float)
     corners = vertices_mm[np.array([word[1:] for word in words if word[0] == "f"], dtype=int) - 1]
     inside_mm3 = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
