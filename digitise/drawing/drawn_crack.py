@@ -39,7 +39,7 @@ def drawn_crack(
     """
     face_mm, origin_mm = _face(drawing) if FACE in drawing.entities else (None, np.zeros(2))
     if line is not None:
-        line_mm = _way(drawing, line[0], line[1])
+        line_mm = _way(drawing, line[0])
         _require_size(drawing, line_mm)
         name = f"{drawing.file}, layer {line[0]}"
         given = outline_of_line(line_mm - origin_mm, np.array([[0.0, line[1]]]), face_mm, name)
@@ -119,9 +119,9 @@ def _require_stones(drawing: Drawing, edge_mm: Floats, stones_mm: Sequence[Float
         free -= stone
 
 
-def _way(drawing: Drawing, name: str, width_mm: float | None = None) -> Floats:
+def _way(drawing: Drawing, name: str) -> Floats:
     """Return the one open line of a layer. Raises InputError if there are several lines, or one that is closed."""
-    lines = drawing.lines(name, width_mm)
+    lines = drawing.lines(name)
     if len(lines) > 1 or lines[0].closed:
         closed = [line for line in lines if line.closed]
         what = f"{len(closed)} closed lines of {len(lines)}" if closed else f"{len(lines)} lines; {drawing.gap(lines)}"
@@ -131,13 +131,13 @@ def _way(drawing: Drawing, name: str, width_mm: float | None = None) -> Floats:
 
 def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
     """Raise InputError for a crack that is too short or too long. A wrong unit may be the cause."""
-    longest_mm, most_mm = float(np.ptp(crack_mm, axis=0).max()), MOST_MM - 2 * CrackShape(depth_mm=1.0).margin_mm
-    if LEAST_CRACK_MM <= longest_mm <= most_mm:
+    longest_mm = float(np.ptp(crack_mm, axis=0).max())
+    if LEAST_CRACK_MM <= longest_mm <= MOST_MM:
         return
-    fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= most_mm]
+    fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= MOST_MM]
     remedy = f"Give --units {' or '.join(fitting)} if it is drawn in that unit." if fitting else "Draw it to scale."
     raise InputError(
-        f"{drawing.file}: the crack is {_size(crack_mm)}; {LEAST_CRACK_MM:g} to {most_mm:g} mm are expected. "
+        f"{drawing.file}: the crack is {_size(crack_mm)}; {LEAST_CRACK_MM:g} to {MOST_MM:g} mm are expected. "
         f"The unit is {drawing.unit}, {drawing.unit_source}. {remedy}"
     )
 

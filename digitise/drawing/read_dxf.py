@@ -53,11 +53,11 @@ class Drawing:
     hidden: dict[str, str]  # Why a layer is not shown, by layer in upper case
     notes: list[str] = field(default_factory=list)
 
-    def lines(self, layer: str, width_mm: float | None = None) -> list[DrawnLine]:
+    def lines(self, layer: str) -> list[DrawnLine]:
         """Return the visible lines of a layer in plan view; those that meet end to end are joined.
 
-        A polyline that is drawn with another width than ``width_mm`` gives a note. Raises InputError if there are no
-        lines, or more than two meet in a place, and for a line that is not level or far from the drawing's origin.
+        What is left out is noted, as are widths of polylines. Raises InputError if there are no lines, or more than two
+        meet in a place, and for a line that is not level or far from the drawing's origin.
         """
         left_out, ways, count = Counter[str](), dict[Any, Floats](), 0
         for entity in self.entities.get(layer.upper(), ()):
@@ -69,10 +69,7 @@ class Drawing:
             count += len(way_mm)
             if count > MOST_POINTS:
                 raise InputError(f"{self.file}, layer {layer}: it has over {MOST_POINTS} points; simplify its lines.")
-            if (drawn_mm := MM[self.unit] * _pen_width(entity)) not in (0, width_mm):
-                self.notes.append(
-                    f"{self.file.name}, layer {layer}: a line is drawn {drawn_mm:g} mm wide, which is not used"
-                )
+            left_out["widths of polylines"] += getattr(entity, "has_width", False)
             # A copy may begin at the other end, or at another corner.
             places = frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
             shape = places, round(float(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum()) / COPY_MM)
@@ -214,15 +211,6 @@ def _is_line(entity: Any) -> bool:
     return entity.dxftype() in DRAWN and not (
         entity.dxftype() == "POLYLINE" and (entity.is_poly_face_mesh or entity.is_polygon_mesh)
     )
-
-
-def _pen_width(entity: Any) -> float:
-    """Return the width with which a polyline is drawn, in the drawing's unit; it may be meant as the crack's width."""
-    names = ("const_width", "default_start_width", "default_end_width")
-    widths = [entity.dxf.get(name, 0.0) for name in names if entity.dxf.is_supported(name)]
-    if entity.dxftype() == "LWPOLYLINE":
-        widths += [width for both in entity.get_points("se") for width in both]
-    return float(max(widths, default=0.0))
 
 
 def _closes(way_mm: Floats) -> bool:

@@ -155,8 +155,7 @@ def _require_swept(lines_mm: Floats) -> None:
 def _rough_path(outer: CrossSection, between_mm: Floats | None) -> tuple[Floats, float]:
     """Return a path along the middle of a region without islands, (n, 2), and the region's typical width."""
     low, high = np.reshape(outer.bounds(), (2, 2))
-    width_mm = strip_width_mm(outer)
-    view, mm_per_px, share = seen_from_above(outer, width_mm, low - width_mm / ACROSS, high + width_mm / ACROSS)
+    view, mm_per_px, share = seen_from_above(outer, strip_width_mm(outer), low, high)
     region = share > COVERED
     to_rim = medial_axis.radius(region)
     if between_mm is None:

@@ -123,7 +123,7 @@ DRAWINGS = [
         "unit of the drawing: mm (by --units; the drawing states inch)", "40 x 3 mm", more=" --units mm",
         unit=units.IN, code=0),
     drawn("too large in the drawing's unit", lambda _, space: ring(space), "The unit is inch, by the drawing",
-        "976 mm", "--units mm", unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
+        "1000 mm", "--units mm", unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
     drawn("metres for mm", lambda _, space: lines(space, ((0, 0), (0.06, 0))), "--units m", more=ALONG),
     drawn("in a block, twice as long", in_a_block, "80.0 mm long", code=0),
     drawn("hatch alone", lambda _, space: space.add_hatch(dxfattribs=on("OUTLINE")), "HATCH (1)"),
