@@ -6,10 +6,10 @@ import numpy as np
 import trimesh
 from manifold3d import CrossSection, FillRule
 
-from digitise.drawing.given_lines import Given, outline_of_line, outline_within
+from digitise.drawing.given_lines import Given, outline_of_line, outline_within, same_way
 from digitise.drawing.read_dxf import MM, Drawing
 from digitise.geometry.polyline import Box, signed_area
-from digitise.geometry.region import PIECE_MM2, box_region, traced_region
+from digitise.geometry.region import traced_region
 from digitise.mesh_import.import_mesh import MOST_MM
 from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
@@ -49,8 +49,6 @@ def drawn_crack(
         region, warnings = traced_region(edge_mm, stones_mm)
         drawing.notes += warnings
         region = region.translate((-float(origin_mm[0]), -float(origin_mm[1])))
-        if face_mm is not None and (region ^ box_region(face_mm)).area() < PIECE_MM2:
-            raise InputError(f"{drawing.file}, layer {FACE}: the crack is outside the sample. Draw {FACE} around it.")
         given = outline_within(region, face_mm, str(drawing.file))
     size = _size(given[0].outline_mm)
     drawing.notes.append(f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}")
@@ -61,8 +59,7 @@ def _edge(drawing: Drawing, outline: str | None, walls: tuple[str, str] | None) 
     """Return the crack's edge as a ring, and the rings of its stones."""
     if walls is not None:
         one_mm, other_mm = (_way(drawing, layer) for layer in walls)
-        crossed = np.linalg.norm(one_mm[-1] - other_mm[-1]) < np.linalg.norm(one_mm[-1] - other_mm[0])
-        return np.vstack([one_mm, other_mm[:: -1 if crossed else 1]]), []
+        return np.vstack([one_mm, same_way(one_mm, other_mm)[::-1]]), []
     edge_mm, *stones_mm = _rings(drawing, outline or OUTLINE)
     if outline is None and ISLANDS in drawing.entities:
         stones_mm += _rings(drawing, ISLANDS)
@@ -96,12 +93,12 @@ def _rings(drawing: Drawing, name: str) -> list[Floats]:
 
     Raises InputError for an open line.
     """
-    lines = drawing.lines(name)
-    if opened := [line for line in lines if not line.closed]:
+    rings_mm, opened = drawing.lines(name)
+    if opened:
         raise InputError(
             f"{drawing.file}, layer {name}: {len(opened)} open lines: {drawing.gap(opened)}. Close the edge there."
         )
-    rings_mm = [line.points_mm[:: 1 if signed_area(line.points_mm) > 0 else -1] for line in lines]
+    rings_mm = [ring_mm[:: 1 if signed_area(ring_mm) > 0 else -1] for ring_mm in rings_mm]
     return sorted(rings_mm, key=signed_area, reverse=True)
 
 
@@ -121,12 +118,14 @@ def _require_stones(drawing: Drawing, edge_mm: Floats, stones_mm: Sequence[Float
 
 def _way(drawing: Drawing, name: str) -> Floats:
     """Return the one open line of a layer. Raises InputError if there are several lines, or one that is closed."""
-    lines = drawing.lines(name)
-    if len(lines) > 1 or lines[0].closed:
-        closed = [line for line in lines if line.closed]
-        what = f"{len(closed)} closed lines of {len(lines)}" if closed else f"{len(lines)} lines; {drawing.gap(lines)}"
-        raise InputError(f"{drawing.file}, layer {name}: {what}. Draw one open line from end to end, once.")
-    return lines[0].points_mm
+    rings_mm, lines_mm = drawing.lines(name)
+    if rings_mm or len(lines_mm) > 1:
+        gap = f"; {drawing.gap(lines_mm)}" if lines_mm else ""
+        raise InputError(
+            f"{drawing.file}, layer {name}: {len(rings_mm)} closed lines and {len(lines_mm)} open ones{gap}. Draw one "
+            "open line from end to end, once."
+        )
+    return lines_mm[0]
 
 
 def _require_size(drawing: Drawing, crack_mm: Floats) -> None:

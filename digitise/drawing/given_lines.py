@@ -20,7 +20,7 @@ from digitise.geometry.polyline import (
     signed_area,
     without_repeats,
 )
-from digitise.geometry.region import box_region
+from digitise.geometry.region import box_region, pieces
 from digitise.mesh_import.cavity_sections import ACROSS_PX, seen_from_above
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
 from digitise.photo import Photo
@@ -94,9 +94,7 @@ def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name
     Seen along the left wall, the crack is on its right. The second wall may run the other way. An end on the edge of
     the face or beyond it is open. Raises InputError that begins with ``name`` if the walls cross or have changed sides.
     """
-    if np.linalg.norm(left_mm[-1] - right_mm[-1]) > np.linalg.norm(left_mm[-1] - right_mm[0]):
-        right_mm = right_mm[::-1]
-    mouth = _between(left_mm, right_mm, face_mm, name)
+    mouth = _between(left_mm, same_way(left_mm, right_mm), face_mm, name)
     try:
         return outline_within(mouth, face_mm, name, left_mm[0])
     except ShapeError as fault:
@@ -108,7 +106,10 @@ def outline_within(mouth: CrossSection, face_mm: Box | None, name: str, begin_mm
 
     Raises ShapeError if the region is no crack with two ends.
     """
-    mouth = mouth if face_mm is None else mouth ^ box_region(face_mm)
+    parts = pieces(mouth if face_mm is None else mouth ^ box_region(face_mm))
+    if len(parts) != 1:
+        raise InputError(f"{name}: {len(parts)} pieces of the crack are on the face of the sample; draw it with one.")
+    (mouth,) = parts
     line = line_of_mouth(mouth, face_mm or NO_FACE_MM)
     first_mm, last_mm = line.centreline_mm[[0, -1]]
     if begin_mm is not None and np.linalg.norm(first_mm - begin_mm) > np.linalg.norm(last_mm - begin_mm):
@@ -120,6 +121,12 @@ def outline_within(mouth: CrossSection, face_mm: Box | None, name: str, begin_mm
             ends=(line.ends[1], line.ends[0]),
         )
     return _drawn(mouth, line, face_mm, name)
+
+
+def same_way(wall_mm: Floats, other_mm: Floats) -> Floats:
+    """Return the other wall of a crack, turned round if it runs the other way."""
+    first_mm, last_mm = np.linalg.norm(other_mm[[0, -1]] - wall_mm[-1], axis=1)
+    return other_mm[:: 1 if last_mm <= first_mm else -1]
 
 
 def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> CrossSection:

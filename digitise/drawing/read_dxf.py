@@ -6,7 +6,6 @@ Lines in blocks are read as they are inserted. Lines that meet end to end are jo
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
 from typing import Any, Literal
 
@@ -34,14 +33,6 @@ MEETS_MM = 1e-3  # Largest gap between two lines that are one
 COPY_MM = 1e-6  # Largest distance of a copy's points from the original's: rounding of the digits in a file
 
 
-@dataclass(frozen=True)
-class DrawnLine:
-    """A polyline in mm; a closed one does not repeat its first point."""
-
-    points_mm: Floats  # (n, 2)
-    closed: bool
-
-
 @dataclass
 class Drawing:
     """A drawing. Upper and lower case in the names of its layers are equal."""
@@ -53,8 +44,10 @@ class Drawing:
     hidden: dict[str, str]  # Why a layer is not shown, by layer in upper case
     notes: list[str] = field(default_factory=list)
 
-    def lines(self, layer: str) -> list[DrawnLine]:
-        """Return the visible lines of a layer in plan view; those that meet end to end are joined.
+    def lines(self, layer: str) -> tuple[list[Floats], list[Floats]]:
+        """Return the closed lines of a layer, without a repeated point, and the open ones, in plan view, (n, 2) in mm.
+
+        Lines that meet end to end are joined.
 
         What is left out is noted, as are widths of polylines. Raises InputError if there are no lines, or more than two
         meet in a place, and for a line that is not level or far from the drawing's origin.
@@ -93,9 +86,9 @@ class Drawing:
         x, y, *_ = place_mm
         return f"({x / MM[self.unit]:.7g}, {y / MM[self.unit]:.7g})"
 
-    def gap(self, lines: Iterable[DrawnLine]) -> str:
+    def gap(self, lines: Iterable[Floats]) -> str:
         """Return the smallest gap between the ends of open lines, in words."""
-        ends_mm = np.array([line.points_mm[end] for line in lines for end in (0, -1)])
+        ends_mm = np.array([line_mm[end] for line_mm in lines for end in (0, -1)])
         sizes_mm = KDTree(ends_mm).query(ends_mm, k=2)[0][:, 1]
         return f"the smallest gap is {sizes_mm.min():.3g} mm at {self.place(ends_mm[sizes_mm.argmin()])}"
 
@@ -127,12 +120,12 @@ class Drawing:
         fresh = np.append(True, (np.diff(points_mm[:, :2], axis=0) != 0).any(axis=1))
         return points_mm[fresh[: len(points_mm)], :2]
 
-    def _joined(self, ways: list[Floats], layer: str) -> list[DrawnLine]:
+    def _joined(self, ways: list[Floats], layer: str) -> tuple[list[Floats], list[Floats]]:
         """Join open lines that meet end to end. A joined line runs as that part of it that was drawn first."""
-        done = [DrawnLine(way_mm[:-1], True) for way_mm in ways if _closes(way_mm)]
-        if len(done) == len(ways):
-            return done
+        rings, lines = [way_mm[:-1] for way_mm in ways if _closes(way_mm)], list[Floats]()
         edges = [edgeminer.make_edge(way[0], way[-1], payload=way) for way in ways if not _closes(way)]
+        if not edges:
+            return rings, lines
         deposit = edgeminer.Deposit(edges, gap_tol=MEETS_MM)
         for vertex in deposit.unique_vertices():
             if (meeting := deposit.degree(vertex)) > 2:
@@ -141,11 +134,14 @@ class Drawing:
                     "one line from end to end."
                 )
         for chain in edgeminer.find_all_simple_chains(deposit):
-            if min(chain, key=lambda edge: edge.id).is_reverse:
-                chain = edgeminer.reverse_chain(chain)
             way_mm = np.concatenate([edge.payload[:: -1 if edge.is_reverse else 1] for edge in chain])
-            done.append(DrawnLine(way_mm[:-1], True) if _closes(way_mm) else DrawnLine(way_mm, False))
-        return done
+            if min(chain, key=lambda edge: edge.id).is_reverse:
+                way_mm = way_mm[::-1]
+            if _closes(way_mm):
+                rings.append(way_mm[:-1])
+            else:
+                lines.append(way_mm)
+        return rings, lines
 
 
 def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
@@ -164,7 +160,9 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
         # ezdxf's recovering reader would silently read 53.Q3 as 53.
         document = ezdxf.filemanagement.readfile(path)
         unit, unit_source = _unit(path, given, document.units)
-        for layer, entity in islice(_parts(document.modelspace()), MOST_ENTITIES + 1):
+        for number, (layer, entity) in enumerate(_parts(document.modelspace())):
+            if number == MOST_ENTITIES:
+                raise ValueError(f"it has over {MOST_ENTITIES} parts: save only the crack's layers")
             entities.setdefault(layer.upper(), []).append(entity)
         for layer in document.layers:
             off = "switched off" if layer.is_off() else "frozen" if layer.is_frozen() else ""
@@ -176,8 +174,6 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
             f"{path}: not a readable DXF ({str(fault) or type(fault).__name__:.80}). Save it again as DXF R2010 or "
             "newer."
         ) from fault
-    if sum(map(len, entities.values())) > MOST_ENTITIES:
-        raise InputError(f"{path}: it has over {MOST_ENTITIES} parts; save only the crack's layers.")
     return Drawing(path, unit, unit_source, entities, hidden)
 
 
@@ -189,7 +185,7 @@ def _parts(space: Iterable[Any], inherited: str | None = None, depth: int = 0) -
         layer = inherited if inherited is not None and layer == "0" else layer
         if entity.dxftype() == "INSERT" and depth < DEEPEST:
             if depth and entity.mcount > 1:
-                raise InputError(f"{space}: it has an array of a block inside of a block. Explode it.")
+                raise ValueError("it has an array of a block inside of a block: explode it")
             for copy in entity.multi_insert() if entity.mcount > 1 else (entity,):
                 yield from _parts(copy.virtual_entities(), layer, depth + 1)
         else:

@@ -26,18 +26,18 @@ def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
     """Smooth along the first axis, ``sigma`` in samples, and add the smoothed residual ``returns`` times (Tukey)."""
-    smooth = _blurred(values, sigma)
-    for _ in range(returns):
-        smooth = smooth + _blurred(values - smooth, sigma)
-    return smooth
-
-
-def _blurred(values: Floats, sigma: float) -> Floats:
     if len(values) < 3 or sigma <= 0:
         return values
     pad = min(len(values) - 1, int(4 * sigma) + 1)
-    around = np.pad(values, [(pad, pad), *[(0, 0)] * (values.ndim - 1)], "reflect", reflect_type="odd")
-    return gaussian_filter1d(around, sigma, axis=0)[pad : pad + len(values)]
+
+    def blurred(rest: Floats) -> Floats:
+        around = np.pad(rest, [(pad, pad), *[(0, 0)] * (rest.ndim - 1)], "reflect", reflect_type="odd")
+        return gaussian_filter1d(around, sigma, axis=0)[pad : pad + len(rest)]
+
+    smooth = blurred(values)
+    for _ in range(returns):
+        smooth = smooth + blurred(values - smooth)
+    return smooth
 
 
 def tangents(points: Floats) -> Floats:

@@ -22,7 +22,7 @@ from digitise.solid.sections import crack_sections
 from digitise.solid.slicer import Slicer, meets_below
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Integers, Outline, Sections, Solid
+from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, Span, WeighedCavity
 
@@ -59,7 +59,13 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
             f'crack meet below the face. {REDUCE_ANGLE}, or choose tilt = "lean", which keeps the width.'
         )
     along = crack_sections(outline, shape)
-    _require_volume(along, shape)
+    volume_mm3 = float(np.trapezoid(along.area_mm2, along.s_mm))
+    if volume_mm3 < SMALLEST_CAVITY_MM3:
+        raise InputError(
+            f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
+            f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. Check depth_mm and the scale. "
+            f"{REDUCE_ANGLE} of a funnel, or choose another tilt."
+        )
     vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
     bottom_mm = -(shape.deepest_mm + shape.floor_thickness_mm)
     dam_area = CrossSection.batch_boolean([box_region(dam.box_mm) for dam in plates], OpType.Add)
@@ -153,17 +159,6 @@ def _watertight(
     raise InputError(
         f"No sound solid after {ATTEMPTS} builds of this outline with tilt {shape.tilt}: {faults[0]} "
         "Retrace the crack near there, or choose another tilt."
-    )
-
-
-def _require_volume(along: Sections, shape: CrackShape) -> None:
-    volume_mm3 = float(np.trapezoid(along.area_mm2, along.s_mm))
-    if volume_mm3 >= SMALLEST_CAVITY_MM3:
-        return
-    raise InputError(
-        f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
-        f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. Check depth_mm and the "
-        f"scale. {REDUCE_ANGLE} of a funnel, or choose another tilt."
     )
 
 

@@ -89,24 +89,6 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
                     "Move the end to the edge of the face, or make it closed or cut."
                 )
             plates.append(Dam(end.number, plate_over(at_side, side, footprint.block_mm)))
-    _require_clearance(footprint, sections, tuple(plates), spread_mm)
-    return tuple(plates)
-
-
-def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
-    """Return the box of a plate outside the block's side, over an opening and its overlap, up to the corners."""
-    along, across = 1 - side % 2, side % 2
-    box_mm, opening_mm = np.array(block_mm), at_side[:, along]
-    reach_mm = np.array([opening_mm.min() - DAM_OVERLAP_MM, opening_mm.max() + DAM_OVERLAP_MM])
-    box_mm[[along, along + 2]] = np.clip(reach_mm, block_mm[along], block_mm[along + 2])
-    box_mm[[across, across + 2]] = block_mm[side] + DAM_THICKNESS_MM * np.array([-1, 0] if side < 2 else [0, 1])
-    x_min, y_min, x_max, y_max = box_mm.tolist()
-    return x_min, y_min, x_max, y_max
-
-
-def _require_clearance(
-    footprint: Footprint, sections: list[CrossSection], plates: tuple[Dam, ...], spread_mm: float
-) -> None:
     x_min, y_min, x_max, y_max = footprint.block_mm
     upright = box_region((x_min + CLEARANCE_MM, y_min, x_max - CLEARANCE_MM, y_max))
     lying = box_region((x_min, y_min + CLEARANCE_MM, x_max, y_max - CLEARANCE_MM))
@@ -114,13 +96,24 @@ def _require_clearance(
     # A dam covers one side only, so the corners of the block are never behind one.
     safe = (upright ^ lying) + (covered.offset(CLEARANCE_MM, JoinType.Miter) ^ (upright + lying))
     if not any(pieces(section - safe) for section in sections):
-        return
+        return tuple(plates)
     if not pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
         raise tilted_out(spread_mm)
     raise InputError(
         f"Crack mouth or floor comes within {CLEARANCE_MM} mm of the block's side, or crosses it, at a place without "
         "an open end. Mark an open end there, or give a larger face_mm or margin_mm."
     )
+
+
+def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
+    """Return the box of a plate outside the block's side, over an opening and its overlap, up to the corners."""
+    along, across = 1 - side % 2, side % 2
+    box_mm, opening_mm = np.array(block_mm, dtype=float), at_side[:, along]
+    reach_mm = np.array([opening_mm.min() - DAM_OVERLAP_MM, opening_mm.max() + DAM_OVERLAP_MM])
+    box_mm[[along, along + 2]] = np.clip(reach_mm, block_mm[along], block_mm[along + 2])
+    box_mm[[across, across + 2]] = block_mm[side] + DAM_THICKNESS_MM * np.array([-1, 0] if side < 2 else [0, 1])
+    x_min, y_min, x_max, y_max = box_mm.tolist()
+    return x_min, y_min, x_max, y_max
 
 
 REDUCE_ANGLE = "Reduce wall_angle_deg"

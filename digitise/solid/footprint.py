@@ -287,9 +287,16 @@ def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm:
         return None
     own_mm = arc_length(line_mm)
     across_mm = np.arange(-np.ceil(reach_mm / STATION_MM), np.ceil(reach_mm / STATION_MM) + 1) * STATION_MM
-    places_mm = (line_mm[:, None] + across_mm[:, None] * _to_left(line_mm, own_mm)[:, None]).reshape(-1, 2)
+    # The bend of the line continues at its ends.
+    along = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1)
+    square = to_left(along) / np.linalg.norm(along, axis=1)[:, None]
+    places_mm = (line_mm[:, None] + across_mm[:, None] * square[:, None]).reshape(-1, 2)
     straying_mm = np.abs(arc_length_at(places_mm, line_mm) - np.repeat(own_mm, len(across_mm)))
-    corners_mm = np.vstack([places_mm[straying_mm < STATION_MM / 4], _around(places_mm, box_mm)])
+    # The corners of dams need a depth too.
+    low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
+    high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
+    around_mm = rectangle((low[0], low[1], high[0], high[1]))
+    corners_mm = np.vstack([places_mm[straying_mm < STATION_MM / 4], around_mm])
     nearest_s_mm = np.interp(arc_length_at(corners_mm, line_mm), own_mm, s_mm)
     return Floor(corners_mm, shape.depth_at_mm(nearest_s_mm), -shape.deepest_mm - shape.floor_thickness_mm)
 
@@ -306,16 +313,3 @@ def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]
     clear[[0, -1]] = True
     stations_mm = np.union1d(even_mm[clear], table_mm)
     return stations_mm, at_arc_length(smooth_mm, even_mm, stations_mm)
-
-
-def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
-    """Return unit vectors square to the line, (n, 2). The bend of the line continues at its ends."""
-    along = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1)
-    return to_left(along) / np.linalg.norm(along, axis=1)[:, None]
-
-
-def _around(places_mm: Floats, box_mm: Box) -> Floats:
-    """Return four corners around the places and the box with its dams. The corners of dams need a depth too."""
-    low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
-    high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
-    return rectangle((low[0], low[1], high[0], high[1]))
