@@ -130,7 +130,7 @@ def _way(drawing: Drawing, name: str) -> Floats:
 
 def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
     """Raise InputError for a crack that is too short or too long. A wrong unit may be the cause."""
-    longest_mm = float(np.ptp(crack_mm, axis=0).max())
+    longest_mm = np.ptp(crack_mm, axis=0).max()
     if LEAST_CRACK_MM <= longest_mm <= MOST_MM:
         return
     fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest_mm * MM[unit] / MM[drawing.unit] <= MOST_MM]

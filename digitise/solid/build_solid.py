@@ -19,7 +19,7 @@ from digitise.solid.dams import (
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
 from digitise.solid.sections import crack_sections
-from digitise.solid.slicer import Slicer, meets_below
+from digitise.solid.slicer import Slicer
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Outline, Solid
@@ -53,7 +53,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
     plates = dams(footprint, sections, spread_mm)
-    if shape.tilt == "undercut" and meets_below(slicer, shape):
+    if shape.tilt == "undercut" and slicer.meets_below():
         raise InputError(
             f'With tilt = "undercut" and walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, parts of the '
             f'crack meet below the face. {REDUCE_ANGLE}, or choose tilt = "lean", which keeps the width.'

@@ -22,10 +22,6 @@ class Slicer:
         if shape.tilt in AGAINST_EACH_OTHER and self._shifts_mm[0] != self._shifts_mm[1]:
             self._stretches = tilted_walls(footprint, shape)
 
-    @property
-    def block(self) -> CrossSection:
-        return self._footprint.block
-
     def between_walls(self, depth_mm: float) -> CrossSection:
         """Return the region between the walls, above the floor or below it."""
         crack = self._moved(depth_mm / self._shape.deepest_mm)
@@ -35,6 +31,15 @@ class Slicer:
         """Return the region between the walls and above the floor."""
         section, floor = self.between_walls(depth_mm), self._footprint.floor
         return section if floor is None else section - floor.ground.slice(-depth_mm)
+
+    def meets_below(self) -> bool:
+        """Return whether parts of the crack meet below the face, which leaves a hanging stone or a bridge.
+
+        A spike that ends above the floor is neither.
+        """
+        block = self._footprint.block
+        face, floor = self.between_walls(0.0), self.between_walls(self._shape.deepest_mm)
+        return not (_matched(block - face, block - floor) and _matched(floor, face))
 
     def _moved(self, share: float) -> CrossSection:
         crack, shift_mm = self._footprint.crack, self._shifts_mm[0]
@@ -53,15 +58,6 @@ class Slicer:
             walls = CrossSection(rings, FillRule.NonZero)
             return crack + walls if outward else crack - walls
         return crack.offset(share * shift_mm * (1 if outward else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)
-
-
-def meets_below(slicer: Slicer, shape: CrackShape) -> bool:
-    """Return whether parts of the crack meet below the face, which leaves a hanging stone or a bridge over the crack.
-
-    A spike that ends above the floor is neither.
-    """
-    face, floor = slicer.between_walls(0.0), slicer.between_walls(shape.deepest_mm)
-    return not (_matched(slicer.block - face, slicer.block - floor) and _matched(floor, face))
 
 
 def _matched(region: CrossSection, within: CrossSection) -> bool:

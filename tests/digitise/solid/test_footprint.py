@@ -43,13 +43,10 @@ def test_a_crack_may_come_back_past_its_cut_end(gap_mm, before_mm, tilt):
     assert cavity.volume() == pytest.approx(expected_mm3, rel=1e-4)
 
 
-def test_a_crack_that_touches_its_cut_end_from_beyond_is_refused():
+def test_a_crack_that_touches_its_cut_end_from_beyond_is_refused_and_one_that_turns_before_it_is_not():
     """An undercut takes the other part, half a millimetre before the end, into the end."""
     with pytest.raises(InputError, match=r"cut at \(0\.0, .* touch that end from beyond"):
         lay_out(hook(10.0, 3.5), CrackShape(depth_mm=10.0, tilt="undercut", wall_angle_deg=4.0), 0.7)
-
-
-def test_a_crack_that_turns_just_before_its_end_leaves_as_it_runs_there():
     points_mm = np.array([(0.0, 0.0), (0.0, 2.0), (40.0, 2.0)])
     outline, _ = outline_of_line(points_mm, np.array([[0.0, 0.5]]), None, "turn")
     assert lay_out(outline, VERTICAL, 0.0).ends[0].facing == pytest.approx([0.0, -1.0], abs=0.05)
