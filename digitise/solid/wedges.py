@@ -1,11 +1,11 @@
 """Block minus tilted cavity, as unions of wedges: every wall face has exactly the tilt's angle.
 
-A wedge is the hull of a straight stretch of wall at one level and its moved place at the other. Wedges are united
-before they are subtracted, because subtracting one after the other leaves fins.
+Wedges are triangles swept along a wall. They are united before they are subtracted, because subtracting one after the
+other leaves fins.
 """
 
 import numpy as np
-from manifold3d import Manifold, OpType
+from manifold3d import Manifold, Mesh64, OpType
 
 from digitise.geometry.polyline import cross, to_left
 from digitise.geometry.region import box_region, prism
@@ -16,7 +16,7 @@ from sealtwin.core.records import Floats
 
 MITRE_DEG = 8.0  # Turn of a fan's facets: tangent to the true cone, they add 0.08 % to a rough cavity; 10° add 0.1 %
 BELOW_MM = 1.0  # Overlap of bodies that end at another one: coincident planes would leave slivers
-Stretch = tuple[Floats, Floats]  # Ends of a stretch of wall, (2, 2), equal in a fan, and the same ends after the move
+Stretch = tuple[Floats, Floats]  # Corners of a wall, (n, 2), repeated in a fan, and their places at the other level
 
 
 def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
@@ -47,24 +47,32 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch
     before, inward_before_mm = np.roll(normal, 1, axis=0), np.roll(inward_mm, 1)
     turn = np.arctan2(cross(before, normal), (before * normal).sum(axis=1))
     parting = -turn * np.sign(inward_mm + inward_before_mm) > 1e-9
-    # Places of each corner, in order, as the end of the wall before it and as the beginning of the wall after it.
-    moved = [
-        _fan(ring[i], before[i], float(turn[i]), inward_before_mm[i], inward_mm[i])
-        if parting[i]
-        else ring[i] + np.array([inward_before_mm[i] * before[i], inward_mm[i] * normal[i]])
+    fans = [
+        _fan(ring[i], before[i], normal[i], float(turn[i]), inward_before_mm[i], inward_mm[i]) if parting[i] else None
         for i in range(len(ring))
     ]
     stretches: list[Stretch] = []
-    for i, fan in enumerate(moved):
+    corners, moved = list[Floats](), list[Floats]()
+    for i in range(len(ring)):
         j = (i + 1) % len(ring)
-        if parting[i]:
-            stretches += [(ring[[i, i]], fan[[k, k + 1]]) for k in range(len(fan) - 1)]
+        here, there = fans[i], fans[j]
         if inward_mm[i] != 0:
-            stretches.append((ring[[i, j]], np.array([fan[-1], moved[j][0]])))
+            if not corners:
+                corners, moved = [ring[i]], [ring[i] + inward_mm[i] * normal[i] if here is None else here[-1]]
+            ends = [ring[j] + inward_mm[i] * normal[i]] if there is None else list(there)
+            corners, moved = corners + [ring[j]] * len(ends), moved + ends
+            if there is not None and j > 0 and inward_mm[j] != 0:
+                continue
+        elif there is not None:
+            # After a wall that does not move, the fan begins its own stretch.
+            corners, moved = [ring[j]] * len(there), list(there)
+        if len(corners) > 1:
+            stretches.append((np.array(corners), np.array(moved)))
+        corners, moved = [], []
     return stretches
 
 
-def _fan(corner: Floats, before: Floats, turn: float, from_mm: float, to_mm: float) -> Floats:
+def _fan(corner: Floats, before: Floats, after: Floats, turn: float, from_mm: float, to_mm: float) -> Floats:
     """Return the moved places of a corner at which two walls diverge, (n, 2)."""
     count = max(1, int(np.ceil(abs(turn) / np.radians(MITRE_DEG))))
     first = np.arctan2(before[1], before[0])
@@ -73,6 +81,9 @@ def _fan(corner: Floats, before: Floats, turn: float, from_mm: float, to_mm: flo
         way = np.linspace(0.0, 1.0, count + 1)
         angle, away_mm = first + way * turn, from_mm + (to_mm - from_mm) * (1 - np.cos(np.pi * way)) / 2
         return corner + away_mm[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    if count == 1:
+        # Symmetric in both normals, so that the point is exactly the same from either side.
+        return corner + from_mm * ((before + after) / (1 + before @ after))[None]
     # Corners of the tangent polygon of a circle.
     half = turn / count / 2
     middle = first + half * (2 * np.arange(count) + 1)
@@ -93,11 +104,12 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
         shear[:2, 2] = -wall_shifts_mm(shape)[0] / depth_mm * footprint.lean
         shaft = shaft.transform(shear)
     elif shape.tilt == "flare":
-        shaft += _wedges(tilted_walls(footprint, shape), -depth_mm, 0.0)
+        shaft += _wedges(tilted_walls(footprint, shape), edge_z_mm=-depth_mm, far_z_mm=0.0)
     elif shape.tilt == "undercut":
-        shaft += _wedges(tilted_walls(footprint, shape), 0.0, -depth_mm)
+        # A wedge of a wall that moves outward faces the right way if it goes up: the body is turned over afterwards.
+        shaft += _wedges(tilted_walls(footprint, shape), edge_z_mm=0.0, far_z_mm=depth_mm).mirror((0.0, 0.0, 1.0))
     elif shape.tilt == "funnel":
-        walls = _wedges(tilted_walls(footprint, shape), 0.0, -depth_mm)
+        walls = _wedges(tilted_walls(footprint, shape), edge_z_mm=0.0, far_z_mm=-depth_mm)
     if not footprint.stoppers.is_empty():
         shaft -= prism(footprint.stoppers, -depth_mm - 2 * BELOW_MM, BELOW_MM)
     sample = block - shaft
@@ -112,13 +124,7 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
 
 def _wedges(stretches: list[Stretch], edge_z_mm: float, far_z_mm: float) -> Manifold:
     """Return the body between the walls at ``edge_z_mm`` and their moved places at ``far_z_mm``."""
-    pieces = []
-    for wall_mm, moved_mm in stretches:
-        edge, foot, far = (
-            np.column_stack([places_mm, (z_mm, z_mm)])
-            for places_mm, z_mm in ((wall_mm, edge_z_mm), (wall_mm, far_z_mm), (moved_mm, far_z_mm))
-        )
-        pieces.append(Manifold.hull_points(np.vstack([edge, foot, far])))
+    pieces = [_wedge(stretch, edge_z_mm, far_z_mm) for stretch in stretches]
     # Neighbours on the ring are united first, which keeps every boolean small.
     while len(pieces) > 1:
         pieces = [Manifold.batch_boolean(pieces[i : i + 2], OpType.Add) for i in range(0, len(pieces), 2)]
@@ -126,3 +132,24 @@ def _wedges(stretches: list[Stretch], edge_z_mm: float, far_z_mm: float) -> Mani
             # Manifold evaluates lazily, and all at once is three times slower here.
             piece.num_tri()
     return pieces[0] if pieces else Manifold()
+
+
+def _wedge(stretch: Stretch, edge_z_mm: float, far_z_mm: float) -> Manifold:
+    """Return a row of wedges end to end: back, slope and base, and a triangle at either end."""
+    corners, moved = stretch
+    # A fan has many moved places of one corner.
+    fresh = np.concatenate([[True], (corners[1:] != corners[:-1]).any(axis=1)])
+    count = int(fresh.sum())
+    edge = np.cumsum(fresh) - 1
+    foot, far = edge + count, np.arange(len(corners)) + 2 * count
+    vertices = np.empty((2 * count + len(corners), 3))
+    vertices[: 2 * count, :2] = np.concatenate([corners[fresh], corners[fresh]])
+    vertices[2 * count :, :2] = moved
+    vertices[:, 2] = far_z_mm
+    vertices[:count, 2] = edge_z_mm
+    quads = [(a[:-1], b[:-1], b[1:], a[1:]) for a, b in ((edge, foot), (foot, far), (far, edge))]
+    triangles = [np.stack(quad)[[[0, 1, 2], [0, 2, 3]]] for quad in quads]
+    faces = np.concatenate(triangles, axis=2).transpose(0, 2, 1).reshape(-1, 3)
+    faces = faces[(faces != faces[:, [1, 2, 0]]).all(axis=1)]
+    ends = [(edge[0], far[0], foot[0]), (edge[-1], foot[-1], far[-1])]
+    return Manifold(Mesh64(vertices, np.vstack([faces, ends]).astype(np.uint64)))
