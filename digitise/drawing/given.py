@@ -62,7 +62,7 @@ class GivenDrawing(Settings):
     depth_mm: Depth
     """Depth of the crack."""
     outline: Layer | None = None
-    """Layer with the crack's edge as a closed line. Default: OUTLINE, else the walls WALL_LEFT and WALL_RIGHT."""
+    """Layer with the crack's edge as a closed line. Default: OUTLINE, with stones on ISLANDS."""
     walls: tuple[Layer, Layer] | None = None
     """Two layers with a wall each, as an open line."""
     line: Layer | None = None

@@ -1,19 +1,30 @@
-"""The outline of a crack that is given in mm: a line with a width, or two walls. Nothing is traced."""
+"""The outline of a crack that is given in mm: a line with a width, two walls, or an edge. Nothing is traced.
 
+A line with a width is the crack whose walls are half of the width to either side of it. It begins and ends with the
+line, square to it; at the edge of the face it ends in that edge.
+"""
+
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, FillRule
+from scipy.spatial import KDTree
 
-from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import Box, depth_inside, extended, resampled, signed_area, without_repeats
-from digitise.geometry.region import box_region
+from digitise.geometry.polyline import (
+    Box,
+    at_arc_length,
+    depth_inside,
+    extended,
+    resampled,
+    signed_area,
+    without_repeats,
+)
+from digitise.geometry.region import box_region, pieces
 from digitise.mesh_import.cavity_sections import ACROSS_PX, seen_from_above
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
-from digitise.outline import outline_along
 from digitise.photo import Photo
-from digitise.walls.centreline_and_walls import Traced
-from digitise.walls.straightened import Crossing, Crossings, edge_crossing, rays_across
+from digitise.walls.straightened import Crossings, edge_crossing, rays_across
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline
@@ -21,16 +32,17 @@ from sealtwin.core.solid_figures import EndKind
 
 # Limits of given lines, and sizes of the picture in which a report shows them.
 #
-# The first three decide which lines bound a crack. The others change the look of the picture alone.
+# The first four decide which lines bound a crack. The others change the look of the picture alone.
 SLENDERNESS = 3.0  # Least length over mean width, as of a crack in a mesh
 ON_EDGE_MM = 0.01  # Distance from the edge of the face within which an end is on it
 MOST_TRIMMED = 0.02  # Largest share of the area that is cut off where walls cross, as of a traced crack
+APART, STEPS = 2.0, 16  # Widths along a line between places that are two parts of the crack; steps in a width
+NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
 AROUND_MM = 15.0  # Width of face shown around the crack
 FACE_GREY = 205.0
 CRACK_GREY = 40.0
 
 
-_NONE: Crossings = None, None
 Given = tuple[Outline, Photo]  # An outline, and the picture in which it is shown
 
 
@@ -48,26 +60,32 @@ def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, na
             f"{name}: the line is {s_mm[-1]:.3g} mm long and the crack is {mean_mm:.3g} mm wide on average; give a "
             f"line, in mm, at least {SLENDERNESS:g} times as long as the crack is wide."
         )
-    line_mm, crossings = resampled(points_mm, mean_mm / ACROSS_PX), _NONE
-    first_mm, last_mm, begins_mm = 0.0, float(s_mm[-1]), 0.0
-    if face_mm is not None:
-        at_edge = [bool(depth_inside(points_mm[[end]], face_mm)[0] < ON_EDGE_MM) for end in (0, -1)]
-        begins_mm, beyond_mm = (2 * mean_mm * at for at in at_edge)
-        line_mm = extended(line_mm, begins_mm, beyond_mm, mean_mm, mean_mm / ACROSS_PX)
-        crossings = edge_crossing(line_mm, face_mm, at_start=True), edge_crossing(line_mm, face_mm, at_start=False)
-        if at_edge != [crossing is not None for crossing in crossings]:
-            raise InputError(f"{name}: the line is outside the face, {_size(face_mm)}, or crosses its edge twice.")
-        first_mm, last_mm = (
-            end_mm if crossing is None else crossing.s_mm
-            for end_mm, crossing in zip((begins_mm, begins_mm + last_mm), crossings, strict=True)
+    step_mm, box_mm = mean_mm / ACROSS_PX, face_mm or NO_FACE_MM
+    at_edge = depth_inside(points_mm[[0, -1]], box_mm) < ON_EDGE_MM
+    before_mm, after_mm = 2 * mean_mm * at_edge
+    line_mm = extended(resampled(points_mm, step_mm), before_mm, after_mm, mean_mm, step_mm)
+    crossed: Crossings = edge_crossing(line_mm, box_mm, True), edge_crossing(line_mm, box_mm, False)
+    if at_edge.tolist() != [crossing is not None for crossing in crossed]:
+        raise InputError(
+            f"{name}: the line is outside the face, {box_mm[2] - box_mm[0]:g} x {box_mm[3] - box_mm[1]:g} mm, or "
+            "crosses its edge twice."
         )
-    half_mm = np.interp(arc_length(line_mm) - begins_mm, *width_mm.T)[:, None] / 2
-    rays = rays_across(line_mm, mean_mm, crossings)
-    left_mm, right_mm = line_mm + half_mm * rays, line_mm - half_mm * rays
-    photo = _picture(_region(left_mm, right_mm, face_mm, name), mean_mm, face_mm, name)
-    kinds: tuple[EndKind, EndKind] = (_kind(crossings[0]), _kind(crossings[1]))
-    traced = Traced(line_mm, left_mm, right_mm, kinds, (first_mm, last_mm), mean_mm / photo.mm_per_px, 0.0, 0.0)
-    return outline_along(photo, CrackPath(photo.to_px(line_mm), traced.width_px, "drawn"), traced, "gauge"), photo
+    first_mm, last_mm = (
+        end_mm if crossing is None else crossing.s_mm
+        for end_mm, crossing in zip((before_mm, before_mm + s_mm[-1]), crossed, strict=True)
+    )
+    s_mm = arc_length(line_mm)
+    wide_mm = np.interp(s_mm - before_mm, *width_mm.T)
+    across_mm = wide_mm[:, None] / 2 * rays_across(line_mm, mean_mm, crossed)
+    lines_mm = np.hstack([line_mm, line_mm + across_mm, line_mm - across_mm])
+    _require_apart(line_mm, wide_mm, name)
+    mouth = _between(lines_mm[:, 2:4], lines_mm[:, 4:], face_mm, name)
+    stations_mm = np.linspace(first_mm, last_mm, max(2, 1 + round((last_mm - first_mm) / step_mm)))
+    centre_mm, left_mm, right_mm = np.hsplit(at_arc_length(lines_mm, s_mm, stations_mm), 3)
+    kinds: list[EndKind] = ["cut" if crossing is None else "open" for crossing in crossed]
+    line = MouthLine(centre_mm, left_mm, right_mm, (kinds[0], kinds[1]), (), ())
+    outline, photo = _drawn(mouth, line, face_mm, name)
+    return replace(outline, width_source="gauge"), photo
 
 
 def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> Given:
@@ -76,53 +94,77 @@ def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name
     Seen along the left wall, the crack is on its right. The second wall may run the other way. An end on the edge of
     the face or beyond it is open. Raises InputError that begins with ``name`` if the walls cross or have changed sides.
     """
-    if np.linalg.norm(left_mm[-1] - right_mm[-1]) > np.linalg.norm(left_mm[-1] - right_mm[0]):
-        right_mm = right_mm[::-1]
-    mouth = _region(left_mm, right_mm, face_mm, name)
+    mouth = _between(left_mm, same_way(left_mm, right_mm), face_mm, name)
     try:
-        line = line_of_mouth(mouth, face_mm or _around(mouth))
+        return outline_within(mouth, face_mm, name, left_mm[0])
     except ShapeError as fault:
         raise InputError(f"{name}: {fault.wrong}") from None
-    if np.linalg.norm(line.centreline_mm[0] - left_mm[0]) > np.linalg.norm(line.centreline_mm[-1] - left_mm[0]):
-        line = MouthLine(
-            line.centreline_mm[::-1],
-            line.right_mm[::-1],
-            line.left_mm[::-1],
-            (line.ends[1], line.ends[0]),
-            (),
-            line.warnings,
+
+
+def outline_within(mouth: CrossSection, face_mm: Box | None, name: str, begin_mm: Floats | None = None) -> Given:
+    """Return the outline of a crack that fills a region, with s = 0 at the end that is nearest to ``begin_mm``.
+
+    Raises ShapeError if the region is no crack with two ends.
+    """
+    parts = pieces(mouth if face_mm is None else mouth ^ box_region(face_mm))
+    if len(parts) != 1:
+        raise InputError(f"{name}: {len(parts)} pieces of the crack are on the face of the sample; draw it with one.")
+    (mouth,) = parts
+    line = line_of_mouth(mouth, face_mm or NO_FACE_MM)
+    first_mm, last_mm = line.centreline_mm[[0, -1]]
+    if begin_mm is not None and np.linalg.norm(first_mm - begin_mm) > np.linalg.norm(last_mm - begin_mm):
+        line = replace(
+            line,
+            centreline_mm=line.centreline_mm[::-1],
+            left_mm=line.right_mm[::-1],
+            right_mm=line.left_mm[::-1],
+            ends=(line.ends[1], line.ends[0]),
         )
-    width_mm = mouth.area() / arc_length(line.centreline_mm)[-1]
-    photo = _picture(mouth, width_mm, face_mm, name)
-    ring_mm = max(map(np.asarray, mouth.to_polygons()), key=signed_area)
-    lines = {"centreline": line.centreline_mm, "left_wall": line.left_mm, "right_wall": line.right_mm}
-    outline = Outline(
-        **photo.in_both_units(**lines, outline=ring_mm),
-        ends=line.ends,
-        **photo.facts_of_outline,
-        path_source="drawn",
-        warnings=line.warnings,
-    )
-    return outline, photo
+    return _drawn(mouth, line, face_mm, name)
 
 
-def _region(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> CrossSection:
+def same_way(wall_mm: Floats, other_mm: Floats) -> Floats:
+    """Return the other wall of a crack, turned round if it runs the other way."""
+    first_mm, last_mm = np.linalg.norm(other_mm[[0, -1]] - wall_mm[-1], axis=1)
+    return other_mm[:: 1 if last_mm <= first_mm else -1]
+
+
+def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) -> CrossSection:
     """Return the crack between two walls on the face."""
     ring_mm = np.concatenate([right_mm, left_mm[::-1]])
     region, area_mm2 = CrossSection([ring_mm], FillRule.Positive), signed_area(ring_mm)
     if area_mm2 <= 0:
         raise InputError(f"{name}: the left wall is on the right of the right wall; exchange them.")
-    if region.area() < (1 - MOST_TRIMMED) * area_mm2:
+    if region.area() < (1 - MOST_TRIMMED) * area_mm2 or region.num_contour() > 1:
         raise InputError(f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for its width.")
     return region if face_mm is None else region ^ box_region(face_mm)
 
 
-def _picture(mouth: CrossSection, width_mm: float, face_mm: Box | None, name: str) -> Photo:
-    """Draw the crack dark on a bright face."""
-    low, high = np.reshape(_around(mouth), (2, 2))
+def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
+    """Raise InputError if two parts of a crack along a line would overlap; it has these widths at the line's points."""
+    s_mm, most_mm = arc_length(line_mm), float(width_mm.max())
+    stations_mm = np.arange(0.0, s_mm[-1], most_mm / STEPS)
+    places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)
+    pairs = places_mm[KDTree(places_mm[:, :2]).query_pairs(most_mm + ON_EDGE_MM, output_type="ndarray")]
+    away_mm = np.linalg.norm(np.diff(pairs[:, :, :2], axis=1)[:, 0], axis=1)
+    overlap = (np.ptp(pairs[:, :, 2], axis=1) > APART * most_mm) & (away_mm < pairs[:, :, 3].mean(axis=1))
+    if overlap.any():
+        nearest = np.where(overlap, away_mm, np.inf).argmin()
+        first_mm, last_mm = np.sort(pairs[nearest, :, 2])
+        raise InputError(
+            f"{name}: the line comes within {away_mm[nearest]:.2g} mm of itself, at s = {first_mm:.1f} and "
+            f"{last_mm:.1f} mm along it: the crack, {pairs[nearest, 0, 3]:.2g} mm wide, overlaps itself there. Draw "
+            "its parts farther apart."
+        )
+
+
+def _drawn(mouth: CrossSection, line: MouthLine, face_mm: Box | None, name: str) -> Given:
+    """Return the outline of a mouth, and a picture of it: dark on a bright face."""
+    low, high = np.reshape(mouth.bounds(), (2, 2)) + np.array([[-AROUND_MM], [AROUND_MM]])
+    width_mm = mouth.area() / float(arc_length(line.centreline_mm)[-1])
     view, mm_per_px, crack = seen_from_above(mouth, width_mm, low, high)
     grey = FACE_GREY + crack * (CRACK_GREY - FACE_GREY)
-    return Photo(
+    photo = Photo(
         file=Path(name),
         image=np.repeat(grey.round().astype(np.uint8)[:, :, None], 3, axis=2),
         brightness=1.0 - crack,
@@ -131,17 +173,16 @@ def _picture(mouth: CrossSection, width_mm: float, face_mm: Box | None, name: st
         mm_per_px=mm_per_px,
         scale_source="given: lines in mm",
     )
-
-
-def _kind(crossing: Crossing | None) -> EndKind:
-    return "cut" if crossing is None else "open"
-
-
-def _around(mouth: CrossSection) -> Box:
-    x_min, y_min, x_max, y_max = mouth.bounds()
-    away_mm = AROUND_MM
-    return x_min - away_mm, y_min - away_mm, x_max + away_mm, y_max + away_mm
-
-
-def _size(face_mm: Box) -> str:
-    return f"{face_mm[2] - face_mm[0]:g} x {face_mm[3] - face_mm[1]:g} mm"
+    ring_mm, *islands_mm = sorted(map(np.asarray, mouth.to_polygons()), key=signed_area, reverse=True)
+    lines = {"centreline": line.centreline_mm, "left_wall": line.left_mm, "right_wall": line.right_mm}
+    outline = Outline(
+        **photo.in_both_units(**lines, outline=ring_mm),
+        ends=line.ends,
+        **photo.facts_of_outline,
+        path_source="drawn",
+        warnings=line.warnings,
+        islands_mm=tuple(islands_mm),
+        branches_mm=line.side_lines_mm,
+        branches_kept=len(line.side_lines_mm) > 0,
+    )
+    return outline, photo

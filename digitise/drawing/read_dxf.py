@@ -1,15 +1,20 @@
-"""Lines of a DXF drawing: polylines, lines, arcs, splines and ellipses of the requested layers, in millimetres."""
+"""Lines of a DXF drawing: polylines, lines, arcs, splines and ellipses of the requested layers, in millimetres.
+
+Lines in blocks are read as they are inserted. Lines that meet end to end are joined.
+"""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 import ezdxf.filemanagement
 import numpy as np
+from ezdxf import edgeminer
 from ezdxf.path import make_path
+from scipy.spatial import KDTree
 
-from digitise.drawing.join_lines import DrawnLine, closes, joined, without_copies
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
@@ -17,200 +22,126 @@ DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
 MM: dict[DrawnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
 """Accepted units by their code, $INSUNITS; code 0 means unspecified."""
-METRIC = 1  # $MEASUREMENT of a metric drawing; 0 is one in inches
 DRAWN = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "SPLINE", "ELLIPSE"}
 LARGEST_BYTES = 50_000_000
-MOST_POINTS = 100_000  # Largest number of points on one layer, fifty times a traced crack's
+MOST_ENTITIES = 200_000  # Most parts of a drawing, those in blocks included: blocks in blocks multiply
+DEEPEST = 16  # Deepest nesting of blocks
+MOST_POINTS = 20_000  # Largest number of points on one layer, ten times a traced crack's
 FARTHEST_MM = 1e6  # Largest coordinate: a kilometre from the drawing's origin
 SAG_MM = 0.02  # Largest distance of a curve from its chords, and of a level line from level: a fifth of a photo's pixel
-MOST_NAMED = 8  # Most layers that a note lists
-DEEPEST = 16  # Deepest nesting of blocks that is searched
+MEETS_MM = 1e-3  # Largest gap between two lines that are one
+COPY_MM = 1e-6  # Largest distance of a copy's points from the original's: rounding of the digits in a file
 
 
+@dataclass
 class Drawing:
-    """A drawing. Its layers are read on demand, and upper and lower case in their names are equal."""
+    """A drawing. Upper and lower case in the names of its layers are equal."""
 
-    def __init__(self, file: Path, document: Any, unit: DrawnUnit, unit_source: str) -> None:
-        self.file, self.unit_source = file, unit_source
-        self.unit: DrawnUnit = unit
-        self.notes = list[str]()
-        self._document = document
-        self._entities = dict[str, list[Any]]()
-        self._spelled = dict[str, str]()
-        for entity in document.modelspace():
-            name = str(entity.dxf.get("layer", "0"))
-            self._entities.setdefault(name.upper(), []).append(entity)
-            self._spelled.setdefault(name.upper(), name)
-        self._lines = dict[str, list[DrawnLine]]()
-        self._pieces = dict[str, list[DrawnLine]]()
-        self._heights_mm = dict[str, list[float]]()
-        self._left_out = dict[str, Counter[str]]()
-        self._block_lines = dict[str, Counter[str]]()
+    file: Path
+    unit: DrawnUnit
+    unit_source: str
+    entities: dict[str, list[Any]]  # By layer, in upper case
+    hidden: dict[str, str]  # Why a layer is not shown, by layer in upper case
+    notes: list[str] = field(default_factory=list)
 
-    @property
-    def per_unit_mm(self) -> float:
-        return MM[self.unit]
+    def lines(self, layer: str) -> tuple[list[Floats], list[Floats]]:
+        """Return the closed lines of a layer, without a repeated point, and the open ones, in plan view, (n, 2) in mm.
 
-    def lines(self, layer: str) -> list[DrawnLine]:
-        """Return the visible lines of a layer in plan view; those that meet end to end are joined.
+        Lines that meet end to end are joined.
 
-        Raises InputError for a line that is not level or far from the drawing's origin, and for too many points.
+        What is left out is noted, as are widths of polylines. Raises InputError if there are no lines, or more than two
+        meet in a place, and for a line that is not level or far from the drawing's origin.
         """
-        key = layer.upper()
-        if key not in self._lines:
-            self._lines[key] = self._read(layer)
-            if self._left_out[key]:
-                self.notes.append(f"{self.file.name}, layer {layer}: left out: {self.left_out(layer)}")
-        return self._lines[key]
-
-    def pieces(self, layer: str) -> list[DrawnLine]:
-        """Return the lines of a layer before they are joined."""
-        self.lines(layer)
-        return self._pieces[layer.upper()]
-
-    def require_level(self, *layers: str) -> None:
-        """Raise InputError unless the lines of these layers are all at one height."""
-        heights_mm = [height_mm for layer in layers for height_mm in self._heights_mm[layer.upper()]]
-        if heights_mm and (rise_mm := max(heights_mm) - min(heights_mm)) > SAG_MM:
+        left_out, ways, count = Counter[str](), dict[Any, Floats](), 0
+        for entity in self.entities.get(layer.upper(), ()):
+            unread = self.hidden.get(layer.upper(), "") if _is_line(entity) else entity.dxftype()
+            if unread or entity.dxf.get("invisible", 0):
+                left_out[unread or "invisible lines"] += 1
+                continue
+            way_mm = self._points_mm(entity, layer)
+            count += len(way_mm)
+            if count > MOST_POINTS:
+                raise InputError(f"{self.file}, layer {layer}: it has over {MOST_POINTS} points; simplify its lines.")
+            left_out["widths of polylines"] += getattr(entity, "has_width", False)
+            # A copy may begin at the other end, or at another corner.
+            places = frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
+            shape = places, round(float(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum()) / COPY_MM)
+            left_out["lines of no length"] += len(places) < 2
+            left_out["exact copies of lines"] += shape in ways
+            if len(places) > 1:
+                ways.setdefault(shape, way_mm)
+        counted = ", ".join(f"{what} ({number})" for what, number in (+left_out).items())
+        if not ways:
+            with_lines = (key for key, entities in self.entities.items() if any(map(_is_line, entities)))
             raise InputError(
-                f"{self.file}, layer {' and '.join(layers)}: the lines are not level: z is "
-                f"{min(heights_mm) / self.per_unit_mm:.4g} to {max(heights_mm) / self.per_unit_mm:.4g} {self.unit}, "
-                f"{rise_mm:.3g} mm apart. A drawing is read in plan view: move it into the XY plane."
+                f"{self.file}: the layer {layer} has no lines to read in model space; left out: "
+                f"{counted or 'nothing'}; layers with lines: {', '.join(with_lines) or 'none'}."
             )
+        if counted:
+            self.notes.append(f"{self.file.name}, layer {layer}: left out: {counted}")
+        return self._joined(list(ways.values()), layer)
 
-    def left_out(self, layer: str) -> str:
-        """List what the layer has other than visible lines; empty if there is nothing."""
-        self.lines(layer)
-        return ", ".join(f"{what} ({count})" for what, count in self._left_out[layer.upper()].items())
-
-    def with_lines(self) -> list[str]:
-        """Return the names of the layers that have lines, visible or not."""
-        return [
-            self._spelled[key]
-            for key, entities in self._entities.items()
-            if any(_is_line(entity) for entity in entities)
-        ]
-
-    def not_read(self) -> list[str]:
-        """Return a note of the layers that were not read; empty if all were."""
-        others = [name for key, name in self._spelled.items() if key not in self._lines]
-        if not others:
-            return []
-        more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
-        return [f"{self.file.name}: layers that were not read: {', '.join(others[:MOST_NAMED])}{more}"]
-
-    def size(self, points_mm: Floats) -> str:
-        """Return the extent of points in words, in the drawing's unit, and in mm if the unit differs."""
-        x, y = np.ptp(points_mm, axis=0)
-        in_mm = f"{x:.4g} x {y:.4g} mm"
-        drawn = f"{x / self.per_unit_mm:.4g} x {y / self.per_unit_mm:.4g} {self.unit}"
-        return in_mm if self.unit == "mm" else f"{drawn} = {in_mm}"
-
-    def place(self, place_mm: Floats) -> str:
+    def place(self, place_mm: Iterable[float]) -> str:
         """Return a place in words, in the drawing's own numbers."""
-        x, y = place_mm / self.per_unit_mm
-        return f"({x:.7g}, {y:.7g})"
+        x, y, *_ = place_mm
+        return f"({x / MM[self.unit]:.7g}, {y / MM[self.unit]:.7g})"
 
-    def _read(self, layer: str) -> list[DrawnLine]:
-        key = layer.upper()
-        left_out, lines, heights_mm = Counter[str](), list[DrawnLine](), list[float]()
-        self._left_out[key] = left_out
-        hidden = self._hidden(layer)
-        points = 0
-        for entity in self._entities.get(key, ()):
-            if not _is_line(entity):
-                # A block's own lines on this layer are counted below, whichever layer the block is on.
-                left_out.update([] if entity.dxftype() == "INSERT" else [_kind(entity)])
-            elif hidden or entity.dxf.get("invisible", 0):
-                left_out[hidden or "invisible lines"] += 1
-            else:
-                places_mm = self._points_mm(entity, layer)
-                points += len(places_mm)
-                if points > MOST_POINTS:
-                    raise InputError(
-                        f"{self.file}, layer {layer}: it has over {MOST_POINTS} points; simplify its lines."
-                    )
-                if _has_width(entity):
-                    left_out["pen widths of polylines"] += 1
-                heights_mm += [float(places_mm[:, 2].min()), float(places_mm[:, 2].max())] if len(places_mm) else []
-                line = _line(places_mm[:, :2])
-                if line is None:
-                    left_out["lines of no length"] += 1
-                else:
-                    lines.append(line)
-        self._heights_mm[key] = heights_mm
-        self.require_level(layer)
-        self._count_elsewhere(key, left_out)
-        self._pieces[key] = once = without_copies(lines)
-        done = joined(once)
-        rings = without_copies(done)
-        if copies := len(lines) - len(once) + len(done) - len(rings):
-            left_out["exact copies of lines"] += copies
-        return rings
-
-    def _hidden(self, layer: str) -> str:
-        """Return the reason why a layer is hidden; empty if it is visible."""
-        layers = self._document.layers
-        if layer not in layers:
-            return ""
-        entry = layers.get(layer)
-        if entry.is_off():
-            return "lines on a layer that is switched off"
-        return "lines on a layer that is frozen" if entry.is_frozen() else ""
+    def gap(self, lines: Iterable[Floats]) -> str:
+        """Return the smallest gap between the ends of open lines, in words."""
+        ends_mm = np.array([line_mm[end] for line_mm in lines for end in (0, -1)])
+        sizes_mm = KDTree(ends_mm).query(ends_mm, k=2)[0][:, 1]
+        return f"the smallest gap is {sizes_mm.min():.3g} mm at {self.place(ends_mm[sizes_mm.argmin()])}"
 
     def _points_mm(self, entity: Any, layer: str) -> Floats:
-        """Return a line's points in mm, (n, 3)."""
-        kind = f"{entity.dxftype()} #{entity.dxf.get('handle', '?')}"
+        """Return a line's points in mm, (n, 2), without repeated ones."""
+        kind = f"{self.file}, layer {layer}: its {entity.dxftype()} #{entity.dxf.get('handle', '?')}"
+        if entity.dxftype() == "POLYLINE":
+            # A spline-fit polyline keeps both the curve and the frame that it was fitted to.
+            curve = [vertex for vertex in entity.vertices if not vertex.dxf.flags & vertex.SPLINE_FRAME_CONTROL_POINT]
+            entity.vertices[:] = curve
         try:
-            points = np.array([tuple(point) for point in _flattened(entity, SAG_MM / self.per_unit_mm)], dtype=float)
+            path = make_path(entity).flattening(SAG_MM / MM[self.unit])
+            points_mm = MM[self.unit] * np.array([tuple(point) for point in path], dtype=float).reshape(-1, 3)
         except Exception as fault:  # ezdxf raises many types of errors for a damaged line.
             raise InputError(
-                f"{self.file}, layer {layer}: its {kind} cannot be read ({str(fault) or type(fault).__name__:.80}). "
-                "Draw it as a polyline."
+                f"{kind} cannot be read ({str(fault) or type(fault).__name__:.80}). Draw it as a polyline."
             ) from fault
-        points_mm = self.per_unit_mm * points.reshape(-1, 3)
-        if not (beside := np.abs(points_mm) < FARTHEST_MM).all():
-            far = points_mm[~beside.all(axis=1)][0] / self.per_unit_mm
+        if not (np.abs(points_mm) < FARTHEST_MM).all():
             raise InputError(
-                f"{self.file}, layer {layer}: its {kind} has a point at ({far[0]:.6g}, {far[1]:.6g}, {far[2]:.6g}), "
-                f"which is not within {FARTHEST_MM / 1e6:g} km of the origin. Move the drawing to the origin, or "
+                f"{kind} is not within {FARTHEST_MM / 1e6:g} km of the origin. Move the drawing to the origin, or "
                 "delete that line."
             )
-        return points_mm
+        z_mm = np.sort(points_mm[:, 2])
+        if len(z_mm) and z_mm[-1] - z_mm[0] > SAG_MM:
+            raise InputError(
+                f"{kind} is not level: z is {z_mm[0]:.4g} to {z_mm[-1]:.4g} mm. A drawing is read in plan view: move "
+                "it into the XY plane."
+            )
+        fresh = np.append(True, (np.diff(points_mm[:, :2], axis=0) != 0).any(axis=1))
+        return points_mm[fresh[: len(points_mm)], :2]
 
-    def _count_elsewhere(self, key: str, left_out: "Counter[str]") -> None:
-        """Count the lines of a layer in blocks, and on sheets of paper."""
-        for entities in self._entities.values():
-            for entity in entities:
-                if entity.dxftype() == "INSERT":
-                    name, own = str(entity.dxf.get("name", "")), str(entity.dxf.get("layer", "0")).upper()
-                    by_layer = self._in_block(name, ())
-                    # A block's lines on layer 0 belong to the layer on which the block is inserted.
-                    if count := by_layer[key] * (key != "0") + by_layer["0"] * (key == own):
-                        left_out[f'lines in the block "{name}" (explode it)'] += count
-        for layout in self._document.layouts:
-            if layout.name != self._document.modelspace().name:
-                count = sum(_is_line(entity) and str(entity.dxf.get("layer", "0")).upper() == key for entity in layout)
-                if count:
-                    left_out[f'lines on the sheet "{layout.name}" (move them to model space)'] += count
-
-    def _in_block(self, name: str, within: tuple[str, ...]) -> "Counter[str]":
-        """Return the number of lines in a block and in the blocks inside it, by layer."""
-        block = self._document.blocks.get(name)
-        if block is None or name in within or len(within) > DEEPEST:
-            return Counter()
-        if name not in self._block_lines:
-            by_layer = Counter[str]()
-            for entity in block:
-                layer = str(entity.dxf.get("layer", "0")).upper()
-                if entity.dxftype() == "INSERT":
-                    inside = self._in_block(str(entity.dxf.get("name", "")), (*within, name))
-                    for where, count in inside.items():
-                        by_layer[layer if where == "0" else where] += count
-                elif _is_line(entity):
-                    by_layer[layer] += 1
-            self._block_lines[name] = by_layer
-        return self._block_lines[name]
+    def _joined(self, ways: list[Floats], layer: str) -> tuple[list[Floats], list[Floats]]:
+        """Join open lines that meet end to end. A joined line runs as that part of it that was drawn first."""
+        rings, lines = [way_mm[:-1] for way_mm in ways if _closes(way_mm)], list[Floats]()
+        edges = [edgeminer.make_edge(way[0], way[-1], payload=way) for way in ways if not _closes(way)]
+        if not edges:
+            return rings, lines
+        deposit = edgeminer.Deposit(edges, gap_tol=MEETS_MM)
+        for vertex in deposit.unique_vertices():
+            if (meeting := deposit.degree(vertex)) > 2:
+                raise InputError(
+                    f"{self.file}, layer {layer}: {meeting} lines meet at {self.place(vertex)}: the line forks. Draw "
+                    "one line from end to end."
+                )
+        for chain in edgeminer.find_all_simple_chains(deposit):
+            way_mm = np.concatenate([edge.payload[:: -1 if edge.is_reverse else 1] for edge in chain])
+            if min(chain, key=lambda edge: edge.id).is_reverse:
+                way_mm = way_mm[::-1]
+            if _closes(way_mm):
+                rings.append(way_mm[:-1])
+            else:
+                lines.append(way_mm)
+        return rings, lines
 
 
 def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
@@ -224,11 +155,18 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
         raise InputError(f"{path}: DWG is not read; save the drawing as DXF.")
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; save only the crack's layers.")
+    entities, hidden = dict[str, list[Any]](), dict[str, str]()
     try:
         # ezdxf's recovering reader would silently read 53.Q3 as 53.
         document = ezdxf.filemanagement.readfile(path)
-        number, system = document.units, document.header.get("$MEASUREMENT", None)
-        drawing = Drawing(path, document, *_unit(path, given, number, system))
+        unit, unit_source = _unit(path, given, document.units)
+        for number, (layer, entity) in enumerate(_parts(document.modelspace())):
+            if number == MOST_ENTITIES:
+                raise ValueError(f"it has over {MOST_ENTITIES} parts: save only the crack's layers")
+            entities.setdefault(layer.upper(), []).append(entity)
+        for layer in document.layers:
+            off = "switched off" if layer.is_off() else "frozen" if layer.is_frozen() else ""
+            hidden[layer.dxf.name.upper()] = off and f"lines on a layer that is {off}"
     except InputError:
         raise
     except Exception as fault:  # ezdxf raises many types of errors for a damaged drawing.
@@ -236,10 +174,25 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
             f"{path}: not a readable DXF ({str(fault) or type(fault).__name__:.80}). Save it again as DXF R2010 or "
             "newer."
         ) from fault
-    return drawing
+    return Drawing(path, unit, unit_source, entities, hidden)
 
 
-def _unit(path: Path, given: DrawnUnit | None, number: int, system: Any) -> tuple[DrawnUnit, str]:
+def _parts(space: Iterable[Any], inherited: str | None = None, depth: int = 0) -> Iterator[tuple[str, Any]]:
+    """Yield the layer of each part of a drawing, and the part. Blocks are taken apart."""
+    for entity in space:
+        layer = str(entity.dxf.get("layer", "0"))
+        # A block's lines on layer 0 belong to the layer on which the block is inserted.
+        layer = inherited if inherited is not None and layer == "0" else layer
+        if entity.dxftype() == "INSERT" and depth < DEEPEST:
+            if depth and entity.mcount > 1:
+                raise ValueError("it has an array of a block inside of a block: explode it")
+            for copy in entity.multi_insert() if entity.mcount > 1 else (entity,):
+                yield from _parts(copy.virtual_entities(), layer, depth + 1)
+        else:
+            yield layer, entity
+
+
+def _unit(path: Path, given: DrawnUnit | None, number: int) -> tuple[DrawnUnit, str]:
     """Return the unit of the drawing, and the source of the unit."""
     stated = STATED.get(number)
     unit = stated or ("no unit" if number == 0 else f"unit {number} of $INSUNITS, which is not accepted")
@@ -247,11 +200,7 @@ def _unit(path: Path, given: DrawnUnit | None, number: int, system: Any) -> tupl
         return given, f"by --units; the drawing states {unit}" if given != stated else "by --units and by the drawing"
     if stated is None:
         raise InputError(f"{path}: the drawing states {unit}; give --units.")
-    doubt = ""
-    # The reverse is the default of many programs, and means nothing.
-    if system == METRIC and stated in ("inch", "foot"):
-        doubt = ", though its $MEASUREMENT is metric: if it was drawn in mm, give --units mm"
-    return stated, f"by the drawing{doubt}"
+    return stated, "by the drawing"
 
 
 def _is_line(entity: Any) -> bool:
@@ -260,40 +209,6 @@ def _is_line(entity: Any) -> bool:
     )
 
 
-def _kind(entity: Any) -> str:
-    return "POLYLINE with faces" if entity.dxftype() == "POLYLINE" else entity.dxftype()
-
-
-def _has_width(entity: Any) -> bool:
-    """Return True for a polyline with a pen width, which may be meant as the crack's width."""
-    if entity.dxftype() == "LWPOLYLINE":
-        return bool(entity.dxf.get("const_width", 0)) or any(begin or end for begin, end in entity.get_points("se"))
-    if entity.dxftype() != "POLYLINE":
-        return False
-    return any(entity.dxf.get(name, 0) for name in ("default_start_width", "default_end_width"))
-
-
-def _flattened(entity: Any, sag: float) -> Iterable[Any]:
-    if entity.dxftype() == "LINE":
-        # Ten times as fast as by a path, for the same two points.
-        return entity.dxf.start, entity.dxf.end
-    if entity.dxftype() == "POLYLINE" and any(_is_frame(vertex) for vertex in entity.vertices):
-        # A spline-fit polyline keeps both the curve and the frame that it was fitted to.
-        entity.vertices[:] = [vertex for vertex in entity.vertices if not _is_frame(vertex)]
-    return make_path(entity).flattening(sag)
-
-
-def _is_frame(vertex: Any) -> bool:
-    return bool(vertex.dxf.get("flags", 0) & vertex.SPLINE_FRAME_CONTROL_POINT)
-
-
-def _line(points_mm: Floats) -> DrawnLine | None:
-    """Return a polyline without repeated points; None if its length is zero."""
-    distinct = (
-        [0, *(1 + np.flatnonzero(np.linalg.norm(np.diff(points_mm, axis=0), axis=1) > 0))] if len(points_mm) else []
-    )
-    points_mm = points_mm[distinct]
-    if len(points_mm) < 2:
-        return None
-    closed = closes(points_mm)
-    return DrawnLine(points_mm[:-1] if closed else points_mm, closed)
+def _closes(way_mm: Floats) -> bool:
+    """Return True if the last point of a line repeats its first."""
+    return len(way_mm) > 3 and float(np.linalg.norm(way_mm[0] - way_mm[-1])) <= MEETS_MM

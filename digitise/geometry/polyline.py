@@ -1,10 +1,12 @@
 """Geometry of open polylines and rings in the plane: (n, 2) arrays in one unit, y up."""
 
 import numpy as np
+from manifold3d import CrossSection, FillRule
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Integers
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 AT_ONCE = 64  # Segments that are compared with all others at once: all pairs of 100,000 do not fit in memory
@@ -24,18 +26,18 @@ def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
     """Smooth along the first axis, ``sigma`` in samples, and add the smoothed residual ``returns`` times (Tukey)."""
-    smooth = _blurred(values, sigma)
-    for _ in range(returns):
-        smooth = smooth + _blurred(values - smooth, sigma)
-    return smooth
-
-
-def _blurred(values: Floats, sigma: float) -> Floats:
     if len(values) < 3 or sigma <= 0:
         return values
     pad = min(len(values) - 1, int(4 * sigma) + 1)
-    around = np.pad(values, [(pad, pad), *[(0, 0)] * (values.ndim - 1)], "reflect", reflect_type="odd")
-    return gaussian_filter1d(around, sigma, axis=0)[pad : pad + len(values)]
+
+    def blurred(rest: Floats) -> Floats:
+        around = np.pad(rest, [(pad, pad), *[(0, 0)] * (rest.ndim - 1)], "reflect", reflect_type="odd")
+        return gaussian_filter1d(around, sigma, axis=0)[pad : pad + len(rest)]
+
+    smooth = blurred(values)
+    for _ in range(returns):
+        smooth = smooth + blurred(values - smooth)
+    return smooth
 
 
 def tangents(points: Floats) -> Floats:
@@ -46,8 +48,7 @@ def tangents(points: Floats) -> Floats:
 
 def left_normals(points: Floats) -> Floats:
     """Return unit vectors to the left of travel."""
-    along = tangents(points)
-    return np.column_stack([-along[:, 1], along[:, 0]])
+    return to_left(tangents(points))
 
 
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
@@ -72,50 +73,41 @@ def without_loops(points: Floats) -> Floats:
 def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
     """Return pairs of crossing segments. A segment is given by the index of its first point.
 
-    Of nested loops only the outermost is returned. Neighbouring segments do not count.
+    Of nested loops only the outermost is returned. Segments that share a point do not cross.
     """
     start = points if closed else points[:-1]
     end = np.roll(points, -1, axis=0) if closed else points[1:]
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    number = np.arange(len(start))
+    low, high, number = np.minimum(start, end), np.maximum(start, end), np.arange(len(start))
+
+    def apart(first: Integers, other: Integers) -> NDArray[np.bool_]:
+        """Return True if the ends of one segment are on two sides of the line along another."""
+        step = end[first] - start[first]
+        return cross(step, start[other] - start[first]) * cross(step, end[other] - start[first]) < 0
+
     pairs, beyond = [], -1
     for begin in range(0, len(start) - 2, AT_ONCE):
-        rows = slice(begin, begin + AT_ONCE)
-        first = number[rows, None]
+        first = number[begin : begin + AT_ONCE, None]
         # In a long line, few segments are near a given run of segments.
         others = number[begin + 2 :]
-        others = others[((low[others] <= high[rows].max(axis=0)) & (high[others] >= low[rows].min(axis=0))).all(axis=1)]
-        # Segments that share a point do not cross: ``_cross`` is strict.
-        meet = others > first + 1
-        for axis in (0, 1):
-            meet &= (low[others, axis] <= high[first, axis]) & (high[others, axis] >= low[first, axis])
-        near = [(begin + row, int(others[column])) for row, column in np.argwhere(meet).tolist()]
+        near = (low[others] <= high[first].max(axis=0)) & (high[others] >= low[first].min(axis=0))
+        others = others[near.all(axis=1)][None]
+        crossed = (others > first + 1) & apart(first, others) & apart(others, first)
         # A segment's last crossing counts; a crossing that begins inside an earlier pair does not.
-        crossed = {a: b for a, b in near if a > beyond and _cross(start[a], end[a], start[b], end[b])}
-        for a, b in crossed.items():
-            if a > beyond:
-                beyond = b
-                pairs.append((a, b))
+        for row in np.flatnonzero(crossed.any(axis=1)).tolist():
+            if begin + row > beyond:
+                beyond = int(others[0, crossed[row]].max())
+                pairs.append((begin + row, beyond))
     return pairs
 
 
 def uncrossed(ring: Floats) -> Floats:
     """Return the area that a counter-clockwise ring encloses once, as a simple ring. Of several areas, the largest."""
-    if not crossings(ring, closed=True):
-        return ring
-    from manifold3d import CrossSection, FillRule
-
-    pieces = [np.asarray(piece, dtype=float) for piece in CrossSection([ring], FillRule.Positive).to_polygons()]
-    return max(pieces, key=signed_area, default=np.empty((0, 2)))
+    return _largest(CrossSection([ring], FillRule.Positive)) if crossings(ring, closed=True) else ring
 
 
-def _cross(a: Floats, b: Floats, c: Floats, d: Floats) -> bool:
-    """Return True if two segments cross in their interiors."""
-
-    def side(p: Floats, q: Floats, r: Floats) -> float:
-        return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
-
-    return side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0
+def _largest(region: CrossSection) -> Floats:
+    rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
+    return max(rings, key=signed_area, default=np.empty((0, 2)))
 
 
 def meeting(first: tuple[Floats, Floats] | Floats, second: tuple[Floats, Floats] | Floats) -> Floats:
@@ -156,17 +148,8 @@ def project(homography: Floats, points: Floats) -> Floats:
 
 
 def clipped_to_box(ring: Floats, box: Box) -> Floats:
-    """Return the part of a ring inside a rectangle (Sutherland and Hodgman), which may be empty."""
-    x_min, y_min, x_max, y_max = box
-    for axis, limit, sign in ((0, x_min, 1), (0, x_max, -1), (1, y_min, 1), (1, y_max, -1)):
-        depth = sign * (ring[:, axis] - limit)
-        there, next_depth = np.roll(ring, -1, axis=0), np.roll(depth, -1)
-        inside, crossed = depth >= 0, (depth >= 0) != (next_depth >= 0)
-        drop = np.where(crossed, depth - next_depth, 1.0)
-        crossing = ring + (there - ring) * depth[:, None] / drop[:, None]
-        crossing[:, axis] = limit
-        ring = np.stack([ring, crossing], axis=1)[np.column_stack([inside, crossed])]
-    return ring
+    """Return the largest part of a counter-clockwise ring inside a rectangle, which may be empty."""
+    return _largest(CrossSection([ring]) ^ CrossSection([rectangle(box)]))
 
 
 def without_repeats(ring: Floats, closer_than: float) -> Floats:
@@ -177,8 +160,17 @@ def without_repeats(ring: Floats, closer_than: float) -> Floats:
 
 def signed_area(ring: Floats) -> float:
     """Return the area of a ring, positive if it runs counter-clockwise."""
-    x, y = ring.T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+    return float(cross(ring, np.roll(ring, -1, axis=0)).sum() / 2)
+
+
+def cross(first: Floats, second: Floats) -> Floats:
+    """Return the cross products of plane vectors (..., 2), positive if the second one is to the left of the first."""
+    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+
+
+def to_left(vector: Floats) -> Floats:
+    """Return plane vectors (..., 2) turned by 90 degrees to the left."""
+    return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
 
 
 def unit(vector: Floats) -> Floats:

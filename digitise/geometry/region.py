@@ -58,27 +58,21 @@ def cleaned(crack: CrossSection) -> tuple[CrossSection, list[str]]:
     # The gap of 0.001 mm is only needed if parts touch in a point.
     if apart.num_contour() != opened.num_contour():
         opened = apart
-    warnings, count, rings = [], 0, []
-    for piece in opened.decompose():
-        polygons = piece.to_polygons()
-        if piece.area() < PIECE_MM2:
-            x, y = np.vstack(polygons).mean(axis=0)
+    warnings, rings = [], []
+    for ring in map(np.asarray, opened.to_polygons()):
+        area_mm2, (x, y) = signed_area(ring), ring.mean(axis=0)
+        if 0 <= area_mm2 < PIECE_MM2:
             warnings.append(
-                f"Outline piece of {piece.area():.3f} mm² near ({x:.1f}, {y:.1f}) mm dropped (smaller than {PIECE_MM2} "
+                f"Outline piece of {area_mm2:.3f} mm² near ({x:.1f}, {y:.1f}) mm dropped (smaller than {PIECE_MM2} "
                 "mm²)."
             )
-            continue
-        count += 1
-        for ring in polygons:
-            area_mm2 = signed_area(ring)
-            if -ISLAND_MM2 < area_mm2 < 0:
-                x, y = ring.mean(axis=0)
-                warnings.append(
-                    f"Island of {-area_mm2:.3f} mm² near ({x:.1f}, {y:.1f}) mm filled (smaller than {ISLAND_MM2} mm²)."
-                )
-            else:
-                rings.append(ring)
-    if count > 1:
+        elif -ISLAND_MM2 < area_mm2 < 0:
+            warnings.append(
+                f"Island of {-area_mm2:.3f} mm² near ({x:.1f}, {y:.1f}) mm filled (smaller than {ISLAND_MM2} mm²)."
+            )
+        else:
+            rings.append(ring)
+    if (count := sum(signed_area(ring) > 0 for ring in rings)) > 1:
         warnings.append(f"The crack is in {count} pieces: it is narrower than {2 * NECK_MM} mm between them.")
     return CrossSection(rings, FillRule.Positive), warnings
 

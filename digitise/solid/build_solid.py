@@ -6,26 +6,23 @@ import numpy as np
 from manifold3d import CrossSection, FillRule, OpType
 
 from digitise.geometry.mesh_topology import MeshFigures, examine_mesh, mesh_volume_mm3
-from digitise.geometry.region import box_region, pieces
+from digitise.geometry.region import box_region
 from digitise.settings import CrackShape
 from digitise.solid.dams import (
-    CLEARANCE_MM,
     REDUCE_ANGLE,
     Dam,
     dam_box,
     dams,
     label_faces,
-    plates_over,
-    sheltered,
     tilted_out,
 )
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
 from digitise.solid.sections import crack_sections
-from digitise.solid.slicer import Slicer, largest_share, meeting_share
+from digitise.solid.slicer import Slicer
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Integers, Outline, Sections, Solid
+from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, Span, WeighedCavity
 
@@ -34,7 +31,6 @@ LEAST_CLOSED = 0.02  # Share of a crack with meeting funnel walls that gives a w
 TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths without a warning: ends are uncertain by as much
 ATTEMPTS = 6
 LEAST_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's: less means that the crack leaves the sample
-SMALLEST_DEG = 0.1  # Least angle that a refusal proposes, and the step of what it proposes
 SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
 
 
@@ -56,11 +52,20 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     sections = [slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
     if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
-    if shape.tilt == "undercut":
-        _require_room(footprint, shape)
     plates = dams(footprint, sections, spread_mm)
+    if shape.tilt == "undercut" and slicer.meets_below():
+        raise InputError(
+            f'With tilt = "undercut" and walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, parts of the '
+            f'crack meet below the face. {REDUCE_ANGLE}, or choose tilt = "lean", which keeps the width.'
+        )
     along = crack_sections(outline, shape)
-    _require_volume(outline, along, shape)
+    volume_mm3 = float(np.trapezoid(along.area_mm2, along.s_mm))
+    if volume_mm3 < SMALLEST_CAVITY_MM3:
+        raise InputError(
+            f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
+            f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. Check depth_mm and the scale. "
+            f"{REDUCE_ANGLE} of a funnel, or choose another tilt."
+        )
     vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
     bottom_mm = -(shape.deepest_mm + shape.floor_thickness_mm)
     dam_area = CrossSection.batch_boolean([box_region(dam.box_mm) for dam in plates], OpType.Add)
@@ -94,7 +99,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
             warnings=(
                 *footprint.warnings,
                 *table_warnings,
-                *_tilt_warnings(outline, footprint, shape, closing),
+                *_tilt_warnings(outline, shape, closing),
                 *doubts_of(shape, width_mm=outline.mean_width_mm),
             ),
         ),
@@ -126,20 +131,14 @@ def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> 
 def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
     """Return the shape with its table of depths cut at the crack's end, and a warning if it is longer or too short."""
     s_mm = shape.depth_stations_mm
+    differs = f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: "
     if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
-        return shape, [
-            f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: its last depth is "
-            "used for the rest."
-        ]
+        return shape, [f"{differs}its last depth is used for the rest."]
     if s_mm[-1] <= length_mm:
         return shape, []
     s_mm = np.append(s_mm[s_mm < length_mm], length_mm)
     table = tuple(zip(s_mm.tolist(), shape.depth_at_mm(s_mm).tolist(), strict=True))
-    warning = (
-        f"depth_mm extends to s = {shape.depth_stations_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: its "
-        "floor ends there."
-    )
-    return shape.model_copy(update={"depth_mm": table}), [warning]
+    return shape.model_copy(update={"depth_mm": table}), [f"{differs}its floor ends there."]
 
 
 def _watertight(
@@ -160,54 +159,6 @@ def _watertight(
     raise InputError(
         f"No sound solid after {ATTEMPTS} builds of this outline with tilt {shape.tilt}: {faults[0]} "
         "Retrace the crack near there, or choose another tilt."
-    )
-
-
-def _require_room(footprint: Footprint, shape: CrackShape) -> None:
-    """Raise InputError with the largest angle that fits, if parts of the crack meet below the face or leave the block.
-
-    ``dams`` refuses a trace that leaves the block at the face.
-    """
-    slicer = Slicer(footprint, shape)
-    meeting, leaving = meeting_share(slicer, shape), _leaving_share(footprint, slicer, shape)
-    if meeting is None and leaving is None:
-        return
-    if meeting is not None and (leaving is None or meeting <= leaving):
-        share, fault = meeting, "parts of the crack meet below the face"
-    else:
-        share, fault = leaving or 0.0, f"the crack comes within {CLEARANCE_MM} mm of the block's side or leaves it"
-    # Rounded down, so that the proposed angles fit.
-    angles_deg = np.degrees(np.arctan(share * np.tan(np.radians(shape.wall_angles_deg))))
-    left_deg, right_deg = np.floor(angles_deg / SMALLEST_DEG) * SMALLEST_DEG
-    fits = f"{left_deg:.1f}" if left_deg == right_deg else f"[{left_deg:.1f}, {right_deg:.1f}]"
-    remedy = f"the largest wall_angle_deg that fits is {fits}"
-    if max(left_deg, right_deg) == 0:
-        remedy = f"no wall_angle_deg of {SMALLEST_DEG}° or more fits"
-    raise InputError(
-        f'With tilt = "undercut" and walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, {fault}; {remedy}. '
-        'Or choose tilt = "lean", which keeps the width.'
-    )
-
-
-def _leaving_share(footprint: Footprint, slicer: Slicer, shape: CrackShape) -> float | None:
-    face, floor = (slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm))
-    covered = sheltered(footprint, plates_over(footprint, [face, floor]))
-    if pieces(face - covered):
-        return None
-    return largest_share(lambda share: bool(pieces(slicer.between_walls(share * shape.deepest_mm) - covered)))
-
-
-def _require_volume(outline: Outline, along: Sections, shape: CrackShape) -> None:
-    volume_mm3 = float(np.trapezoid(along.area_mm2, along.s_mm))
-    if volume_mm3 >= SMALLEST_CAVITY_MM3:
-        return
-    remedy = "Check depth_mm and the photo's scale."
-    # Only a funnel reduces the cavity; otherwise the crack itself is too shallow or too small.
-    if shape.tilt == "funnel" and np.trapezoid(outline.width_mm * along.depth_mm, along.s_mm) >= SMALLEST_CAVITY_MM3:
-        remedy = f'{REDUCE_ANGLE} or choose tilt = "flare" or "lean".'
-    raise InputError(
-        f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
-        f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. {remedy}"
     )
 
 
@@ -234,13 +185,12 @@ def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
     return ClosingDepth(float(depth_mm.min()), _mean_along(outline, depth_mm), _mean_along(outline, closed))
 
 
-def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, closing: ClosingDepth) -> list[str]:
+def _tilt_warnings(outline: Outline, shape: CrackShape, closing: ClosingDepth) -> list[str]:
     if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor < LEAST_CLOSED:
         return []
-    depth_mm = f"{shape.deepest_mm:g} mm" if footprint.floor is None else f"of up to {shape.deepest_mm:g} mm"
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
-        f"At {_angles(shape)} the walls meet above the requested depth {depth_mm} along "
+        f"At {_angles(shape)} the walls meet above the requested depth, {shape.deepest_mm:g} mm at most, along "
         f"{closing.share_above_floor:.0%} of the crack; averaged over the whole crack, they meet at "
         f"{closing.mean:.1f} mm. Reduce the angle below {steepest_deg:.1f}°, choose "
         f'tilt = "flare" or "lean", or accept the V-shaped section.'

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from manifold3d import CrossSection
+from manifold3d import CrossSection, JoinType, OpType
 from numpy.typing import NDArray
 
 from digitise.geometry.mesh_topology import normals
@@ -50,17 +50,15 @@ def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> NDArray[np.
 
 
 def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float) -> NDArray[np.bool_]:
-    if footprint.floor is None:
-        return _within(vertices_mm[faces][:, :, 2], -depth_mm)
-    above_mm = vertices_mm[:, 2] + footprint.floor.depth_at_mm(vertices_mm[:, :2])
-    middle_mm = vertices_mm[faces].mean(axis=1)
     # A wall at a step of the floor may have all corners in the floor, but not its middle.
-    arched_mm = middle_mm[:, 2] + footprint.floor.depth_at_mm(middle_mm[:, :2])
-    return _within(above_mm[faces], 0.0) & (np.abs(arched_mm) < NEAR_MM)
+    corners_mm = np.concatenate([vertices_mm[faces], vertices_mm[faces].mean(axis=1, keepdims=True)], axis=1)
+    floor = footprint.floor
+    below_mm = depth_mm if floor is None else floor.depth_at_mm(corners_mm[..., :2])
+    return _within(corners_mm[..., 2] + below_mm, 0.0)
 
 
 def _within(coordinate: Floats, level: float) -> NDArray[np.bool_]:
-    """Return True for faces with all corners (f, 3) in the plane."""
+    """Return True for faces with all places (f, n) in the plane."""
     return np.all(np.abs(coordinate - level) < NEAR_MM, axis=1)
 
 
@@ -69,7 +67,6 @@ class Dam:
     """A plate outside the block's side, over one open end."""
 
     end: int
-    side: int  # Index into the block's box: 0 x_min, 1 y_min, 2 x_max, 3 y_max
     box_mm: Box
 
 
@@ -80,66 +77,43 @@ def dam_box(plate_mm: Box, bottom_mm: float, top_mm: float, end: int | None = No
 
 def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:
     """Return a plate over the openings at each open end; raise InputError if ``sections`` leave the block elsewhere."""
-    plates = plates_over(footprint, sections)
-    _require_clearance(footprint, sections, plates, spread_mm)
-    return plates
-
-
-def plates_over(footprint: Footprint, sections: list[CrossSection]) -> tuple[Dam, ...]:
-    """Return a plate over the openings at each open end."""
-    opened = [(end, nearest_side(end.centre_mm, footprint.block_mm)) for end in footprint.ends if end.kind == "open"]
     points = np.vstack([polygon for section in sections for polygon in section.to_polygons()])
     plates = []
-    for end, side in opened:
-        at_side = points[np.abs(points[:, side % 2] - footprint.block_mm[side]) < 1e-6]
-        for rival, rival_side in opened:
-            if rival_side == side:
-                own_mm, rival_mm = (np.linalg.norm(at_side - at.centre_mm, axis=1) for at in (end, rival))
-                at_side = at_side[own_mm <= rival_mm]
-        if not len(at_side):
-            raise InputError(
-                f"End {end.number + 1} is open, but the crack does not reach the block's side there. "
-                "Move the end to the edge of the face, or make it closed or cut."
-            )
-        plates.append(Dam(end.number, side, plate_over(at_side, side, footprint.block_mm)))
-    return tuple(plates)
+    for end in footprint.ends:
+        if end.kind == "open":
+            side = nearest_side(end.centre_mm, footprint.block_mm)
+            at_side = points[np.abs(points[:, side % 2] - footprint.block_mm[side]) < 1e-6]
+            if not len(at_side):
+                raise InputError(
+                    f"End {end.number + 1} is open, but the crack does not reach the block's side there. "
+                    "Move the end to the edge of the face, or make it closed or cut."
+                )
+            plates.append(Dam(end.number, plate_over(at_side, side, footprint.block_mm)))
+    x_min, y_min, x_max, y_max = footprint.block_mm
+    upright = box_region((x_min + CLEARANCE_MM, y_min, x_max - CLEARANCE_MM, y_max))
+    lying = box_region((x_min, y_min + CLEARANCE_MM, x_max, y_max - CLEARANCE_MM))
+    covered = CrossSection.batch_boolean([box_region(plate.box_mm) for plate in plates], OpType.Add)
+    # A dam covers one side only, so the corners of the block are never behind one.
+    safe = (upright ^ lying) + (covered.offset(CLEARANCE_MM, JoinType.Miter) ^ (upright + lying))
+    if not any(pieces(section - safe) for section in sections):
+        return tuple(plates)
+    if not pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
+        raise tilted_out(spread_mm)
+    raise InputError(
+        f"Crack mouth or floor comes within {CLEARANCE_MM} mm of the block's side, or crosses it, at a place without "
+        "an open end. Mark an open end there, or give a larger face_mm or margin_mm."
+    )
 
 
 def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
     """Return the box of a plate outside the block's side, over an opening and its overlap, up to the corners."""
-    along = 1 - side % 2
-    low = max(float(at_side[:, along].min()) - DAM_OVERLAP_MM, block_mm[along])
-    high = min(float(at_side[:, along].max()) + DAM_OVERLAP_MM, block_mm[along + 2])
-    face = block_mm[side]
-    inner, outer = (face - DAM_THICKNESS_MM, face) if side < 2 else (face, face + DAM_THICKNESS_MM)
-    return (inner, low, outer, high) if side % 2 == 0 else (low, inner, high, outer)
-
-
-def sheltered(footprint: Footprint, plates: tuple[Dam, ...]) -> CrossSection:
-    """Return the region of the block that a crack may occupy: away from the block's sides, or behind a dam."""
-    x_min, y_min, x_max, y_max = footprint.block_mm
-    safe = box_region((x_min + CLEARANCE_MM, y_min + CLEARANCE_MM, x_max - CLEARANCE_MM, y_max - CLEARANCE_MM))
-    for plate in plates:
-        safe += box_region(_behind(plate, footprint.block_mm))
-    return safe
-
-
-def _require_clearance(
-    footprint: Footprint, sections: list[CrossSection], plates: tuple[Dam, ...], spread_mm: float
-) -> None:
-    block_mm, safe = footprint.block_mm, sheltered(footprint, plates)
-    for section in sections:
-        exposed = pieces(section - safe)
-        if not exposed:
-            continue
-        if not pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
-            raise tilted_out(spread_mm)
-        points = np.vstack([polygon for piece in exposed for polygon in piece.to_polygons()])
-        away_mm = np.abs(points[:, [0, 1, 0, 1]] - block_mm).min()
-        raise InputError(
-            f"Crack mouth or floor comes within {away_mm:.2g} mm of the block's side at a place without an open end; "
-            f"at least {CLEARANCE_MM} mm must remain. Mark an open end there, or give a larger face_mm or margin_mm."
-        )
+    along, across = 1 - side % 2, side % 2
+    box_mm, opening_mm = np.array(block_mm, dtype=float), at_side[:, along]
+    reach_mm = np.array([opening_mm.min() - DAM_OVERLAP_MM, opening_mm.max() + DAM_OVERLAP_MM])
+    box_mm[[along, along + 2]] = np.clip(reach_mm, block_mm[along], block_mm[along + 2])
+    box_mm[[across, across + 2]] = block_mm[side] + DAM_THICKNESS_MM * np.array([-1, 0] if side < 2 else [0, 1])
+    x_min, y_min, x_max, y_max = box_mm.tolist()
+    return x_min, y_min, x_max, y_max
 
 
 REDUCE_ANGLE = "Reduce wall_angle_deg"
@@ -152,13 +126,3 @@ def tilted_out(spread_mm: float) -> InputError:
         f"{CLEARANCE_MM} mm of the block's side, or through it, at a place without an open end. {REDUCE_ANGLE}, check "
         'depth_mm, or choose tilt = "vertical".'
     )
-
-
-def _behind(plate: Dam, block_mm: Box) -> Box:
-    """Return the strip of block behind a dam, short of the corners: a dam covers one side only."""
-    along, strip = 1 - plate.side % 2, list(plate.box_mm)
-    strip[along] = max(strip[along], block_mm[along] + CLEARANCE_MM)
-    strip[along + 2] = min(strip[along + 2], block_mm[along + 2] - CLEARANCE_MM)
-    strip[plate.side % 2] -= CLEARANCE_MM
-    strip[plate.side % 2 + 2] += CLEARANCE_MM
-    return strip[0], strip[1], strip[2], strip[3]

@@ -1,14 +1,25 @@
 """Plan view of the crack and its block: one clean region extended past its flat ends, and a floor of changing depth."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from manifold3d import CrossSection, FillRule, Manifold, Mesh64, OpType
+from manifold3d import CrossSection, FillRule, JoinType, Manifold, Mesh64, OpType
+from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, KDTree
 
 from digitise.geometry.mesh_topology import open_edges
-from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest_side, smoothed, unit
+from digitise.geometry.polyline import (
+    Box,
+    at_arc_length,
+    left_normals,
+    nearest_side,
+    rectangle,
+    smoothed,
+    to_left,
+    unit,
+)
 from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
 from digitise.settings import CrackShape
 from sealtwin.core.arc_length import arc_length, arc_length_at
@@ -18,7 +29,9 @@ from sealtwin.core.solid_figures import EndKind
 
 ON_SIDE_MM = 0.01  # Tolerance of a point on the block's side: the outline's file rounds to a thousandth of it
 RUN_OUT_MM = 5.0  # Straight walls beyond an end, in excess of the tilt's move, so that the end itself stays undisturbed
+CLEAR_MM = 0.1  # Least ground between a cut end's run-out and another part of the crack, and least run-out
 HEADING_MM = 5.0  # Length of centreline that gives an end its direction: long against pixels, short against its wander
+NEAR_WIDTHS = 2.0  # The same in widths, if the crack turns by over 60 degrees within that length
 TURNOVER_DEG = 60.0  # Angle from straight ahead beyond which a part of a blunt tip belongs to one wall alone
 STATION_MM = 1.0  # Spacing of the floor's corners, along and across the crack: a third of the paper's width
 SMOOTHED_STATIONS = 1.0  # Gaussian sigma of the centreline, since its noise would turn the lines across it
@@ -47,7 +60,7 @@ class CrackEnd:
     @property
     def facing(self) -> Floats:
         """Outward unit vector square to a flat end."""
-        square = np.array([self.across[1], -self.across[0]])
+        square = to_left(self.across)
         return square if square @ self.outward > 0 else -square
 
     @property
@@ -59,19 +72,19 @@ class CrackEnd:
     @property
     def to_left(self) -> Floats:
         """Unit vector to the left of the direction in which s grows."""
-        onward = self.outward if self.number else -self.outward
-        return np.array([-onward[1], onward[0]])
+        return to_left(self.outward if self.number else -self.outward)
 
 
 def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
     """Return both ends of the crack, the one at s = 0 first."""
-    reach_mm = np.array([min(HEADING_MM, outline.length_mm)])
+    reaches_mm = np.minimum((HEADING_MM, NEAR_WIDTHS * outline.mean_width_mm), outline.length_mm)
     ends = []
     for number in (0, 1):
         line_mm = outline.centreline_mm[:: -1 if number else 1]
-        outward = line_mm[0] - at_arc_length(line_mm, arc_length(line_mm), reach_mm)[0]
+        outward, near = map(unit, line_mm[0] - at_arc_length(line_mm, arc_length(line_mm), reaches_mm))
         corners_mm = outline.left_wall_mm[-number], outline.right_wall_mm[-number]
-        ends.append(CrackEnd(number, outline.ends[number], *corners_mm, unit(outward)))
+        # A crack that turns just before its end leaves as it runs there.
+        ends.append(CrackEnd(number, outline.ends[number], *corners_mm, outward if outward @ near > 0.5 else near))
     return ends[0], ends[1]
 
 
@@ -115,12 +128,7 @@ class Floor:
 
     def depth_at_mm(self, place_mm: Floats) -> Floats:
         """Return the depth of the floor below places on the face, (n,)."""
-        # Same as scipy's LinearNDInterpolator, a hundred times faster.
-        triangle = self._triangles.find_simplex(place_mm)
-        to_weights = self._triangles.transform[triangle]
-        weights = np.einsum("nij,nj->ni", to_weights[:, :2], place_mm - to_weights[:, 2])
-        weights = np.column_stack([weights, 1 - weights.sum(axis=1)])
-        return (weights * self.depth_mm[self._triangles.simplices[triangle]]).sum(axis=1)
+        return LinearNDInterpolator(self._triangles, self.depth_mm)(place_mm)
 
     @cached_property
     def ground(self) -> Manifold:
@@ -167,16 +175,19 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     block = box_region(block_mm)
     ends = tuple(_on_side(end, ring, block_mm, width_mm) if end.kind == "open" else end for end in ends)
     reach_mm = spread_mm + RUN_OUT_MM + width_mm
-    run_outs = [_strip(end.right_mm, end.left_mm, reach_mm * end.run_out) for end in ends]
-    crack, cleaning_warnings = cleaned(CrossSection.batch_boolean([traced, *run_outs], OpType.Add))
-    stoppers = [_stopper(end, reach_mm, spread_mm) for end in ends if end.kind == "cut"]
-    beyond = CrossSection.batch_boolean(stoppers, OpType.Add) ^ block
-    if (buried_mm2 := (traced ^ beyond).area()) > width_mm**2:
-        raise InputError(
-            f"One end of the crack is cut, and {buried_mm2:.1f} mm² of the crack are beyond it, in the ground: the "
-            "crack bends back near that end. Move the end along the crack, away from its other parts: in ends_px, or "
-            "with 'sealtwin trace'."
-        )
+    grown_mm = spread_mm * (shape.tilt in ("flare", "undercut")) + CLEAR_MM / 2
+    steps_mm = np.arange(0.0, spread_mm * (shape.tilt == "lean") + CLEAR_MM / 2, CLEAR_MM / 2)
+
+    def swept(part: CrossSection) -> CrossSection:
+        """Return the room that a part of the crack takes at any depth, with some clearance."""
+        moved = [part.translate((float(x), float(y))) for x, y in steps_mm[:, None] * lean]
+        return CrossSection.batch_boolean(moved, OpType.Add).offset(grown_mm, JoinType.Square)
+
+    beyond_ends = [_beyond(end, traced, (reach_mm, spread_mm + CLEAR_MM), swept) for end in ends]
+    crack, cleaning_warnings = cleaned(
+        CrossSection.batch_boolean([traced, *(run_out for run_out, _ in beyond_ends)], OpType.Add)
+    )
+    beyond = CrossSection.batch_boolean([stopper for _, stopper in beyond_ends], OpType.Add) ^ block
     if ((traced ^ block) - beyond).area() < PIECE_MM2:
         listed = ", ".join(f"{value:g}" for value in block_mm)
         raise InputError(f"No part of the crack is on the face, ({listed}) mm. Check ends_px and face_mm.")
@@ -212,12 +223,32 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
     return replace(end, left_mm=at_side[leftward.argmax()], right_mm=at_side[leftward.argmin()])
 
 
-def _stopper(end: CrackEnd, reach_mm: float, spread_mm: float) -> CrossSection:
-    """Return the ground beyond a cut end. It contains all of the end's tilted run-out."""
-    # The run-out of an oblique cut drifts sideways.
-    drift_mm = reach_mm * float(np.linalg.norm(end.run_out))
-    side = (drift_mm + reach_mm) * end.across
-    return _strip(end.right_mm - side, end.left_mm + side, (reach_mm + spread_mm + RUN_OUT_MM) * end.facing)
+def _beyond(
+    end: CrackEnd, traced: CrossSection, reaches_mm: tuple[float, float], swept: Callable[[CrossSection], CrossSection]
+) -> tuple[CrossSection, CrossSection]:
+    """Return the run-out of a flat end, and its stopper: the ground beyond a cut, which fills the tilted run-out.
+
+    Other parts of the crack, ``swept`` by the tilt, are cut out of the stopper. The shorter of the reaches is for those
+    just beyond the end. Raises InputError if the crack touches its own end.
+    """
+    touching_mm2 = 0.0
+    for reach_mm in reaches_mm:
+        run_out = _strip(end.right_mm, end.left_mm, reach_mm * end.run_out)
+        if end.kind == "open":
+            return run_out, CrossSection()
+        # The run-out of an oblique cut drifts sideways.
+        side = reach_mm * (1 + float(np.linalg.norm(end.run_out))) * end.across
+        stopper = _strip(end.right_mm - side, end.left_mm + side, (reaches_mm[0] + reach_mm) * end.facing)
+        filled, parts = swept(run_out), [(part, swept(part)) for part in (traced ^ stopper).decompose()]
+        apart = [(part, room) for part, room in parts if (room ^ filled).is_empty()]
+        touching_mm2 = (traced ^ stopper).area() - sum(part.area() for part, _ in apart)
+        if touching_mm2 <= float(np.sum((end.left_mm - end.right_mm) ** 2)):
+            return run_out, CrossSection.batch_boolean([stopper, *(room for _, room in apart)], OpType.Subtract)
+    x, y = end.centre_mm
+    raise InputError(
+        f"The crack is cut at ({x:.1f}, {y:.1f}) mm, and {touching_mm2:.1f} mm² of it touch that end from beyond: it "
+        "bends back there. Move the end away from the crack's other parts: in ends_px, or with 'sealtwin trace'."
+    )
 
 
 def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
@@ -227,31 +258,23 @@ def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
 
 def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
     """Return the unit vector square to the crack's chord, which is the mean of its tangent over the arc."""
-    chord = centreline_mm[-1] - centreline_mm[0]
-    length_mm = float(np.linalg.norm(chord))
-    if length_mm < 0.05 * arc_length(centreline_mm)[-1]:
-        if shape.tilt == "lean":
-            raise InputError('The crack ends where it began, so it has no side to lean to. Choose tilt = "flare".')
-        return np.zeros(2)
-    to_left = np.array([-chord[1], chord[0]]) / length_mm
-    return to_left if shape.lean_to == "left" else -to_left
+    chord_mm = centreline_mm[-1] - centreline_mm[0]
+    length_mm = float(np.linalg.norm(chord_mm))
+    if shape.tilt == "lean" and length_mm < 0.05 * arc_length(centreline_mm)[-1]:
+        raise InputError('The crack ends where it began, so it has no side to lean to. Choose tilt = "flare".')
+    return to_left(chord_mm) / max(length_mm, 1e-9) * (1.0 if shape.lean_to == "left" else -1.0)
 
 
 def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, lean: Floats, spread_mm: float) -> Box:
     """Return the bounding box of mouth and floor with a margin, except on the sides of open ends."""
-    low, high = ring_mm.min(axis=0), ring_mm.max(axis=0)
-    box = np.concatenate([low, high])
+    box = np.concatenate([ring_mm.min(axis=0), ring_mm.max(axis=0)])
+    reached_mm = np.vstack([ring_mm, ring_mm + spread_mm * (shape.tilt == "lean") * lean])
+    around_mm = shape.margin_mm + spread_mm * (shape.tilt in ("flare", "undercut"))
+    grown = np.concatenate([reached_mm.min(axis=0) - around_mm, reached_mm.max(axis=0) + around_mm])
     sides = [nearest_side(end.centre_mm, tuple(box)) for end in ends if end.kind == "open"]
-    floor = spread_mm * lean if shape.tilt == "lean" else np.zeros(2)
-    opening_mm = spread_mm if shape.tilt in ("flare", "undercut") else 0.0
-    grown = np.concatenate(
-        [
-            np.minimum(low, low + floor) - opening_mm - shape.margin_mm,
-            np.maximum(high, high + floor) + opening_mm + shape.margin_mm,
-        ]
-    )
     grown[sides] = box[sides]
-    return float(grown[0]), float(grown[1]), float(grown[2]), float(grown[3])
+    x_min, y_min, x_max, y_max = grown.tolist()
+    return x_min, y_min, x_max, y_max
 
 
 def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm: Box) -> Floor | None:
@@ -264,9 +287,16 @@ def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm:
         return None
     own_mm = arc_length(line_mm)
     across_mm = np.arange(-np.ceil(reach_mm / STATION_MM), np.ceil(reach_mm / STATION_MM) + 1) * STATION_MM
-    places_mm = (line_mm[:, None] + across_mm[:, None] * _to_left(line_mm, own_mm)[:, None]).reshape(-1, 2)
+    # The bend of the line continues at its ends.
+    along = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1)
+    square = to_left(along) / np.linalg.norm(along, axis=1)[:, None]
+    places_mm = (line_mm[:, None] + across_mm[:, None] * square[:, None]).reshape(-1, 2)
     straying_mm = np.abs(arc_length_at(places_mm, line_mm) - np.repeat(own_mm, len(across_mm)))
-    corners_mm = np.vstack([places_mm[straying_mm < STATION_MM / 4], _around(places_mm, box_mm)])
+    # The corners of dams need a depth too.
+    low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
+    high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
+    around_mm = rectangle((low[0], low[1], high[0], high[1]))
+    corners_mm = np.vstack([places_mm[straying_mm < STATION_MM / 4], around_mm])
     nearest_s_mm = np.interp(arc_length_at(corners_mm, line_mm), own_mm, s_mm)
     return Floor(corners_mm, shape.depth_at_mm(nearest_s_mm), -shape.deepest_mm - shape.floor_thickness_mm)
 
@@ -283,16 +313,3 @@ def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]
     clear[[0, -1]] = True
     stations_mm = np.union1d(even_mm[clear], table_mm)
     return stations_mm, at_arc_length(smooth_mm, even_mm, stations_mm)
-
-
-def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
-    """Return unit vectors square to the line, (n, 2). The bend of the line continues at its ends."""
-    x, y = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1).T
-    return np.column_stack([-y, x]) / np.hypot(x, y)[:, None]
-
-
-def _around(places_mm: Floats, box_mm: Box) -> Floats:
-    """Return four corners around the places and the box with its dams. The corners of dams need a depth too."""
-    low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
-    high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
-    return np.array([low, (high[0], low[1]), high, (low[0], high[1])])

@@ -7,6 +7,7 @@ other leaves fins.
 import numpy as np
 from manifold3d import Manifold, Mesh64, OpType
 
+from digitise.geometry.polyline import cross, to_left
 from digitise.geometry.region import box_region, prism
 from digitise.settings import CrackShape
 from digitise.solid.dams import Dam
@@ -33,7 +34,7 @@ def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
         onward = np.roll(ring, -1, axis=0)
         step = onward - ring
         # Inward normal of each edge, from its point to the next: the region is on the ring's left.
-        normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.linalg.norm(step, axis=1)[:, None]
+        normal = to_left(step) / np.linalg.norm(step, axis=1)[:, None]
         shift_mm = np.full(len(ring), left_mm)
         if left_mm != right_mm:
             share = footprint.sides.left_share((ring + onward) / 2, -normal)
@@ -44,7 +45,7 @@ def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
 
 def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch]:
     before, inward_before_mm = np.roll(normal, 1, axis=0), np.roll(inward_mm, 1)
-    turn = np.arctan2(before[:, 0] * normal[:, 1] - before[:, 1] * normal[:, 0], (before * normal).sum(axis=1))
+    turn = np.arctan2(cross(before, normal), (before * normal).sum(axis=1))
     parting = -turn * np.sign(inward_mm + inward_before_mm) > 1e-9
     fans = [
         _fan(ring[i], before[i], normal[i], float(turn[i]), inward_before_mm[i], inward_mm[i]) if parting[i] else None

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 import numpy as np
@@ -344,28 +343,21 @@ def import_dxf(
     """
     file = file_of(drawing, "drawing")
     given = settings_from(GivenDrawing, "import_dxf", locals())
-    from digitise.drawing.drawn_block import drawn_crack
-    from digitise.drawing.drawn_layers import DrawnLayers
+    from digitise.drawing.drawn_crack import drawn_crack
     from digitise.drawing.read_dxf import open_drawing
-    from digitise.mesh_import.import_mesh import import_sample
+    from digitise.solid.build_solid import build_solid
 
     drawn = open_drawing(file, given.units)
     along = None if given.line is None or given.width_mm is None else (given.line, given.width_mm)
     try:
-        crack = drawn_crack(DrawnLayers(drawn), given.depth_mm, outline=given.outline, walls=given.walls, line=along)
-        with TemporaryDirectory() as scratch:
-            mesh = MeshInput(file=Path("drawing.obj"), units="mm", data=data)
-            (Path(scratch) / mesh.file).write_bytes(crack.as_obj())
-            if crack.line_mm is not None:
-                mesh = mesh.model_copy(update={"path": Path("line.csv")})
-                np.savetxt(Path(scratch) / "line.csv", crack.line_mm, "%.6f", ",", header="x_mm,y_mm", comments="")
-            sample = import_sample(mesh, Path(scratch))
+        outlined, photo = drawn_crack(drawn, outline=given.outline, walls=given.walls, line=along)
+        solid = build_solid(outlined, CrackShape(depth_mm=given.depth_mm, tilt="vertical"))
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
-    warnings = (*sample.outline.warnings, *drawn.notes, *drawn.not_read())
-    traced = replace(sample.outline, warnings=warnings)
-    outlined = CrackOutline(**content_of(traced), photo=sample.photo, data=data, sha256=sha256_of(file))
-    return outlined, replace(sample.solid, made_of=of_one_crack("import_dxf", outlined))
+    warnings = (*outlined.warnings, *drawn.notes)
+    content = content_of(replace(outlined, warnings=warnings))
+    crack = CrackOutline(**content, photo=photo, data=data, sha256=sha256_of(file))
+    return crack, replace(solid, made_of=of_one_crack("import_dxf", crack))
 
 
 def _drawn(outline: Outline, photo: Photo, data: DataKind, given: NDArray[Any]) -> CrackOutline:

@@ -142,7 +142,7 @@ def import_dxf(
     outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
     walls: Annotated[
         tuple[str, str] | None,
-        option("Two layers, each with one wall as an open line; default: WALL_LEFT WALL_RIGHT.", "LAYER LAYER"),
+        option("Two layers, each with one wall as an open line.", "LAYER LAYER"),
     ] = None,
     line: Annotated[Text, option("Layer with the crack's middle as an open line; needs --width-mm.", "LAYER")] = None,
     width_mm: Annotated[Number, number_option("Width of the crack along that line.")] = None,

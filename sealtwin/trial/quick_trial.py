@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_text, write_unless_other
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.records import Sample
 from sealtwin.core.run_folder import require_folder
-from sealtwin.core.settings import checked
+from sealtwin.core.settings import checked, doubts_of
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial, checked_trial, name_of, names_in, seen_from, trial_text, with_settings
 
@@ -129,21 +128,22 @@ def write_drawn_trial(
     ``shown_by`` has the layers for ``drawn_crack``, and ``settings`` has settings of the trial by dotted name. Raises
     InputError if the drawing cannot be used, or if a file of the same name exists with another content.
     """
-    from digitise.drawing.drawn_block import drawn_crack
-    from digitise.drawing.drawn_layers import DrawnLayers
+    from digitise.drawing.drawn_crack import drawn_crack, sample_obj
     from digitise.drawing.read_dxf import open_drawing
+    from digitise.settings import CrackShape
 
     require_folder(folder)
     drawn = open_drawing(drawing, units)
-    crack = drawn_crack(DrawnLayers(drawn), depth_mm, **shown_by)
-    notes = [*drawn.notes, *drawn.not_read()]
+    outline, _ = drawn_crack(drawn, **shown_by)
+    doubts = doubts_of(CrackShape(depth_mm=depth_mm), width_mm=outline.mean_width_mm)
+    notes = [*drawn.notes, *doubts]
     mesh = {"file": MESH, "data": "undeclared", "units": "mm"}
-    contents = {folder / MESH: crack.as_obj()}
-    if crack.line_mm is not None:
-        rows = "".join(f"{x:.4f},{y:.4f}\n" for x, y in crack.line_mm)
+    contents = {folder / MESH: sample_obj(outline, depth_mm)}
+    if shown_by["line"] is not None:
+        rows = "".join(f"{x:.6f},{y:.6f}\n" for x, y in outline.centreline_mm)
         contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
         mesh["path"] = LINE
-        notes.append(f"the drawn line is {arc_length(crack.line_mm)[-1]:.1f} mm long")
+        notes.append(f"the drawn line is {outline.length_mm:.1f} mm long")
     floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
     note = f"The crack is that of the drawing {drawing.name} in {drawn.unit}, {floor}."
     content = {"name": name_of(drawing, "drawing"), "note": note, "mesh": mesh}

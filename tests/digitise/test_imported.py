@@ -77,7 +77,7 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper):
     # Where one wall alone is left beside an oblique end, the middle is a matter of taste.
     inside = resampled(midline(back.outline), 0.5)[10:-10]
     assert farthest_mm(inside, midline(outline)) < 0.1
-    assert back.outline.mean_width_mm == pytest.approx(outline.mean_width_mm, rel=2e-3)
+    assert back.outline.mean_width_mm == pytest.approx(outline.mean_width_mm, rel=4e-3)
     for wall in (back.outline.left_wall_mm, back.outline.right_wall_mm):
         # A station between two corners of the ring cuts off as much as the ring bends there.
         assert farthest_mm(wall, ring(back.outline.outline_mm)) < 0.01

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from ezdxf import units
 
-from digitise.drawing.drawn_block import FLOOR_MM, drawn_crack
-from digitise.drawing.drawn_layers import DrawnLayers
-from digitise.drawing.join_lines import DrawnLine, without_copies
+from digitise.drawing.drawn_crack import drawn_crack, sample_obj
+from digitise.drawing.given_lines import outline_of_line
 from digitise.drawing.read_dxf import open_drawing
 from digitise.exports import dxf_text
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from tests.fluids import path
 from tests.shapes import CLOSED, arc_slot, straight_slot
@@ -29,27 +30,32 @@ def _saved(folder, draw, unit=units.MM):
     return folder / "drawn.dxf"
 
 
-def _layers(file, unit=None):
-    return DrawnLayers(open_drawing(file, unit))
+def _crack(file, **asked):
+    return drawn_crack(open_drawing(file, None), **asked)[0]
 
 
-def _volume_mm3(crack, box_mm2):
-    """Volume that the crack takes out of its block."""
-    corners = crack.vertices_mm[crack.faces]
-    inside = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-    return box_mm2 * (DEPTH_MM + FLOOR_MM) - inside
+def _volume_mm3(outline):
+    """Volume of the solid, which is also what the crack takes out of the block of the mesh."""
+    solid = build_solid(outline, CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
+    words = [line.split() or [""] for line in sample_obj(outline, DEPTH_MM).decode().splitlines()]
+    vertices_mm = np.array([word[1:] for word in words if word[0] == "v"], dtype=float)
+    corners = vertices_mm[np.array([word[1:] for word in words if word[0] == "f"], dtype=int) - 1]
+    inside_mm3 = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+    volume_mm3 = np.prod(np.ptp(vertices_mm, axis=0)) - inside_mm3
+    assert solid.cavity_volume_mm3 == pytest.approx(volume_mm3, rel=1e-6)
+    return volume_mm3
 
 
 def test_a_traced_crack_is_read_back_as_it_was(tmp_path):
     outline = arc_slot()
     (tmp_path / "a.dxf").write_text(dxf_text(outline, None))
     drawing = open_drawing(tmp_path / "a.dxf", None)
-    (ring,) = drawing.lines("OUTLINE")
-    assert ring.closed
-    assert np.abs(ring.points_mm - outline.outline_mm).max() < 1e-9
+    ((ring_mm,), lines_mm) = drawing.lines("outline")
+    assert lines_mm == []
+    assert np.abs(ring_mm - outline.outline_mm).max() < 1e-9
     for name, line_mm in (("WALL_LEFT", outline.left_wall_mm), ("CENTRELINE", outline.centreline_mm)):
-        (line,) = drawing.lines(name)
-        assert np.abs(line.points_mm - line_mm).max() < 1e-9
+        (_, (read_mm,)) = drawing.lines(name)
+        assert np.abs(read_mm - line_mm).max() < 1e-9
     assert drawing.notes == []
 
 
@@ -74,10 +80,9 @@ def test_an_outline_in_segments_and_any_unit_is_one_crack(tmp_path, unit):
             first, last = sides[index][:: -1 if index % 2 else 1]
             space.add_line(first, last, dxfattribs={"layer": "outline"})
 
-    layers = _layers(_saved(tmp_path, draw, number))
-    crack = drawn_crack(layers, DEPTH_MM)
-    assert _volume_mm3(crack, 64 * 27) == pytest.approx(40 * 3 * DEPTH_MM, rel=1e-4)
-    assert np.ptp(crack.vertices_mm, axis=0) == pytest.approx([64, 27, DEPTH_MM + FLOOR_MM], rel=1e-6)
+    outline = _crack(_saved(tmp_path, draw, number))
+    assert _volume_mm3(outline) == pytest.approx(40 * 3 * DEPTH_MM, rel=1e-4)
+    assert (outline.ends, outline.length_mm) == (CLOSED, pytest.approx(40.0, rel=1e-4))
 
 
 def test_walls_either_way_round_are_the_outline(tmp_path):
@@ -85,21 +90,28 @@ def test_walls_either_way_round_are_the_outline(tmp_path):
         space.add_lwpolyline(RING[:2], dxfattribs={"layer": "A"})
         space.add_lwpolyline(RING[2:], dxfattribs={"layer": "B"})
 
-    layers = _layers(_saved(tmp_path, draw))
+    file = _saved(tmp_path, draw)
     for walls in (("A", "B"), ("b", "a")):
-        assert _volume_mm3(drawn_crack(layers, DEPTH_MM, walls=walls), 64 * 27) == pytest.approx(960, rel=1e-6)
+        assert _volume_mm3(_crack(file, walls=walls)) == pytest.approx(960, rel=1e-6)
 
 
-def test_a_line_has_its_width_and_round_ends_and_a_face_its_sides(tmp_path):
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_line_with_a_width_is_the_same_crack_as_from_its_points(tmp_path, closed):
+    """From the line's own ends, square to it; on the edge of the face it is open."""
+    line_mm = np.array([(10.0 * closed, 20.0), (30.0, 24.0), (50.0, 18.0)])
+
     def draw(space):
-        space.add_lwpolyline([(0, 0, 0), (40, 0, 0)], format="xyb", dxfattribs={"layer": "L"})
-        space.add_lwpolyline([(-10, -10), (60, -10), (60, 10), (-10, 10)], close=True, dxfattribs={"layer": "FACE"})
+        space.add_lwpolyline(line_mm + np.array([7, 5]), dxfattribs={"layer": "L", "const_width": 2.5})
+        space.add_lwpolyline([(7, 5), (67, 5), (67, 45), (7, 45)], close=True, dxfattribs={"layer": "FACE"})
         space.add_text("scratch")
 
-    crack = drawn_crack(_layers(_saved(tmp_path, draw)), DEPTH_MM, line=("L", 3.0))
-    # The ends are polygons of 32 corners, 0.6 % smaller than a disc.
-    assert _volume_mm3(crack, 70 * 20) == pytest.approx((40 * 3 + np.pi * 1.5**2) * DEPTH_MM, rel=1e-3)
-    assert crack.line_mm == pytest.approx(np.array([(0, 0), (40, 0)]))
+    drawing = open_drawing(_saved(tmp_path, draw), None)
+    outline, _ = drawn_crack(drawing, line=("L", 3.0))
+    same, _ = outline_of_line(line_mm, np.array([[0.0, 3.0]]), (0.0, 0.0, 60.0, 40.0), "line")
+    assert _volume_mm3(outline) == pytest.approx(_volume_mm3(same), rel=1e-9)
+    assert outline.centreline_mm == pytest.approx(same.centreline_mm)
+    assert outline.ends == same.ends == ("cut" if closed else "open", "cut")
+    assert any("layer L: left out: widths of polylines (1)" in note for note in drawing.notes)
 
 
 def test_an_island_stands_in_the_crack(tmp_path):
@@ -107,33 +119,57 @@ def test_an_island_stands_in_the_crack(tmp_path):
         space.add_lwpolyline(RING, close=True, dxfattribs={"layer": "edge"})
         space.add_circle((20, 1.5), 0.5, dxfattribs={"layer": "edge"})
 
-    crack = drawn_crack(_layers(_saved(tmp_path, draw)), DEPTH_MM, outline="edge")
-    assert _volume_mm3(crack, 64 * 27) == pytest.approx((120 - np.pi / 4) * DEPTH_MM, rel=1e-3)
+    outline = _crack(_saved(tmp_path, draw), outline="edge")
+    assert _volume_mm3(outline) == pytest.approx((120 - np.pi / 4) * DEPTH_MM, rel=1e-3)
+
+
+def test_lines_in_blocks_are_read_as_they_are_inserted(tmp_path):
+    """Twice as long, mirrored, in a block in a block; lines on layer 0 are on the layer of the insert."""
+
+    def draw(space):
+        blocks = space.doc.blocks
+        blocks.new("SIDE").add_line((0, 0), (10, 0))
+        for x in (0, 10):
+            (blocks.get("SIDES") or blocks.new("SIDES")).add_blockref("SIDE", (x, 0))
+        for y in (0, 3):
+            space.add_blockref("SIDES", (40, y), dxfattribs={"layer": "OUTLINE", "xscale": -2})
+        for x in (0, 40):
+            space.add_line((x, 0), (x, 3), dxfattribs={"layer": "OUTLINE"})
+
+    assert _volume_mm3(_crack(_saved(tmp_path, draw))) == pytest.approx(40 * 3 * DEPTH_MM, rel=1e-6)
 
 
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
-        ({}, "layer OUTLINE has no lines to read; layers with lines: A"),
-        ({"outline": "A"}, "layer A: an open line: a gap of 3 mm at (0, 0)"),
+        ({}, "layer OUTLINE has no lines to read in model space; left out: nothing; layers with lines: A"),
+        ({"outline": "A"}, "layer A: 1 open lines: the smallest gap is 3 mm at (0, -0.002)"),
         ({"walls": ("A", "B")}, "layer B has no lines to read"),
         ({"line": ("B", 3.0)}, "layer B has no lines to read"),
+        ({"line": ("A", 3.0)}, "the line comes within 3 mm of itself, at s = "),
         ({"unit": 0}, "states no unit; give --units"),
     ],
 )
 def test_a_layer_that_is_not_there_or_something_else_is_named(tmp_path, asked, named):
-    """Nor is a unit ever guessed."""
+    """Nor is a unit ever guessed. The line of 3 mm in width is a hairpin whose legs touch."""
     unit = asked.pop("unit", units.MM)
-    file = _saved(tmp_path, lambda space: space.add_lwpolyline(RING, dxfattribs={"layer": "A"}), unit)
+    file = _saved(
+        tmp_path, lambda space: space.add_lwpolyline(RING - np.array([0, 0.002]), dxfattribs={"layer": "A"}), unit
+    )
     with pytest.raises(InputError, match=r"drawn\.dxf") as fault:
-        drawn_crack(_layers(file), DEPTH_MM, **asked)
+        _crack(file, **asked)
     assert named in str(fault.value)
 
 
-def test_a_line_drawn_twice_is_once_whatever_end_or_corner_it_begins_at():
-    ring = [DrawnLine(np.roll(RING, shift, axis=0)[::step], True) for shift in range(4) for step in (1, -1)]
-    line = [DrawnLine(RING[::step], False) for step in (1, -1)]
-    assert len(without_copies([*ring, *line])) == 2
+def test_a_line_drawn_twice_is_once_whatever_end_or_corner_it_begins_at(tmp_path):
+    def draw(space):
+        for shift, step in ((0, 1), (1, -1), (2, 1), (3, -1)):
+            space.add_lwpolyline(np.roll(RING, shift, axis=0)[::step], close=True, dxfattribs={"layer": "A"})
+            space.add_lwpolyline(RING[::step], dxfattribs={"layer": "B"})
+
+    drawing = open_drawing(_saved(tmp_path, draw), None)
+    assert [tuple(map(len, drawing.lines(name))) for name in "AB"] == [(1, 0), (0, 1)]
+    assert all("exact copies of lines (3)" in note for note in drawing.notes)
 
 
 def test_any_damage_gives_lines_or_a_sentence(tmp_path):
@@ -145,4 +181,4 @@ def test_any_damage_gives_lines_or_a_sentence(tmp_path):
             content[at] = chance.integers(256)
         (tmp_path / "a.dxf").write_bytes(content[: chance.integers(1, len(content))])
         with suppress(InputError):
-            drawn_crack(_layers(tmp_path / "a.dxf", None), DEPTH_MM)
+            _crack(tmp_path / "a.dxf")

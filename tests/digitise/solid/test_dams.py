@@ -30,5 +30,5 @@ def test_a_crack_out_of_a_corner_is_refused():
     slot = straight_slot(80.0, 3.1, OPEN)
     cornered = dataclasses.replace(slot, face_mm=(0.0, -1.0, 80.0, 20.0))
     footprint = lay_out(cornered, VERTICAL, 0.0)
-    with pytest.raises(InputError, match="within 0 mm of the block's side"):
+    with pytest.raises(InputError, match=r"within 0\.5 mm of the block's side"):
         dams(footprint, [Slicer(footprint, VERTICAL).cavity(0.0)])

@@ -2,24 +2,54 @@
 
 import numpy as np
 import pytest
+from manifold3d import Error, Manifold, Mesh64
 
+from digitise.drawing.given_lines import outline_of_line
+from digitise.geometry.polyline import signed_area
 from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_out, sides
+from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats
-from tests.shapes import CLOSED, CUT, straight_slot, with_ring
+from sealtwin.core.records import Floats, Outline
+from tests.integrals import cavity_volume_mm3
+from tests.shapes import CLOSED, straight_slot
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 
 
-def test_a_crack_that_comes_back_past_its_cut_end_is_refused():
-    """A hairpin whose second leg runs on beyond the cut of the first."""
-    hairpin = straight_slot(20.0, 3.0, CUT)
-    ring = np.array(
-        [(0, -1.5), (24, -1.5), (24, 6.5), (-9, 6.5), (-9, 3.5), (20, 3.5), (20, 1.5), (0, 1.5)], dtype=float
-    )
-    with pytest.raises(InputError, match=r"One end of the crack is cut, .* Move the end along the crack"):
-        lay_out(with_ring(hairpin, ring), VERTICAL, 0.0)
+def hook(gap_mm: float, before_mm: float) -> Outline:
+    """A crack from the origin along x that comes back beside itself, and runs past its own cut end or across it."""
+    turn = np.linspace(-np.pi / 2, np.pi / 2, 20)
+    bend_mm = np.array([40.0, gap_mm / 2]) + gap_mm / 2 * np.column_stack([np.cos(turn), np.sin(turn)])
+    across_mm = [(-before_mm, gap_mm), (-before_mm, -gap_mm)] if before_mm else [(-20.0, gap_mm)]
+    return outline_of_line(np.vstack([(0.0, 0.0), bend_mm, across_mm]), np.array([[0.0, 3.0]]), None, "hook")[0]
+
+
+@pytest.mark.parametrize(("gap_mm", "before_mm"), [(3.3, 0.0), (10.0, 0.0), (10.0, 3.5), (6.0, 8.0)])
+@pytest.mark.parametrize("tilt", ["vertical", "funnel"])
+def test_a_crack_may_come_back_past_its_cut_end(gap_mm, before_mm, tilt):
+    """The cavity is one body of the sections' volume: its other part is not filled, and nothing leaks past the cut."""
+    outline, shape = hook(gap_mm, before_mm), CrackShape(depth_mm=10.0, tilt=tilt, wall_angle_deg=4.0)
+    solid = build_solid(outline, shape)
+    expected_mm3 = cavity_volume_mm3(lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)
+    if tilt == "vertical":
+        assert expected_mm3 == pytest.approx(10.0 * signed_area(outline.outline_mm), rel=1e-3)
+    body = Manifold(Mesh64(solid.vertices_mm, solid.faces.astype(np.uint64)))
+    assert body.status() == Error.NoError
+    low, high = np.reshape(body.bounding_box(), (2, 3))
+    cavity = Manifold.cube(high - low).translate(low) - body
+    assert len([room for room in cavity.decompose() if room.volume() > 1e-3]) == 1
+    assert cavity.volume() == pytest.approx(expected_mm3, rel=1e-4)
+
+
+def test_a_crack_that_touches_its_cut_end_from_beyond_is_refused_and_one_that_turns_before_it_is_not():
+    """An undercut takes the other part, half a millimetre before the end, into the end."""
+    with pytest.raises(InputError, match=r"cut at \(0\.0, .* touch that end from beyond"):
+        lay_out(hook(10.0, 3.5), CrackShape(depth_mm=10.0, tilt="undercut", wall_angle_deg=4.0), 0.7)
+    points_mm = np.array([(0.0, 0.0), (0.0, 2.0), (40.0, 2.0)])
+    outline, _ = outline_of_line(points_mm, np.array([[0.0, 0.5]]), None, "turn")
+    assert lay_out(outline, VERTICAL, 0.0).ends[0].facing == pytest.approx([0.0, -1.0], abs=0.05)
 
 
 UP, DOWN, RIGHT, LEFT = np.array([[0, 1], [0, -1], [1, 0], [-1, 0]], dtype=float)

@@ -1,6 +1,5 @@
 """Walls that open downward under the photo's own mouth: what they are, and the angle up to which there is room."""
 
-import re
 from dataclasses import replace
 from typing import Any
 
@@ -39,36 +38,22 @@ def test_an_undercut_is_a_flare_upside_down(outline, angle_deg):
 
 
 @pytest.mark.parametrize(
-    ("outline", "angle_deg", "fault", "largest_deg"),
+    ("outline", "largest_deg", "fault"),
     [
         # A neck of 8 mm by 60 degrees less the tips' half widths.
-        (RING, 12.0, "parts of the crack meet", None),
+        (RING, 11.4, "parts of the crack meet"),
         # A stone 1.6 mm wide ends at a depth of 16 mm with tan a = 0.8 / 16.
-        (STONY, 8.0, "parts of the crack meet", np.degrees(np.arctan(0.8 / 16))),
+        (STONY, np.degrees(np.arctan(0.8 / 16)), "parts of the crack meet"),
         # From the wall at 1.5 mm to half a millimetre off the side at 5 mm.
-        (NARROW, 20.0, "within 0.5 mm of the block's side", np.degrees(np.arctan(3.0 / 16))),
+        (NARROW, np.degrees(np.arctan(3.0 / 16)), "within 0.5 mm of the block's side"),
     ],
     ids=["ring", "stone", "side"],
 )
-def test_without_room_the_largest_angle_is_named_and_fits(outline, angle_deg, fault, largest_deg):
+def test_an_angle_without_room_is_refused(outline, largest_deg, fault):
+    build(outline, largest_deg - 0.1)
     with pytest.raises(InputError, match=fault) as refusal:
-        build(outline, angle_deg)
-    named = re.search(r"largest wall_angle_deg that fits is (\d+\.\d)", str(refusal.value))
-    assert named is not None
-    fits_deg = float(named[1])
-    # Rounded down to a tenth of a degree.
-    if largest_deg is not None:
-        assert largest_deg - 0.1 <= fits_deg <= largest_deg
-    build(outline, fits_deg)
-    with pytest.raises(InputError, match="largest wall_angle_deg"):
-        build(outline, fits_deg + 0.1)
-
-
-def test_a_stone_that_hangs_from_the_least_angle_on_leaves_none():
-    """Of a stone 0.04 mm wide nothing is left 16 mm below the face at 0.07 degrees, under the least that is named."""
-    thin_mm = np.array([(30.0, -0.02), (30.0, 0.02), (50.0, 0.02), (50.0, -0.02)])
-    with pytest.raises(InputError, match=r"no wall_angle_deg of 0\.1° or more fits"):
-        build(replace(STONY, islands_mm=(thin_mm,)), 8.0)
+        build(outline, largest_deg + 0.1)
+    assert "Reduce wall_angle_deg" in str(refusal.value)
 
 
 def test_a_tooth_of_the_wall_may_end_as_a_spike():
@@ -84,12 +69,6 @@ def test_a_tooth_of_the_wall_may_end_as_a_spike():
     # Of a shallow crack the head reaches the floor: a bridge.
     with pytest.raises(InputError, match="parts of the crack meet"):
         build(toothed, 5.0, depth_mm=4.0)
-
-
-def test_two_angles_are_reduced_in_proportion():
-    with pytest.raises(InputError, match=r"fits is \[0\.5, 10\.6\]"):
-        build(NARROW, (1.0, 20.0))
-    build(NARROW, (0.5, 10.6))
 
 
 def test_a_trace_that_leaves_the_block_is_no_fault_of_the_tilt():
