@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
 from digitise.crack_path import medial_axis
-from digitise.crack_path.step_costs import along_middle
+from digitise.crack_path.medial_axis import along_middle
 from digitise.geometry.polyline import Box, at_arc_length, depth_inside, resampled, signed_area, smoothed, unit
 from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, dense, end_before, fine, straight_on, stretch
 from sealtwin.core.arc_length import arc_length

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from digitise.crack_path.crack_map import FoundCrack
+from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.painted_path import painted_path
