@@ -24,6 +24,7 @@ from sealtwin.core.records import Floats, Integers
 # Chosen on 127 real photos with masks: in 86 the first line is a crack, in 92 one of three. Lower limits of clearness
 # link cracks with grain and joints.
 LIKELY, SURE = 3.0, 5.0  # Clearness that continues a line, and that starts it
+CREST, NEARBY = 0.3, 11  # Share of the clearest cell within these cells that is the middle of a line
 LEAST_BONE = 25  # Least length of a piece that starts a line
 LEAST_LENGTH = 0.12  # Share of the photo's diagonal between a line's ends; shorter lines are pores and scratches
 JOINTS = (0.4, 0.25)  # Least lengths of joints over the diagonal: surely joints, and perhaps
@@ -37,6 +38,7 @@ SAME_CELLS, SAME = 5.0, 0.5  # Distance within which two lines are one, and leas
 
 # A line that is surely a crack, on the same photos: 45 lines are taken alone, 3 of which are none.
 STRAIGHT, LEAST_LEG = 1.5, 24.0  # Distance of a straight leg from its chord, and its least length
+LEG_WIDTHS = 3.0  # The same length in widths of the line
 MOST_STRAIGHT, MOST_LEGS = 0.3, 0.7  # Largest share of a crack's line in one straight leg, and in all
 MOST_COUNTED = 9.0  # Difference of both sides over the step above which a line's score falls no more
 MOST_UNLIKE = 0.3  # Largest difference of both sides over the step to the darker one
@@ -103,7 +105,7 @@ def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Flo
     # The ends of the rim of a stain meet.
     cracks = (crack for crack in cracks if np.linalg.norm(crack.line_px[-1] - crack.line_px[0]) >= least_px)
     apart = list[FoundCrack]()
-    for crack in sorted(cracks, key=lambda crack: -crack.score):
+    for crack in sorted(cracks, key=lambda crack: (crack.unlike > MOST_UNLIKE, -crack.score)):
         near_px = max(crack.width_px, SAME_CELLS / field.scale)
         if all(np.mean(KDTree(other.line_px).query(crack.line_px)[0] <= near_px) < SAME for other in apart):
             apart.append(crack)
@@ -112,8 +114,10 @@ def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Flo
 
 def _bones(field: LineMap, allowed: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return the skeleton of the clear cells without short pieces, and these cells."""
-    likely = apply_hysteresis_threshold(np.where(allowed, field.clear, 0), LIKELY, SURE)
-    return medial_axis.larger_pieces(skeletonize(likely), LEAST_BONE), likely
+    clear = np.where(allowed, field.clear, 0).astype(np.float32)
+    likely = apply_hysteresis_threshold(clear, LIKELY, SURE)
+    crest = clear >= CREST * cv2.dilate(clear, np.ones((NEARBY, NEARBY), np.uint8))
+    return medial_axis.larger_pieces(skeletonize(likely & crest), LEAST_BONE), likely
 
 
 def _ways(field: LineMap, allowed: NDArray[np.bool_]) -> list[Integers]:
@@ -132,8 +136,25 @@ def _ways(field: LineMap, allowed: NDArray[np.bool_]) -> list[Integers]:
         tree = medial_axis.strongest_tree(medial_axis.linked(cells, weight), weight)
         walk, _ = medial_axis.longest_walk(tree, 0)
         strong = np.flatnonzero(weight[walk] >= FADING * np.median(weight[walk]))
-        ways.append(cells[walk[strong[0] : strong[-1] + 1]])
+        ways.append(_extended(cells[walk[strong[0] : strong[-1] + 1]], field, allowed))
     return ways
+
+
+def _extended(way: Integers, field: LineMap, allowed: NDArray[np.bool_]) -> Integers:
+    """Return a line that goes straight on at both ends, by at most its width, as far as it is as clear there.
+
+    A skeleton ends half a width before the end of a blunt line.
+    """
+    steps = np.arange(1, int(np.median(field.width[tuple(way.T)])) + 1)[:, None]
+    least = max(LIKELY, FADING * float(np.median(field.clear[tuple(way.T)])))
+    for _ in range(2):
+        way = way[::-1]
+        ahead = unit((way[-1] - way[-min(len(way), int(LEAST_LEG))]).astype(float))
+        onward = np.rint(way[-1] + steps * ahead).astype(np.int64)
+        onward = onward[((onward >= 0) & (onward < field.clear.shape)).all(axis=1)]
+        ends = ~allowed[tuple(onward.T)] | (field.clear[tuple(onward.T)] < least)
+        way = np.concatenate([way, onward[: int(np.argmax(ends)) if ends.any() else len(onward)]])
+    return way
 
 
 def _worth(field: LineMap) -> Floats:
@@ -199,7 +220,8 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     width_px = float(np.median(field.width[along])) / field.scale
     corners = cv2.approxPolyDP(way[:, None].astype(np.int32), STRAIGHT, False)[:, 0].astype(float)
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    legs = float(lengths[lengths >= LEAST_LEG].sum() / lengths.sum())
+    least = max(LEAST_LEG, LEG_WIDTHS * width_px * field.scale)
+    legs = float(lengths[lengths >= least].sum() / lengths.sum())
     unlike = _unlike(photo, line_px, width_px)
     clear = np.minimum(field.clear[along], CLEAR).astype(float)
     stretch = min(len(clear), int(LEAST_LEG))

@@ -24,7 +24,7 @@ from sealtwin.core.records import Floats, Integers
 
 # Limits, in units of clearness, on 115 right paths of real photos and on 300 ways between places of bare ground.
 LEAST_CLEAR = 3.0  # Least median along a path: the ways over ground have 2.85 at most, 2 % of the right paths less
-STRETCH, STRETCH_WIDTHS = 24.0, 4.0  # Length of a stretch in cells and in widths of the crack, the longer of both
+STRETCH, STRETCH_WIDTHS = 24.0, 2.0  # Length of a stretch in cells and in widths of the crack, the longer of both
 NEAR_GROUND = 2.6  # Least mean of a stretch without a doubt
 LONG = 2.0  # Such lengths over which the mean is taken for a refusal
 AS_GROUND = 2.1  # Least mean over them that is not refused
