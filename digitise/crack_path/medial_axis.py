@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
 from scipy.spatial import KDTree
+from skimage.graph import route_through_array
 from skimage.morphology import skeletonize
 
 from digitise.image.raster import Map
@@ -62,6 +63,20 @@ def longest_line(region: NDArray[np.bool_]) -> Integers:
     _, piece = connected_components(graph, directed=False)
     walks = (longest_walk(graph, int(start)) for start in np.unique(piece, return_index=True)[1])
     return cells[max(walks, key=lambda walk: walk[1])[0]]
+
+
+def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:
+    """Return the cells along the middle of a region, (n, 2).
+
+    They lead from the cell nearest to the first of ``ends`` to the cell nearest to the second. Each end is a column and
+    a row.
+    """
+    cells = np.argwhere(region)
+    start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
+    to_rim = radius(region)
+    share = np.minimum(to_rim / max(2 * float(np.median(to_rim[region])), 1.0), 1.5)
+    way, _ = route_through_array(np.where(region, 1 / (0.03 + share**2), np.inf), start, end)
+    return np.array(way, dtype=np.int64)
 
 
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:

@@ -1,4 +1,7 @@
-"""Find the path along a crack that a user has painted."""
+"""Find the path along a crack that a user has painted, and compare the paint with the photo.
+
+A painted line a few pixels wide, or one wrong stretch, may not be noticed.
+"""
 
 import cv2
 import numpy as np
@@ -6,9 +9,8 @@ from numpy.typing import NDArray
 
 from digitise.crack_path import medial_axis
 from digitise.crack_path.hints import CrackPath, check_hints, listed, snap_px
-from digitise.crack_path.paint_check import judge_paint, require_filled
-from digitise.crack_path.step_costs import along_middle
-from digitise.image.raster import shrunk
+from digitise.crack_path.profiles import Profiles, finite_median, profiles_across, row_medians
+from digitise.image.raster import sampled, shrunk, widened
 from digitise.photo import Photo
 from digitise.settings import Pixel
 from sealtwin.core.errors import InputError, present
@@ -17,6 +19,20 @@ from sealtwin.core.records import Floats, Integers
 WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is searched for
 LEAST_COVERED = 0.25  # Least painted share of a painted cell of that copy, so that a line of one pixel stays whole
 PINHOLE = 0.5  # Diameter in crack widths up to which a place without paint is a slip of the brush
+
+# Limits on how a mask may differ from its photo. Widths are in units of the paint's width.
+#
+# Set on 64 real masks and on 258 that were turned, mirrored, shifted or of another photo. Higher values of ``FEW``
+# and ``SOME`` refuse and doubt more masks, including right ones.
+OWN, BESIDE = 1.2, 2.0  # Widths from the middle that are this crack's, and up to which light is compared
+LEAST_BESIDE_PX = 12.0  # Distance that is added to these widths
+RIM_PX = 2  # Distance over which blur mixes paint and ground
+DARKER = 0.97  # Light in the paint over the light next to it, below which a stretch is darker
+FEW, SOME = 0.65, 0.75  # Share of darker stretches below which a mask is refused, and doubted
+NOT_DARKER = 0.88  # Median of that light ratio above which a mask with few darker stretches is refused
+ASIDE, LEAST_ASIDE_PX = 0.35, 3.0  # Widths and px by which paint may be off the darkest band as wide as it
+MUCH_DARKER = 0.08  # Least difference of light between the paint and a darker band
+TWICE, WIDER_PX = 2.0, 6.0  # Ratio and difference above which paint and dark band have different widths
 
 
 def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
@@ -36,7 +52,6 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
     scale = min(1.0, WORK_PX / max(piece.shape))
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
     region = shrunk(piece.astype(np.float32), size) > LEAST_COVERED
-    require_filled(photo, region, shrunk(photo.brightness[top : top + height, left : left + width], size))
     region = _without_pinholes(region)
 
     def to_photo(cells: Integers) -> Floats:
@@ -46,14 +61,14 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
         way = medial_axis.without_hooks(medial_axis.longest_line(region), medial_axis.radius(region))
         way = way if way[0, 1] <= way[-1, 1] else way[::-1]
     else:
-        way = along_middle(region, (np.array(ends_px) - (left, top) + 0.5) * scale - 0.5)
+        way = medial_axis.along_middle(region, (np.array(ends_px) - (left, top) + 0.5) * scale - 0.5)
     width_px = (2 * float(np.median(medial_axis.radius(region)[tuple(way.T)])) - 1) / scale
     share = stats[chosen, cv2.CC_STAT_AREA] / stats[1:, cv2.CC_STAT_AREA].sum()
     others = (
         f"the mask has {count - 1} pieces; the piece from {listed(to_photo(way)[[0, -1]])} px, which has {share:.0%} "
         "of the paint, is used"
     )
-    doubts = judge_paint(photo, paint, to_photo(way), width_px, confirmed=ends_px is not None)
+    doubts = _judged(photo, paint, to_photo(way), width_px, confirmed=ends_px is not None)
     return CrackPath(to_photo(way), width_px, "mask", (others, *doubts) if count > 2 else doubts)
 
 
@@ -87,3 +102,67 @@ def _without_pinholes(region: NDArray[np.bool_]) -> NDArray[np.bool_]:
     _, label, stats, _ = cv2.connectedComponentsWithStats((~region).astype(np.uint8), connectivity=4)
     small = np.flatnonzero(stats[:, cv2.CC_STAT_AREA] <= np.pi / 4 * hole**2)
     return region | (np.isin(label, small) & ~region)
+
+
+def _judged(
+    photo: Photo, drawn: NDArray[np.bool_], line_px: Floats, width_px: float, confirmed: bool
+) -> tuple[str, ...]:
+    """Return a warning if the paint is hardly darker than the ground around; raise InputError if it is not darker.
+
+    A mask is ``confirmed`` if the user gave both ends on it: it is never refused.
+    """
+    width_px = max(width_px, 2.0)
+    profiles = profiles_across(photo, line_px, width_px, BESIDE * width_px + LEAST_BESIDE_PX)
+    painted = sampled(drawn.astype(np.uint8) * 255, profiles.place_px) > 127
+    inside = profiles.mean(painted & (np.abs(profiles.offset_px) <= OWN * width_px))
+    clear = ~widened(painted, RIM_PX)
+    sides = [profiles.mean(clear & (side * profiles.offset_px > 0)) for side in (1, -1)]
+    ratio = inside / np.maximum(row_medians(np.stack(sides, axis=1)), 1e-6)
+    ratio = ratio[np.isfinite(ratio)]
+    if len(ratio) == 0:
+        return ()
+    darker, usual = float(np.mean(ratio < DARKER)), float(np.median(ratio))
+    if darker >= SOME:
+        return _off_the_band(photo, profiles, width_px)
+    fault = (
+        f"photo.mask: the painted area from {listed(profiles.line_px[[0, -1]])} px is darker than the photo beside it "
+        f"along only {darker:.0%} of its length; its median brightness is {usual:.2f} times that of the photo beside "
+        "it. Is the mask of another photo, mirrored, shifted, or turned because a program ignored the EXIF "
+        "orientation? Paint it over the photo as it is shown upright"
+    )
+    if confirmed or not (darker < FEW and usual > NOT_DARKER):
+        return (fault,)
+    raise InputError(
+        f"{photo.file}: {fault}. If the mask is right, for example because the crack has a light filling, give "
+        "ends_px, the crack's two ends on the paint."
+    )
+
+
+def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[str, ...]:
+    """Return a warning if the dark band along the paint is beside it, or far wider or narrower."""
+    light = profiles.mean()
+    shares = light / np.maximum(row_medians(light), 1e-6)[:, None]
+    profile, offset_px = row_medians(shares.T), profiles.offset_px
+    reach = int(width_px + LEAST_BESIDE_PX / 2)
+    asides_px = np.arange(-reach, reach + 1)
+    bands = np.array([profile[np.abs(offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
+    if not np.isfinite(bands).all():
+        return ()
+    aside_px = int(abs(asides_px[bands.argmin()]))
+    if aside_px > max(ASIDE * width_px, LEAST_ASIDE_PX) and bands.min() < bands[reach] - MUCH_DARKER:
+        return (
+            f"photo.mask: the darkest band as wide as the paint ({width_px:.0f} px) is {aside_px} px away from the "
+            "paint. Is the mask shifted or turned relative to the photo?",
+        )
+    middle = int(np.argmin(np.where(np.abs(offset_px) <= width_px / 2, profile, np.inf)))
+    ground = finite_median(profile[np.abs(offset_px) > width_px / 2 + RIM_PX])
+    bright = np.flatnonzero(profile >= (profile[middle] + ground) / 2)
+    dark_px = float(bright[bright > middle].min(initial=len(profile)) - bright[bright < middle].max(initial=-1) - 1)
+    wide_px, narrow_px = max(width_px, dark_px), max(min(width_px, dark_px), 1.0)
+    if wide_px <= TWICE * narrow_px or wide_px - narrow_px <= WIDER_PX:
+        return ()
+    return (
+        f"photo.mask: the paint is {width_px * photo.mm_per_px:.2g} mm wide ({width_px:.0f} px), but the dark band "
+        f"along it is {dark_px * photo.mm_per_px:.2g} mm wide ({dark_px:.0f} px). The width is that of the paint. "
+        "Paint from wall to wall, or leave the mask out and give ends_px",
+    )

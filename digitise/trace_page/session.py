@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 from pydantic import BeforeValidator, Field
 
-from digitise.crack_path.crack_map import FoundCrack
+from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.find_path import CrackSearch, RivalCracksError
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.painted_path import painted_path

@@ -5,10 +5,10 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.graph import MCP_Geometric
 
-from digitise.crack_path.darkness import sample_mask
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import radius
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
+from digitise.crack_path.sample_mask import sample_mask
 from digitise.geometry.polyline import depth_inside, unit
 from digitise.image.raster import blurred, shrunk
 from digitise.photo import Photo

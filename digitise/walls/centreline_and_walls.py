@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.crack_path.darkness import EDGE_PX
 from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.sample_mask import EDGE_PX
 from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed, tangents, unit
 from digitise.photo import Photo
 from digitise.walls.ends import PathEnd, find_tip, judge_end

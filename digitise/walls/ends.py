@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from digitise.crack_path.darkness import EDGE_PX
+from digitise.crack_path.sample_mask import EDGE_PX
 from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals
 from digitise.photo import Photo
 from digitise.walls.straightened import Patch, straighten

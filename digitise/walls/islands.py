@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import find_contours
 
-from digitise.crack_path.darkness import sample_mask
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import distance_outside, holding, radius
+from digitise.crack_path.sample_mask import sample_mask
 from digitise.geometry.polyline import signed_area
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import Map, continued, resized, shrunk, widened

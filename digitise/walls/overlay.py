@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
-from digitise.crack_path.crack_map import FoundCrack
+from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals, resampled
 from digitise.geometry.polyline import unit as toward

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.crack_path.darkness import blank_markers
+from digitise.crack_path.sample_mask import blank_markers
 from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, tangents
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from digitise.crack_path.darkness import WORK_PX
 from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
+from digitise.crack_path.line_map import WORK_PX
 from digitise.crack_path.standing_out import is_darker_than_both_sides, unlike_length_px
 from digitise.geometry.polyline import depth_inside, left_normals, resampled, smoothed, unit
 from digitise.image.raster import sampled

@@ -83,9 +83,9 @@ def test_a_search_without_ends_blames_no_ends(tmp_path):
     [
         ([], None, "no crack found"),
         # A wide gap between two cracks is no crack.
-        ([[(20, 150), (170, 150)], [(330, 150), (480, 150)]], ((30.0, 150.0), (470.0, 150.0)), r"no crack on \d\d%"),
+        ([[(20, 150), (170, 150)], [(330, 150), (480, 150)]], ((30.0, 150.0), (470.0, 150.0)), "plain ground"),
         # Two of like strength are the user's choice.
-        ([wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])], None, "2 cracks compete"),
+        ([wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])], None, r"\d cracks compete"),
     ],
 )
 def test_a_photo_without_one_crack_is_refused(tmp_path, lines, ends_px, says):

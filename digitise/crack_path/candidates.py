@@ -1,0 +1,231 @@
+"""Lines of a line map that may be cracks: dark, long, and no joints."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+from skimage.filters import apply_hysteresis_threshold
+from skimage.morphology import skeletonize
+
+from digitise.crack_path import medial_axis
+from digitise.crack_path.line_map import CLEAR, LineMap
+from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
+from digitise.geometry.polyline import left_normals, unit
+from digitise.image.raster import lightness, widened
+from digitise.photo import Photo
+from sealtwin.core.records import Floats, Integers
+
+# Limits of a line. Lengths are cells of the line map.
+#
+# Chosen on 127 real photos with masks: in 86 the first line is a crack, in 92 one of three. Lower limits of clearness
+# link cracks with grain and joints.
+LIKELY, SURE = 3.0, 5.0  # Clearness that continues a line, and that starts it
+CREST, NEARBY = 0.3, 11  # Share of the clearest cell within these cells that is the middle of a line
+LEAST_BONE = 25  # Least length of a piece that starts a line
+LEAST_LENGTH = 0.12  # Share of the photo's diagonal between a line's ends; shorter lines are pores and scratches
+JOINTS = (0.4, 0.25)  # Least lengths of joints over the diagonal: surely joints, and perhaps
+COVERED = 0.8  # Least share of a joint that is dark
+LARGEST_GAP = 0.05  # Longest interruption of a joint, as by a chip, over the diagonal
+BESIDE_JOINT = 16.0  # Distance from a joint that belongs to it: its two rims are up to 14 cells apart
+LONGEST_BRIDGE = 20.0  # Cells that a line may run over ground: a gap at a coarse grain or a stain
+FADING = 0.5  # Share of a line's median worth; ends below it have left the crack
+SAME_CELLS, SAME = 5.0, 0.5  # Distance within which two lines are one, and least share of such places
+
+# A line that is surely a crack, on the same photos: 45 lines are taken alone, 3 of which are none.
+STRAIGHT, LEAST_LEG = 1.5, 24.0  # Distance of a straight leg from its chord, and its least length
+LEG_WIDTHS = 3.0  # The same length in widths of the line
+MOST_STRAIGHT, MOST_LEGS = 0.3, 0.7  # Largest share of a crack's line in one straight leg, and in all
+MOST_COUNTED = 9.0  # Difference of both sides over the step above which a line's score falls no more
+MOST_UNLIKE = 0.3  # Largest difference of both sides over the step to the darker one
+LEAST_CLEAR, LEAST_WORST = 4.5, 2.6  # Least clearness: median of the line, and mean of its faintest stretch
+SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, plus px, from the line between which its sides are
+
+
+@dataclass(frozen=True)
+class FoundCrack:
+    """A line that may be a crack."""
+
+    line_px: Floats  # (n, 2), in the photo, from left to right
+    width_px: float  # Typical width along it
+    score: float  # Clearness times contrast, summed along the line, less for straight lines and unlike sides
+    legs: float  # Share of the line in straight legs
+    straight: float  # Share of the line that its longest straight leg takes
+    unlike: float  # Difference between the two sides over the step from the line to the darker side; inf without a step
+    clear: float  # Median clearness
+    worst: float  # Mean clearness of the faintest stretch
+
+    @property
+    def middle_px(self) -> Floats:
+        """Middle point of the line."""
+        return self.line_px[len(self.line_px) // 2]
+
+    @property
+    def outline_px(self) -> Floats:
+        """Ring around the line at its typical width, (m, 2)."""
+        aside_px = max(self.width_px, 2.0) / 2 * left_normals(self.line_px)
+        return np.concatenate([self.line_px + aside_px, (self.line_px - aside_px)[::-1]])
+
+    @property
+    def doubt(self) -> str:
+        """Return why this may be no crack, as a clause; empty if it surely is one."""
+        if not self.unlike <= MOST_UNLIKE:
+            return "its two sides differ in brightness, as at the edge of a marking, a patch or a joint"
+        if self.straight > MOST_STRAIGHT or self.legs > MOST_LEGS:
+            return (
+                f"{max(self.straight, self.legs):.0%} of it runs in straight legs, as a joint between bricks, tiles or "
+                "slabs does"
+            )
+        if self.clear < LEAST_CLEAR or self.worst < LEAST_WORST:
+            return (
+                f"it is {self.clear:.1f} times as dark as the ground's grain (at least {LEAST_CLEAR:g}), and its "
+                f"faintest part {self.worst:.1f} times (at least {LEAST_WORST:g})"
+            )
+        return ""
+
+
+def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Floats]]:
+    """Return the lines of a map, best first, and the ends of straight lines that were left out, (2, 2) each.
+
+    Joints hide fainter cracks: they are most of what differs from plain ground. Lines beside them are left out if
+    there are others.
+    """
+    bones = _bones(field, field.allowed)
+    surely, perhaps = (_straight_lines(bones, least) for least in JOINTS)
+    ways = _ways(field, field.allowed & ~_beside(bones.shape, surely))
+    if perhaps:
+        ways += _ways(field, field.allowed & ~_beside(bones.shape, (*surely, *perhaps)))
+    ways = ways or _ways(field, field.allowed)
+    least_px = LEAST_LENGTH * float(np.hypot(*photo.size_px))
+    cracks = (_crack(photo, field, way) for way in ways)
+    # The ends of the rim of a stain meet.
+    cracks = (crack for crack in cracks if np.linalg.norm(crack.line_px[-1] - crack.line_px[0]) >= least_px)
+    apart = list[FoundCrack]()
+    for crack in sorted(cracks, key=lambda crack: (crack.unlike > MOST_UNLIKE, -crack.score)):
+        near_px = max(crack.width_px, SAME_CELLS / field.scale)
+        if all(np.mean(KDTree(other.line_px).query(crack.line_px)[0] <= near_px) < SAME for other in apart):
+            apart.append(crack)
+    return apart, [field.to_photo(line) for line in surely]
+
+
+def _bones(field: LineMap, allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the skeleton of the clear cells without short pieces."""
+    clear = np.where(allowed, field.clear, 0).astype(np.float32)
+    likely = apply_hysteresis_threshold(clear, LIKELY, SURE)
+    crest = clear >= CREST * cv2.dilate(clear, np.ones((NEARBY, NEARBY), np.uint8))
+    return medial_axis.larger_pieces(skeletonize(likely & crest), LEAST_BONE)
+
+
+def _ways(field: LineMap, allowed: NDArray[np.bool_]) -> list[Integers]:
+    """Return the lines through the allowed cells that are worth most, as rows and columns."""
+    lines = _linked(_bones(field, allowed))
+    worth, ways = _worth(field), list[Integers]()
+    label, area = medial_axis.pieces(lines)
+    for piece in np.flatnonzero(area >= LEAST_BONE):
+        cells = np.argwhere(label == piece)
+        weight = worth[tuple(cells.T)]
+        tree = medial_axis.strongest_tree(medial_axis.linked(cells, weight), weight)
+        walk, _ = medial_axis.longest_walk(tree, 0)
+        strong = np.flatnonzero(weight[walk] >= FADING * np.median(weight[walk]))
+        ways.append(_extended(cells[walk[strong[0] : strong[-1] + 1]], field, allowed))
+    return ways
+
+
+def _extended(way: Integers, field: LineMap, allowed: NDArray[np.bool_]) -> Integers:
+    """Return a line that goes straight on at both ends, by at most its width, as far as it is as clear there.
+
+    A skeleton ends half a width before the end of a blunt line.
+    """
+    steps = np.arange(1, int(np.median(field.width[tuple(way.T)])) + 1)[:, None]
+    least = max(LIKELY, FADING * float(np.median(field.clear[tuple(way.T)])))
+    for _ in range(2):
+        way = way[::-1]
+        ahead = unit((way[-1] - way[-min(len(way), int(LEAST_LEG))]).astype(float))
+        onward = np.rint(way[-1] + steps * ahead).astype(np.int64)
+        onward = onward[((onward >= 0) & (onward < field.clear.shape)).all(axis=1)]
+        ends = ~allowed[tuple(onward.T)] | (field.clear[tuple(onward.T)] < least)
+        way = np.concatenate([way, onward[: int(np.argmax(ends)) if ends.any() else len(onward)]])
+    return way
+
+
+def _worth(field: LineMap) -> Floats:
+    return (np.clip(field.clear, 0, CLEAR) / CLEAR * field.contrast).astype(float) + 1e-3
+
+
+def _linked(bones: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a skeleton with straight bridges between near ends of its pieces: over a coarse grain or a stain."""
+    around = cv2.filter2D(bones.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
+    ends = np.argwhere(bones & (around == 2))
+    linked = bones.astype(np.uint8)
+    for first, second in KDTree(ends).query_pairs(LONGEST_BRIDGE) if len(ends) > 1 else ():
+        cv2.line(linked, ends[first][::-1].tolist(), ends[second][::-1].tolist(), 1)
+    return linked > 0
+
+
+def _straight_lines(bones: NDArray[np.bool_], least: float) -> list[Floats]:
+    """Return each straight line in a skeleton as its two ends, (2, 2), column and row.
+
+    ``least`` is its least length over the map's diagonal.
+    """
+    diagonal, near = float(np.hypot(*bones.shape)), widened(bones, 1)
+    segments = cv2.HoughLinesP(
+        near.astype(np.uint8),
+        rho=1,
+        theta=np.pi / 720,
+        threshold=int(COVERED * least * diagonal),
+        minLineLength=least * diagonal,
+        maxLineGap=LARGEST_GAP * diagonal,
+    )
+    lines = [] if segments is None else [line.reshape(2, 2).astype(float) for line in segments]
+    return [line for line in lines if _share_near(near, line) >= COVERED]
+
+
+def _share_near(near: NDArray[np.bool_], line: Floats) -> float:
+    count = round(float(np.linalg.norm(line[1] - line[0]))) + 1
+    column, row = np.rint(np.linspace(line[0], line[1], count)).astype(int).T
+    return float(np.mean(near[row, column]))
+
+
+def _beside(shape: tuple[int, ...], lines: Sequence[Floats]) -> NDArray[np.bool_]:
+    """Return the cells beside straight lines, each extended across the whole map as a joint is."""
+    mask, reach = np.zeros(shape, dtype=np.uint8), sum(shape)
+    for line in lines:
+        start, end = np.rint(line + reach * unit(line[1] - line[0]) * np.array([[-1], [1]])).astype(int).tolist()
+        cv2.line(mask, start, end, 255, round(2 * BESIDE_JOINT) + 1)
+    return mask > 0
+
+
+def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
+    along = tuple(way.T)
+    line_px = field.to_photo((way if way[0, 1] <= way[-1, 1] else way[::-1])[:, ::-1])
+    width_px = float(np.median(field.width[along])) / field.scale
+    corners = cv2.approxPolyDP(way[:, None].astype(np.int32), STRAIGHT, False)[:, 0].astype(float)
+    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    least = max(LEAST_LEG, LEG_WIDTHS * width_px * field.scale)
+    legs = float(lengths[lengths >= least].sum() / lengths.sum())
+    unlike = _unlike(photo, line_px, width_px)
+    clear = np.minimum(field.clear[along], CLEAR).astype(float)
+    stretch = min(len(clear), int(LEAST_LEG))
+    return FoundCrack(
+        line_px=line_px,
+        width_px=width_px,
+        score=float(_worth(field)[along].sum()) * (1.05 - legs) / (1 + min(unlike, MOST_COUNTED)) / field.scale,
+        legs=legs,
+        straight=float(lengths.max() / lengths.sum()),
+        unlike=unlike,
+        clear=float(np.median(clear)),
+        worst=float(np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()),
+    )
+
+
+def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:
+    """Return the difference of both sides' lightness over the step from the line to the darker side."""
+    near_px, far_px = (widths * width_px + px for widths, px in zip(SIDES, SIDES_PX, strict=True))
+    profiles = profiles_across(photo, line_px, width_px, far_px)
+    light, away_px = lightness(profiles.light), np.abs(profiles.offset_px)
+    line = row_medians(light[:, away_px <= max(width_px / 4, 1.0)])
+    left, right = (row_medians(light[:, (away_px >= near_px) & (side * profiles.offset_px > 0)]) for side in (1, -1))
+    step, difference = finite_median(np.fmin(left, right) - line), abs(finite_median(left) - finite_median(right))
+    return difference / step if step > 0 and np.isfinite(difference) else float("inf")

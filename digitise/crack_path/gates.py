@@ -1,0 +1,219 @@
+"""Gates: what a path between clicks must not be. Each takes a route and returns a finding with its place, or None.
+
+A gate refuses a path that cannot be along a crack, and doubts one that may be along something else.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from scipy.spatial import KDTree
+
+from digitise.crack_path.hints import listed, snap_px
+from digitise.crack_path.line_map import CLEAR, LineMap, cheapest_legs, map_lines
+from digitise.crack_path.medial_axis import distance_outside
+from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
+from digitise.geometry.polyline import smoothed
+from digitise.image.tone_curve import DISPLAY_GAMMA
+from digitise.photo import Photo
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats, Integers
+
+# Limits, in units of clearness, on 115 right paths of real photos and on 300 ways between places of bare ground.
+LEAST_CLEAR = 3.0  # Least median along a path: the ways over ground have 2.85 at most, 2 % of the right paths less
+STRETCH, STRETCH_WIDTHS = 24.0, 2.0  # Length of a stretch in cells and in widths of the crack, the longer of both
+NEAR_GROUND = 2.6  # Least mean of a stretch without a doubt
+LONG = 2.0  # Such lengths over which the mean is taken for a refusal
+AS_GROUND = 2.1  # Least mean over them that is not refused
+
+LIGHT_PX = 12.0  # Distance from the wall up to which a light line is searched for
+LIGHT = 0.5  # Step from ground to the light line over that from path to ground: 12 % of the right paths have more
+LIGHT_CLEAR = 5.0  # Least median clearness of a light line that a refusal names
+
+STRAIGHT = 1.5  # Largest distance in cells of a straight leg from its chord
+LEAST_LEG, LEG_SHARE = 24.0, 0.15  # Least length of a leg along a joint: cells, and share of the path
+LEG_WIDTHS = 4.0  # The same in widths of the crack
+SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
+ONWARD = 28.0  # Cells beyond the corner, plus two widths, at which the joint goes on
+LEAST_APART, APART = 5.0, 1.5  # Distance from the path at which a place is not the path: cells, and widths
+LEAST_ONWARD = 8  # Least such places
+GOES_ON = 4.0  # Least mean clearness there
+
+BESIDE_PX = 4.0  # Distance from the wall of a wide crack at which a click is still on it
+
+BESIDE_AROUND = 6.0  # Cells from the surroundings within which a path runs along them
+AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0  # Length over which it may: widths, and least cells
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a gate found at a place of a path. The sentence has no full stop."""
+
+    sentence: str
+    refuses: bool = False
+
+
+@dataclass(frozen=True)
+class Route:
+    """A path on the line map, from the first place on its crack to the last."""
+
+    photo: Photo
+    field: LineMap
+    cells: Integers  # Rows and columns, (n, 2)
+    points_px: Floats  # The same in the photo, x and y
+    width_px: float
+    clicks_px: Floats
+
+    @cached_property
+    def clear(self) -> Floats:
+        """Clearness along the path. A strong place counts no more than a clear line."""
+        return np.minimum(self.field.clear[tuple(self.cells.T)], CLEAR).astype(float)
+
+    @cached_property
+    def s_px(self) -> Floats:
+        return arc_length(self.points_px)
+
+
+def dark_enough(route: Route) -> Finding | None:
+    clear = float(np.median(route.clear))
+    if clear >= LEAST_CLEAR:
+        return None
+    fault = (
+        f"no crack between the ends: the darkest way there is {clear:.1f} times as dark as the ground's grain (at "
+        f"least {LEAST_CLEAR:g} times along a crack)"
+    )
+    return Finding(f"{fault}; {_lighter(route) or 'check ends_px'}", refuses=True)
+
+
+def _lighter(route: Route) -> str:
+    """Return a clause about a clear light line between the clicks, or an empty string."""
+    negative = (1 - route.photo.brightness ** (1 / DISPLAY_GAMMA)) ** DISPLAY_GAMMA
+    field = map_lines(replace(route.photo, brightness=negative.astype(np.float32)))
+    stops = np.rint(field.to_cells(route.clicks_px)[:, ::-1]).astype(int)
+    stops = np.clip(stops, 0, np.array(field.clear.shape) - 1)
+    if not field.allowed[tuple(stops.T)].all():
+        return ""
+    cells = np.concatenate(cheapest_legs(field.cost(), stops, field.scale))
+    if np.median(field.clear[tuple(cells.T)]) < LIGHT_CLEAR:
+        return ""
+    return (
+        "a line lighter than the ground runs between them. If it is the crack, for example because of a filling or a "
+        "light crust, paint it in photo.mask, and give ends_px on the paint"
+    )
+
+
+def bare_stretch(route: Route) -> Finding | None:
+    """Find the longest stretch that is as bright as the ground. Clicks at both of its ends confirm it."""
+    count = int(max(STRETCH, STRETCH_WIDTHS * route.width_px * route.field.scale))
+    if len(route.clear) < 2 * count:
+        return None
+    mean = _means(route.clear, count)
+    bounds = np.flatnonzero(np.diff(np.concatenate([[0], mean < NEAR_GROUND, [0]]))).reshape(-1, 2)
+    if len(bounds) == 0:
+        return None
+    first, last = max(bounds.tolist(), key=lambda stretch: stretch[1] - stretch[0])
+    ends = [first, min(last + count - 1, len(route.clear) - 1)]
+    where = f"{route.s_px[ends[1]] - route.s_px[ends[0]]:.0f} px from {listed(route.points_px[ends])} px"
+    clicked_px = np.linalg.norm(route.points_px[ends][:, None] - route.clicks_px, axis=2).min(axis=1)
+    if _means(route.clear, int(LONG * count)).min() < AS_GROUND and clicked_px.max() > snap_px(route.photo):
+        return Finding(
+            f"the path crosses plain ground: {where} are as bright as the ground. Give a point of the crack between "
+            "the ends in photo.via_px. If the crack runs there, give both of these places",
+            refuses=True,
+        )
+    return Finding(
+        f"part of the path shows hardly any crack and may cross plain ground: {where}. Look there, and give a point of "
+        "the crack between the ends in photo.via_px"
+    )
+
+
+def _means(values: Floats, count: int) -> Floats:
+    """Return the mean of every ``count`` values that follow each other, or of all if there are fewer."""
+    return np.convolve(values, np.ones(min(count, len(values))) / min(count, len(values)), mode="valid")
+
+
+def lighter_line(route: Route) -> Finding | None:
+    """Find a line beside the path that is much lighter than the ground: the path may be the shade of a light crack."""
+    half_px = max(route.width_px, 2.0) / 2
+    profiles = profiles_across(route.photo, route.points_px, route.width_px, half_px + 2 * LIGHT_PX)
+    light, away_px = profiles.mean(), np.abs(profiles.offset_px)
+    own = np.nan_to_num(light[:, away_px <= half_px], nan=np.inf).min(axis=1)
+    ground = row_medians(light[:, away_px > half_px + LIGHT_PX])
+    near = (away_px > half_px / 2) & (away_px <= half_px + LIGHT_PX)
+    sides = [np.nan_to_num(light[:, near & (side * profiles.offset_px > 0)], nan=0).max(axis=1) for side in (1, -1)]
+    steps = [finite_median((side - ground) / np.fmax(ground - own, 1e-3)) for side in sides]
+    if not max(steps) > LIGHT:
+        return None
+    times = finite_median(sides[int(np.argmax(steps))] / np.fmax(ground, 1e-6))
+    return Finding(
+        f"a line {times:.1f} times as bright as the ground runs within {half_px + LIGHT_PX:.0f} px of the path, from "
+        f"{listed(route.points_px[[0, -1]])} px. If the crack is that line, for example because of a filling or a "
+        "light crust, paint it in photo.mask, and give ends_px on the paint"
+    )
+
+
+def along_joint(route: Route) -> Finding | None:
+    """Find a straight leg of the path that goes on straight where the path turns off it, as a joint does."""
+    cells = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED)
+    width = max(route.width_px * route.field.scale, 1.0)
+    corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
+    places = np.asarray(KDTree(cells).query(corners)[1])
+    s = arc_length(cells)
+    least, beyond = max(LEAST_LEG, LEG_SHARE * float(s[-1]), LEG_WIDTHS * width), ONWARD + 2 * width
+    clear = cv2.dilate(np.minimum(route.field.clear, CLEAR), np.ones((3, 3), np.uint8))
+    path, joints = KDTree(cells), list[tuple[float, int, int]]()
+    for first, last in pairwise(places.tolist()):
+        length = float(s[last] - s[first])
+        for corner, other in ((last, first), (first, last)):
+            ahead = (cells[corner] - cells[other]) / max(length, 1.0)
+            onward = cells[corner] + np.arange(beyond)[:, None] * ahead
+            apart = np.asarray(path.query(onward)[0]) > max(LEAST_APART, APART * width)
+            column, row = np.rint(onward).astype(int).T
+            shown = apart & (column >= 0) & (row >= 0) & (column < clear.shape[1]) & (row < clear.shape[0])
+            if length >= least and shown.sum() >= LEAST_ONWARD and clear[row[shown], column[shown]].mean() >= GOES_ON:
+                joints.append((length, first, last))
+    if not joints:
+        return None
+    length, first, last = max(joints)
+    return Finding(
+        f"{length / route.field.scale:.0f} px of the path, from {listed(route.points_px[[first, last]])} px, run along "
+        "a line as straight as a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px"
+    )
+
+
+def moved_click(route: Route) -> Finding | None:
+    """Find a clicked end or point that is farther from the path than the crack is wide."""
+    away_px, nearest = KDTree(route.points_px).query(route.clicks_px)
+    farthest = int(np.argmax(away_px))
+    if away_px[farthest] <= max(min(route.width_px, route.width_px / 2 + BESIDE_PX), 1 / route.field.scale):
+        return None
+    places = listed(np.array([route.clicks_px[farthest], route.points_px[np.asarray(nearest)[farthest]]]))
+    return Finding(f"a click was moved by {away_px[farthest]:.0f} px onto the nearest line, from {places} px")
+
+
+def along_surroundings(route: Route) -> Finding | None:
+    """Find a long part of the path beside dark surroundings, which may be a wide crack taken for them."""
+    if not route.field.around.any():
+        return None
+    near = distance_outside(route.field.around)[tuple(route.cells.T)] <= BESIDE_AROUND
+    beside_px = float(np.diff(route.s_px)[near[1:] & near[:-1]].sum())
+    if beside_px <= max(AROUND_WIDTHS * route.width_px, LEAST_BESIDE / route.field.scale):
+        return None
+    return Finding(
+        f"{beside_px:.0f} px of the path, from {listed(route.points_px[near][[0, -1]])} px, run along a dark region at "
+        "the photo's border, which was taken for the surroundings of the sample. If it is the crack, paint it in "
+        "photo.mask, or give photo.roi_px: a region whose border crosses the dark area and does not run along it"
+    )
+
+
+GATES: tuple[Callable[[Route], Finding | None], ...] = (
+    dark_enough,
+    bare_stretch,
+    lighter_line,
+    along_joint,
+    moved_click,
+    along_surroundings,
+)

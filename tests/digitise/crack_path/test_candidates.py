@@ -1,0 +1,79 @@
+"""Lines without clicks: cracks are first, joints and edges after them, and a line that may be none is asked about."""
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.crack_path.find_path import CrackSearch, RivalCracksError
+from digitise.crack_path.path_search import LiveWire
+from sealtwin.core.errors import InputError
+from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+
+EDGE = [(30, 220), (130, 236), (240, 214), (350, 232), (470, 218)]
+CRACK = [(x, round(70 + 9 * np.sin(x / 27) + 5 * np.sin(x / 9))) for x in range(40, 461, 4)]
+
+
+def search_of(folder, picture):
+    return CrackSearch.of(evenly_scaled(write_png(folder / "photo.png", picture)))
+
+
+def with_patch(picture, lighter=1.9):
+    """The same with a lighter patch below a dark edge."""
+    below = np.zeros(picture.shape, dtype=np.uint8)
+    cv2.fillPoly(below, [np.array([(0, 222), *EDGE, (500, 218), (500, 300), (0, 300)], dtype=np.int32)], [1])
+    return with_crack(picture * np.where(below, lighter, 1.0), EDGE, 14)
+
+
+STEPS = [(40, 80), (140, 80), (140, 140), (250, 140), (250, 200), (360, 200), (360, 250), (460, 250)]
+
+
+@pytest.mark.parametrize(
+    ("picture", "doubt"),
+    [
+        (with_patch(mortar()), "two sides"),
+        (with_crack(mortar(), [(40, 225), (170, 232)], 12), "straight legs"),
+        (with_crack(mortar(), STEPS, 6), "straight legs"),
+    ],
+    ids=["an edge", "a joint", "a stepped joint"],
+)
+def test_a_line_that_may_be_no_crack_is_asked_about(tmp_path, picture, doubt):
+    search = search_of(tmp_path, picture)
+    with pytest.raises(RivalCracksError, match=doubt):
+        search.path()
+    assert search.path(1).source == "choice"
+
+
+@pytest.mark.parametrize(
+    "other", [lambda ground: with_patch(ground), lambda ground: with_crack(ground, [(40, 225), (170, 232)], 12)]
+)
+def test_a_crack_is_before_an_edge_and_a_joint(tmp_path, other):
+    search = search_of(tmp_path, other(with_crack(mortar(), CRACK, 5)))
+    assert distance_to(search.cracks[0].line_px, np.array(CRACK, dtype=float)).max() < 12
+    with pytest.raises(InputError, match=r"only \d cracks were found: 1\. [^;]* px, 100%"):
+        search.path(9)
+
+
+def test_a_line_whose_part_is_as_faint_as_the_grain_is_asked_about(tmp_path):
+    """The same line, black all along, is taken."""
+    black = with_crack(mortar(), CRACK, 6)
+    assert search_of(tmp_path, black).path().source == "automatic"
+    share = np.ones(500)
+    share[200:270] = 0.05
+    with pytest.raises(InputError):
+        search_of(tmp_path, mortar() * (1 - share) + black * share).path()
+
+
+def test_plain_grain_has_no_cracks(tmp_path):
+    assert search_of(tmp_path, mortar(seed=0)).cracks == ()
+
+
+def test_a_point_deep_in_a_dark_region_at_the_border_is_crack(tmp_path):
+    """A wide black wedge that runs along the photo's border, taken for the board around the sample without clicks."""
+    picture = mortar()
+    cv2.fillPoly(picture, [np.array([(0, 110), (0, 190), (120, 170), (460, 150), (460, 140), (120, 130)])], [0.01])
+    wire = LiveWire(evenly_scaled(write_png(tmp_path / "photo.png", picture)))
+    assert wire.field.around.any()
+    path = wire.path(((12.0, 150.0), (440.0, 146.0)))
+    assert distance_to(path.points_px, np.array([(0.0, 150.0), (460.0, 146.0)])).max() < 20
+    with pytest.raises(InputError):
+        wire.path(((300.0, 30.0), (440.0, 146.0)))

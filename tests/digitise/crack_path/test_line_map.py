@@ -1,0 +1,61 @@
+"""The filter: two-sided, the same in every direction, and with a width; plain ground shows no line."""
+
+import numpy as np
+import pytest
+
+from digitise.crack_path.line_map import cheapest_legs, map_lines
+from digitise.image.tone_curve import DISPLAY_GAMMA
+from tests.pictures import evenly_scaled, mortar, write_png
+
+SIZE = 160
+Y, X = np.mgrid[:SIZE, :SIZE] - (SIZE - 1) / 2
+
+
+def mapped(folder, dark):
+    """The map of a photo in which this share of the displayed brightness is missing, with a little noise."""
+    noise = 0.02 * np.random.default_rng(0).standard_normal((SIZE, SIZE))
+    shown = 0.6 * (1 + noise) * (1 - dark)
+    return map_lines(evenly_scaled(write_png(folder / "photo.png", shown.astype(np.float32) ** DISPLAY_GAMMA)))
+
+
+def across(angle_deg):
+    """Distance from a line through the middle of the picture."""
+    angle = np.radians(angle_deg)
+    return Y * np.cos(angle) - X * np.sin(angle)
+
+
+def line(angle_deg=0.0, sigma_px=1.5, depth=0.3):
+    return depth * np.exp(-((across(angle_deg) / sigma_px) ** 2) / 2)
+
+
+def on_line(values, angle_deg=0.0):
+    """Away from the border."""
+    return values[(np.abs(across(angle_deg)) < 0.6) & (np.hypot(X, Y) < 50)]
+
+
+@pytest.mark.parametrize("angle_deg", [11.25, 22.5, 60, 90, 135])
+def test_a_line_is_as_clear_in_every_direction(tmp_path, angle_deg):
+    """Eight directions, the worst one half-way between two; 15 % by the shape of the filter, and noise."""
+    level = np.median(on_line(mapped(tmp_path, line()).clear))
+    turned = np.median(on_line(mapped(tmp_path, line(angle_deg)).clear, angle_deg))
+    assert turned == pytest.approx(level, rel=0.25)
+
+
+def test_an_edge_is_half_a_line_at_most(tmp_path):
+    """Dark against one side only."""
+    edge = np.median(on_line(mapped(tmp_path, 0.3 * (across(30) > 0)).clear, 30))
+    assert edge < 0.5 * np.median(on_line(mapped(tmp_path, line(30)).clear, 30))
+
+
+@pytest.mark.parametrize("width_px", [6, 12, 24])
+def test_the_width_of_a_line_is_the_bar_that_fits(tmp_path, width_px):
+    """Bars are a factor of two apart."""
+    field = mapped(tmp_path, 0.5 * (np.abs(across(0)) < width_px / 2))
+    assert width_px / 2 < np.median(on_line(field.width)) < 2 * width_px
+
+
+def test_plain_ground_has_no_clear_way(tmp_path):
+    """The darkest ways through bare ground of real photos have a median of 2.9 at most."""
+    field = map_lines(evenly_scaled(write_png(tmp_path / "photo.png", mortar(seed=0))))
+    (way,) = cheapest_legs(field.cost(), np.array([[60, 50], [240, 450]]), field.scale)
+    assert np.median(field.clear[tuple(way.T)]) < 2.9
