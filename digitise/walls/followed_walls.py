@@ -1,4 +1,4 @@
-"""Measure islands, side cracks and walls along a path, before strokes and lines drawn by hand change them.
+"""Measure islands, side cracks and walls along a path, before a user's lines change them.
 
 Each part is measured when it is first used, so that a stroke on the trace page costs only its own work.
 """
@@ -11,13 +11,11 @@ import numpy as np
 
 from digitise.crack_path.hints import CrackPath
 from digitise.photo import Photo, in_copy, smaller
-from digitise.walls.centreline_and_walls import TooThinError, Traced, WallsMissingError
+from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
-from digitise.walls.islands import RetouchedPhoto, find_islands, photo_of_paint
-from digitise.walls.mouths import SideRings, trace_past_mouths
-from digitise.walls.side_cracks import SideCracks, find_side_cracks
-from digitise.walls.stretches import MIN_WIDTH_PX
-from sealtwin.core.records import Floats
+from digitise.walls.ends import Traced
+from digitise.walls.islands_and_side_cracks import Surroundings, find_surroundings, photo_of_paint
+from sealtwin.core.errors import InputError
 
 RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
 GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Width of the crack in the smaller copy: walls are within 0.1 mm of the final ones
@@ -25,31 +23,28 @@ GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Width of the crack in the smaller copy: wa
 
 @dataclass(frozen=True, eq=False)
 class FollowedWalls:
-    """Islands, side cracks and walls along a path, which may be painted."""
+    """Islands, side cracks and walls along a path. The photo of a painted path is its paint, dark on bright."""
 
     photo: Photo
     path: CrackPath
     edge_fraction: float
+    least_px: float = MIN_WIDTH_PX
 
-    def main(self, insisted: bool) -> tuple[Traced, SideRings]:
-        """Return the main crack and the rims of its side cracks.
+    def traced(self, insisted: bool) -> Traced:
+        """Return the main crack by its walls or, on ground too coarse to follow them, by its dark region.
 
-        Raises WallsMissingError if its walls are not found, and TooThinError if blur would decide its width. If
-        ``insisted``, it is then the dark region along the path, without side cracks.
+        Raises WallsMissingError if neither is found and nobody ``insisted``, and TooThinError if blur would decide its
+        width.
         """
-        if not isinstance(self._followed, Exception):
+        if not isinstance(self._followed, InputError):
             return self._followed
-        if insisted:
-            return self._region, ((),) * len(self.sides.lines)
-        raise self._followed
-
-    @property
-    def islands_mm(self) -> tuple[Floats, ...]:
-        return self._islands[0]
+        if not insisted:
+            raise self._followed
+        return self._region(insisted=True)
 
     @cached_property
-    def sides(self) -> SideCracks:
-        return find_side_cracks(self._islands[1], self.path, self._wall_share)
+    def around(self) -> Surroundings:
+        return find_surroundings(self._shown, self.path, self._wall_share)
 
     @cached_property
     def glanced(self) -> "FollowedWalls | None":
@@ -66,22 +61,24 @@ class FollowedWalls:
         return RIM if self.path.source == "mask" else self.edge_fraction
 
     @cached_property
-    def _islands(self) -> tuple[tuple[Floats, ...], RetouchedPhoto]:
-        """Return the islands, and the photo without them."""
-        painted = self.path.source == "mask"
-        shown = photo_of_paint(self.photo, self.path) if painted else self.photo
-        return find_islands(shown, self.path, self._wall_share)
+    def _shown(self) -> Photo:
+        return photo_of_paint(self.photo, self.path) if self.path.source == "mask" else self.photo
 
     @cached_property
-    def _followed(self) -> tuple[Traced, SideRings] | WallsMissingError | TooThinError:
+    def _followed(self) -> Traced | WallsMissingError | TooThinError:
         try:
-            return trace_past_mouths(self._islands[1], self.path, self.sides)
-        except (WallsMissingError, TooThinError) as fault:
+            return trace(self._shown, self.path, self._wall_share, self.around.hidden, self.least_px)
+        except TooThinError as fault:
             return fault
+        except WallsMissingError as unclear:
+            try:
+                return self._region(insisted=False)
+            except InputError as neither:
+                why = str(neither).removeprefix(f"{self.photo.file}: ")
+                return WallsMissingError(f"{unclear} A second way was tried: {why}")
 
-    @cached_property
-    def _region(self) -> Traced:
-        return trace_dark_region(self.photo, self.path, self._wall_share, insisted=True)
+    def _region(self, insisted: bool) -> Traced:
+        return trace_dark_region(self._shown, self.path, self._wall_share, self.around.hidden, insisted)
 
 
 Follow = Callable[[Photo, CrackPath, float], FollowedWalls]

@@ -202,8 +202,8 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
 
 def test_a_stroke_costs_its_own_work_alone_and_gives_what_a_new_session_gives(file, monkeypatch):
     """Followed again, path and walls are most of a click's time."""
-    made, follow = [], followed_walls.trace_past_mouths
-    monkeypatch.setattr(followed_walls, "trace_past_mouths", lambda *given: made.append(given) or follow(*given))
+    made, follow = [], followed_walls.trace
+    monkeypatch.setattr(followed_walls, "trace", lambda *given: made.append(given) or follow(*given))
     session, plain = _session(file), Hints(ends_px=ENDS)
     stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
     _asked(session, plain)

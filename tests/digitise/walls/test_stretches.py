@@ -6,7 +6,7 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
-from digitise.walls.stretches import judge_reach, judge_stretches
+from digitise.walls.doubts import judge_reach, judge_stretches
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, mortar, with_crack, write_png
 

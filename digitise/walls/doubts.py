@@ -1,0 +1,212 @@
+"""Doubt measured walls: bands beside them, a darker line between them, stretches too narrow, ends not reached."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter
+from scipy.spatial import KDTree
+
+from digitise.crack_path.hints import CrackPath, listed, snap_px
+from digitise.image.raster import sampled
+from digitise.photo import Photo
+from digitise.walls.beside_walls import Along, Levels
+from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING
+from digitise.walls.drawn import Drawn
+from digitise.walls.straightened import patch_around, straighten
+from digitise.walls.wall_profile import cheapest_way, follow, runs
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import SIDES, Floats, Outline, WallStretch
+from sealtwin.core.solid_figures import EndKind, Span
+
+# Constants of bands and of a darker line. "widths" are crack widths.
+#
+# Chosen on 86 drawn roads: a lower ``LEAST`` or ``WORTH_SAYING``, or levels farther apart, warns of more plain roads.
+SPACING_PX = 5.0  # From one profile to the next, or ``SPACING`` widths if that is more
+SPACING = 0.2
+SAMPLE = 0.05  # Widths from one sample of a profile to the next, at least 1 px
+REACH = 1.2  # Widths beside a wall, plus ``REACH_PX``, that are searched
+REACH_PX = 6.0
+INNER = 0.3  # Shares of the contrast in lightness that both sides of a band have
+OUTER = 0.7
+LEAST = 0.2  # Widths, or ``LEAST_PX``, by which a band is thicker than the crack's usual edge
+LEAST_PX = 3.0
+RUN = 0.75  # Least length of a band in widths
+TIP = 1.0  # Widths before an end that are left out: past it profiles show ground all across
+LEAST_PROFILES = 6  # A shorter crack has no usual edge
+LEAST_CONTRAST = 6.0  # Of lightness
+WORTH_SAYING = 0.05  # Difference between both mean widths, over the width, from which on a warning says so
+SURE = 0.05  # Half of the interval of the mean width over it, beyond both widths
+DARKER = 0.2  # Least light between the walls above that of the darkest line there, over the ground's above it
+LINE_PX, LINE_ALONG_PX = 3, 15  # Width of that line, and length over which its light is averaged
+LINE_STEP = 0.02  # Cost of its step aside by a px, as a share of the ground's light
+SLIM = 3.0  # Least width between the walls over that of the line
+
+
+# Constants of narrow stretches.
+UNKNOWN = 0.75  # Share of the least width below which a stretch is a hairline: blur makes 5.4 px of a line of 4 px
+STEADY, LONG = 3.0, 5.0  # Least lengths of a median and of a stretch along the crack, in ``MIN_WIDTH_PX``
+
+BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
+
+
+class Bands(NamedTuple):
+    """Bands along a crack."""
+
+    rings_mm: tuple[Floats, ...]
+    stretches: list[WallStretch]
+    width_95_mm: Span
+    """Interval of the mean width that covers both, without and with the bands."""
+    warning: str
+
+
+def find_bands(photo: Photo, outline: Outline, drawn: Drawn, hidden: NDArray[np.uint8]) -> Bands | None:
+    """Return the bands along an outline's walls; None if they matter little. A stroke decides those beside it.
+
+    The mouth of a side crack, which is ``hidden``, is no band.
+    """
+    mm_per_px, width_px = photo.mm_per_px, max(outline.mean_width_mm / photo.mm_per_px, 4.0)
+    own_px = outline.length_mm / mm_per_px / (len(outline.centreline_mm) - 1)
+    thin = slice(None, None, max(1, round(max(SPACING_PX, SPACING * width_px) / own_px)))
+    line_mm, left_mm, right_mm = outline.centreline_mm[thin], outline.left_wall_mm[thin], outline.right_wall_mm[thin]
+    if len(line_mm) < LEAST_PROFILES:
+        return None
+    along = Along.of(photo, line_mm, left_mm, right_mm)
+    reach_px = float(np.percentile(along.walls_px, 98)) + REACH * width_px + REACH_PX
+    levels = Levels.of(along, reach_px, max(1.0, SAMPLE * width_px))
+    contrast = np.maximum(levels.bright - levels.dark, LEAST_CONTRAST)[..., None]
+    share = (levels.even - levels.dark[:, None]) / contrast
+    excess = [np.where(levels.valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
+    inner_px, outer_px = np.split(follow(np.concatenate(excess), levels.strip.sample_px, along.station_px), 2)
+    outer_px = np.maximum(inner_px, outer_px)
+    thick_px = outer_px - inner_px
+    thick_px -= np.median(thick_px, axis=1, keepdims=True)
+    doubtful = median_filter(thick_px, (1, along.odd(RUN)), mode="nearest") > max(LEAST_PX, LEAST * width_px)
+    tip = max(1, round(TIP * width_px / along.station_px))
+    doubtful[:, :tip] = doubtful[:, -tip:] = False
+    covered = [sampled(hidden, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)]
+    doubtful &= ~maximum_filter1d(np.stack(covered).astype(np.uint8), along.odd(2), axis=1).astype(bool)
+    doubtful &= ~drawn.beside(photo.to_px(line_mm), 2 * width_px)
+    low_mm, high_mm = (
+        outline.mean_width_mm + mm_per_px * float(np.where(doubtful, change_px, 0).sum(axis=0).mean())
+        for change_px in (np.minimum(inner_px - along.walls_px, 0), np.maximum(outer_px - along.walls_px, 0))
+    )
+    if high_mm - low_mm < WORTH_SAYING * width_px * mm_per_px:
+        return None
+    s_mm, rings_mm, stretches = arc_length(line_mm), list[Floats](), list[WallStretch]()
+    for number, sign in enumerate((1, -1)):
+        near_mm, far_mm = along.places_mm(sign * inner_px[number]), along.places_mm(sign * outer_px[number])
+        for begin, end in runs(doubtful[number]):
+            rings_mm.append(np.concatenate([near_mm[begin:end], far_mm[begin:end][::-1]]))
+            between_mm = (each_px[number, begin:end].mean() * mm_per_px for each_px in (inner_px, outer_px))
+            doubt_mm = round(float(next(between_mm)), 3), round(float(next(between_mm)), 3)
+            stretches.append(
+                WallStretch(float(s_mm[begin]), float(s_mm[end - 1]), SIDES[number], "edge", doubt_mm, BAND_WHY)
+            )
+    own_mm, sure_mm = outline.width_95_mm or (outline.mean_width_mm,) * 2, SURE * outline.mean_width_mm
+    interval_mm = min(own_mm[0], low_mm - sure_mm), max(own_mm[1], high_mm + sure_mm)
+    return Bands(tuple(rings_mm), stretches, interval_mm, _sentence(photo, rings_mm, stretches, (low_mm, high_mm)))
+
+
+def _sentence(photo: Photo, rings_mm: list[Floats], stretches: list[WallStretch], both_mm: Span) -> str:
+    """Return the warning, with the place of the thickest band."""
+    thickest = int(np.argmax([np.ptp(stretch.doubt_mm or (0.0, 0.0)) for stretch in stretches]))
+    stretch, middle_px = stretches[thickest], photo.to_px(rings_mm[thickest].mean(axis=0)[None])
+    more = f", and at {len(stretches) - 1} more places" if len(stretches) > 1 else ""
+    return (
+        "beside a wall a band is neither as dark as the crack nor as bright as the ground, as of debris, oil or shade, "
+        f"so that two walls are plausible: at s = {stretch.s_from_mm:.0f} to {stretch.s_to_mm:.0f} mm, near "
+        f"{listed(middle_px)} px{more}. On the whole the crack is {both_mm[0]:.3g} mm wide without the bands and "
+        f"{both_mm[1]:.3g} mm with them. Look at overlay.png; draw over a band in crack_strokes_px if it is crack, or in "
+        "ground_strokes_px if it is ground"
+    )
+
+
+def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:
+    """Return the path along a line between the walls that is far darker than the rest, as of a crack in a joint.
+
+    None if the light between the walls is that of one thing.
+    """
+    along = Along.of(photo, outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm)
+    reach_px = float(np.percentile(along.walls_px, 98)) + along.width_px
+    patch = patch_around(photo, photo.to_px(along.line_mm), reach_px)
+    strip = straighten(photo, patch, along.line_mm, along.ray, photo.mm_per_px, reach_px * photo.mm_per_px)
+    offset_px = strip.offset_mm / photo.mm_per_px
+    inward_px = np.minimum(along.walls_px[0][:, None] - offset_px, along.walls_px[1][:, None] + offset_px)
+    between, beside = inward_px > LINE_PX, (inward_px < -LINE_PX) & strip.valid
+    if not between.any() or not beside.any():
+        return None
+    soft = uniform_filter(strip.light, (max(1, round(LINE_ALONG_PX / along.station_px)), LINE_PX), mode="nearest")
+    ground, inside = float(np.median(strip.light[beside])), float(np.median(strip.light[between]))
+    price = LINE_STEP * np.arange(-2.0, 3.0) ** 2
+    column = cheapest_way(np.where(between, soft / ground, 10.0)[None], price)[0]
+    line = float(np.median(soft[np.arange(len(column)), column]))
+    if inside - line <= DARKER * (ground - line):
+        return None
+    dark = between & (soft < (line + inside) / 2)
+    width_px = max(float(np.median(dark.sum(axis=1))), float(LINE_PX))
+    if along.width_px < SLIM * width_px:
+        return None
+    return replace(path, points_px=photo.to_px(along.places_mm(offset_px[column])), width_px=width_px)
+
+
+def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
+    """Return a warning about stretches too narrow to measure; raise InputError if much of the crack is a hairline."""
+    least_px = UNKNOWN * MIN_WIDTH_PX
+    share, places = _narrow(photo, centreline_mm, width_mm, least_px)
+    if share > MOST_MISSING:
+        raise InputError(
+            f"{photo.file}: {share:.0%} of the crack is narrower than {least_px:g} px, too narrow to measure (at most "
+            f"{MOST_MISSING:.0%} is allowed): {places}; give ends_px of only the wide part, or move the camera closer."
+        )
+    share, places = _narrow(photo, centreline_mm, width_mm, MIN_WIDTH_PX)
+    if share <= WORTH_SAYING:
+        return []
+    return [
+        f"{share:.0%} of the crack is under {MIN_WIDTH_PX:g} px wide, so that its width and volume are uncertain "
+        f"there: {places}; take a closer photo to measure it"
+    ]
+
+
+def _narrow(photo: Photo, centreline_mm: Floats, width_mm: Floats, limit_px: float) -> tuple[float, str]:
+    """Return the share of the crack in stretches narrower than ``limit_px``, and a list of them as text.
+
+    A stretch is ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
+    """
+    s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
+    least_mm = MIN_WIDTH_PX * photo.mm_per_px
+    per_station_mm = s_mm[-1] / (len(s_mm) - 1)
+    steady_px = median_filter(width_px, size=1 + 2 * int(STEADY * least_mm / per_station_mm / 2), mode="nearest")
+    bounds = runs(steady_px < limit_px) - (0, 1)
+    stretches = [(first, last) for first, last in bounds if s_mm[last] - s_mm[first] > LONG * least_mm]
+    places = (
+        f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along the crack, from "
+        f"{listed(photo.to_px(centreline_mm[[first, last]]))} px, about {np.median(width_px[first : last + 1]):.1f} "
+        "px wide"
+        for first, last in stretches
+    )
+    return sum(float(s_mm[last]) - float(s_mm[first]) for first, last in stretches) / float(s_mm[-1]), "; ".join(places)
+
+
+def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[str]:
+    """Return warnings if the crack closes before an end of the path; raise InputError if much of the path is lost."""
+    s_mm, warnings = arc_length(photo.to_mm(path_px)), []
+    tips_px = centreline_px[[0, -1]]
+    first, last = np.asarray(KDTree(path_px).query(tips_px)[1])
+    losses_mm = float(s_mm[first]), float(s_mm[-1] - s_mm[last])
+    for kind, end_px, tip_px, lost in zip(kinds, path_px[[0, -1]], tips_px, losses_mm, strict=True):
+        if kind != "closed" or lost <= snap_px(photo) * photo.mm_per_px:
+            continue
+        fault = (
+            f"the end {listed(end_px[None])} px is not reached: no walls were found on the last {lost:.1f} mm "
+            f"({lost / photo.mm_per_px:.0f} px) before it, up to {listed(tip_px[None])} px"
+        )
+        if lost > MOST_MISSING * s_mm[-1]:
+            raise InputError(
+                f"{photo.file}: {fault}, {lost / s_mm[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
+                "place as the end, or a photo that shows the crack more clearly."
+            )
+        warnings.append(f"{fault}: that part of the path is left out")
+    return warnings
