@@ -104,13 +104,14 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
         ring_px = canvas.at(photo.to_px(ring_mm))
         canvas.dashed(np.concatenate([ring_px, ring_px[:1]]), ENDS)
     for wall_px, colour in ((outline.left_wall_px, LEFT), (outline.right_wall_px, RIGHT)):
-        canvas.line(canvas.at(_on_face(photo, wall_px)), colour)
+        # Stations at an open end may be off the face.
+        on_face = photo.face_mm is None or depth_inside(photo.to_mm(wall_px), photo.face_mm) >= 0
+        canvas.line(canvas.at(wall_px[on_face].reshape(-1, 2)), colour)
     centreline = canvas.at(outline.centreline_px)
     canvas.line(centreline, CENTRE)
     if trajectory is not None:
         nozzle = canvas.at(photo.to_px(trajectory.position_mm[:, :2]))
         _beads(canvas, nozzle[trajectory.giving])
-        _arrow(canvas, nozzle, outline.mean_width_mm / outline.mm_per_px * canvas.scale)
     _mark_ends(canvas, centreline, outline)
     taken, shown = canvas.at(outline.outline_px), canvas.at(outline.shown_px)
     _legend(canvas, outline, trajectory, taken, shown)
@@ -140,13 +141,6 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
     return canvas.picture
 
 
-def _on_face(photo: Photo, wall_px: Floats) -> Floats:
-    """Return the part of a wall on the face; stations at an open end may be off it."""
-    if photo.face_mm is None:
-        return wall_px
-    return wall_px[depth_inside(photo.to_mm(wall_px), photo.face_mm) >= 0]
-
-
 def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
     """Draw a dot on each end and its name beyond it."""
     unit = canvas.unit
@@ -155,7 +149,8 @@ def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
     for way, text in ((centreline, first), (centreline[::-1], last)):
         canvas.dot(way[0], 3 * unit, ENDS, 4 * unit, PAPER)
         size = canvas.text_size(text)
-        beside = way[0] + toward(way[0] - _along(way, 30 * unit)) * (14 * unit + 0.5 * size)
+        behind = at_arc_length(way, arc_length(way), np.array([30 * unit]))[0]
+        beside = way[0] + toward(way[0] - behind) * (14 * unit + 0.5 * size)
         half = 0.5 * size + 8 * unit
         limit = canvas.extent - half
         corner = np.clip(beside, np.minimum(half, limit), limit) - 0.5 * size
@@ -173,21 +168,10 @@ def _beads(canvas: Canvas, given: Floats) -> None:
         canvas.dot(bead, max(1, size * canvas.unit), NOZZLE, max(2, (size + 0.7) * canvas.unit), INK)
 
 
-def _arrow(canvas: Canvas, nozzle: Floats, width_px: float) -> None:
-    """Draw the direction of travel, to the right of the crack near the path's start."""
-    unit, reach = canvas.unit, 0.05 * float(arc_length(nozzle)[-1])
-    tail, head = _along(nozzle, reach), _along(nozzle, reach + 60 * unit)
-    step = toward(head - tail)
-    aside = np.array([-step[1], step[0]]) * (width_px + 10 * unit)
-    ends = _whole(tail + aside), _whole(head + aside)
-    for colour, thickness in ((INK, 5 * unit), (PAPER, 2.4 * unit)):
-        cv2.arrowedLine(canvas.picture, *ends, colour, max(1, round(thickness)), cv2.LINE_AA, tipLength=0.3)
-
-
 def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, taken: Floats, shown: Floats) -> None:
     """Draw the legend in the corner in which it hides least of the crack."""
     lines: list[tuple[Colour | None, str]] = [
-        (None, f"{outline.length_mm:.1f} mm long, {_width(outline)}"),
+        (None, f"{outline.length_mm:.1f} mm long, mean width {outline.main_figures['mean width']}"),
         (None, f"scale: {outline.scale_source}"),
         (None, f"crack: {FOUND[outline.path_source]}"),
         (CENTRE, "centreline"),
@@ -203,30 +187,16 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
     pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
     width = max(canvas.text_size(text)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
     size = np.array([width, row * len(lines) + pad])
-    low = _free_corner(canvas.extent, size, taken, shown, ((0, 0), (1, 0), (0, 1), (1, 1)))
+    low = _free_corner(canvas, size, taken, shown, ((0, 0), (1, 0), (0, 1), (1, 1)))
     canvas.panel(low, low + size, PAPER, 0.8)
     for number, (colour, text) in enumerate(lines):
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
-            start, end = _whole(base, 0, -5 * unit), _whole(base, swatch - 8 * unit, -5 * unit)
-            for shade, thickness in ((INK, 4.5 * unit), (colour, 3 * unit)):
-                cv2.line(canvas.picture, start, end, shade, max(1, round(thickness)), cv2.LINE_AA)
-            base = base + np.array([swatch, 0])
+            sample = base + np.array([(0, -5 * unit), (swatch - 8 * unit, -5 * unit)])
+            for shade, thickness in ((INK, 4.5), (colour, 3)):
+                canvas.line(sample, shade, thickness)
+            base = base + (swatch, 0)
         canvas.text(base, text, INK)
-
-
-def _width(outline: Outline) -> str:
-    """Return the mean width and its source as text."""
-    if outline.width_source == "none":
-        return "a path alone, without walls"
-    source = {
-        "walls": "on average",
-        "region": "between the rims of the dark region",
-        "fit": "by a fit of its profile",
-        "gauge": "as given",
-    }[outline.width_source]
-    interval = "" if outline.width_95_mm is None else " (95 %: {:.2f} to {:.2f})".format(*outline.width_95_mm)
-    return f"{outline.mean_width_mm:.2f} mm wide {source}{interval}"
 
 
 def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -> None:
@@ -234,47 +204,36 @@ def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -
     unit = canvas.unit
     fitting = [step for step in ROUND_LENGTHS_MM if step <= 0.2 * canvas.extent[0] * mm_per_px]
     length_mm = fitting[-1] if fitting else ROUND_LENGTHS_MM[0]
-    length, pad, bar = length_mm / mm_per_px, 10 * unit, 5 * unit
-    size = np.array([length + 2 * pad, 22 * unit + bar + pad])
-    low = _free_corner(canvas.extent, size, taken, shown, ((1, 1), (0, 1), (1, 0)))
+    bar, pad = np.array([length_mm / mm_per_px, 5 * unit]), 10 * unit
+    size = bar + (2 * pad, 22 * unit + pad)
+    low = _free_corner(canvas, size, taken, shown, ((1, 1), (0, 1), (1, 0)))
     canvas.panel(low, low + size, PAPER, 0.8)
-    start = low + np.array([pad, size[1] - pad - bar])
-    cv2.rectangle(canvas.picture, _whole(start), _whole(start, length, bar), INK, -1)
-    cv2.rectangle(canvas.picture, _whole(start, length / 2, 1), _whole(start, length - 1, bar - 1), PAPER, -1)
-    canvas.text(start - np.array([0, 6 * unit]), f"{length_mm} mm", INK)
+    start = low + (pad, size[1] - pad - bar[1])
+    canvas.panel(start, start + bar, INK, 1)
+    canvas.panel(start + (bar[0] / 2, 1), start + bar - 1, PAPER, 1)
+    canvas.text(start - (0, 6 * unit), f"{length_mm} mm", INK)
 
 
 def _free_corner(
-    extent: Integers, size: Floats, taken: Floats, shown: Floats, corners: Sequence[tuple[int, int]]
+    canvas: Canvas, size: Floats, taken: Floats, shown: Floats, corners: Sequence[tuple[int, int]]
 ) -> Floats:
-    """Return the upper left point of a box in the corner of the picture in which it hides fewest points.
+    """Return the upper left point of a box in a corner of the picture, or of its part ``shown``, that hides least.
 
-    A report shows only the part ``shown`` of the picture. A box that it would cut is placed inside that part.
+    A report shows only that part. A box that it would cut is second best.
     """
-    low, high = np.clip(shown, 0, extent)
+    low, high = np.clip(shown, 0, canvas.extent)
 
-    def hidden(box: Floats) -> int:
-        return int(np.sum(np.all((taken >= box) & (taken <= box + size), axis=1)))
+    def cost(box: Floats) -> tuple[int, bool]:
+        inside = np.minimum(box + size, high) - np.maximum(box, low)
+        cut = bool((inside > 0).all() and (inside < size).any())
+        return int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()), cut
 
-    def in_pieces(box: Floats) -> bool:
-        whole = bool(np.all((box >= low) & (box + size <= high)))
-        return bool(np.all((box < high) & (box + size > low))) and not whole
-
-    boxes = [np.array(corner) * (extent - size) for corner in corners]
-    best = min(boxes, key=lambda box: (hidden(box), in_pieces(box)))
-    if in_pieces(best):
-        inside = [low + np.array(corner) * (high - low - size) for corner in corners]
-        best = min((best, *inside), key=lambda box: (hidden(box), in_pieces(box)))
-    return best
+    parts = ((np.zeros(2), canvas.extent), (low, high))
+    return min((begin + np.array(corner) * (end - begin - size) for begin, end in parts for corner in corners), key=cost)
 
 
-def _along(points: Floats, distance: float) -> Floats:
-    s = arc_length(points)
-    return at_arc_length(points, s, np.array([min(distance, s[-1])]))[0]
-
-
-def _whole(point: Floats, right: float = 0, down: float = 0) -> tuple[int, int]:
-    return round(float(point[0]) + right), round(float(point[1]) + down)
+def _whole(point: Floats) -> tuple[int, int]:
+    return round(float(point[0])), round(float(point[1]))
 
 
 def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
