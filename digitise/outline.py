@@ -243,7 +243,9 @@ def _origins(outline: Outline, methods: Floats) -> list[WallStretch]:
             method, why = origins[int(numbers[begin])]
             # Of a width on average, each wall has half.
             doubt_mm = None if both_mm is None or numbers[begin] else (both_mm[0] / 2, both_mm[1] / 2)
-            stretches.append(WallStretch(float(s_mm[begin]), float(s_mm[end]), side, method, doubt_mm, why))
+            stretches.append(
+                WallStretch(round(float(s_mm[begin]), 3), round(float(s_mm[end]), 3), side, method, doubt_mm, why)
+            )
     return stretches
 
 

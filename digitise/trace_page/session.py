@@ -36,7 +36,7 @@ from digitise.settings import (
 )
 from digitise.walls.followed_walls import LastWalls
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Pixels
+from sealtwin.core.records import Floats, Outline, Pixels, WallStretch
 from sealtwin.core.settings import Settings, checked
 
 TILE_PX = 512
@@ -360,6 +360,7 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         "islands_px": [_rounded(photo.to_px(ring)) for ring in outline.islands_mm],
         "bands_px": [_rounded(photo.to_px(ring)) for ring in outline.bands_mm],
         "branches_px": [_rounded(photo.to_px(line)) for line in outline.branches_mm],
+        "why": [_why(outline, stretch, in_mm) for stretch in outline.walls],
         "unit": "mm" if in_mm else "px",
         "length": outline.length_mm,
         "mean_width": outline.mean_width_mm,
@@ -372,6 +373,12 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         # The page itself asks for confirmation.
         "warnings": [_for_page(in_mm, text) for text in outline.warnings if not isinstance(text, Unconfirmed)],
     }
+
+
+def _why(outline: Outline, stretch: WallStretch, in_mm: bool) -> tuple[str, int, int, str]:
+    """Return the side of a stretch of a wall, its first and last station, and why it is there."""
+    first, last = np.searchsorted(outline.s_mm, (stretch.s_from_mm, stretch.s_to_mm)).tolist()
+    return stretch.side, first, last, _for_page(in_mm, stretch.sentence)
 
 
 def _for_page(in_mm: bool, sentence: str) -> str:

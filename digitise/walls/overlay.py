@@ -229,7 +229,9 @@ def _free_corner(
         return int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()), cut
 
     parts = ((np.zeros(2), canvas.extent), (low, high))
-    return min((begin + np.array(corner) * (end - begin - size) for begin, end in parts for corner in corners), key=cost)
+    return min(
+        (begin + np.array(corner) * (end - begin - size) for begin, end in parts for corner in corners), key=cost
+    )
 
 
 def _whole(point: Floats) -> tuple[int, int]:

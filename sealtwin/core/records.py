@@ -144,6 +144,16 @@ class WallStretch:
     """Least and largest distance from the centreline at which the wall may be; None if unknown."""
     why: str
 
+    @property
+    def sentence(self) -> str:
+        """The stretch in words, for example "left wall by edge: in the middle of the step from dark to bright"."""
+        doubt = (
+            ""
+            if self.doubt_mm is None
+            else "; it may be {:.2f} to {:.2f} mm from the centreline".format(*self.doubt_mm)
+        )
+        return f"{self.side} wall by {self.method}: {self.why}{doubt}"
+
 
 class FaceLabel(IntEnum):
     """Part of a solid that a triangle belongs to."""

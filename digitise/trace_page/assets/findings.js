@@ -24,7 +24,6 @@ export class Findings {
       this.lines.setAll("marker", scale.markers_px, true);
     }
     if (path) {
-      // A refused stroke leaves the walls of the same path.
       if (`${path.points_px}` !== `${this.path?.points_px}`) this.walls = null;
       this.path = path;
       this.stale = false;
@@ -47,6 +46,17 @@ export class Findings {
     this.path = this.walls = null;
   }
 
+  /** Why the wall within `reach` px of a place is there. */
+  why([x, y], reach) {
+    let best;
+    for (const side of ["left", "right"])
+      this.walls?.[`${side}_px`].forEach((at, i) => {
+        const away = Math.hypot(at[0] - x, at[1] - y);
+        if (away < reach) [reach, best] = [away, this.walls.why.findLast((it) => it[0] === side && it[1] <= i && i <= it[2])];
+      });
+    return best?.[3];
+  }
+
   draw(viaCount) {
     const { lines, path, walls, scale } = this;
     lines.sheet.classList.toggle("proposed", this.automatic);
@@ -58,7 +68,7 @@ export class Findings {
     lines.set("right-wall", walls?.right_px);
     lines.set("way", walls ? walls.centreline_px : path?.points_px);
     showWalls(walls, this.rough);
-    showPath(path, walls, viaCount);
+    this.how = showPath(path, walls, viaCount);
     showWarnings([...(scale?.warnings ?? []), ...(path?.warnings ?? []), ...(walls?.warnings ?? [])]);
   }
 }

@@ -213,3 +213,4 @@ def test_a_stroke_costs_its_own_work_alone_and_gives_what_a_new_session_gives(fi
     assert not made
     assert answer == _asked(_session(file), stroked)
     assert any("strokes drawn by hand" in warning for warning in answer["walls"]["warnings"])
+    assert any(text.startswith("left wall by drawn") for *_, text in answer["walls"]["why"])
