@@ -6,19 +6,21 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
+from digitise.image.raster import sampled
 from digitise.photo import Photo, in_copy, smaller
 from digitise.settings import PhotoInput
 from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError
 from digitise.walls.doubts import WORTH_SAYING, darker_line, find_bands, judge_reach, judge_stretches
-from digitise.walls.drawn import NOTHING, Drawn, with_drawn
+from digitise.walls.drawn import with_drawn
 from digitise.walls.ends import Traced
 from digitise.walls.followed_walls import Follow, FollowedWalls
 from digitise.walls.islands_and_side_cracks import photo_of_paint, with_side_cracks
@@ -34,6 +36,7 @@ MOST_TRIMMED = 0.02  # Largest share of the crack's area that is cut off where i
 TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of widths without a warning: ends are uncertain by as much
 CLICKED = ("ends", "via", "mask")  # Sources of paths with ends that a person chose
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
+GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Width of the crack in the smaller copy: walls are within 0.1 mm of the final ones
 BRUSH_PX = 1.0  # Half of the 95 % interval of a painted width that the photo does not confirm
 
 
@@ -117,8 +120,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follo
         return (
             outline_along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
         )
-    insisted = bool(Drawn.of(settings).strokes_px)
-    if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or insisted:
+    if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
             return _between_walls(photo, path, settings, follow)
     if by_hand:
@@ -142,11 +144,13 @@ def _is_light(photo: Photo, path: CrackPath) -> bool:
 
 def _between_walls(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follow) -> Outline:
     """Return the outline by walls; of a dark crack in a grey band, as a joint, that of the crack, with both widths."""
+    if settings.drawn_by_hand:
+        hand = with_drawn(photo, path, settings)
+        outline = outline_by_walls(FollowedWalls(hand.photo, path, settings.edge_fraction), settings, hand.decided)
+        return replace(outline, warnings=(*outline.warnings, *hand.warnings))
     outline = outline_by_walls(follow(photo, path, settings.edge_fraction), settings)
-    if path.source == "mask" or settings.drawn_by_hand:
-        return outline
     inner, band_mm = darker_line(photo, path, outline), outline.mean_width_mm
-    if inner is None:
+    if inner is None or path.source == "mask":
         return outline
     if inner.width_px >= MIN_WIDTH_PX:
         with suppress(TooThinError):
@@ -157,23 +161,22 @@ def _between_walls(photo: Photo, path: CrackPath, settings: PhotoInput, follow: 
     return _fitted(photo, inner, band_mm)
 
 
-def outline_by_walls(walls: FollowedWalls, settings: PhotoInput) -> Outline:
+def outline_by_walls(walls: FollowedWalls, settings: PhotoInput, by_hand: NDArray[np.uint8] | None = None) -> Outline:
     """Measure a crack between its walls. The ring includes side cracks if they are kept.
 
-    At an open end the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short or
-    its walls are not found, and TooThinError if blur would decide its width.
+    ``by_hand`` is 255 on pixels that drawn lines have changed. At an open end the centreline begins or ends at the edge
+    of the face. Raises InputError if the crack is too short or its walls are not found, and TooThinError if blur would
+    decide its width.
     """
-    photo, path, drawn, around = walls.photo, walls.path, Drawn.of(settings), walls.around
-    painted, insisted = path.source == "mask", bool(drawn.strokes_px)
-    traced = walls.traced(insisted)
+    photo, path, around = walls.photo, walls.path, walls.around
+    painted = path.source == "mask"
+    traced = walls.traced(insisted=by_hand is not None)
     source: WidthSource = "walls" if traced.width_spread is None else "region"
-    outline = outline_along(photo, path, traced, source, drawn=drawn)
-    if insisted and outline.mean_width_mm < MIN_WIDTH_PX * photo.mm_per_px:
-        raise TooThinError(f"{photo.file}: the crack is under {MIN_WIDTH_PX:g} px wide between its strokes.")
+    outline = outline_along(photo, path, traced, source, by_hand=by_hand)
     if outline.width_95_mm is not None:
         warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*outline.width_95_mm)))
         outline = replace(outline, warnings=warnings)
-    if not painted and (bands := find_bands(photo, outline, drawn, around.hidden)) is not None:
+    if not painted and (bands := find_bands(photo, outline, around.hidden)) is not None:
         outline = replace(
             outline,
             bands_mm=bands.rings_mm,
@@ -187,8 +190,7 @@ def outline_by_walls(walls: FollowedWalls, settings: PhotoInput) -> Outline:
     # Paint has no blur that could be mistaken for width.
     least_px = 0.0 if painted else MIN_WIDTH_PX
     outline = with_side_cracks(photo, outline, around.side_cracks, settings.branches == "keep", least_px)
-    within = (ring for ring in around.islands_mm if points_in_poly(ring, outline.outline_mm).all())
-    islands_mm = tuple(ring for ring in within if not drawn.crack_in(photo.to_px(ring)))
+    islands_mm = tuple(ring for ring in around.islands_mm if points_in_poly(ring, outline.outline_mm).all())
     return replace(
         outline,
         warnings=(*missed, *outline.warnings, *_island_warning(islands_mm)),
@@ -203,11 +205,15 @@ def outline_along(
     source: WidthSource,
     width_95_mm: Span | None = None,
     remarks: tuple[str, ...] = (),
-    drawn: Drawn = NOTHING,
+    by_hand: NDArray[np.uint8] | None = None,
 ) -> Outline:
-    """Return the outline of a traced crack, without side cracks and islands. Drawn lines move its walls."""
-    stations, clear_step = _stations(photo, traced)
-    (centreline_mm, left_mm, right_mm), by_hand, doubts = with_drawn(photo, stations, drawn, traced.kinds)
+    """Return the outline of a traced crack, without side cracks and islands."""
+    (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)
+    doubts = _doubts(path, traced)
+    if by_hand is not None:
+        drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
+        methods = np.where(drawn, 2, methods)
+        doubts.append(f"{max(float(drawn.mean()), 0.01):.0%} of the walls are beside lines or strokes drawn by hand")
     if source == "none":
         # The ring of a path runs forth and back, without area.
         left_mm = right_mm = centreline_mm
@@ -219,7 +225,7 @@ def outline_along(
         ends=traced.kinds,
         **photo.facts_of_outline,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced), *doubts, *remarks),
+        warnings=(*photo.warnings, *path.warnings, *doubts, *remarks),
         width_source=source,
         width_95_mm=width_95_mm,
     )
@@ -227,7 +233,6 @@ def outline_along(
         outline = replace(
             outline, width_95_mm=tuple(outline.mean_width_mm * (1 + traced.width_spread * sign) for sign in (-1, 1))
         )
-    methods = np.where(by_hand > 0.5, 2, np.where(clear_step, 0, 1))
     return outline if source == "none" else replace(outline, walls=tuple(_origins(outline, methods)))
 
 
@@ -333,25 +338,22 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     return outline_along(photo, path, traced, "gauge", remarks=tuple(remarks))
 
 
-def glance(
-    photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT, follow: Follow = FollowedWalls
-) -> Outline | None:
+def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline | None:
     """Trace the outline in a smaller copy of the photo; its pixels are the copy's. None if the walls are not found."""
-    walls = follow(photo, path, settings.edge_fraction).glanced
-    if walls is None:
+    if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
         return None
-    factor = round(path.width_px / walls.path.width_px)
+    factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
+    narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
-        drawn_px = {
-            name: [in_copy(np.array(line_px), factor).tolist() for line_px in getattr(settings, name)]
-            for name in settings.drawn_by_hand
-        }
-        return outline_by_walls(walls, settings.model_copy(update={**drawn_px, "branches": "drop"}))
+        hand = with_drawn(photo, path, settings) if settings.drawn_by_hand else None
+        copy = smaller(photo if hand is None else hand.photo, factor)
+        decided = None if hand is None else np.asarray(hand.decided[::factor, ::factor], dtype=np.uint8)
+        return outline_by_walls(FollowedWalls(copy, narrow, settings.edge_fraction), settings, decided)
     return None
 
 
 def _stations(photo: Photo, traced: Traced) -> tuple[tuple[Floats, Floats, Floats], Floats]:
-    """Return centreline, left and right wall at evenly spaced stations, and the walls with a clear step, (2, n)."""
+    """Return centreline, left and right wall at evenly spaced stations, and their methods, (2, n): 1 of bridged walls."""
     s_mm = arc_length(traced.line_mm)
     first_mm, last_mm = traced.span_mm
     sigma = WALL_SMOOTHING_PX / STATION_PX
@@ -363,9 +365,9 @@ def _stations(photo: Photo, traced: Traced) -> tuple[tuple[Floats, Floats, Float
     centreline_mm, left_at, right_at = (
         polyline.at_arc_length(points, s_mm, stations) for points in (traced.line_mm, left_mm, right_mm)
     )
-    clear_step = np.ones((2, count))
+    methods = np.zeros((2, count))
     if traced.clear_step is not None:
-        clear_step = polyline.at_arc_length(traced.clear_step.T.astype(float), s_mm, stations).T > 0.5
+        methods[polyline.at_arc_length(traced.clear_step.T.astype(float), s_mm, stations).T < 0.5] = 1
     tips = [station for kind, station in zip(traced.kinds, (0, -1), strict=True) if kind == "closed"]
     left_at[tips] = right_at[tips] = centreline_mm[tips]  # a tip belongs to both walls
     if photo.face_mm is not None:
@@ -374,7 +376,7 @@ def _stations(photo: Photo, traced: Traced) -> tuple[tuple[Floats, Floats, Float
         for kind, station in zip(traced.kinds, (0, -1), strict=True):
             for line_mm in (centreline_mm, left_at, right_at) if kind == "open" else ():
                 line_mm[station] = polyline.on_side(line_mm[station], photo.face_mm)
-    return (centreline_mm, left_at, right_at), clear_step
+    return (centreline_mm, left_at, right_at), methods
 
 
 def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:

@@ -270,7 +270,7 @@ class TraceSession:
                 else:
                     path = self._last_path.of(photo, settings.hints, lambda: self._path(photo, settings))
                 yield "path", _path_answer(path, with_scale.in_mm)
-                rough = glance(photo, path, settings, self._last_walls.along)
+                rough = glance(photo, path, settings)
                 yield "glance", None if rough is None else _walls_answer(photo, rough, with_scale.in_mm)
                 outline = trace_outline(photo, path, settings, self._last_walls.along)
                 yield "walls", _walls_answer(photo, outline, with_scale.in_mm)

@@ -13,7 +13,6 @@ from digitise.image.raster import sampled
 from digitise.photo import Photo
 from digitise.walls.beside_walls import Along, Levels
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING
-from digitise.walls.drawn import Drawn
 from digitise.walls.straightened import patch_around, straighten
 from digitise.walls.wall_profile import cheapest_way, follow, runs
 from sealtwin.core.arc_length import arc_length
@@ -62,8 +61,8 @@ class Bands(NamedTuple):
     warning: str
 
 
-def find_bands(photo: Photo, outline: Outline, drawn: Drawn, hidden: NDArray[np.uint8]) -> Bands | None:
-    """Return the bands along an outline's walls; None if they matter little. A stroke decides those beside it.
+def find_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Bands | None:
+    """Return the bands along an outline's walls; None if they matter little.
 
     The mouth of a side crack, which is ``hidden``, is no band.
     """
@@ -88,7 +87,6 @@ def find_bands(photo: Photo, outline: Outline, drawn: Drawn, hidden: NDArray[np.
     doubtful[:, :tip] = doubtful[:, -tip:] = False
     covered = [sampled(hidden, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)]
     doubtful &= ~maximum_filter1d(np.stack(covered).astype(np.uint8), along.odd(2), axis=1).astype(bool)
-    doubtful &= ~drawn.beside(photo.to_px(line_mm), 2 * width_px)
     low_mm, high_mm = (
         outline.mean_width_mm + mm_per_px * float(np.where(doubtful, change_px, 0).sum(axis=0).mean())
         for change_px in (np.minimum(inner_px - along.walls_px, 0), np.maximum(outer_px - along.walls_px, 0))

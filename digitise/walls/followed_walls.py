@@ -4,13 +4,11 @@ Each part is measured when it is first used, so that a stroke on the trace page 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-
 from digitise.crack_path.hints import CrackPath
-from digitise.photo import Photo, in_copy, smaller
+from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.ends import Traced
@@ -18,7 +16,6 @@ from digitise.walls.islands_and_side_cracks import Surroundings, find_surroundin
 from sealtwin.core.errors import InputError
 
 RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
-GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Width of the crack in the smaller copy: walls are within 0.1 mm of the final ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,25 +33,15 @@ class FollowedWalls:
         Raises WallsMissingError if neither is found and nobody ``insisted``, and TooThinError if blur would decide its
         width.
         """
-        if not isinstance(self._followed, InputError):
-            return self._followed
-        if not insisted:
+        if insisted and isinstance(self._followed, WallsMissingError):
+            return self._region(insisted=True)
+        if isinstance(self._followed, InputError):
             raise self._followed
-        return self._region(insisted=True)
+        return self._followed
 
     @cached_property
     def around(self) -> Surroundings:
         return find_surroundings(self._shown, self.path, self._wall_share)
-
-    @cached_property
-    def glanced(self) -> "FollowedWalls | None":
-        """The same in a smaller copy of the photo; None for a crack that is narrow or painted."""
-        if self.path.width_px < 2 * GLANCE_WIDTH_PX or self.photo.drawn is not None:
-            return None
-        factor = 2 ** int(np.log2(self.path.width_px / GLANCE_WIDTH_PX))
-        points_px = in_copy(self.path.points_px, factor)
-        narrow = replace(self.path, points_px=points_px, width_px=self.path.width_px / factor)
-        return FollowedWalls(smaller(self.photo, factor), narrow, self.edge_fraction)
 
     @property
     def _wall_share(self) -> float:

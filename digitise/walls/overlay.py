@@ -13,7 +13,7 @@ from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Integers, Outline, PathSource, Trajectory
+from sealtwin.core.records import Floats, Outline, PathSource, Trajectory
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -195,7 +195,7 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
             sample = base + np.array([(0, -5 * unit), (swatch - 8 * unit, -5 * unit)])
             for shade, thickness in ((INK, 4.5), (colour, 3)):
                 canvas.line(sample, shade, thickness)
-            base = base + (swatch, 0)
+            base = base + np.array([swatch, 0])
         canvas.text(base, text, INK)
 
 
@@ -205,12 +205,12 @@ def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -
     fitting = [step for step in ROUND_LENGTHS_MM if step <= 0.2 * canvas.extent[0] * mm_per_px]
     length_mm = fitting[-1] if fitting else ROUND_LENGTHS_MM[0]
     bar, pad = np.array([length_mm / mm_per_px, 5 * unit]), 10 * unit
-    size = bar + (2 * pad, 22 * unit + pad)
+    size = np.add(bar, (2 * pad, 22 * unit + pad))
     low = _free_corner(canvas, size, taken, shown, ((1, 1), (0, 1), (1, 0)))
     canvas.panel(low, low + size, PAPER, 0.8)
-    start = low + (pad, size[1] - pad - bar[1])
+    start = np.add(low, (pad, size[1] - pad - bar[1]))
     canvas.panel(start, start + bar, INK, 1)
-    canvas.panel(start + (bar[0] / 2, 1), start + bar - 1, PAPER, 1)
+    canvas.panel(np.add(start, (bar[0] / 2, 1)), start + bar - 1, PAPER, 1)
     canvas.text(start - (0, 6 * unit), f"{length_mm} mm", INK)
 
 

@@ -8,10 +8,9 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
-from digitise.outline import glance, trace_outline
+from digitise.outline import GLANCE_WIDTH_PX, glance, trace_outline
 from digitise.photo import smaller
 from digitise.scale.view import Lens, View
-from digitise.walls.followed_walls import GLANCE_WIDTH_PX
 from tests.pictures import distance_to, evenly_scaled, how_traced, mortar, with_crack, write_png
 
 ENDS = ((60.0, 430.0), (940.0, 210.0))

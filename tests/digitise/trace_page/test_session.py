@@ -14,7 +14,6 @@ from digitise.outline import trace_outline
 from digitise.settings import PhotoInput
 from digitise.trace_page import session as page_session
 from digitise.trace_page.session import Hints, OutdatedError, TraceSession
-from digitise.walls import followed_walls
 from sealtwin.core.errors import InputError
 from tests.pictures import edge_of_patch, evenly_scaled, mortar, wandering, with_crack, write_png
 
@@ -200,17 +199,11 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
 
 
-def test_a_stroke_costs_its_own_work_alone_and_gives_what_a_new_session_gives(file, monkeypatch):
-    """Followed again, path and walls are most of a click's time."""
-    made, follow = [], followed_walls.trace
-    monkeypatch.setattr(followed_walls, "trace", lambda *given: made.append(given) or follow(*given))
+def test_a_stroke_gives_what_a_new_session_gives(file):
     session, plain = _session(file), Hints(ends_px=ENDS)
     stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
     _asked(session, plain)
-    assert made
-    made.clear()
     answer = _asked(session, stroked)
-    assert not made
     assert answer == _asked(_session(file), stroked)
     assert any("strokes drawn by hand" in warning for warning in answer["walls"]["warnings"])
     assert any(text.startswith("left wall by drawn") for *_, text in answer["walls"]["why"])
