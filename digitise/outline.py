@@ -18,12 +18,12 @@ from digitise.photo import Photo, in_copy, smaller
 from digitise.settings import PhotoInput
 from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit
-from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError
+from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
+from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.doubts import WORTH_SAYING, darker_line, find_bands, judge_reach, judge_stretches
-from digitise.walls.drawn import with_drawn
+from digitise.walls.drawn import ByHand, with_drawn
 from digitise.walls.ends import Traced
-from digitise.walls.followed_walls import Follow, FollowedWalls
-from digitise.walls.islands_and_side_cracks import photo_of_paint, with_side_cracks
+from digitise.walls.islands_and_side_cracks import Surroundings, find_surroundings, photo_of_paint, with_side_cracks
 from digitise.walls.thin_crack import NotFittedError, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
@@ -37,6 +37,7 @@ TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of widths without a warni
 CLICKED = ("ends", "via", "mask")  # Sources of paths with ends that a person chose
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
 GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Width of the crack in the smaller copy: walls are within 0.1 mm of the final ones
+RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
 BRUSH_PX = 1.0  # Half of the 95 % interval of a painted width that the photo does not confirm
 
 
@@ -81,17 +82,14 @@ BRIDGED: tuple[WallMethod, str] = (
 )
 
 
-def trace_outline(
-    photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT, follow: Follow = FollowedWalls
-) -> Outline:
+def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
     """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
-    Only the settings on how a crack is measured are used. ``follow`` may return walls that it remembers. The outline is
-    a path without walls if ``path_only`` is set, the crack is too thin for the fit, or a fit is impossible between
+    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set, the crack is too thin for the fit, or a fit is impossible between
     clicks. Raises InputError if ``outline_by_walls`` does, if a thin crack or the ground next to it is hidden, or if
     walls were drawn for an outline without walls.
     """
-    outline = _measured(photo, path, settings, follow)
+    outline = _measured(photo, path, settings)
     if path.source not in CLICKED:
         return outline
     shown = photo_of_paint(photo, path) if path.source == "mask" else photo
@@ -99,10 +97,10 @@ def trace_outline(
     return replace(outline, warnings=(*outline.warnings, *beyond))
 
 
-def _measured(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follow) -> Outline:
+def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     """Return the outline for ``trace_outline``, which then checks the ground beyond its ends."""
     if settings.mean_width_mm is not None:
-        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}), follow)
+        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:
             raise InputError(
                 f"{photo.file}: photo.mean_width_mm: only a crack with walls and without side cracks can be scaled to "
@@ -116,18 +114,18 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follo
     if by_hand and (settings.path_only or width_mm is not None):
         raise InputError(f"{photo.file}: {by_hand} cannot be combined with width_mm or path_only: give one.")
     if settings.path_only or width_mm is not None:
-        traced = _middle(photo, path, settings, follow)
+        traced = _middle(photo, path, settings)
         return (
             outline_along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
         )
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
-            return _between_walls(photo, path, settings, follow)
+            return _between_walls(photo, path, settings)
     if by_hand:
         raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
     if path.source != "mask" or not _is_light(photo, path):
         return _fitted(photo, path)
-    outline = outline_by_walls(replace(follow(photo, path, settings.edge_fraction), least_px=0.0), settings)
+    outline = outline_by_walls(ByHand(photo), path, settings, least_px=0.0)
     brush_mm = BRUSH_PX * photo.mm_per_px
     interval_mm = max(outline.mean_width_mm - brush_mm, 0.0), outline.mean_width_mm + brush_mm
     warnings = (*outline.warnings, DoubtfulWalls(PAINTED.format(outline.mean_width_mm, *interval_mm)))
@@ -142,37 +140,50 @@ def _is_light(photo: Photo, path: CrackPath) -> bool:
     return finite_median(profiles.light[:, inside]) >= finite_median(profiles.light[:, beside])
 
 
-def _between_walls(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follow) -> Outline:
+def _between_walls(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     """Return the outline by walls; of a dark crack in a grey band, as a joint, that of the crack, with both widths."""
-    if settings.drawn_by_hand:
-        hand = with_drawn(photo, path, settings)
-        outline = outline_by_walls(FollowedWalls(hand.photo, path, settings.edge_fraction), settings, hand.decided)
-        return replace(outline, warnings=(*outline.warnings, *hand.warnings))
-    outline = outline_by_walls(follow(photo, path, settings.edge_fraction), settings)
+    hand = with_drawn(photo, path, settings)
+    outline = outline_by_walls(hand, path, settings)
+    if hand.decided is not None or path.source == "mask":
+        return outline
     inner, band_mm = darker_line(photo, path, outline), outline.mean_width_mm
-    if inner is None or path.source == "mask":
+    if inner is None:
         return outline
     if inner.width_px >= MIN_WIDTH_PX:
         with suppress(TooThinError):
-            outline = outline_by_walls(FollowedWalls(photo, inner, settings.edge_fraction), settings)
+            outline = outline_by_walls(hand, inner, settings)
             low_mm, _ = outline.width_95_mm or (outline.mean_width_mm, 0.0)
             warnings = (*outline.warnings, DoubtfulWalls(BAND.format(outline.mean_width_mm, band_mm)))
             return replace(outline, width_95_mm=(low_mm, band_mm), warnings=warnings)
     return _fitted(photo, inner, band_mm)
 
 
-def outline_by_walls(walls: FollowedWalls, settings: PhotoInput, by_hand: NDArray[np.uint8] | None = None) -> Outline:
+def _followed(
+    photo: Photo, path: CrackPath, wall_share: float, around: Surroundings, insisted: bool, least_px: float
+) -> Traced:
+    """Return the crack by its walls or, on ground too coarse to follow them, by its dark region."""
+    try:
+        return trace(photo, path, wall_share, around.hidden, least_px)
+    except WallsMissingError as unclear:
+        try:
+            return trace_dark_region(photo, path, wall_share, around.hidden, insisted)
+        except InputError as neither:
+            why = str(neither).removeprefix(f"{photo.file}: ")
+            raise WallsMissingError(f"{unclear} A second way was tried: {why}") from None
+
+
+def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_px: float = MIN_WIDTH_PX) -> Outline:
     """Measure a crack between its walls. The ring includes side cracks if they are kept.
 
-    ``by_hand`` is 255 on pixels that drawn lines have changed. At an open end the centreline begins or ends at the edge
-    of the face. Raises InputError if the crack is too short or its walls are not found, and TooThinError if blur would
-    decide its width.
+    At an open end the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short or
+    its walls are not found, and TooThinError if blur would decide its width, or if it is below ``least_px``.
     """
-    photo, path, around = walls.photo, walls.path, walls.around
-    painted = path.source == "mask"
-    traced = walls.traced(insisted=by_hand is not None)
+    photo, painted, insisted = hand.photo, path.source == "mask", hand.decided is not None
+    shown, share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
+    around = find_surroundings(shown, path, share)
+    traced = _followed(shown, path, share, around, insisted, least_px)
     source: WidthSource = "walls" if traced.width_spread is None else "region"
-    outline = outline_along(photo, path, traced, source, by_hand=by_hand)
+    outline = outline_along(photo, path, traced, source, remarks=hand.warnings, by_hand=hand.decided)
     if outline.width_95_mm is not None:
         warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*outline.width_95_mm)))
         outline = replace(outline, warnings=warnings)
@@ -312,12 +323,11 @@ def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> floa
     return dark_mm if is_wider(dark_px, fit.mean_px) else None
 
 
-def _middle(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follow) -> Traced:
+def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
     """Return the line down the middle of a crack, between its walls if they are found, without the walls."""
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(InputError):
-            walls = follow(photo, path, settings.edge_fraction)
-            outline = outline_by_walls(walls, settings.model_copy(update={"branches": "drop"}))
+            outline = outline_by_walls(ByHand(photo), path, settings)
             line_mm = outline.centreline_mm
             return Traced(line_mm, line_mm, line_mm, outline.ends, (0.0, outline.length_mm), 0.0)
     return trace_line(photo, path)
@@ -345,10 +355,9 @@ def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> 
     factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
     narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
-        hand = with_drawn(photo, path, settings) if settings.drawn_by_hand else None
-        copy = smaller(photo if hand is None else hand.photo, factor)
-        decided = None if hand is None else np.asarray(hand.decided[::factor, ::factor], dtype=np.uint8)
-        return outline_by_walls(FollowedWalls(copy, narrow, settings.edge_fraction), settings, decided)
+        hand = with_drawn(photo, path, settings)
+        decided = None if hand.decided is None else hand.decided[::factor, ::factor]
+        return outline_by_walls(ByHand(smaller(hand.photo, factor), decided), narrow, settings)
     return None
 
 

@@ -34,7 +34,6 @@ from digitise.settings import (
     Tilt,
     Walls,
 )
-from digitise.walls.followed_walls import LastWalls
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Pixels, WallStretch
 from sealtwin.core.settings import Settings, checked
@@ -219,8 +218,8 @@ class TraceSession:
         # Clicks do not wait for a search, which may take seconds.
         self._clicking, self._searching = Lock(), Lock()
         self._last_scale, self._last_wire = _Last[_Scaled](), _Last[LiveWire]()
-        # A stroke changes neither the path nor the walls that it moves.
-        self._last_search, self._last_path, self._last_walls = _Last[CrackSearch](), _Last[CrackPath](), LastWalls()
+        # A stroke does not change the path.
+        self._last_search, self._last_path = _Last[CrackSearch](), _Last[CrackPath]()
         # The search map is made before the first click. A bad region is reported with the first answer.
         with suppress(InputError):
             self._wire(self._scaled(hints).photo, hints.roi_px)
@@ -272,7 +271,7 @@ class TraceSession:
                 yield "path", _path_answer(path, with_scale.in_mm)
                 rough = glance(photo, path, settings)
                 yield "glance", None if rough is None else _walls_answer(photo, rough, with_scale.in_mm)
-                outline = trace_outline(photo, path, settings, self._last_walls.along)
+                outline = trace_outline(photo, path, settings)
                 yield "walls", _walls_answer(photo, outline, with_scale.in_mm)
             except RivalCracksError as rivals:
                 count = len(rivals.cracks)

@@ -44,8 +44,8 @@ class ByHand(NamedTuple):
     """The photo with drawn lines in it."""
 
     photo: Photo
-    decided: NDArray[np.uint8]  # 255 on pixels that lines decide, 0 elsewhere
-    warnings: tuple[str, ...]
+    decided: NDArray[np.uint8] | None = None  # 255 on pixels that lines decide, 0 elsewhere; None without lines
+    warnings: tuple[str, ...] = ()
 
 
 class _Line(NamedTuple):
@@ -62,6 +62,8 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
 
     Raises InputError for lines that contradict each other, that leave this crack, or that cross its path as ground.
     """
+    if not settings.drawn_by_hand:
+        return ByHand(photo)
     width_px, warnings = max(path.width_px, 4.0), list[str]()
     lines, light = _lines(photo, path, settings, width_px, warnings), photo.brightness.copy()
     sure, decided = np.zeros((2, *light.shape), dtype=np.uint8), np.zeros(light.shape, dtype=np.uint8)
