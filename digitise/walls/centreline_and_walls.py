@@ -241,19 +241,17 @@ def _shown_span_mm(
         # A wall beyond the edge of the face ends there anyway.
         hidden |= outside & (True if photo.face_mm is None else depth_inside(wall_mm, photo.face_mm) > 0)
     s_mm = arc_length(line_mm)
-    within = (s_mm > span_mm[0]) & (s_mm < span_mm[1])
-    stops_mm = np.concatenate([[span_mm[0]], s_mm[hidden & within], [span_mm[1]]])
-    longest = int(np.argmax(np.diff(stops_mm)))
-    lost = 1 - float(stops_mm[longest + 1] - stops_mm[longest]) / (span_mm[1] - span_mm[0])
+    within = (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
+    first, past = max(runs(within & ~hidden), key=np.ptp, default=(0, 1))
+    if hidden[within].any():
+        span_mm = float(max(span_mm[0], s_mm[first])), float(min(span_mm[1], s_mm[past - 1]))
+    lost = 1 - (past - first) / max(np.count_nonzero(within), 1)
     if lost > MOST_MISSING:
         raise InputError(
             f"{photo.file}: a wall is outside the photo on {lost:.0%} of the path (at most {MOST_MISSING:.0%}); give "
             "ends_px farther inside, or a photo that shows both walls."
         )
-    shown_mm = s_mm[~hidden & within]
-    shown_mm = shown_mm[(shown_mm > stops_mm[longest]) & (shown_mm < stops_mm[longest + 1])]
-    first_mm = span_mm[0] if longest == 0 else float(shown_mm[0])
-    return first_mm, span_mm[1] if longest == len(stops_mm) - 2 else float(shown_mm[-1])
+    return span_mm
 
 
 def _crossings(photo: Photo, line_mm: Floats, ends: tuple[PathEnd, ...]) -> Crossings:

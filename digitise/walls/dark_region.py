@@ -19,7 +19,7 @@ from digitise.image.raster import lightness
 from digitise.photo import Photo, in_copy, smaller
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX
 from digitise.walls.ends import Traced, to_its_ends
-from digitise.walls.straightened import Patch, Strip, patch_around, straighten
+from digitise.walls.straightened import Strip, patch_around, straighten
 from digitise.walls.wall_profile import between, follow, outward, steadied
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -29,7 +29,6 @@ from sealtwin.core.records import Floats
 # Chosen on public photos of roads and masonry and on drawn roads. The gate's limits decide between bare ground that
 # passes and cracks that are refused.
 ENOUGH_PX = 40.0  # Width in px from which a crack is measured in a smaller copy of the photo
-MOST_WIDTH_PX = 180.0  # Reach of the first look for the crack's width, to both sides together
 REACH = 2.4  # Widths to either side of the strip, plus ``REACH_PX``, at most ``MOST_REACH_PX``
 REACH_PX = 14.0
 MOST_REACH_PX = 140.0
@@ -76,14 +75,13 @@ def trace_dark_region(
             )
         traced = trace_dark_region(copy, narrow, wall_share, hidden, insisted)
         return replace(traced, width_px=traced.width_px * factor)
-    patch = patch_around(photo, path.points_px, MOST_REACH_PX + MOST_WIDTH_PX, hidden)
+    patch = patch_around(photo, path.points_px, 2 * MOST_REACH_PX, hidden)
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), photo.mm_per_px), 4.0)
-    strip = _strip(photo, patch, line_mm, min(MOST_WIDTH_PX / 2, min(photo.size_px) / 3))
-    width_px, smoothing = _first_width_px(strip), PATH_SMOOTHING
-    rims_px = np.zeros((2, len(line_mm)))
+    width_px, smoothing = max(path.width_px, 4.0), PATH_SMOOTHING
     for _ in range(PASSES):
-        line_mm = smoothed(line_mm, smoothing * width_px)
-        strip = _strip(photo, patch, line_mm, min(REACH * width_px + REACH_PX, MOST_REACH_PX))
+        line_mm = resampled(smoothed(line_mm, smoothing * width_px), photo.mm_per_px)
+        reach_mm = round(min(REACH * width_px + REACH_PX, MOST_REACH_PX)) * photo.mm_per_px
+        strip = straighten(photo, patch, line_mm, left_normals(line_mm), photo.mm_per_px, reach_mm)
         rims_px = _rims_px(strip, width_px)
         width_px, smoothing = max(float(np.median(rims_px.sum(axis=0))), 4.0), LINE_SMOOTHING
         line_mm = resampled(strip.places_mm((rims_px[0] - rims_px[1]) / 2 * photo.mm_per_px), photo.mm_per_px)
@@ -100,24 +98,6 @@ def trace_dark_region(
     lines_px = photo.to_px(middle_mm), photo.to_px(left_mm), photo.to_px(right_mm)
     spread = np.hypot.reduce([SURE, soft_px / max(width_px, 1.0), INSISTED * (fault is not None)])
     return to_its_ends(photo, patch, lines_px, width_px, float(spread))
-
-
-def _strip(photo: Photo, patch: Patch, line_mm: Floats, reach_px: float) -> Strip:
-    """Return the light along a line, 1 px apart in both directions."""
-    line_mm, px = resampled(line_mm, photo.mm_per_px), photo.mm_per_px
-    return straighten(photo, patch, line_mm, left_normals(line_mm), px, round(reach_px) * px)
-
-
-def _first_width_px(strip: Strip) -> float:
-    """Return the width of the dark band in the profile that is averaged along the whole path."""
-    shown = np.where(strip.valid, lightness(strip.light), np.nan)
-    some = np.isfinite(shown).any(axis=0)
-    profile = np.full(len(some), np.inf)
-    profile[some] = gaussian_filter1d(np.nanmean(shown[:, some], axis=0), 1.0)
-    darkest = strip.middle - 2 + int(np.argmin(profile[strip.middle - 2 : strip.middle + 3]))
-    bright = np.flatnonzero(profile >= (profile[darkest] + np.percentile(profile[some], 75)) / 2)
-    ends = bright[bright < darkest].max(initial=-1), bright[bright > darkest].min(initial=len(profile))
-    return float(max(4.0, ends[1] - ends[0] - 1))
 
 
 def _rims_px(strip: Strip, width_px: float) -> Floats:

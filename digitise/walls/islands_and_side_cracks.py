@@ -24,14 +24,14 @@ from digitise.crack_path.medial_axis import (
     side_lines,
 )
 from digitise.crack_path.standing_out import unlike_length_px
-from digitise.geometry.polyline import resampled, signed_area, smoothed
+from digitise.geometry.polyline import extended, resampled, signed_area, smoothed
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import Map, blurred, continued, resized, shrunk, widened
 from digitise.photo import Photo
 from digitise.walls.straightened import BLUR_PX, LEAST_WIDTH_PX
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import present
-from sealtwin.core.records import Floats, Integers, Outline
+from sealtwin.core.records import Floats, Outline
 
 # Constants of stones and side cracks. "widths" are crack widths.
 #
@@ -175,7 +175,8 @@ def _side_cracks(
     for cells, comes_back in side_lines(crack, cells_of_way, least) if len(cells_of_way) > 1 else []:
         halves, shares = to_rim[tuple(cells.T)], copy.share[tuple(cells.T)]
         half = float(np.median(halves))
-        line = _to_the_tip(cells, to_rim, comes_back)
+        # A skeleton ends before a round tip.
+        line = extended(cells[:, ::-1].astype(float), 0, 0 if comes_back else halves[-1], 2 * halves[-1] + 3, 1.0)
         slender = arc_length(line)[-1] >= SLENDER * 2 * halves.max() and 2 * half < AS_WIDE * width_px * scale
         if not slender or np.median(shares) >= AS_DARK * wall_share:
             continue
@@ -197,16 +198,6 @@ def _contours(copy: _Copy, share: Map, level: float, beyond: float) -> list[Floa
     """Return the closed rims at a share, in pixels of the photo; ``beyond`` is the share around the copy."""
     rings = find_contours(np.pad(share, 1, constant_values=beyond), level)
     return [copy.to_photo(ring[:-1, ::-1] - 1) for ring in rings]
-
-
-def _to_the_tip(cells: Integers, to_rim: Floats, comes_back: bool) -> Floats:
-    """Return the places of cells, extended to the tip, because a skeleton ends before a round tip."""
-    places = cells[:, ::-1].astype(float)
-    rest = float(to_rim[tuple(cells[-1])])
-    behind = places[-1] - places[max(0, len(places) - 3 - round(2 * rest))]
-    if comes_back or not behind.any():
-        return places
-    return np.vstack([places, places[-1] + rest * behind / np.linalg.norm(behind)])
 
 
 def with_side_cracks(
