@@ -1,7 +1,8 @@
 """Doubt measured walls: bands beside them, a darker line between them, stretches too narrow, ends not reached."""
 
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,12 +10,12 @@ from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
-from digitise.image.raster import sampled
+from digitise.geometry.polyline import left_normals, smoothed
+from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
-from digitise.walls.beside_walls import Along, Levels
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING
-from digitise.walls.straightened import patch_around, straighten
-from digitise.walls.wall_profile import cheapest_way, follow, runs
+from digitise.walls.straightened import Strip, patch_around, straighten
+from digitise.walls.wall_profile import cheapest_way, follow, outward, runs, steadied
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import SIDES, Floats, Outline, WallStretch
@@ -28,6 +29,13 @@ SPACING = 0.2
 SAMPLE = 0.05  # Widths from one sample of a profile to the next, at least 1 px
 REACH = 1.2  # Widths beside a wall, plus ``REACH_PX``, that are searched
 REACH_PX = 6.0
+ALONG = 0.25  # Widths of the median along the crack
+CORE = 0.15  # Distance inside a wall, over its distance from the line, plus ``CORE_PX``, from which on is crack
+CORE_PX = 0.5
+CORE_PERCENTILE = 30.0  # Of the lightness between the walls: the crack's own
+GROUND = 0.35  # Widths beside a wall, plus ``GROUND_PX``, from which on is ground
+GROUND_PX = 2.0
+STEADY = 3.0  # Widths along which both levels are medians
 INNER = 0.3  # Shares of the contrast in lightness that both sides of a band have
 OUTER = 0.7
 LEAST = 0.2  # Widths, or ``LEAST_PX``, by which a band is thicker than the crack's usual edge
@@ -37,6 +45,7 @@ TIP = 1.0  # Widths before an end that are left out: past it profiles show groun
 LEAST_PROFILES = 6  # A shorter crack has no usual edge
 LEAST_CONTRAST = 6.0  # Of lightness
 WORTH_SAYING = 0.05  # Difference between both mean widths, over the width, from which on a warning says so
+LISTED = 4  # Places in a warning
 SURE = 0.05  # Half of the interval of the mean width over it, beyond both widths
 DARKER = 0.2  # Least light between the walls above that of the darkest line there, over the ground's above it
 LINE_PX, LINE_ALONG_PX = 3, 15  # Width of that line, and length over which its light is averaged
@@ -48,7 +57,46 @@ SLIM = 3.0  # Least width between the walls over that of the line
 UNKNOWN = 0.75  # Share of the least width below which a stretch is a hairline: blur makes 5.4 px of a line of 4 px
 STEADY, LONG = 3.0, 5.0  # Least lengths of a median and of a stretch along the crack, in ``MIN_WIDTH_PX``
 
+BAND = (
+    "beside a wall a band is neither as dark as the crack nor as bright as the ground, as of debris, oil or shade, so "
+    "that two walls are plausible, for example near {} px. On the whole the crack is {:.3g} mm wide without such bands "
+    "and {:.3g} mm with them. Look at overlay.png; if a band is crack, draw over it in crack_strokes_px, and if it is "
+    "ground, in ground_strokes_px"
+)
 BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
+
+
+@dataclass(frozen=True)
+class _Along:
+    """Both walls of a crack as distances from the line between them."""
+
+    photo: Photo
+    line_mm: Floats  # (stations, 2)
+    ray: Floats  # Unit vectors to the left, (stations, 2)
+    walls_px: Floats  # Distance of the left and of the right wall, (2, stations), positive outward
+    width_px: float
+    station_px: float  # Spacing of stations
+
+    @classmethod
+    def of(cls, photo: Photo, line_mm: Floats, left_mm: Floats, right_mm: Floats) -> Self:
+        station_px = float(arc_length(line_mm)[-1]) / (len(line_mm) - 1) / photo.mm_per_px
+        width_px = max(float(np.median(np.linalg.norm(left_mm - right_mm, axis=1))) / photo.mm_per_px, 4.0)
+        ray = left_normals(smoothed(line_mm, width_px / station_px))
+        walls_px = np.stack([((left_mm - line_mm) * ray).sum(axis=1), ((line_mm - right_mm) * ray).sum(axis=1)])
+        return cls(photo, line_mm, ray, walls_px / photo.mm_per_px, width_px, station_px)
+
+    def places_mm(self, aside_px: Floats) -> Floats:
+        """Return the place at a distance to the left of each station, (stations, 2)."""
+        return self.line_mm + (aside_px * self.photo.mm_per_px)[:, None] * self.ray
+
+    def straightened(self, reach_px: float, step_px: float = 1.0) -> Strip:
+        """Return the light up to ``reach_px`` from the line, every ``step_px``."""
+        px, patch = self.photo.mm_per_px, patch_around(self.photo, self.photo.to_px(self.line_mm), reach_px)
+        return straighten(self.photo, patch, self.line_mm, self.ray, step_px * px, reach_px * px)
+
+    def odd(self, widths: float) -> int:
+        """Return the odd number of stations, 3 or more, in a length of crack widths."""
+        return int(max(3, widths * self.width_px / self.station_px)) | 1
 
 
 class Bands(NamedTuple):
@@ -72,13 +120,20 @@ def find_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Ban
     line_mm, left_mm, right_mm = outline.centreline_mm[thin], outline.left_wall_mm[thin], outline.right_wall_mm[thin]
     if len(line_mm) < LEAST_PROFILES:
         return None
-    along = Along.of(photo, line_mm, left_mm, right_mm)
+    along = _Along.of(photo, line_mm, left_mm, right_mm)
     reach_px = float(np.percentile(along.walls_px, 98)) + REACH * width_px + REACH_PX
-    levels = Levels.of(along, reach_px, max(1.0, SAMPLE * width_px))
-    contrast = np.maximum(levels.bright - levels.dark, LEAST_CONTRAST)[..., None]
-    share = (levels.even - levels.dark[:, None]) / contrast
-    excess = [np.where(levels.valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
-    inner_px, outer_px = np.split(follow(np.concatenate(excess), levels.strip.sample_px, along.station_px), 2)
+    strip = along.straightened(reach_px, max(1.0, SAMPLE * width_px))
+    even = median_filter(lightness(outward(strip, strip.light)), (1, along.odd(ALONG), 1), mode="nearest")
+    valid, walls_px = outward(strip, strip.valid), along.walls_px[..., None]
+    over_px = np.arange(even.shape[2]) * strip.sample_px - walls_px
+    core = np.where(valid & (over_px < -CORE_PX - CORE * walls_px), even, np.nan)
+    ground = np.where(valid & (over_px > GROUND * width_px + GROUND_PX), even, np.nan)
+    darkest = partial(np.nanpercentile, q=CORE_PERCENTILE)
+    dark = steadied(np.concatenate(list(core), axis=1)[None], along.odd(STEADY), darkest)
+    contrast = np.maximum(steadied(ground, along.odd(STEADY)) - dark, LEAST_CONTRAST)[..., None]
+    share = (even - dark[..., None]) / contrast
+    excess = [np.where(valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
+    inner_px, outer_px = np.split(follow(np.concatenate(excess), strip.sample_px, along.station_px), 2)
     outer_px = np.maximum(inner_px, outer_px)
     thick_px = outer_px - inner_px
     thick_px -= np.median(thick_px, axis=1, keepdims=True)
@@ -98,28 +153,15 @@ def find_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Ban
         near_mm, far_mm = along.places_mm(sign * inner_px[number]), along.places_mm(sign * outer_px[number])
         for begin, end in runs(doubtful[number]):
             rings_mm.append(np.concatenate([near_mm[begin:end], far_mm[begin:end][::-1]]))
-            between_mm = (each_px[number, begin:end].mean() * mm_per_px for each_px in (inner_px, outer_px))
-            doubt_mm = round(float(next(between_mm)), 3), round(float(next(between_mm)), 3)
-            stretches.append(
-                WallStretch(float(s_mm[begin]), float(s_mm[end - 1]), SIDES[number], "edge", doubt_mm, BAND_WHY)
+            part_mm = np.round([s_mm[begin], s_mm[end - 1]], 3).tolist()
+            least_mm, most_mm = (
+                round(mm_per_px * float(each_px[number, begin:end].mean()), 3) for each_px in (inner_px, outer_px)
             )
+            stretches.append(WallStretch(*part_mm, SIDES[number], "edge", (least_mm, most_mm), BAND_WHY))
     own_mm, sure_mm = outline.width_95_mm or (outline.mean_width_mm,) * 2, SURE * outline.mean_width_mm
     interval_mm = min(own_mm[0], low_mm - sure_mm), max(own_mm[1], high_mm + sure_mm)
-    return Bands(tuple(rings_mm), stretches, interval_mm, _sentence(photo, rings_mm, stretches, (low_mm, high_mm)))
-
-
-def _sentence(photo: Photo, rings_mm: list[Floats], stretches: list[WallStretch], both_mm: Span) -> str:
-    """Return the warning, with the place of the thickest band."""
-    thickest = int(np.argmax([np.ptp(stretch.doubt_mm or (0.0, 0.0)) for stretch in stretches]))
-    stretch, middle_px = stretches[thickest], photo.to_px(rings_mm[thickest].mean(axis=0)[None])
-    more = f", and at {len(stretches) - 1} more places" if len(stretches) > 1 else ""
-    return (
-        "beside a wall a band is neither as dark as the crack nor as bright as the ground, as of debris, oil or shade, "
-        f"so that two walls are plausible: at s = {stretch.s_from_mm:.0f} to {stretch.s_to_mm:.0f} mm, near "
-        f"{listed(middle_px)} px{more}. On the whole the crack is {both_mm[0]:.3g} mm wide without the bands and "
-        f"{both_mm[1]:.3g} mm with them. Look at overlay.png; draw over a band in crack_strokes_px if it is crack, or in "
-        "ground_strokes_px if it is ground"
-    )
+    middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
+    return Bands(tuple(rings_mm), stretches, interval_mm, BAND.format(listed(middle_px), low_mm, high_mm))
 
 
 def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:
@@ -127,10 +169,9 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
 
     None if the light between the walls is that of one thing.
     """
-    along = Along.of(photo, outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm)
+    along = _Along.of(photo, outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm)
     reach_px = float(np.percentile(along.walls_px, 98)) + along.width_px
-    patch = patch_around(photo, photo.to_px(along.line_mm), reach_px)
-    strip = straighten(photo, patch, along.line_mm, along.ray, photo.mm_per_px, reach_px * photo.mm_per_px)
+    strip = along.straightened(reach_px)
     offset_px = strip.offset_mm / photo.mm_per_px
     inward_px = np.minimum(along.walls_px[0][:, None] - offset_px, along.walls_px[1][:, None] + offset_px)
     between, beside = inward_px > LINE_PX, (inward_px < -LINE_PX) & strip.valid
