@@ -3,11 +3,10 @@
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.graph import MCP_Geometric
 
 from digitise.crack_path.darkness import sample_mask
 from digitise.crack_path.hints import listed
-from digitise.crack_path.medial_axis import holding, radius
+from digitise.crack_path.medial_axis import radius
 from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.geometry.polyline import depth_inside, unit
 from digitise.image.raster import blurred, shrunk
@@ -57,31 +56,22 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     light = blurred(shrunk(photo.brightness[whole], size) if factor > 1 else photo.brightness, 0.8)
     sample = cv2.resize(sample_mask(photo)[whole], size, interpolation=cv2.INTER_NEAREST) > 0
     width, cells = width_px / factor, (inward_px + 0.5) / factor - 0.5
-    dark = _slender((light < threshold) & sample, width).astype(np.uint8)
-    cv2.polylines(dark, [np.rint(cells).astype(np.int32)], False, 0, max(1, round(BODY * width)))
-    return factor * _farthest(dark > 0, cells[0], unit(part_px[0] - part_px[-1]), width)
-
-
-def _slender(dark: NDArray[np.bool_], width: float) -> NDArray[np.bool_]:
-    """Return the dark cells without regions far wider than the crack."""
-    thick = radius(dark) > SWELLING * width / 2 + 1
-    reach = 2 * int(SWELLING * width / 2 + 1) + 1
+    dark = (light < threshold) & sample
+    # Regions far wider than the crack are no crack.
+    thick, reach = radius(dark) > SWELLING * width / 2 + 1, 2 * int(SWELLING * width / 2 + 1) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
-    return dark & (cv2.dilate(thick.astype(np.uint8), disc) == 0)
+    dark = dark.astype(np.uint8) & (1 - cv2.dilate(thick.astype(np.uint8), disc))
+    cv2.polylines(dark, [np.rint(cells).astype(np.int32)], False, 0, max(1, round(BODY * width)))
+    return factor * _farthest(dark, cells[0], unit(part_px[0] - part_px[-1]), width)
 
 
-def _farthest(dark: NDArray[np.bool_], end: Floats, ahead: Floats, width: float) -> float:
-    """Return the length of the longest way through dark cells connected to a place ahead of the end."""
-    reach = NEAR * width + 2
-    low = np.maximum(np.floor(end - reach).astype(int), 0)
-    rows, columns = np.nonzero(dark[low[1] : int(end[1] + reach) + 1, low[0] : int(end[0] + reach) + 1])
-    away = np.column_stack([columns + low[0], rows + low[1]]) - end
-    away = away[(np.linalg.norm(away, axis=1) <= reach) & (away @ ahead > 0)]
-    if len(away) == 0:
+def _farthest(dark: NDArray[np.uint8], end: Floats, ahead: Floats, width: float) -> float:
+    """Return the distance of the farthest dark cell that is connected to a place ahead of the end."""
+    _, label = cv2.connectedComponents(dark, connectivity=8)
+    rows, columns = np.nonzero(label)
+    number, away = label[rows, columns], np.column_stack([columns, rows]) - end
+    near = (np.abs(away) <= NEAR * width + 2).all(axis=1) & (away @ ahead > 0)
+    if not near.any():
         return 0.0
-    start = away[int(np.argmax(away @ ahead))]
-    piece = holding(dark, (end + start)[None], connectivity=8)
-    left, top, across, down = cv2.boundingRect(piece.astype(np.uint8))
-    part, first = piece[top : top + down, left : left + across], np.rint(end + start).astype(int)
-    cost, _ = MCP_Geometric(np.where(part, 1.0, -1.0)).find_costs([(first[1] - top, first[0] - left)])
-    return float(cost[np.isfinite(cost)].max()) + float(np.linalg.norm(start))
+    start = np.flatnonzero(near)[np.argmax(away[near] @ ahead)]
+    return float(np.linalg.norm(away[number == number[start]], axis=1).max())

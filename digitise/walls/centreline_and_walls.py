@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from digitise.crack_path.darkness import EDGE_PX
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed, tangents, unit
+from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed, unit
 from digitise.image.raster import sampled
 from digitise.photo import Photo
 from digitise.walls.ends import PathEnd, Traced, find_tip, judge_end
@@ -150,7 +151,7 @@ class _Crack:
         """Return the arc lengths on the line at which the crack begins and ends."""
         s_mm, span_mm = arc_length(line_mm), list[float]()
         for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
-            near_mm = _nearest_mm(line_mm, self.photo.to_mm(end.place_px[None])[0])
+            near_mm = s_mm[np.asarray(KDTree(line_mm).query(self.photo.to_mm(end.place_px[None]))[1])[0]]
             if crossing is not None:
                 near_mm = crossing.s_mm
             elif end.kind == "closed":
@@ -159,7 +160,7 @@ class _Crack:
                 station = within[np.argmin(np.abs(s_mm[within] - near_mm))] if len(within) else 0
                 level = float(walls.rim[station])
                 near_mm = find_tip(self.photo, self.patch, line_mm, near_mm, reach_mm, level)
-            span_mm.append(near_mm)
+            span_mm.append(float(near_mm))
         return span_mm[0], span_mm[1]
 
 
@@ -272,14 +273,6 @@ def _crossings(photo: Photo, line_mm: Floats, ends: tuple[PathEnd, ...]) -> Cros
 
 def _usual_width_mm(walls: Walls) -> float:
     return float(np.median(walls.width_mm[walls.both_clear]))
-
-
-def _nearest_mm(line_mm: Floats, place_mm: Floats) -> float:
-    """Return the arc length of the point of a line nearest to a place."""
-    s_mm = arc_length(line_mm)
-    nearest = int(np.argmin(np.linalg.norm(line_mm - place_mm, axis=1)))
-    beside_mm = float((place_mm - line_mm[nearest]) @ tangents(line_mm)[nearest])
-    return float(np.clip(s_mm[nearest] + beside_mm, 0, s_mm[-1]))
 
 
 def _check_found(

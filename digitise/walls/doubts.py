@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
-from digitise.geometry.polyline import left_normals, smoothed
+from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING
@@ -169,82 +169,69 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
 
     None if the light between the walls is that of one thing.
     """
-    along = _Along.of(photo, outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm)
-    reach_px = float(np.percentile(along.walls_px, 98)) + along.width_px
-    strip = along.straightened(reach_px)
-    offset_px = strip.offset_mm / photo.mm_per_px
-    inward_px = np.minimum(along.walls_px[0][:, None] - offset_px, along.walls_px[1][:, None] + offset_px)
-    between, beside = inward_px > LINE_PX, (inward_px < -LINE_PX) & strip.valid
-    if not between.any() or not beside.any():
+    half_px = outline.mean_width_mm / photo.mm_per_px / 2 - LINE_PX
+    if half_px < SLIM * LINE_PX / 2:
         return None
-    soft = uniform_filter(strip.light, (max(1, round(LINE_ALONG_PX / along.station_px)), LINE_PX), mode="nearest")
-    ground, inside = float(np.median(strip.light[beside])), float(np.median(strip.light[between]))
+    line_px = resampled(outline.centreline_px, 1.0)
+    offset_px, normal = (
+        np.arange(-2 * half_px - 2 * LINE_PX, 2 * half_px + 2 * LINE_PX + 1),
+        left_normals(smoothed(line_px, 2 * half_px)),
+    )
+    light = sampled(photo.brightness, line_px[:, None] + offset_px[:, None] * normal[:, None])
+    soft = uniform_filter(light.astype(float), (LINE_ALONG_PX, LINE_PX), mode="nearest")
+    between = np.abs(offset_px) < half_px
+    ground, inside = float(np.median(light[:, np.abs(offset_px) > half_px + 2 * LINE_PX])), np.median(light[:, between])
     price = LINE_STEP * np.arange(-2.0, 3.0) ** 2
-    column = cheapest_way(np.where(between, soft / ground, 10.0)[None], price)[0]
-    line = float(np.median(soft[np.arange(len(column)), column]))
-    if inside - line <= DARKER * (ground - line):
-        return None
-    dark = between & (soft < (line + inside) / 2)
+    column = cheapest_way(soft[None, :, between] / ground, price)[0]
+    line = float(np.median(np.take_along_axis(soft[:, between], column[:, None], axis=1)))
+    dark = soft[:, between] < (line + inside) / 2
     width_px = max(float(np.median(dark.sum(axis=1))), float(LINE_PX))
-    if along.width_px < SLIM * width_px:
+    if inside - line <= DARKER * (ground - line) or 2 * half_px < SLIM * width_px:
         return None
-    return replace(path, points_px=photo.to_px(along.places_mm(offset_px[column])), width_px=width_px)
+    points_px = line_px + offset_px[between][column][:, None] * normal
+    return replace(path, points_px=points_px, width_px=width_px)
 
 
 def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
-    """Return a warning about stretches too narrow to measure; raise InputError if much of the crack is a hairline."""
-    least_px = UNKNOWN * MIN_WIDTH_PX
-    share, places = _narrow(photo, centreline_mm, width_mm, least_px)
-    if share > MOST_MISSING:
-        raise InputError(
-            f"{photo.file}: {share:.0%} of the crack is narrower than {least_px:g} px, too narrow to measure (at most "
-            f"{MOST_MISSING:.0%} is allowed): {places}; give ends_px of only the wide part, or move the camera closer."
-        )
-    share, places = _narrow(photo, centreline_mm, width_mm, MIN_WIDTH_PX)
-    if share <= WORTH_SAYING:
-        return []
-    return [
-        f"{share:.0%} of the crack is under {MIN_WIDTH_PX:g} px wide, so that its width and volume are uncertain "
-        f"there: {places}; take a closer photo to measure it"
-    ]
-
-
-def _narrow(photo: Photo, centreline_mm: Floats, width_mm: Floats, limit_px: float) -> tuple[float, str]:
-    """Return the share of the crack in stretches narrower than ``limit_px``, and a list of them as text.
+    """Return a warning about stretches too narrow to measure; raise InputError if much of the crack is a hairline.
 
     A stretch is ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
     """
     s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
-    least_mm = MIN_WIDTH_PX * photo.mm_per_px
-    per_station_mm = s_mm[-1] / (len(s_mm) - 1)
+    least_mm, per_station_mm = MIN_WIDTH_PX * photo.mm_per_px, s_mm[-1] / (len(s_mm) - 1)
     steady_px = median_filter(width_px, size=1 + 2 * int(STEADY * least_mm / per_station_mm / 2), mode="nearest")
-    bounds = runs(steady_px < limit_px) - (0, 1)
-    stretches = [(first, last) for first, last in bounds if s_mm[last] - s_mm[first] > LONG * least_mm]
-    places = (
-        f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along the crack, from "
-        f"{listed(photo.to_px(centreline_mm[[first, last]]))} px, about {np.median(width_px[first : last + 1]):.1f} "
-        "px wide"
-        for first, last in stretches
-    )
-    return sum(float(s_mm[last]) - float(s_mm[first]) for first, last in stretches) / float(s_mm[-1]), "; ".join(places)
+    for limit_px, most in ((UNKNOWN * MIN_WIDTH_PX, MOST_MISSING), (MIN_WIDTH_PX, WORTH_SAYING)):
+        bounds = runs(steady_px < limit_px) - (0, 1)
+        bounds = bounds[np.diff(s_mm[bounds], axis=1)[:, 0] > LONG * least_mm]
+        share = float(np.diff(s_mm[bounds], axis=1).sum() / s_mm[-1])
+        places = "; ".join(
+            f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along the crack, from "
+            f"{listed(photo.to_px(centreline_mm[[first, last]]))} px, about {np.median(width_px[first : last + 1]):.1f} "
+            "px wide"
+            for first, last in bounds
+        )
+        fault = f"{share:.0%} of the crack is under {limit_px:g} px wide, so that its width and volume are uncertain: {places}"
+        if share > MOST_MISSING and most == MOST_MISSING:
+            raise InputError(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
+        if share > most:
+            return [f"{fault}; take a closer photo to measure it"]
+    return []
 
 
 def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[str]:
     """Return warnings if the crack closes before an end of the path; raise InputError if much of the path is lost."""
-    s_mm, warnings = arc_length(photo.to_mm(path_px)), []
-    tips_px = centreline_px[[0, -1]]
-    first, last = np.asarray(KDTree(path_px).query(tips_px)[1])
-    losses_mm = float(s_mm[first]), float(s_mm[-1] - s_mm[last])
-    for kind, end_px, tip_px, lost in zip(kinds, path_px[[0, -1]], tips_px, losses_mm, strict=True):
-        if kind != "closed" or lost <= snap_px(photo) * photo.mm_per_px:
+    s_px, warnings = arc_length(path_px), list[str]()
+    first, last = np.asarray(KDTree(path_px).query(centreline_px[[0, -1]])[1])
+    for end, lost_px in ((0, float(s_px[first])), (-1, float(s_px[-1] - s_px[last]))):
+        if kinds[end] != "closed" or lost_px <= snap_px(photo):
             continue
         fault = (
-            f"the end {listed(end_px[None])} px is not reached: no walls were found on the last {lost:.1f} mm "
-            f"({lost / photo.mm_per_px:.0f} px) before it, up to {listed(tip_px[None])} px"
+            f"the end {listed(path_px[[end]])} px is not reached: no walls were found on the last "
+            f"{lost_px * photo.mm_per_px:.1f} mm ({lost_px:.0f} px) before it, up to {listed(centreline_px[[end]])} px"
         )
-        if lost > MOST_MISSING * s_mm[-1]:
+        if lost_px > MOST_MISSING * s_px[-1]:
             raise InputError(
-                f"{photo.file}: {fault}, {lost / s_mm[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
+                f"{photo.file}: {fault}, {lost_px / s_px[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
                 "place as the end, or a photo that shows the crack more clearly."
             )
         warnings.append(f"{fault}: that part of the path is left out")

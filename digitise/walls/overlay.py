@@ -13,7 +13,7 @@ from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Outline, PathSource, Trajectory
+from sealtwin.core.records import Floats, Outline, Trajectory
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -31,16 +31,6 @@ STRAIGHT_AROUND = 1.5  # Half of the straightened picture's height over the crac
 STRAIGHT_MOST_PX = 1400  # Largest length of the picture: a report shows it 800 px long
 DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
 JOINED = 0.9  # Least share of a joined side crack's line in the outline; others only begin there
-FOUND: dict[PathSource, str] = {
-    "ends": "between the given ends",
-    "via": "between the given ends, by the given points",
-    "automatic": "AUTOMATIC: check that it is right",
-    "choice": "chosen by its number",
-    "mask": "as painted",
-    "mesh": "along the mouth in the mesh",
-    "line": "along the given line",
-    "drawn": "as drawn",
-}
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -111,7 +101,10 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     canvas.line(centreline, CENTRE)
     if trajectory is not None:
         nozzle = canvas.at(photo.to_px(trajectory.position_mm[:, :2]))
-        _beads(canvas, nozzle[trajectory.giving])
+        # Beads are so small that the centreline shows between them.
+        given = nozzle[trajectory.giving]
+        for bead in resampled(given, BEADS * canvas.unit) if len(given) > 1 else ():
+            canvas.dot(bead, max(1, 1.6 * canvas.unit), NOZZLE, max(2, 2.3 * canvas.unit), INK)
     _mark_ends(canvas, centreline, outline)
     taken, shown = canvas.at(outline.outline_px), canvas.at(outline.shown_px)
     _legend(canvas, outline, trajectory, taken, shown)
@@ -158,24 +151,15 @@ def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
         canvas.text(corner + np.array([0, size[1]]), text, PAPER)
 
 
-def _beads(canvas: Canvas, given: Floats) -> None:
-    """Draw beads, small enough to show the centreline between them; the first and last are larger."""
-    if len(given) < 2:
-        return
-    beads = resampled(given, BEADS * canvas.unit)
-    for number, bead in enumerate(beads):
-        size = 2.6 if number in (0, len(beads) - 1) else 1.3
-        canvas.dot(bead, max(1, size * canvas.unit), NOZZLE, max(2, (size + 0.7) * canvas.unit), INK)
-
-
 def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, taken: Floats, shown: Floats) -> None:
     """Draw the legend in the corner in which it hides least of the crack."""
     lines: list[tuple[Colour | None, str]] = [
         (None, f"{outline.length_mm:.1f} mm long, mean width {outline.main_figures['mean width']}"),
         (None, f"scale: {outline.scale_source}"),
-        (None, f"crack: {FOUND[outline.path_source]}"),
         (CENTRE, "centreline"),
     ]
+    if outline.path_source == "automatic":
+        lines.insert(0, (None, "found automatically: check that it is right"))
     if outline.width_source != "none":
         lines += [(LEFT, "left wall"), (RIGHT, "right wall"), (ENDS, "rest of the rim")]
     if outline.bands_mm:
@@ -192,9 +176,7 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
     for number, (colour, text) in enumerate(lines):
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
-            sample = base + np.array([(0, -5 * unit), (swatch - 8 * unit, -5 * unit)])
-            for shade, thickness in ((INK, 4.5), (colour, 3)):
-                canvas.line(sample, shade, thickness)
+            canvas.panel(base - (0, 7 * unit), base + (swatch - 8 * unit, -3 * unit), colour, 1)
             base = base + np.array([swatch, 0])
         canvas.text(base, text, INK)
 

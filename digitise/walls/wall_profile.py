@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri
 
 from digitise.walls.straightened import BLUR_PX, Strip
 from sealtwin.core.records import Floats, Integers
@@ -31,6 +31,7 @@ SNAP_PX = 2.0  # Largest distance from a followed wall to its step
 SHARPEST_PX = 0.8  # Least sigma: no edge is sharper than the softening
 SOFTEST_PX = 3.5  # Largest sigma; a softer edge does not show its blur
 OUTER = 0.84  # Share at which softness is measured: one sigma out from the middle of the edge
+MIDDLE = 0.475  # Share of an edge's step at its middle, since blur reaches the level read inside more than outside
 LEAST_STEP = 0.25  # Least height of a wall's step, as a share
 
 
@@ -63,14 +64,14 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_ed
     across = width_mm / strip.mm_per_px / strip.station_px
     over = 2 * int(np.ceil(across)) + 1
     distance = np.abs(strip.offset_mm)
-    dark = _level(strip, strip.valid & (distance < CRACK * width_mm), over)
+    dark = steadied(np.where(strip.valid & (distance < CRACK * width_mm), strip.light, np.nan)[None], over)[0]
     # A tip is narrower than the band, which would count mortar as its darkness.
     dark = np.minimum(dark, np.median(dark))
     beside = strip.valid & (distance > MORTAR[0] * width_mm) & (distance < MORTAR[1] * width_mm)
     usual = float(np.median(strip.light[beside])) if beside.any() else 0.0
     # In wide parts of the crack the band next to it includes crack.
     mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
-    bright = np.stack([_level(strip, mortar & (sign * strip.offset_mm > 0), over) for sign in (1, -1)])
+    bright = steadied(outward(strip, np.where(mortar, strip.light, np.nan)), over)
     light, valid = outward(strip, strip.light), outward(strip, strip.valid)
     contrast = np.maximum(bright - dark, 1e-6)
     share = np.clip((light - dark[:, None]) / contrast[..., None], 0, 1)
@@ -171,8 +172,8 @@ def refined_to_subpixel(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return each wall's sub-pixel distance from the line in px, (2, stations), and the stations with a clear step.
 
-    A wall is where the light, linear between samples, crosses the level that the edge of a blurred slot has between the
-    medians just inside and just outside. The search begins at ``place_px``. ``light`` and ``valid`` run from the line
+    A wall is where the light, linear between samples, crosses the middle between the medians just inside and just
+    outside. The search begins at ``place_px``. ``light`` and ``valid`` run from the line
     outward, (2, stations, samples); levels are medians over ``over`` stations.
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
@@ -185,12 +186,7 @@ def refined_to_subpixel(
         steadied(between(shown, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
     )
 
-    def brightened(rel_px: Floats) -> Floats:
-        """Return the share of mortar at a distance from one wall in the blurred picture of a slot."""
-        return np.median(ndtr(rel_px / sigma_px) + ndtr(-(rel_px + width_px) / sigma_px), axis=1)
-
-    low, middle, high = (brightened(rel_px) for rel_px in (inner_px, np.zeros(1), outer_px))
-    threshold = inner + (outer - inner) * (middle - low) / (high - low)
+    threshold = inner + MIDDLE * (outer - inner)
     excess = light - threshold[..., None]
     rising = (excess[..., :-1] < 0) & (excess[..., 1:] >= 0) & valid[..., :-1] & valid[..., 1:]
     here, there = excess[..., :-1], excess[..., 1:]
@@ -210,15 +206,6 @@ def runs(where: NDArray[np.bool_]) -> Integers:
 def outward(strip: Strip, values: NDArray) -> NDArray:
     """Return the left and right half of a strip, both from the line outward, (2, stations, samples)."""
     return np.stack([values[:, strip.middle :], values[:, strip.middle :: -1]])
-
-
-def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:
-    """Return the median brightness of the samples ``where`` at each station, median-filtered along the line.
-
-    Stations with under three such samples are interpolated from their neighbours.
-    """
-    enough = where & (where.sum(axis=1, keepdims=True) >= 3)
-    return steadied(np.where(enough, strip.light, np.nan)[None], over)[0]
 
 
 def steadied(values: Floats, over: int, middle: Callable[..., Floats] = np.nanmedian) -> Floats:

@@ -43,7 +43,7 @@ def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
     picture = with_crack(mortar((1000, 400)), [(40, 200), (300, 210), (500, 195)], 11)
     picture = np.minimum(picture, with_crack(mortar((1000, 400)), [(500, 195), (700, 210), (960, 205)], 3))
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
-    with pytest.raises(InputError, match="narrower than 6 px, too narrow to measure "):
+    with pytest.raises(InputError, match="under 6 px wide, so that its width and volume are uncertain"):
         trace_outline(photo, find_path(photo, ENDS))
 
 
