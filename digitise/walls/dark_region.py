@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, median_filter, uniform_filter1d
 
 from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.profiles import finite_median
 from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import lightness
 from digitise.photo import Photo, in_copy, smaller
@@ -133,29 +134,15 @@ def _moves_px(strip: Strip, rims_px: Floats, width_px: float, wall_share: float)
         if len(inside) < 2 or len(outside) < 3:
             continue
         dark, bright = np.percentile(inside, 25), np.median(outside)
-        places = [
-            _crossing_px(profile, at_px, dark + level * (bright - dark))
-            for level in (wall_share - 0.1, wall_share, wall_share + 0.1)
-        ]
-        if places[1] is not None:
-            moves_px[side] = np.clip(places[1], -MOST_MOVED * width_px, MOST_MOVED * width_px)
-        if places[0] is not None and places[2] is not None:
-            soft_px += abs(places[2] - places[0]) / 2
+        levels = dark + (bright - dark) * np.array([wall_share - 0.1, wall_share, wall_share + 0.1])
+        low_px, place_px, high_px = np.interp(levels, np.maximum.accumulate(profile), at_px)
+        moves_px[side] = np.clip(place_px, -MOST_MOVED * width_px, MOST_MOVED * width_px)
+        soft_px += float(high_px - low_px) / 2
     return moves_px, soft_px
 
 
-def _crossing_px(profile: Floats, at_px: Floats, level: float) -> float | None:
-    """Return the rising crossing of a level that is nearest to the rim; None if there is none."""
-    rising = np.flatnonzero((profile[:-1] < level) & (profile[1:] >= level))
-    if len(rising) == 0:
-        return None
-    before, after = profile[rising], profile[rising + 1]
-    places = at_px[rising] + (level - before) / (after - before) * (at_px[1] - at_px[0])
-    return float(places[np.argmin(np.abs(places))])
-
-
 def _fault(strip: Strip, left_px: Floats, right_px: Floats) -> str | None:
-    """Return what a region lacks for a crack, in blocks of one width; None if it lacks nothing."""
+    """Return what a region lacks for a crack; None if it lacks nothing."""
     width_px, offset = float(np.median(left_px + right_px)), strip.offset_mm[None] / strip.mm_per_px
     if width_px < MIN_WIDTH_PX:
         return f"the dark region along the path is {width_px:.1f} px wide; {MIN_WIDTH_PX:g} px are needed."
@@ -165,7 +152,8 @@ def _fault(strip: Strip, left_px: Floats, right_px: Floats) -> str | None:
     inside = np.where(inward_px > 0.15 * width_px, light, np.nan)
     beside = np.where((beyond_px > 0.25 * width_px + 1) & (beyond_px < width_px + 3), light, np.nan)
     blocks = max(1, len(left_px) // max(6, int(width_px)))
-    dark, *sides = (_block_means(each, blocks) for each in (inside, beside[:, offset[0] > 0], beside[:, offset[0] < 0]))
+    parts = inside, beside[:, offset[0] > 0], beside[:, offset[0] < 0]
+    dark, *sides = (np.array([finite_median(each) for each in np.array_split(part, blocks)]) for part in parts)
     if not np.isfinite(sides).any() or not np.isfinite(dark).any():
         return "the ground beside the path is not in view."
     ground = float(np.nanmedian(sides))
@@ -180,11 +168,3 @@ def _fault(strip: Strip, left_px: Floats, right_px: Floats) -> str | None:
             f"{LEAST_DARK:.0%})."
         )
     return None
-
-
-def _block_means(values: Floats, blocks: int) -> Floats:
-    """Return the mean of each of ``blocks`` stretches, without NaN; NaN for a stretch that has no values."""
-    cuts = np.linspace(0, len(values), blocks + 1).astype(int)[:-1]
-    total = np.add.reduceat(np.nansum(values, axis=1), cuts)
-    count = np.add.reduceat(np.isfinite(values).sum(axis=1), cuts)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

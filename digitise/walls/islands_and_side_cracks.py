@@ -77,12 +77,13 @@ class _Copy(NamedTuple):
     """A part of the photo in pixels that suit the crack's width."""
 
     low_px: Floats
-    scale: Floats
+    factor: int  # Pixels of the photo to one of the copy
+    way: Floats  # The path in the copy
     share: Map  # Share of the contrast: 0 in the crack, 1 on mortar
     sample: NDArray[np.bool_]  # Pixels of the sample's face, and of no marker
 
     def to_photo(self, places: Floats) -> Floats:
-        return (places + 0.5) / self.scale - 0.5 + self.low_px
+        return (places + 0.5) * self.factor - 0.5 + self.low_px
 
 
 def photo_of_paint(photo: Photo, path: CrackPath) -> Photo:
@@ -95,20 +96,19 @@ def photo_of_paint(photo: Photo, path: CrackPath) -> Photo:
 def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surroundings:
     """Find the stones and side cracks of a path; their rims are at ``wall_share`` of the contrast."""
     width_px = max(path.width_px, LEAST_WIDTH_PX)
-    copy, way = _copied(photo, path.points_px, width_px)
-    scale = float(copy.scale.mean())
-    crack = holding((copy.share <= wall_share) & copy.sample, way)
+    copy = _copied(photo, path.points_px, width_px)
+    crack = holding((copy.share <= wall_share) & copy.sample, copy.way)
     least = ISLAND_MM2 / photo.mm_per_px**2
     if path.source != "mask":
         least = max(LEAST_MM2 / photo.mm_per_px**2, (LEAST_SIDE * path.width_px) ** 2, LEAST_PX)
-    stones = _enclosed(crack, least * scale**2, WIDEST * path.width_px * scale) if crack.any() else []
+    stones = _enclosed(crack, least / copy.factor**2, WIDEST * path.width_px / copy.factor) if crack.any() else []
     islands_px = []
     for stone in stones:
         alone = np.where(widened(stone, 1), copy.share, np.minimum(copy.share, wall_share))
         ring = max(_contours(copy, alone, wall_share, 0.0), key=lambda ring: abs(signed_area(ring)))
         islands_px.append(ring if signed_area(photo.to_mm(ring)) < 0 else ring[::-1])
         crack |= stone
-    side_cracks = tuple(_side_cracks(photo, copy, crack, way, width_px, wall_share))
+    side_cracks = tuple(_side_cracks(photo, copy, crack, width_px / copy.factor, wall_share))
     hidden = np.zeros(photo.brightness.shape, np.uint8)
     for ring_px in islands_px:
         whole = [np.rint(ring_px).astype(np.int32)]
@@ -122,18 +122,17 @@ def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surro
     return Surroundings(tuple(photo.to_mm(ring_px) for ring_px in islands_px), side_cracks, hidden)
 
 
-def _copied(photo: Photo, points_px: Floats, width_px: float) -> tuple[_Copy, Floats]:
-    """Return the copy around a path, and the path in it."""
-    reach_px = max(REACH * width_px, AROUND * float(arc_length(points_px)[-1]))
+def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
+    """Return the copy around a path."""
+    reach_px, factor = max(REACH * width_px, AROUND * float(arc_length(points_px)[-1])), max(1, int(width_px / WORK_PX))
     low = np.maximum(np.floor(points_px.min(axis=0) - reach_px), 0).astype(int)
     high = np.minimum(np.ceil(points_px.max(axis=0) + reach_px) + 1, photo.size_px).astype(int)
-    window = np.s_[low[1] : high[1], low[0] : high[0]]
-    across, down = np.maximum(1, np.rint((high - low) * min(1.0, WORK_PX / width_px))).astype(int).tolist()
-    scale = np.array([across, down]) / (high - low)
+    across, down = ((high - low) // factor).tolist()
+    window = np.s_[low[1] : low[1] + down * factor, low[0] : low[0] + across * factor]
     light = blurred(shrunk(photo.brightness[window], (across, down)), BLUR_PX)
     sample = shrunk(sample_mask(photo)[window].astype(np.float32), (across, down)) > 0.99 * 255
-    way = (points_px - low + 0.5) * scale - 0.5
-    return _Copy(low, scale, _share(light, sample, way, width_px * float(scale.mean())), sample), way
+    way = (points_px - low + 0.5) / factor - 0.5
+    return _Copy(low, factor, way, _share(light, sample, way, width_px / factor), sample)
 
 
 def _share(light: Map, sample: NDArray[np.bool_], way: Floats, width: float) -> Map:
@@ -164,23 +163,22 @@ def _enclosed(crack: NDArray[np.bool_], least: float, widest: float) -> list[NDA
 
 
 def _side_cracks(
-    photo: Photo, copy: _Copy, crack: NDArray[np.bool_], way: Floats, width_px: float, wall_share: float
+    photo: Photo, copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share: float
 ) -> list[SideCrack]:
     """Return the dark side lines of the path that are slender, as a crack is, and no edge of something bright."""
-    scale, to_rim = float(copy.scale.mean()), radius(crack)
-    cells_of_way = np.clip(np.rint(way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
-    cells_of_way = cells_of_way[crack[tuple(cells_of_way.T)]]
-    least = max(LEAST_BRANCH * width_px, LEAST_BRANCH_PX) * scale
-    side_cracks = []
-    for cells, comes_back in side_lines(crack, cells_of_way, least) if len(cells_of_way) > 1 else []:
-        halves, shares = to_rim[tuple(cells.T)], copy.share[tuple(cells.T)]
+    to_rim, side_cracks = radius(crack), list[SideCrack]()
+    way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
+    way = way[crack[tuple(way.T)]]
+    least = max(LEAST_BRANCH * width, LEAST_BRANCH_PX / copy.factor)
+    for cells, comes_back in side_lines(crack, way, least) if len(way) > 1 else ():
+        halves = to_rim[tuple(cells.T)]
         half = float(np.median(halves))
         # A skeleton ends before a round tip.
         line = extended(cells[:, ::-1].astype(float), 0, 0 if comes_back else halves[-1], 2 * halves[-1] + 3, 1.0)
-        slender = arc_length(line)[-1] >= SLENDER * 2 * halves.max() and 2 * half < AS_WIDE * width_px * scale
-        if not slender or np.median(shares) >= AS_DARK * wall_share:
+        slender = arc_length(line)[-1] >= SLENDER * 2 * halves.max() and 2 * half < AS_WIDE * width
+        if not slender or np.median(copy.share[tuple(cells.T)]) >= AS_DARK * wall_share:
             continue
-        line_px, half_px = smoothed(resampled(copy.to_photo(line), 1.0), half / scale), half / scale
+        line_px, half_px = smoothed(resampled(copy.to_photo(line), 1.0), half * copy.factor), half * copy.factor
         if unlike_length_px(photo, line_px, 2 * half_px) < EDGE * len(line_px):
             near = np.zeros(crack.shape, dtype=np.uint8)
             _draw(near, line, 2 * SWELLING * half)
