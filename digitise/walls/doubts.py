@@ -1,8 +1,8 @@
 """Doubt measured walls: bands beside them, a darker line between them, stretches too narrow, ends not reached."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING
-from digitise.walls.straightened import Strip, patch_around, straighten
+from digitise.walls.straightened import patch_around, straighten
 from digitise.walls.wall_profile import cheapest_way, follow, outward, runs, steadied
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
@@ -24,8 +24,7 @@ from sealtwin.core.solid_figures import EndKind, Span
 # Constants of bands and of a darker line. "widths" are crack widths.
 #
 # Chosen on 86 drawn roads: a lower ``LEAST`` or ``WORTH_SAYING``, or levels farther apart, warns of more plain roads.
-SPACING_PX = 5.0  # From one profile to the next, or ``SPACING`` widths if that is more
-SPACING = 0.2
+EVERY = 2  # Stations from one profile to the next
 SAMPLE = 0.05  # Widths from one sample of a profile to the next, at least 1 px
 REACH = 1.2  # Widths beside a wall, plus ``REACH_PX``, that are searched
 REACH_PX = 6.0
@@ -66,39 +65,6 @@ BAND = (
 BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
 
 
-@dataclass(frozen=True)
-class _Along:
-    """Both walls of a crack as distances from the line between them."""
-
-    photo: Photo
-    line_mm: Floats  # (stations, 2)
-    ray: Floats  # Unit vectors to the left, (stations, 2)
-    walls_px: Floats  # Distance of the left and of the right wall, (2, stations), positive outward
-    width_px: float
-    station_px: float  # Spacing of stations
-
-    @classmethod
-    def of(cls, photo: Photo, line_mm: Floats, left_mm: Floats, right_mm: Floats) -> Self:
-        station_px = float(arc_length(line_mm)[-1]) / (len(line_mm) - 1) / photo.mm_per_px
-        width_px = max(float(np.median(np.linalg.norm(left_mm - right_mm, axis=1))) / photo.mm_per_px, 4.0)
-        ray = left_normals(smoothed(line_mm, width_px / station_px))
-        walls_px = np.stack([((left_mm - line_mm) * ray).sum(axis=1), ((line_mm - right_mm) * ray).sum(axis=1)])
-        return cls(photo, line_mm, ray, walls_px / photo.mm_per_px, width_px, station_px)
-
-    def places_mm(self, aside_px: Floats) -> Floats:
-        """Return the place at a distance to the left of each station, (stations, 2)."""
-        return self.line_mm + (aside_px * self.photo.mm_per_px)[:, None] * self.ray
-
-    def straightened(self, reach_px: float, step_px: float = 1.0) -> Strip:
-        """Return the light up to ``reach_px`` from the line, every ``step_px``."""
-        px, patch = self.photo.mm_per_px, patch_around(self.photo, self.photo.to_px(self.line_mm), reach_px)
-        return straighten(self.photo, patch, self.line_mm, self.ray, step_px * px, reach_px * px)
-
-    def odd(self, widths: float) -> int:
-        """Return the odd number of stations, 3 or more, in a length of crack widths."""
-        return int(max(3, widths * self.width_px / self.station_px)) | 1
-
-
 class Bands(NamedTuple):
     """Bands along a crack."""
 
@@ -114,48 +80,54 @@ def find_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Ban
 
     The mouth of a side crack, which is ``hidden``, is no band.
     """
-    mm_per_px, width_px = photo.mm_per_px, max(outline.mean_width_mm / photo.mm_per_px, 4.0)
-    own_px = outline.length_mm / mm_per_px / (len(outline.centreline_mm) - 1)
-    thin = slice(None, None, max(1, round(max(SPACING_PX, SPACING * width_px) / own_px)))
+    px, thin = photo.mm_per_px, slice(None, None, EVERY)
+    width_px, s_mm = max(outline.mean_width_mm / px, 4.0), outline.s_mm[thin]
     line_mm, left_mm, right_mm = outline.centreline_mm[thin], outline.left_wall_mm[thin], outline.right_wall_mm[thin]
     if len(line_mm) < LEAST_PROFILES:
         return None
-    along = _Along.of(photo, line_mm, left_mm, right_mm)
-    reach_px = float(np.percentile(along.walls_px, 98)) + REACH * width_px + REACH_PX
-    strip = along.straightened(reach_px, max(1.0, SAMPLE * width_px))
-    even = median_filter(lightness(outward(strip, strip.light)), (1, along.odd(ALONG), 1), mode="nearest")
-    valid, walls_px = outward(strip, strip.valid), along.walls_px[..., None]
+    station_px = float(s_mm[-1]) / (len(s_mm) - 1) / px
+
+    def odd(widths: float) -> int:
+        return int(max(3, widths * width_px / station_px)) | 1
+
+    ray = left_normals(smoothed(line_mm, width_px / station_px))
+    both_px = np.stack([((left_mm - line_mm) * ray).sum(axis=1), ((line_mm - right_mm) * ray).sum(axis=1)]) / px
+    reach_px, step_px = float(np.percentile(both_px, 98)) + REACH * width_px + REACH_PX, max(1.0, SAMPLE * width_px)
+    patch = patch_around(photo, photo.to_px(line_mm), reach_px)
+    strip = straighten(photo, patch, line_mm, ray, step_px * px, reach_px * px)
+    even = median_filter(lightness(outward(strip, strip.light)), (1, odd(ALONG), 1), mode="nearest")
+    valid, walls_px = outward(strip, strip.valid), both_px[..., None]
     over_px = np.arange(even.shape[2]) * strip.sample_px - walls_px
     core = np.where(valid & (over_px < -CORE_PX - CORE * walls_px), even, np.nan)
     ground = np.where(valid & (over_px > GROUND * width_px + GROUND_PX), even, np.nan)
     darkest = partial(np.nanpercentile, q=CORE_PERCENTILE)
-    dark = steadied(np.concatenate(list(core), axis=1)[None], along.odd(STEADY), darkest)
-    contrast = np.maximum(steadied(ground, along.odd(STEADY)) - dark, LEAST_CONTRAST)[..., None]
+    dark = steadied(np.concatenate(list(core), axis=1)[None], odd(STEADY), darkest)
+    contrast = np.maximum(steadied(ground, odd(STEADY)) - dark, LEAST_CONTRAST)[..., None]
     share = (even - dark[..., None]) / contrast
     excess = [np.where(valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
-    inner_px, outer_px = np.split(follow(np.concatenate(excess), strip.sample_px, along.station_px), 2)
+    inner_px, outer_px = np.split(follow(np.concatenate(excess), strip.sample_px, station_px), 2)
     outer_px = np.maximum(inner_px, outer_px)
     thick_px = outer_px - inner_px
     thick_px -= np.median(thick_px, axis=1, keepdims=True)
-    doubtful = median_filter(thick_px, (1, along.odd(RUN)), mode="nearest") > max(LEAST_PX, LEAST * width_px)
-    tip = max(1, round(TIP * width_px / along.station_px))
+    doubtful = median_filter(thick_px, (1, odd(RUN)), mode="nearest") > max(LEAST_PX, LEAST * width_px)
+    tip = max(1, round(TIP * width_px / station_px))
     doubtful[:, :tip] = doubtful[:, -tip:] = False
     covered = [sampled(hidden, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)]
-    doubtful &= ~maximum_filter1d(np.stack(covered).astype(np.uint8), along.odd(2), axis=1).astype(bool)
+    doubtful &= ~maximum_filter1d(np.stack(covered).astype(np.uint8), odd(2), axis=1).astype(bool)
     low_mm, high_mm = (
-        outline.mean_width_mm + mm_per_px * float(np.where(doubtful, change_px, 0).sum(axis=0).mean())
-        for change_px in (np.minimum(inner_px - along.walls_px, 0), np.maximum(outer_px - along.walls_px, 0))
+        outline.mean_width_mm + px * float(np.where(doubtful, change_px, 0).sum(axis=0).mean())
+        for change_px in (np.minimum(inner_px - both_px, 0), np.maximum(outer_px - both_px, 0))
     )
-    if high_mm - low_mm < WORTH_SAYING * width_px * mm_per_px:
+    if high_mm - low_mm < WORTH_SAYING * width_px * px:
         return None
-    s_mm, rings_mm, stretches = arc_length(line_mm), list[Floats](), list[WallStretch]()
+    rings_mm, stretches = list[Floats](), list[WallStretch]()
     for number, sign in enumerate((1, -1)):
-        near_mm, far_mm = along.places_mm(sign * inner_px[number]), along.places_mm(sign * outer_px[number])
+        near_mm, far_mm = (line_mm + sign * px * each_px[number][:, None] * ray for each_px in (inner_px, outer_px))
         for begin, end in runs(doubtful[number]):
             rings_mm.append(np.concatenate([near_mm[begin:end], far_mm[begin:end][::-1]]))
             part_mm = np.round([s_mm[begin], s_mm[end - 1]], 3).tolist()
             least_mm, most_mm = (
-                round(mm_per_px * float(each_px[number, begin:end].mean()), 3) for each_px in (inner_px, outer_px)
+                round(px * float(each_px[number, begin:end].mean()), 3) for each_px in (inner_px, outer_px)
             )
             stretches.append(WallStretch(*part_mm, SIDES[number], "edge", (least_mm, most_mm), BAND_WHY))
     own_mm, sure_mm = outline.width_95_mm or (outline.mean_width_mm,) * 2, SURE * outline.mean_width_mm
