@@ -35,7 +35,6 @@ MOST_TRIMMED = 0.02  # Largest share of the crack's area that is cut off where i
 TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of widths without a warning: ends are uncertain by as much
 CLICKED = ("ends", "via", "mask")  # Sources of paths with ends that a person chose
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
-GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Width of the crack in the smaller copy: walls are within 0.1 mm of the final ones
 RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
 BRUSH_PX = 1.0  # Half of the 95 % interval of a painted width that the photo does not confirm
 
@@ -337,19 +336,6 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
             f"{width_there_mm:g} mm, is used for the rest. Extend the table"
         )
     return outline_along(photo, path, traced, "gauge", remarks=tuple(remarks))
-
-
-def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline | None:
-    """Trace the outline in a smaller copy of the photo; its pixels are the copy's. None if the walls are not found."""
-    if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
-        return None
-    factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
-    narrow = replace(path, points_px=in_copy(path.points_px, factor), width_px=path.width_px / factor)
-    with suppress(InputError):
-        hand = with_drawn(photo, path, settings)
-        decided = None if hand.decided is None else hand.decided[::factor, ::factor]
-        return outline_by_walls(ByHand(smaller(hand.photo, factor), decided), narrow, settings)
-    return None
 
 
 def _stations(photo: Photo, traced: Traced) -> tuple[tuple[Floats, Floats, Floats], Floats]:

@@ -19,7 +19,7 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
-from digitise.outline import DoubtfulWalls, Unconfirmed, glance, trace_outline
+from digitise.outline import DoubtfulWalls, Unconfirmed, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
 from digitise.scale.marker_print import board_around
 from digitise.scale.marker_scale import PRINTED_MM, seen_markers
@@ -62,7 +62,7 @@ CHOOSE_ONE = (
 )
 Answer = dict[str, Any]
 T = TypeVar("T")
-Until = Literal["scale", "path", "glance", "walls"]
+Until = Literal["scale", "path", "walls"]
 
 
 class Hints(Settings):
@@ -241,7 +241,7 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Yield scale, cracks if no ends are given, path, walls of a smaller copy and walls. The last may be a refusal.
+        """Yield scale, cracks if no ends are given, path and walls. The last may be a refusal.
 
         ``revision`` increases with each request. Raises OutdatedError if there is a newer one.
         """
@@ -269,8 +269,6 @@ class TraceSession:
                 else:
                     path = self._last_path.of(photo, settings.hints, lambda: self._path(photo, settings))
                 yield "path", _path_answer(path, with_scale.in_mm)
-                rough = glance(photo, path, settings)
-                yield "glance", None if rough is None else _walls_answer(photo, rough, with_scale.in_mm)
                 outline = trace_outline(photo, path, settings)
                 yield "walls", _walls_answer(photo, outline, with_scale.in_mm)
             except RivalCracksError as rivals:

@@ -56,8 +56,6 @@ class BoxFit:
     offsets_px: Floats  # (windows,): of the crack's middle from the line
     mean_px: float
     interval_px: tuple[float, float]  # Ends of the 95 % interval of the mean
-    darkness: float  # 1 less the light inside over the light next to the crack
-    blur_px: float  # Gaussian sigma
 
 
 @dataclass(frozen=True)
@@ -105,8 +103,6 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
         offsets_px=weight @ np.array([shape.offsets_px for shape in shapes]),
         mean_px=float(weight @ means_px),
         interval_px=(float(low_px), float(high_px)),
-        darkness=float(weight @ np.tile(DARKNESS, len(TONES))),
-        blur_px=float(weight @ np.array([shape.blur_px for shape in shapes])),
     )
 
 

@@ -90,14 +90,15 @@ def trace(
     sigma = PATH_SMOOTHING * width_mm / crack.spacing_mm
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), crack.spacing_mm), sigma)
     rim = crack.look(line_mm, width_mm)[1].rim
-    ends = tuple(
-        _judged(photo, patch, points_px, path.width_px, float(level))
-        for points_px, level in ((path.points_px, rim[0]), (path.points_px[::-1], rim[-1]))
-    )
+    back, ends = round(2 * path.width_px), list[PathEnd]()
+    for points_px, level in ((path.points_px, rim[0]), (path.points_px[::-1], rim[-1])):
+        onward_px = resampled(points_px, 1.0)
+        ahead = unit(onward_px[0] - onward_px[min(back, len(onward_px) - 1)])
+        ends.append(judge_end(photo, patch, points_px[0], ahead, path.width_px, float(level)))
     line_mm = _carried_on(photo, line_mm, ends, width_mm, crack.spacing_mm)
     for number in range(MOST_PASSES):
         strip, walls = crack.look(line_mm, width_mm)
-        _check_found(photo, strip, walls.both_clear, (0.0, np.inf), most_missing=1.0)
+        _check_found(photo, strip, walls.both_clear, (0.0, np.inf), 1.0)
         span_mm = crack.span_mm(line_mm, walls, ends)
         width_mm = max(_usual_width_mm(walls), LEAST_WIDTH_PX * photo.mm_per_px)
         line_mm = _recentred(strip, walls, ends, span_mm, width_mm, crack.spacing_mm)
@@ -147,7 +148,7 @@ class _Crack:
                 _bridge(walls, side, covered, max(1, round(width_mm / self.spacing_mm)))
         return strip, walls
 
-    def span_mm(self, line_mm: Floats, walls: Walls, ends: tuple[PathEnd, ...]) -> tuple[float, float]:
+    def span_mm(self, line_mm: Floats, walls: Walls, ends: list[PathEnd]) -> tuple[float, float]:
         """Return the arc lengths on the line at which the crack begins and ends."""
         s_mm, span_mm = arc_length(line_mm), list[float]()
         for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
@@ -176,13 +177,7 @@ def _bridge(walls: Walls, side: int, covered: NDArray[np.bool_], reach: int) -> 
             walls.clear_step[side, across], walls.covered[side, across] = False, True
 
 
-def _judged(photo: Photo, patch: Patch, points_px: Floats, width_px: float, level: float) -> PathEnd:
-    """Return the first end of a path."""
-    behind_px = points_px[int(np.searchsorted(arc_length(points_px), 2 * width_px))]
-    return judge_end(photo, patch, points_px[0], unit(points_px[0] - behind_px), width_px, level)
-
-
-def _carried_on(photo: Photo, line_mm: Floats, ends: tuple[PathEnd, ...], width_mm: float, spacing_mm: float) -> Floats:
+def _carried_on(photo: Photo, line_mm: Floats, ends: list[PathEnd], width_mm: float, spacing_mm: float) -> Floats:
     """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
@@ -202,7 +197,7 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: tuple[PathEnd, ...], width_
 def _recentred(
     strip: Strip,
     walls: Walls,
-    ends: tuple[PathEnd, ...],
+    ends: list[PathEnd],
     span_mm: tuple[float, float],
     width_mm: float,
     spacing_mm: float,
@@ -220,7 +215,7 @@ def _recentred(
     return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 
-def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: tuple[PathEnd, ...]) -> Floats:
+def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: list[PathEnd]) -> Floats:
     """Return the wall, continued straight past its last step at open ends. Rays would draw it along the edge there."""
     wall_mm = wall_mm.copy()
     for end, onward, step in zip(ends, (wall_mm[::-1], wall_mm), (has_step[::-1], has_step), strict=True):
@@ -255,7 +250,7 @@ def _shown_span_mm(
     return span_mm
 
 
-def _crossings(photo: Photo, line_mm: Floats, ends: tuple[PathEnd, ...]) -> Crossings:
+def _crossings(photo: Photo, line_mm: Floats, ends: list[PathEnd]) -> Crossings:
     """Return the crossings of the line with the edge of the face at open ends."""
     crossings = list[Crossing | None]()
     for number, end in enumerate(ends):

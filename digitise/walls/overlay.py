@@ -176,7 +176,7 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
     for number, (colour, text) in enumerate(lines):
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
-            canvas.panel(base - (0, 7 * unit), base + (swatch - 8 * unit, -3 * unit), colour, 1)
+            canvas.panel(np.subtract(base, (0, 7 * unit)), np.add(base, (swatch - 8 * unit, -3 * unit)), colour, 1)
             base = base + np.array([swatch, 0])
         canvas.text(base, text, INK)
 
@@ -199,21 +199,10 @@ def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -
 def _free_corner(
     canvas: Canvas, size: Floats, taken: Floats, shown: Floats, corners: Sequence[tuple[int, int]]
 ) -> Floats:
-    """Return the upper left point of a box in a corner of the picture, or of its part ``shown``, that hides least.
-
-    A report shows only that part. A box that it would cut is second best.
-    """
+    """Return the upper left point of a box in the corner of the part ``shown``, as in a report, that hides least."""
     low, high = np.clip(shown, 0, canvas.extent)
-
-    def cost(box: Floats) -> tuple[int, bool]:
-        inside = np.minimum(box + size, high) - np.maximum(box, low)
-        cut = bool((inside > 0).all() and (inside < size).any())
-        return int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()), cut
-
-    parts = ((np.zeros(2), canvas.extent), (low, high))
-    return min(
-        (begin + np.array(corner) * (end - begin - size) for begin, end in parts for corner in corners), key=cost
-    )
+    boxes = [low + np.array(corner) * np.maximum(high - low - size, 0) for corner in corners]
+    return min(boxes, key=lambda box: int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()))
 
 
 def _whole(point: Floats) -> tuple[int, int]:

@@ -130,8 +130,4 @@ def _darkest_px(photo: Photo, line_px: Floats, reach_px: float, width_px: float)
     dark = 1 - light / np.maximum(np.median(light, axis=1, keepdims=True), DARKEST)
     across = max(ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
     dark = gaussian_filter(dark.astype(float), (ALONG, across))[:, around:-around]
-    column = np.clip(cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0], 1, dark.shape[1] - 2)
-    before, here, after = (np.take_along_axis(dark, column[:, None] + side, 1)[:, 0] for side in (-1, 0, 1))
-    # The top of a parabola; there is none if the darkest place is at the edge of the reach.
-    bend = np.minimum(before - 2 * here + after, -1e-9)
-    return (column - reach + np.clip((before - after) / (2 * bend), -0.5, 0.5)) * STEP_PX
+    return (cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0] - reach) * STEP_PX

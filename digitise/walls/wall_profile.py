@@ -116,14 +116,14 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
     """
     ways, stations, samples = cost.shape
     most = len(price) // 2
-    reached = np.full((ways, samples + 2 * most), np.inf)
-    best = cost[:, 0]
+    reached, best = np.full((ways, samples + 2 * most), np.inf), cost[:, 0]
+    steps = np.lib.stride_tricks.sliding_window_view(reached, len(price), axis=1)
     came_by = np.zeros((stations, ways, samples), dtype=np.intp)
     for station in range(1, stations):
         reached[:, most:-most] = best
-        options = np.lib.stride_tricks.sliding_window_view(reached, len(price), axis=1) + price
+        options = steps + price
         came_by[station] = options.argmin(axis=2)
-        best = np.take_along_axis(options, came_by[station][..., None], axis=2)[..., 0] + cost[:, station]
+        best = options.min(axis=2) + cost[:, station]
     place = np.empty((ways, stations), dtype=np.int64)
     place[:, -1] = best.argmin(axis=1)
     way = np.arange(ways)

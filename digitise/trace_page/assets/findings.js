@@ -6,7 +6,6 @@ export class Findings {
   constructor(lines) {
     this.lines = lines;
     this.path = this.walls = this.scale = null;
-    this.rough = false;
     this.stale = false; // The path is of an earlier request.
   }
 
@@ -16,7 +15,7 @@ export class Findings {
   }
 
   /** Take one line of an answer; return the kind of finding that it brings, or null. */
-  take({ scale, path, glance, walls }) {
+  take({ scale, path, walls }) {
     if (scale) {
       this.scale = scale;
       this.stale = true;
@@ -29,10 +28,9 @@ export class Findings {
       this.stale = false;
       return "path";
     }
-    if (glance || walls) {
-      this.walls = walls ?? glance;
-      this.rough = !walls;
-      return walls ? "walls" : "glance";
+    if (walls) {
+      this.walls = walls;
+      return "walls";
     }
     return null;
   }
@@ -67,7 +65,7 @@ export class Findings {
     lines.set("left-wall", walls?.left_px);
     lines.set("right-wall", walls?.right_px);
     lines.set("way", walls ? walls.centreline_px : path?.points_px);
-    showWalls(walls, this.rough);
+    showWalls(walls);
     this.how = showPath(path, walls, viaCount);
     showWarnings([...(scale?.warnings ?? []), ...(path?.warnings ?? []), ...(walls?.warnings ?? [])]);
   }

@@ -39,7 +39,7 @@ const points = new Points(part("points"), {
     const { left, top } = stage.getBoundingClientRect();
     draft = pointOf(id).move(rounded(inPhoto(viewport.toPhoto([screen[0] - left, screen[1] - top]))));
     refresh();
-    if (hasEnds(draft)) tracing.sketch(hintsOf(draft), { sketch: true, still: true }, "glance");
+    if (hasEnds(draft)) tracing.sketch(hintsOf(draft), { sketch: true, still: true }, "walls");
   },
   moved: () => commit(draft),
   pressed: pressedOnPoint,

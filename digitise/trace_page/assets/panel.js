@@ -18,9 +18,8 @@ const meanWidth = ({ mean_width, width_95, unit }, digits) => {
   return inUnit(mean_width, digits, unit) + interval;
 };
 
-export function showWalls(walls, rough) {
+export function showWalls(walls) {
   const { unit } = walls ?? {};
-  part("length").closest("dl").classList.toggle("rough", rough);
   const digits = unit === "px" ? [0, 1, 0] : [1, 2, 0];
   part("length").textContent = walls ? inUnit(walls.length, digits[0], unit) : "–";
   part("width").textContent = walls && walls.width_source !== "none" ? meanWidth(walls, digits[1]) : "–";

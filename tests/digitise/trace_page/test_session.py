@@ -84,16 +84,6 @@ def test_without_a_scale_lengths_are_pixels_and_no_sentence_speaks_of_millimetre
     assert " mm" not in json.dumps(in_px)
 
 
-def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
-    """They are told apart by name: nobody takes the first for the last."""
-    monkeypatch.setattr(page_session, "glance", trace_outline)
-    session = _session(file)
-    answers = _asked(session, Hints(ends_px=ENDS))
-    assert list(answers) == ["scale", "path", "glance", "walls"]
-    assert answers["glance"] == answers["walls"]
-    assert list(_asked(session, Hints(ends_px=ENDS), until="glance")) == ["scale", "path", "glance"]
-
-
 def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
     answers = _asked(session, Hints(ends_px=ENDS, ruler_px=((10.0, 10.0), (10.5, 10.0)), ruler_mm=4.0))
     assert "Ruler" in answers["scale"]["refused"]
