@@ -19,10 +19,10 @@ from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
-from digitise.walls.doubts import WORTH_SAYING, darker_line, find_bands, judge_reach, judge_stretches
+from digitise.walls.doubts import WORTH_SAYING, DoubtfulWalls, darker_line, judge_reach, judge_stretches, with_bands
 from digitise.walls.drawn import ByHand, with_drawn
 from digitise.walls.ends import Traced
-from digitise.walls.islands_and_side_cracks import Surroundings, find_surroundings, photo_of_paint, with_side_cracks
+from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
 from digitise.walls.thin_crack import NotFittedError, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
@@ -45,10 +45,6 @@ BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
 
 class Unconfirmed(str):
     """Warning about a crack that was found automatically. A program recognises it by this type, not by its words."""
-
-
-class DoubtfulWalls(str):
-    """Warning about walls that strokes may move to where they are."""
 
 
 REGION = (
@@ -134,32 +130,8 @@ def _between_walls(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outli
     """Return the outline by walls; of a dark crack in a grey band, as a joint, that of the crack, with both widths."""
     hand = with_drawn(photo, path, settings)
     outline = outline_by_walls(hand, path, settings)
-    if hand.decided is not None or path.source == "mask":
-        return outline
-    inner, band_mm = darker_line(photo, path, outline), outline.mean_width_mm
-    if inner is None:
-        return outline
-    if inner.width_px >= MIN_WIDTH_PX:
-        with suppress(TooThinError):
-            outline = outline_by_walls(hand, inner, settings)
-            low_mm, _ = outline.width_95_mm or (outline.mean_width_mm, 0.0)
-            warnings = (*outline.warnings, DoubtfulWalls(BAND.format(outline.mean_width_mm, band_mm)))
-            return replace(outline, width_95_mm=(low_mm, band_mm), warnings=warnings)
-    return _fitted(photo, inner, band_mm)
-
-
-def _followed(
-    photo: Photo, path: CrackPath, wall_share: float, around: Surroundings, insisted: bool, least_px: float
-) -> Traced:
-    """Return the crack by its walls or, on ground too coarse to follow them, by its dark region."""
-    try:
-        return trace(photo, path, wall_share, around.hidden, least_px)
-    except WallsMissingError as unclear:
-        try:
-            return trace_dark_region(photo, path, wall_share, around.hidden, insisted)
-        except InputError as neither:
-            why = str(neither).removeprefix(f"{photo.file}: ")
-            raise WallsMissingError(f"{unclear} A second way was tried: {why}") from None
+    inner = None if hand.decided is not None or path.source == "mask" else darker_line(photo, path, outline)
+    return outline if inner is None else _fitted(photo, inner, outline.mean_width_mm)
 
 
 def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_px: float = MIN_WIDTH_PX) -> Outline:
@@ -168,25 +140,26 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     At an open end the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short or
     its walls are not found, and TooThinError if blur would decide its width, or if it is below ``least_px``.
     """
-    photo, painted, insisted = hand.photo, path.source == "mask", hand.decided is not None
+    photo, painted = hand.photo, path.source == "mask"
     shown, share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
     around = find_surroundings(shown, path, share)
-    traced = _followed(shown, path, share, around, insisted, least_px)
+    try:
+        traced = trace(shown, path, share, around.hidden, least_px)
+    except WallsMissingError as unclear:
+        # The ground may be too coarse to follow walls.
+        try:
+            traced = trace_dark_region(shown, path, share, around.hidden, insisted=hand.decided is not None)
+        except InputError as neither:
+            why = str(neither).removeprefix(f"{photo.file}: ")
+            raise WallsMissingError(f"{unclear} A second way was tried: {why}") from None
     source: WidthSource = "walls" if traced.width_spread is None else "region"
     outline = outline_along(photo, path, traced, source, remarks=hand.warnings, by_hand=hand.decided)
     if outline.width_95_mm is not None:
         warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*outline.width_95_mm)))
         outline = replace(outline, warnings=warnings)
-    if not painted and (bands := find_bands(photo, outline, around.hidden)) is not None:
-        outline = replace(
-            outline,
-            bands_mm=bands.rings_mm,
-            width_95_mm=bands.width_95_mm,
-            walls=(*outline.walls, *bands.stretches),
-            warnings=(*outline.warnings, DoubtfulWalls(bands.warning)),
-        )
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     if not painted:
+        outline = with_bands(photo, outline, around.hidden)
         missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
     # Paint has no blur that could be mistaken for width.
     least_px = 0.0 if painted else MIN_WIDTH_PX

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from digitise.walls.wall_profile import cheapest_way, follow, outward, runs, ste
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import SIDES, Floats, Outline, WallStretch
-from sealtwin.core.solid_figures import EndKind, Span
+from sealtwin.core.solid_figures import EndKind
 
 # Constants of bands and of a darker line. "widths" are crack widths.
 #
@@ -65,18 +64,12 @@ BAND = (
 BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
 
 
-class Bands(NamedTuple):
-    """Bands along a crack."""
-
-    rings_mm: tuple[Floats, ...]
-    stretches: list[WallStretch]
-    width_95_mm: Span
-    """Interval of the mean width that covers both, without and with the bands."""
-    warning: str
+class DoubtfulWalls(str):
+    """Warning about walls that strokes may move to where they are."""
 
 
-def find_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Bands | None:
-    """Return the bands along an outline's walls; None if they matter little.
+def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Outline:
+    """Return the outline with the bands along its walls, and an interval that covers both widths, if they matter.
 
     The mouth of a side crack, which is ``hidden``, is no band.
     """
@@ -84,7 +77,7 @@ def find_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Ban
     width_px, s_mm = max(outline.mean_width_mm / px, 4.0), outline.s_mm[thin]
     line_mm, left_mm, right_mm = outline.centreline_mm[thin], outline.left_wall_mm[thin], outline.right_wall_mm[thin]
     if len(line_mm) < LEAST_PROFILES:
-        return None
+        return outline
     station_px = float(s_mm[-1]) / (len(s_mm) - 1) / px
 
     def odd(widths: float) -> int:
@@ -119,7 +112,7 @@ def find_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Ban
         for change_px in (np.minimum(inner_px - both_px, 0), np.maximum(outer_px - both_px, 0))
     )
     if high_mm - low_mm < WORTH_SAYING * width_px * px:
-        return None
+        return outline
     rings_mm, stretches = list[Floats](), list[WallStretch]()
     for number, sign in enumerate((1, -1)):
         near_mm, far_mm = (line_mm + sign * px * each_px[number][:, None] * ray for each_px in (inner_px, outer_px))
@@ -133,7 +126,13 @@ def find_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Ban
     own_mm, sure_mm = outline.width_95_mm or (outline.mean_width_mm,) * 2, SURE * outline.mean_width_mm
     interval_mm = min(own_mm[0], low_mm - sure_mm), max(own_mm[1], high_mm + sure_mm)
     middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
-    return Bands(tuple(rings_mm), stretches, interval_mm, BAND.format(listed(middle_px), low_mm, high_mm))
+    return replace(
+        outline,
+        bands_mm=tuple(rings_mm),
+        width_95_mm=interval_mm,
+        walls=(*outline.walls, *stretches),
+        warnings=(*outline.warnings, DoubtfulWalls(BAND.format(listed(middle_px), low_mm, high_mm))),
+    )
 
 
 def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:
