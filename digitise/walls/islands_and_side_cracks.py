@@ -207,42 +207,37 @@ def with_side_cracks(
     measured.
     """
     main, centreline = CrossSection([outline.outline_mm], FillRule.Positive), KDTree(outline.centreline_mm)
-    lines_mm, joined, warnings, measured_mm = list[Floats](), main, list[str](), list[Floats]()
+    joined, wide_mm, narrow_mm = main, list[Floats](), list[Floats]()
     for side in side_cracks:
         line_mm, ends = photo.to_mm(side.line_px), [0, -1][: 1 + side.comes_back]
         feet_mm = outline.centreline_mm[np.asarray(centreline.query(line_mm[ends])[1])]
-        lines_mm.append(np.concatenate([feet_mm[:1], line_mm, feet_mm[1:]]))
         rim = CrossSection([photo.to_mm(ring_px) for ring_px in side.rings_px], FillRule.EvenOdd)
-        width_px = (rim - main).area() / float(arc_length(line_mm)[-1]) / photo.mm_per_px
-        if width_px < least_width_px:
-            warnings.append(
-                f"{_count(lines_mm[-1:])} is left out: it is {width_px:.1f} px wide; {least_width_px:g} px are needed "
-                "to measure its width"
-            )
-        else:
-            measured_mm.append(lines_mm[-1])
-            joined += rim
-    ring_mm, enclosed_mm = outline.outline_mm, ()
-    if measured_mm and keep:
+        is_wide = (rim - main).area() >= least_width_px * photo.mm_per_px * arc_length(line_mm)[-1]
+        (wide_mm if is_wide else narrow_mm).append(np.concatenate([feet_mm[:1], line_mm, feet_mm[1:]]))
+        joined += rim if is_wide else CrossSection()
+    warnings, ring_mm, enclosed_mm = list[str](), outline.outline_mm, ()
+    if wide_mm and keep:
         piece = max(joined.decompose(), key=lambda piece: piece.area())
         rings = [np.asarray(ring, dtype=float) for ring in piece.to_polygons()]
         ring_mm = max(rings, key=signed_area)
         enclosed_mm = tuple(ring for ring in rings if signed_area(ring) <= -ISLAND_MM2)
-    elif measured_mm:
-        are, them = ("is", "it") if len(measured_mm) == 1 else ("are", "them")
-        warnings.insert(0, f'{_count(measured_mm)} {are} left out; set branches = "keep" to include {them}')
+    elif wide_mm:
+        warnings.append(f'{_left_out(wide_mm)}; set branches = "keep" to include side cracks')
+    if narrow_mm:
+        warnings.append(
+            f"{_left_out(narrow_mm)}: under {least_width_px:g} px wide, which are needed to measure a width"
+        )
     return replace(
         outline,
         **photo.in_both_units(outline=ring_mm),
-        branches_mm=tuple(lines_mm),
-        branches_kept=bool(measured_mm) and keep,
+        branches_mm=(*wide_mm, *narrow_mm),
+        branches_kept=bool(wide_mm) and keep,
         islands_mm=enclosed_mm,
         warnings=(*outline.warnings, *warnings),
     )
 
 
-def _count(lines_mm: list[Floats]) -> str:
-    """Return number and lengths as text: "2 side cracks (12 and 7 mm)"."""
-    *others, last = [f"{arc_length(line)[-1]:.0f}" for line in lines_mm]
-    lengths = f"{', '.join(others)} and {last}" if others else last
-    return f"{len(lines_mm)} side crack{'s' if others else ''} ({lengths} mm)"
+def _left_out(lines_mm: list[Floats]) -> str:
+    """Return number and lengths as text: "2 side cracks (12 and 7 mm) are left out"."""
+    lengths = " and ".join(f"{arc_length(line)[-1]:.0f}" for line in lines_mm)
+    return f"{len(lines_mm)} side crack{'s' if len(lines_mm) > 1 else ''} ({lengths} mm) {'are' if len(lines_mm) > 1 else 'is'} left out"

@@ -29,6 +29,7 @@ STATION_PX, STEP_PX = 1.0, 0.5  # Spacing of stations along the line and of samp
 WINDOW = 10  # Stations in a window; its mean profile is fitted
 REACH = 1.5  # Widths to either side that are fitted, plus ``REACH_PX``; as much again is the ground
 REACH_PX = 6.0
+PATCH, PATCH_PX = 4.5, 18.0  # Three times that reach
 CELLS = 2.0  # Largest distance of a path from the crack, in cells of the search map
 NEAR_PX = 3.0  # Distance, beyond half a width, within which the line is followed a second time
 ALONG = 2.0  # Blur along the line before it is followed, in stations
@@ -49,7 +50,8 @@ class NotFittedError(InputError):
 def trace_line(photo: Photo, path: CrackPath) -> Traced:
     """Follow the darkest line along ``path``; both walls are that line."""
     line_px = _line_px(photo, path)
-    return to_its_ends(photo, _patch(photo, path), (line_px, line_px, line_px), path.width_px)
+    patch = patch_around(photo, path.points_px, PATCH * path.width_px + PATCH_PX)
+    return to_its_ends(photo, patch, (line_px, line_px, line_px), path.width_px)
 
 
 def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
@@ -58,7 +60,7 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     Raises NotFittedError if too little is in view or the sides of the crack differ, and InputError if the path is at an
     edge: one side is far brighter, and the path is about as dark as the other.
     """
-    line_px, patch = _line_px(photo, path), _patch(photo, path)
+    line_px, patch = _line_px(photo, path), patch_around(photo, path.points_px, PATCH * path.width_px + PATCH_PX)
     reach = round((REACH * path.width_px + REACH_PX) / STEP_PX)
     places_px = STEP_PX * np.arange(-reach, reach + 1, dtype=float)
     cuts = np.linspace(0, len(line_px), max(1, len(line_px) // WINDOW) + 1).astype(int)
@@ -93,10 +95,6 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     # y runs down in the photo, so that left in the photo is right on the face.
     lines_px = line_px, line_px - half_px, line_px + half_px
     return to_its_ends(photo, patch, lines_px, max(fit.mean_px, 1.0)), fit
-
-
-def _patch(photo: Photo, path: CrackPath) -> Patch:
-    return patch_around(photo, path.points_px, 3 * (REACH * path.width_px + REACH_PX))
 
 
 def _windows(
