@@ -165,11 +165,12 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     least_px = 0.0 if painted else MIN_WIDTH_PX
     outline = with_side_cracks(photo, outline, around.side_cracks, settings.branches == "keep", least_px)
     islands_mm = tuple(ring for ring in around.islands_mm if points_in_poly(ring, outline.outline_mm).all())
-    return replace(
-        outline,
-        warnings=(*missed, *outline.warnings, *_island_warning(islands_mm)),
-        islands_mm=(*islands_mm, *outline.islands_mm),
-    )
+    warnings = [*missed, *outline.warnings]
+    if islands_mm:
+        count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
+        area_mm2 = -sum(map(polyline.signed_area, islands_mm))
+        warnings.append(f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there")
+    return replace(outline, warnings=tuple(warnings), islands_mm=(*islands_mm, *outline.islands_mm))
 
 
 def outline_along(
@@ -361,12 +362,3 @@ def _doubts(path: CrackPath, traced: Traced) -> list[str]:
             f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
         )
     return doubts
-
-
-def _island_warning(islands_mm: tuple[Floats, ...]) -> list[str]:
-    """Return a warning about islands, if there are any."""
-    if not islands_mm:
-        return []
-    count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
-    area_mm2 = sum(-polyline.signed_area(ring) for ring in islands_mm)
-    return [f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there"]

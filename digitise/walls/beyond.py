@@ -54,7 +54,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     size = (photo.size_px[0] // factor, photo.size_px[1] // factor)
     whole = np.s_[: size[1] * factor, : size[0] * factor]
     light = blurred(shrunk(photo.brightness[whole], size) if factor > 1 else photo.brightness, 0.8)
-    sample = cv2.resize(sample_mask(photo)[whole], size, interpolation=cv2.INTER_NEAREST) > 0
+    sample = sample_mask(photo)[whole][::factor, ::factor] > 0
     width, cells = width_px / factor, (inward_px + 0.5) / factor - 0.5
     dark = (light < threshold) & sample
     # Regions far wider than the crack are no crack.

@@ -100,7 +100,7 @@ def trace(
         strip, walls = crack.look(line_mm, width_mm)
         _check_found(photo, strip, walls.both_clear, (0.0, np.inf), 1.0)
         span_mm = crack.span_mm(line_mm, walls, ends)
-        width_mm = max(_usual_width_mm(walls), LEAST_WIDTH_PX * photo.mm_per_px)
+        width_mm = max(walls.usual_width_mm, LEAST_WIDTH_PX * photo.mm_per_px)
         line_mm = _recentred(strip, walls, ends, span_mm, width_mm, crack.spacing_mm)
         aside_mm = np.abs(np.diff(walls.away_mm, axis=0)[0][walls.both_clear]) / 2
         if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
@@ -113,7 +113,7 @@ def trace(
     whole_mm = crack.span_mm(line_mm, walls, ends)
     span_mm = _shown_span_mm(photo, line_mm, (left_mm, right_mm), whole_mm)
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
-    width_px = _usual_width_mm(walls) / photo.mm_per_px
+    width_px = walls.usual_width_mm / photo.mm_per_px
     seen = (walls.clear_step | walls.covered).all(axis=0) & (walls.open_line | walls.covered.any(axis=0))
     missing = _check_found(photo, strip, seen, span_mm, MOST_MISSING)
     least_px = max(least_px, walls.blur_px / MOST_BLUR)
@@ -156,7 +156,7 @@ class _Crack:
             if crossing is not None:
                 near_mm = crossing.s_mm
             elif end.kind == "closed":
-                reach_mm = _usual_width_mm(walls)
+                reach_mm = walls.usual_width_mm
                 within = np.flatnonzero(walls.both_clear & (np.abs(s_mm - near_mm) >= reach_mm / 2))
                 station = within[np.argmin(np.abs(s_mm[within] - near_mm))] if len(within) else 0
                 level = float(walls.rim[station])
@@ -264,10 +264,6 @@ def _crossings(photo: Photo, line_mm: Floats, ends: list[PathEnd]) -> Crossings:
                 )
         crossings.append(crossing)
     return crossings[0], crossings[1]
-
-
-def _usual_width_mm(walls: Walls) -> float:
-    return float(np.median(walls.width_mm[walls.both_clear]))
 
 
 def _check_found(

@@ -9,7 +9,7 @@ from skimage.measure import points_in_poly
 
 from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals, resampled
+from digitise.geometry.polyline import at_arc_length, left_normals, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
@@ -59,10 +59,10 @@ class Canvas:
         for start in range(0, len(dashes) - 1, 2):
             self.line(dashes[start : start + 2], colour, 0)
 
-    def dot(self, point: Floats, size: float, colour: Colour, rim: float, rim_colour: Colour) -> None:
-        """Draw a disc of radius ``size`` px on one of radius ``rim`` px."""
-        for radius, shade in ((rim, rim_colour), (size, colour)):
-            cv2.circle(self.picture, _whole(point), round(radius), shade, -1, cv2.LINE_AA)
+    def dot(self, point: Floats, size: float, colour: Colour, rim: Colour) -> None:
+        """Draw a disc of radius ``size`` on a larger one."""
+        for radius, shade in ((size + 0.8, rim), (size, colour)):
+            cv2.circle(self.picture, _whole(point), max(1, round(radius * self.unit)), shade, -1, cv2.LINE_AA)
 
     def panel(self, low: Floats, high: Floats, colour: Colour, opacity: float) -> None:
         (left, top), (right, bottom) = np.maximum(np.rint((low, high)), 0).astype(int)
@@ -93,10 +93,8 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     for ring_mm in outline.bands_mm:
         ring_px = canvas.at(photo.to_px(ring_mm))
         canvas.dashed(np.concatenate([ring_px, ring_px[:1]]), ENDS)
-    for wall_px, colour in ((outline.left_wall_px, LEFT), (outline.right_wall_px, RIGHT)):
-        # Stations at an open end may be off the face.
-        on_face = photo.face_mm is None or depth_inside(photo.to_mm(wall_px), photo.face_mm) >= 0
-        canvas.line(canvas.at(wall_px[on_face].reshape(-1, 2)), colour)
+    canvas.line(canvas.at(outline.left_wall_px), LEFT)
+    canvas.line(canvas.at(outline.right_wall_px), RIGHT)
     centreline = canvas.at(outline.centreline_px)
     canvas.line(centreline, CENTRE)
     if trajectory is not None:
@@ -104,7 +102,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
         # Beads are so small that the centreline shows between them.
         given = nozzle[trajectory.giving]
         for bead in resampled(given, BEADS * canvas.unit) if len(given) > 1 else ():
-            canvas.dot(bead, max(1, 1.6 * canvas.unit), NOZZLE, max(2, 2.3 * canvas.unit), INK)
+            canvas.dot(bead, 1.6, NOZZLE, INK)
     _mark_ends(canvas, centreline, outline)
     taken, shown = canvas.at(outline.outline_px), canvas.at(outline.shown_px)
     _legend(canvas, outline, trajectory, taken, shown)
@@ -118,7 +116,7 @@ def draw_way(photo: Photo, path: CrackPath) -> Picture:
     way = canvas.at(path.points_px)
     canvas.line(way, CENTRE, 1.5)
     for point in way[[0, -1]]:
-        canvas.dot(point, 3 * canvas.unit, ENDS, 4 * canvas.unit, PAPER)
+        canvas.dot(point, 3, ENDS, PAPER)
     return canvas.picture
 
 
@@ -129,7 +127,7 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
         canvas.line(canvas.at(crack.outline_px), ENDS, 1.5, closed=True)
     for number, crack in enumerate(cracks, 1):
         place = canvas.at(crack.middle_px)
-        canvas.dot(place, 15 * canvas.unit, INK, 17 * canvas.unit, PAPER)
+        canvas.dot(place, 15, INK, PAPER)
         canvas.text(place + 2 * canvas.text_size(str(number)) * (-0.5, 0.5), str(number), PAPER, 2)
     return canvas.picture
 
@@ -140,7 +138,7 @@ def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
     first = f"start, s = 0 ({outline.ends[0]} end)"
     last = f"s = {outline.length_mm:.1f} mm ({outline.ends[1]} end)"
     for way, text in ((centreline, first), (centreline[::-1], last)):
-        canvas.dot(way[0], 3 * unit, ENDS, 4 * unit, PAPER)
+        canvas.dot(way[0], 3, ENDS, PAPER)
         size = canvas.text_size(text)
         behind = at_arc_length(way, arc_length(way), np.array([30 * unit]))[0]
         beside = way[0] + toward(way[0] - behind) * (14 * unit + 0.5 * size)

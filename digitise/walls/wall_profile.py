@@ -51,8 +51,8 @@ class Walls:
         return self.clear_step.all(axis=0)
 
     @property
-    def width_mm(self) -> Floats:
-        return self.away_mm.sum(axis=0)
+    def usual_width_mm(self) -> float:
+        return float(np.median(self.away_mm.sum(axis=0)[self.both_clear]))
 
 
 def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_edge: bool = False) -> Walls:
