@@ -184,7 +184,13 @@ def outline_along(
 ) -> Outline:
     """Return the outline of a traced crack, without side cracks and islands."""
     (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)
-    doubts = _doubts(path, traced)
+    doubts: list[str] = [PROPOSAL] if path.source == "automatic" else []
+    if traced.missing > WORTH_SAYING:
+        doubts.append(DoubtfulWalls(f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"))
+    if traced.beyond_mm > 0:
+        doubts.append(
+            f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
+        )
     if by_hand is not None:
         drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
         methods = np.where(drawn, 2, methods)
@@ -349,16 +355,3 @@ def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
     if photo.face_mm is not None:
         ring = polyline.clipped_to_box(ring, photo.face_mm)
     return polyline.without_repeats(ring, 1e-3 * photo.mm_per_px)
-
-
-def _doubts(path: CrackPath, traced: Traced) -> list[str]:
-    """Return warnings about the main crack."""
-    doubts: list[str] = [PROPOSAL] if path.source == "automatic" else []
-    if traced.missing > WORTH_SAYING:
-        missing = f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"
-        doubts.append(DoubtfulWalls(missing))
-    if traced.beyond_mm > 0:
-        doubts.append(
-            f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
-        )
-    return doubts

@@ -157,9 +157,7 @@ class _Crack:
                 near_mm = crossing.s_mm
             elif end.kind == "closed":
                 reach_mm = walls.usual_width_mm
-                within = np.flatnonzero(walls.both_clear & (np.abs(s_mm - near_mm) >= reach_mm / 2))
-                station = within[np.argmin(np.abs(s_mm[within] - near_mm))] if len(within) else 0
-                level = float(walls.rim[station])
+                level = float(np.interp(near_mm, s_mm, walls.rim))
                 near_mm = find_tip(self.photo, self.patch, line_mm, near_mm, reach_mm, level)
             span_mm.append(float(near_mm))
         return span_mm[0], span_mm[1]

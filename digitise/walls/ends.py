@@ -14,7 +14,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
-STEP_PX = 0.5  # Spacing of samples along the line at a tip
+STEP_PX = 0.25  # Spacing of samples along the line at a tip
 LOOK_AHEAD = 2.0  # Crack widths ahead of the end that are searched for the edge of the face
 GOES_ON = 1.5  # Crack widths of dark around an end above which the end is cut: the crack, or a shadow, continues
 BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front; a sharp tip narrows in less
@@ -55,12 +55,8 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_
     s_mm = arc_length(line_mm)
     fine_mm = np.arange(max(near_mm - reach_mm, 0), min(near_mm + reach_mm, s_mm[-1]), STEP_PX * photo.mm_per_px)
     light = patch.light(photo.to_px(at_arc_length(line_mm, s_mm, fine_mm)))
-    crosses = np.flatnonzero((light[:-1] < level) != (light[1:] < level))
-    if len(crosses) == 0:
-        return near_mm
-    part = (level - light[crosses]) / (light[crosses + 1] - light[crosses])
-    places_mm = fine_mm[crosses] + part * (fine_mm[1] - fine_mm[0])
-    return float(places_mm[np.argmin(np.abs(places_mm - near_mm))])
+    places_mm = fine_mm[1:][(light[:-1] < level) != (light[1:] < level)]
+    return float(min(places_mm, key=lambda place_mm: abs(place_mm - near_mm), default=near_mm))
 
 
 def to_its_ends(

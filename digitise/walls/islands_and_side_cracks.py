@@ -23,7 +23,6 @@ from digitise.crack_path.medial_axis import (
     radius,
     side_lines,
 )
-from digitise.crack_path.standing_out import unlike_length_px
 from digitise.geometry.polyline import extended, resampled, signed_area, smoothed
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import Map, blurred, continued, resized, shrunk, widened
@@ -50,7 +49,6 @@ SKIRT_PX = 3  # Reach of the blur around a stone and beside a side crack
 AS_DARK = 0.6  # Largest share of ``wall_share`` in a side crack; lighter lines are scratches, stains or shadows
 AS_WIDE = 1.5  # Largest width of a side crack in widths of the main crack
 SLENDER = 3.0  # Least length of a side crack over its width: shorter ones are pores, stains and broken edges
-EDGE = 0.9  # Share of a line with unlike sides from which the line is an edge, as of a sample of unknown size
 SWELLING = 2.0  # Largest reach of a side crack sideways in its half widths; beyond is a pore or a stain
 STEP_PX = 0.5  # Spacing of the centreline from which side cracks are drawn
 
@@ -108,17 +106,14 @@ def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surro
         ring = max(_contours(copy, alone, wall_share, 0.0), key=lambda ring: abs(signed_area(ring)))
         islands_px.append(ring if signed_area(photo.to_mm(ring)) < 0 else ring[::-1])
         crack |= stone
-    side_cracks = tuple(_side_cracks(photo, copy, crack, width_px / copy.factor, wall_share))
+    side_cracks = tuple(_side_cracks(copy, crack, width_px / copy.factor, wall_share))
     hidden = np.zeros(photo.brightness.shape, np.uint8)
     for ring_px in islands_px:
         whole = [np.rint(ring_px).astype(np.int32)]
         cv2.fillPoly(hidden, whole, 255)
         cv2.polylines(hidden, whole, True, 255, 2 * SKIRT_PX + 1)
     for side in side_cracks:
-        # The rounded end of the pen reaches back to the wall.
-        begin = min(round(side.half_px), len(side.line_px) - 2)
-        along_px = side.line_px[begin : len(side.line_px) - begin * side.comes_back]
-        _draw(hidden, along_px, 2 * (side.half_px + SKIRT_PX))
+        _draw(hidden, side.line_px, 2 * (side.half_px + SKIRT_PX))
     return Surroundings(tuple(photo.to_mm(ring_px) for ring_px in islands_px), side_cracks, hidden)
 
 
@@ -162,10 +157,8 @@ def _enclosed(crack: NDArray[np.bool_], least: float, widest: float) -> list[NDA
     return [stone for stone in stones if 2 * radius(stone).max() <= widest]
 
 
-def _side_cracks(
-    photo: Photo, copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share: float
-) -> list[SideCrack]:
-    """Return the dark side lines of the path that are slender, as a crack is, and no edge of something bright."""
+def _side_cracks(copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share: float) -> list[SideCrack]:
+    """Return the dark side lines of the path that are slender, as a crack is."""
     to_rim, side_cracks = radius(crack), list[SideCrack]()
     way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
     way = way[crack[tuple(way.T)]]
@@ -179,12 +172,10 @@ def _side_cracks(
         if not slender or np.median(copy.share[tuple(cells.T)]) >= AS_DARK * wall_share:
             continue
         line_px, half_px = smoothed(resampled(copy.to_photo(line), 1.0), half * copy.factor), half * copy.factor
-        if unlike_length_px(photo, line_px, 2 * half_px) < EDGE * len(line_px):
-            near = np.zeros(crack.shape, dtype=np.uint8)
-            _draw(near, line, 2 * SWELLING * half)
-            alone = np.where(widened(holding(crack & (near > 0), line), 1), copy.share, 1)
-            rings_px = tuple(_contours(copy, alone, wall_share, 1.0))
-            side_cracks.append(SideCrack(line_px, half_px, comes_back, rings_px))
+        near = np.zeros(crack.shape, dtype=np.uint8)
+        _draw(near, line, 2 * SWELLING * half)
+        alone = np.where(widened(holding(crack & (near > 0), line), 1), copy.share, 1)
+        side_cracks.append(SideCrack(line_px, half_px, comes_back, tuple(_contours(copy, alone, wall_share, 1.0))))
     return side_cracks
 
 
@@ -224,9 +215,7 @@ def with_side_cracks(
     elif wide_mm:
         warnings.append(f'{_left_out(wide_mm)}; set branches = "keep" to include side cracks')
     if narrow_mm:
-        warnings.append(
-            f"{_left_out(narrow_mm)}: under {least_width_px:g} px wide, which are needed to measure a width"
-        )
+        warnings.append(f"{_left_out(narrow_mm)}: under {least_width_px:g} px wide, too narrow to measure")
     return replace(
         outline,
         **photo.in_both_units(outline=ring_mm),
@@ -240,4 +229,5 @@ def with_side_cracks(
 def _left_out(lines_mm: list[Floats]) -> str:
     """Return number and lengths as text: "2 side cracks (12 and 7 mm) are left out"."""
     lengths = " and ".join(f"{arc_length(line)[-1]:.0f}" for line in lines_mm)
-    return f"{len(lines_mm)} side crack{'s' if len(lines_mm) > 1 else ''} ({lengths} mm) {'are' if len(lines_mm) > 1 else 'is'} left out"
+    many = len(lines_mm) > 1
+    return f"{len(lines_mm)} side crack{'s' * many} ({lengths} mm) {'are' if many else 'is'} left out"

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import points_in_poly
 
 from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.hints import CrackPath
@@ -30,7 +29,6 @@ SUBPIXEL_BITS = 4
 STRAIGHT_AROUND = 1.5  # Half of the straightened picture's height over the crack's mean width
 STRAIGHT_MOST_PX = 1400  # Largest length of the picture: a report shows it 800 px long
 DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
-JOINED = 0.9  # Least share of a joined side crack's line in the outline; others only begin there
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -87,9 +85,9 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     # The ring comes first. Walls cover it except at the ends, where it shows how the crack was closed.
     for ring_px in (outline.outline_px, *map(photo.to_px, outline.islands_mm)):
         canvas.line(canvas.at(ring_px), ENDS, closed=True)
+    draw_branch = canvas.line if outline.branches_kept else canvas.dashed
     for line_mm in outline.branches_mm:
-        joined = np.mean(points_in_poly(line_mm, outline.outline_mm)) > JOINED
-        (canvas.line if joined else canvas.dashed)(canvas.at(photo.to_px(line_mm)), CENTRE)
+        draw_branch(canvas.at(photo.to_px(line_mm)), CENTRE)
     for ring_mm in outline.bands_mm:
         ring_px = canvas.at(photo.to_px(ring_mm))
         canvas.dashed(np.concatenate([ring_px, ring_px[:1]]), ENDS)
@@ -143,8 +141,7 @@ def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
         behind = at_arc_length(way, arc_length(way), np.array([30 * unit]))[0]
         beside = way[0] + toward(way[0] - behind) * (14 * unit + 0.5 * size)
         half = 0.5 * size + 8 * unit
-        limit = canvas.extent - half
-        corner = np.clip(beside, np.minimum(half, limit), limit) - 0.5 * size
+        corner = np.clip(beside, half, canvas.extent - half) - 0.5 * size
         canvas.panel(corner - 4 * unit, corner + size + 4 * unit, INK, 0.65)
         canvas.text(corner + np.array([0, size[1]]), text, PAPER)
 
@@ -163,8 +160,7 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
     if outline.bands_mm:
         lines.append((ENDS, "dashed: crack or ground"))
     if trajectory is not None and len(given := trajectory.s_mm[trajectory.giving]):
-        verb = "gives" if trajectory.dispensed_mm3 > 0 else "runs"
-        lines.append((NOZZLE, f"nozzle, {verb} from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
+        lines.append((NOZZLE, f"nozzle, from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
     unit = canvas.unit
     pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
     width = max(canvas.text_size(text)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
@@ -180,17 +176,16 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
 
 
 def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -> None:
-    """Draw the longest round length of at most a fifth of the picture, half black and half white."""
+    """Draw the longest round length of at most a fifth of the picture."""
     unit = canvas.unit
-    fitting = [step for step in ROUND_LENGTHS_MM if step <= 0.2 * canvas.extent[0] * mm_per_px]
-    length_mm = fitting[-1] if fitting else ROUND_LENGTHS_MM[0]
+    most_mm = 0.2 * canvas.extent[0] * mm_per_px
+    length_mm = max((step for step in ROUND_LENGTHS_MM if step <= most_mm), default=ROUND_LENGTHS_MM[0])
     bar, pad = np.array([length_mm / mm_per_px, 5 * unit]), 10 * unit
     size = np.add(bar, (2 * pad, 22 * unit + pad))
     low = _free_corner(canvas, size, taken, shown, ((1, 1), (0, 1), (1, 0)))
     canvas.panel(low, low + size, PAPER, 0.8)
     start = np.add(low, (pad, size[1] - pad - bar[1]))
     canvas.panel(start, start + bar, INK, 1)
-    canvas.panel(np.add(start, (bar[0] / 2, 1)), start + bar - 1, PAPER, 1)
     canvas.text(start - (0, 6 * unit), f"{length_mm} mm", INK)
 
 
@@ -224,4 +219,4 @@ def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
     straight = cv2.remap(
         photo.image, places_px[..., 0], places_px[..., 1], cv2.INTER_LINEAR, None, cv2.BORDER_CONSTANT, (255,) * 3
     )
-    return np.asarray(straight if straight.ndim == 3 else np.repeat(straight[..., None], 3, 2), dtype=np.uint8)
+    return np.asarray(straight, dtype=np.uint8)
