@@ -30,6 +30,7 @@ OUTSIDE = 3.0  # Further sigmas over which the mortar's level is read; more woul
 SNAP_PX = 2.0  # Largest distance from a followed wall to its step
 SHARPEST_PX = 0.8  # Least sigma: no edge is sharper than the softening
 SOFTEST_PX = 3.5  # Largest sigma; a softer edge does not show its blur
+RIM = 0.2  # Least width of a lit rim beyond that of a blurred edge, in sigmas of the blur
 OUTER = 0.84  # Share at which softness is measured: one sigma out from the middle of the edge
 MIDDLE = 0.475  # Share of an edge's step at its middle, since blur reaches the level read inside more than outside
 LEAST_STEP = 0.25  # Least height of a wall's step, as a share
@@ -83,8 +84,11 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = HALF, along_ed
         place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
     edge_px = softness_px(share, place_px, strip.sample_px, wall_share)
     sigma_px, clear_step = float(np.clip(edge_px, SHARPEST_PX, SOFTEST_PX)), np.zeros(place_px.shape, dtype=bool)
+    rim = dark + contrast * lit_rims(share, place_px, sigma_px, strip.sample_px, wall_share)[:, None]
     for _ in range(REFINEMENTS):
-        place_px, clear_step = refined_to_subpixel(light, valid, place_px, sigma_px, strip.sample_px, over, contrast)
+        place_px, clear_step = refined_to_subpixel(
+            light, valid, place_px, sigma_px, strip.sample_px, over, contrast, rim
+        )
     rim = dark + max(wall_share, HALF) * (bright.mean(axis=0) - dark)
     return Walls(
         completed(place_px * strip.mm_per_px, clear_step, max(1, round(USUAL * across)), along_edge),
@@ -161,6 +165,17 @@ def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: f
     return float(np.ptp(reaches_px, axis=1).min() / (ndtri(OUTER) - ndtri(wall_share)))
 
 
+def lit_rims(share: Floats, place_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:
+    """Return the brightness of a lit rim just inside each wall as a share of the contrast, (2,); 0 without a rim."""
+    rel_px, rims = np.arange(-3 * SOFTEST_PX, SOFTEST_PX, 0.5 * sample_px), np.zeros(2)
+    columns = np.clip((place_px[..., None] + rel_px) / sample_px, 0, share.shape[2] - 1)
+    for side, profile in enumerate(np.maximum.accumulate(np.median(between(share, columns), axis=1), axis=1)):
+        inner_px, outer_px = np.interp([HALF, wall_share], profile, rel_px)
+        if outer_px - inner_px > sigma_px * (ndtri(wall_share) + RIM):
+            rims[side] = np.interp(np.linspace(inner_px, outer_px), rel_px, profile).mean()
+    return rims
+
+
 def refined_to_subpixel(
     light: Floats,
     valid: NDArray[np.bool_],
@@ -169,12 +184,13 @@ def refined_to_subpixel(
     sample_px: float,
     over: int,
     contrast: Floats,
+    rim: Floats,
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return each wall's sub-pixel distance from the line in px, (2, stations), and the stations with a clear step.
 
     A wall is where the light, linear between samples, crosses the middle between the medians just inside and just
     outside. The search begins at ``place_px``. ``light`` and ``valid`` run from the line
-    outward, (2, stations, samples); levels are medians over ``over`` stations.
+    outward, (2, stations, samples); levels are medians over ``over`` stations, inside at least ``rim``, (2, stations).
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
     outer_px = np.arange(CLEAR * sigma_px, (CLEAR + OUTSIDE) * sigma_px, sample_px)
@@ -186,6 +202,7 @@ def refined_to_subpixel(
         steadied(between(shown, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
     )
 
+    inner = np.maximum(inner, rim)
     threshold = inner + MIDDLE * (outer - inner)
     excess = light - threshold[..., None]
     rising = (excess[..., :-1] < 0) & (excess[..., 1:] >= 0) & valid[..., :-1] & valid[..., 1:]
