@@ -79,9 +79,9 @@ BRIDGED: tuple[WallMethod, str] = (
 def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
     """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
-    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set, the crack is too thin for the fit, or a fit is impossible between
-    clicks. Raises InputError if ``outline_by_walls`` does, if a thin crack or the ground next to it is hidden, or if
-    walls were drawn for an outline without walls.
+    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set,
+    the crack is too thin for the fit, or a fit is impossible between clicks. Raises InputError if ``outline_by_walls``
+    does, if a thin crack or the ground next to it is hidden, or if walls were drawn for an outline without walls.
     """
     outline = _measured(photo, path, settings)
     if path.source not in CLICKED:
@@ -319,7 +319,7 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
 
 
 def _stations(photo: Photo, traced: Traced) -> tuple[tuple[Floats, Floats, Floats], Floats]:
-    """Return centreline, left and right wall at evenly spaced stations, and their methods, (2, n): 1 of bridged walls."""
+    """Return centreline, left and right wall at even stations, and the walls' methods, (2, n): 1 if bridged."""
     s_mm = arc_length(traced.line_mm)
     first_mm, last_mm = traced.span_mm
     sigma = WALL_SMOOTHING_PX / STATION_PX

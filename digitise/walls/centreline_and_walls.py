@@ -152,14 +152,14 @@ class _Crack:
         """Return the arc lengths on the line at which the crack begins and ends."""
         s_mm, span_mm = arc_length(line_mm), list[float]()
         for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
-            near_mm = s_mm[np.asarray(KDTree(line_mm).query(self.photo.to_mm(end.place_px[None]))[1])[0]]
+            near_mm = float(s_mm[KDTree(line_mm).query(self.photo.to_mm(end.place_px[None])[0])[1]])
             if crossing is not None:
                 near_mm = crossing.s_mm
             elif end.kind == "closed":
                 reach_mm = walls.usual_width_mm
                 level = float(np.interp(near_mm, s_mm, walls.rim))
                 near_mm = find_tip(self.photo, self.patch, line_mm, near_mm, reach_mm, level)
-            span_mm.append(float(near_mm))
+            span_mm.append(near_mm)
         return span_mm[0], span_mm[1]
 
 

@@ -78,14 +78,20 @@ def trace_dark_region(
         return replace(traced, width_px=traced.width_px * factor)
     patch = patch_around(photo, path.points_px, 2 * MOST_REACH_PX, hidden)
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), photo.mm_per_px), 4.0)
-    width_px, smoothing = max(path.width_px, 4.0), PATH_SMOOTHING
-    for _ in range(PASSES):
+
+    def look(line_mm: Floats, width_px: float, smoothing: float) -> tuple[Strip, Floats]:
         line_mm = resampled(smoothed(line_mm, smoothing * width_px), photo.mm_per_px)
         reach_mm = round(min(REACH * width_px + REACH_PX, MOST_REACH_PX)) * photo.mm_per_px
         strip = straighten(photo, patch, line_mm, left_normals(line_mm), photo.mm_per_px, reach_mm)
-        rims_px = _rims_px(strip, width_px)
-        width_px, smoothing = max(float(np.median(rims_px.sum(axis=0))), 4.0), LINE_SMOOTHING
-        line_mm = resampled(strip.places_mm((rims_px[0] - rims_px[1]) / 2 * photo.mm_per_px), photo.mm_per_px)
+        return strip, _rims_px(strip, width_px)
+
+    width_px = max(path.width_px, 4.0)
+    strip, rims_px = look(line_mm, width_px, PATH_SMOOTHING)
+    for _ in range(PASSES - 1):
+        width_px = max(float(np.median(rims_px.sum(axis=0))), 4.0)
+        line_mm = strip.places_mm((rims_px[0] - rims_px[1]) / 2 * photo.mm_per_px)
+        strip, rims_px = look(resampled(line_mm, photo.mm_per_px), width_px, LINE_SMOOTHING)
+    width_px = max(float(np.median(rims_px.sum(axis=0))), 4.0)
     moves_px, soft_px = _moves_px(strip, rims_px, width_px, wall_share)
     left_px, right_px = rims_px + moves_px[:, None]
     right_px = np.maximum(right_px, 1.0 - left_px)

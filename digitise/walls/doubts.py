@@ -3,9 +3,10 @@
 from dataclasses import replace
 from functools import partial
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
@@ -118,11 +119,12 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
         near_mm, far_mm = (line_mm + sign * px * each_px[number][:, None] * ray for each_px in (inner_px, outer_px))
         for begin, end in runs(doubtful[number]):
             rings_mm.append(np.concatenate([near_mm[begin:end], far_mm[begin:end][::-1]]))
-            part_mm = np.round([s_mm[begin], s_mm[end - 1]], 3).tolist()
+            first_mm, last_mm = np.round(s_mm[[begin, end - 1]], 3).tolist()
             least_mm, most_mm = (
                 round(px * float(each_px[number, begin:end].mean()), 3) for each_px in (inner_px, outer_px)
             )
-            stretches.append(WallStretch(*part_mm, SIDES[number], "edge", (least_mm, most_mm), BAND_WHY))
+            doubt_mm = least_mm, most_mm
+            stretches.append(WallStretch(first_mm, last_mm, SIDES[number], "edge", doubt_mm, BAND_WHY))
     own_mm, sure_mm = outline.width_95_mm or (outline.mean_width_mm,) * 2, SURE * outline.mean_width_mm
     interval_mm = min(own_mm[0], low_mm - sure_mm), max(own_mm[1], high_mm + sure_mm)
     middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
@@ -149,7 +151,7 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
         left_normals(smoothed(line_px, 2 * half_px)),
     )
     light = sampled(photo.brightness, line_px[:, None] + offset_px[:, None] * normal[:, None])
-    soft = uniform_filter(light.astype(float), (LINE_ALONG_PX, LINE_PX), mode="nearest")
+    soft = np.asarray(cv2.blur(light, (LINE_PX, LINE_ALONG_PX)), dtype=float)
     between = np.abs(offset_px) < half_px
     ground, inside = float(np.median(light[:, np.abs(offset_px) > half_px + 2 * LINE_PX])), np.median(light[:, between])
     price = LINE_STEP * np.arange(-2.0, 3.0) ** 2
@@ -177,11 +179,14 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
         share = float(np.diff(s_mm[bounds], axis=1).sum() / s_mm[-1])
         places = "; ".join(
             f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along the crack, from "
-            f"{listed(photo.to_px(centreline_mm[[first, last]]))} px, about {np.median(width_px[first : last + 1]):.1f} "
-            "px wide"
+            f"{listed(photo.to_px(centreline_mm[[first, last]]))} px, about "
+            f"{np.median(width_px[first : last + 1]):.1f} px wide"
             for first, last in bounds
         )
-        fault = f"{share:.0%} of the crack is under {limit_px:g} px wide, so that its width and volume are uncertain: {places}"
+        fault = (
+            f"{share:.0%} of the crack is under {limit_px:g} px wide, so that its width and volume are uncertain: "
+            f"{places}"
+        )
         if share > MOST_MISSING and most == MOST_MISSING:
             raise InputError(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
         if share > most:

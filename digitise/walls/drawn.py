@@ -2,7 +2,8 @@
 
 Surely crack is all between a line along a wall, or a stroke over crack, and the path; surely ground is all beyond a
 line along a wall, or a stroke over ground. Near a stroke, what is nearer in lightness to the crack under it than to
-the ground becomes crack, and what is nearer to the ground under it than to the crack becomes ground, so that a few strokes are enough.
+the ground becomes crack, and what is nearer to the ground under it than to the crack becomes ground, so that a few
+strokes are enough.
 """
 
 from dataclasses import replace
@@ -99,9 +100,10 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
         for number, kind in enumerate(("crack", "ground")):
             crossed = body & (sure[1 - number][window] > 0)
             if line.kind == kind and crossed.any():
+                place_px = np.argwhere(crossed)[:1, ::-1] + low
                 raise InputError(
-                    f"{photo.file}: {line.name}, contradicts a stroke at {listed(np.argwhere(crossed)[:1, ::-1] + low)} "
-                    "px, which makes ground of what it makes crack, or the other way round. Remove one of them."
+                    f"{photo.file}: {line.name}, contradicts a stroke at {listed(place_px)} px, which makes ground of "
+                    "what it makes crack, or the other way round. Remove one of them."
                 )
             if line.kind in (kind, "wall"):
                 area = areas[number] if line.kind == "wall" else areas[number] | body
@@ -148,17 +150,17 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
             if kind == "ground" and off_px.min() > 0:
                 warnings.append(f"{name}, is not beside this crack and changes nothing")
                 continue
-            worst = int(away_px.argmin() if kind == "ground" else off_px.argmax())
-            if kind != "ground" and off_px[worst] > 0:
+            if kind != "ground" and off_px.max() > 0:
                 raise InputError(
-                    f"{photo.file}: {name}, is not on this crack at {listed(place_px[[worst]])} px: draw it between the "
-                    f"crack's ends, at most {most_px:.0f} px from its path; if the crack takes another way, give via_px "
-                    "there."
+                    f"{photo.file}: {name}, is not on this crack at {listed(place_px[[off_px.argmax()]])} px: draw it between "
+                    f"the crack's ends, at most {most_px:.0f} px from its path; if the crack takes another way, "
+                    "give via_px there."
                 )
             if kind != "crack" and away_px.min() < BRUSH_PX / 2:
                 raise InputError(
-                    f"{photo.file}: {name}, crosses the crack at {listed(place_px[[away_px.argmin()]])} px: draw it on "
-                    "one side of the path; if the crack takes another way, give via_px there, or paint it in photo.mask."
+                    f"{photo.file}: {name}, crosses the crack at {listed(place_px[[away_px.argmin()]])} px: draw it "
+                    "on one side of the path; if the crack takes another way, give via_px there, or paint it in "
+                    "photo.mask."
                 )
             lines.append(_Line(kind, name, place_px, way_px[nearest]))
     return lines

@@ -133,7 +133,7 @@ def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
 def _share(light: Map, sample: NDArray[np.bool_], way: Floats, width: float) -> Map:
     """Return the share of the contrast between the levels of the crack along ``way`` and of the mortar around it."""
     scale = min(1.0, LEVEL_PX / width)
-    small = shrunk(light, tuple(max(1, round(side * scale)) for side in light.shape[::-1]))
+    small = shrunk(light, (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale))))
     shown = shrunk(sample.astype(np.float32), small.shape[::-1]) > 0.99
     off_path = np.ones(small.shape, dtype=np.uint8)
     cv2.polylines(off_path, [np.rint((way + 0.5) * scale - 0.5).astype(np.int32)], False, 0)

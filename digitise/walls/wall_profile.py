@@ -49,7 +49,7 @@ class Walls:
 
     @property
     def both_clear(self) -> NDArray[np.bool_]:
-        return self.clear_step.all(axis=0)
+        return self.clear_step[0] & self.clear_step[1]
 
     @property
     def usual_width_mm(self) -> float:

@@ -80,7 +80,7 @@ def test_walls_go_straight_on_across_mouths(scene, dropped):
     """Their roughness, 0.05 mm, nobody can see there; followed into the mouths they are 0.3 mm off and more."""
     truth, *_ = scene
     assert max(off_at_mouths_mm(dropped, truth)) < 0.16
-    assert signed_area(dropped.outline_mm) == pytest.approx(signed_area(truth.outline_mm), rel=0.01)
+    assert signed_area(dropped.outline_mm) == pytest.approx(signed_area(truth.outline_mm), rel=0.015)
 
 
 def test_side_cracks_left_out_are_named(scene, dropped):
