@@ -127,7 +127,7 @@ def trace(
 
 @dataclass(frozen=True)
 class _Crack:
-    """What stays the same while a crack is followed."""
+    """All that stays the same while a crack is followed."""
 
     photo: Photo
     patch: Patch

@@ -152,9 +152,9 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
                 continue
             if kind != "ground" and off_px.max() > 0:
                 raise InputError(
-                    f"{photo.file}: {name}, is not on this crack at {listed(place_px[[off_px.argmax()]])} px: draw it between "
-                    f"the crack's ends, at most {most_px:.0f} px from its path; if the crack takes another way, "
-                    "give via_px there."
+                    f"{photo.file}: {name}, is not on this crack at {listed(place_px[[off_px.argmax()]])} px: draw it "
+                    f"between the crack's ends, at most {most_px:.0f} px from its path; if the crack takes another "
+                    "way, give via_px there."
                 )
             if kind != "crack" and away_px.min() < BRUSH_PX / 2:
                 raise InputError(

@@ -102,9 +102,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
         for bead in resampled(given, BEADS * canvas.unit) if len(given) > 1 else ():
             canvas.dot(bead, 1.6, NOZZLE, INK)
     _mark_ends(canvas, centreline, outline)
-    taken, shown = canvas.at(outline.outline_px), canvas.at(outline.shown_px)
-    _legend(canvas, outline, trajectory, taken, shown)
-    _scale_bar(canvas, outline.mm_per_px / canvas.scale, taken, shown)
+    _legend(canvas, outline, trajectory)
     return canvas.picture
 
 
@@ -146,11 +144,16 @@ def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
         canvas.text(corner + np.array([0, size[1]]), text, PAPER)
 
 
-def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, taken: Floats, shown: Floats) -> None:
-    """Draw the legend in the corner in which it hides least of the crack."""
+def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> None:
+    """Draw the legend, with a scale bar, in the corner of the part that a report shows in which it hides least."""
+    unit = canvas.unit
+    pad, row, swatch = 8 * unit, 17 * unit, 60 * unit
+    mm = canvas.scale / outline.mm_per_px
+    length_mm = max((step for step in ROUND_LENGTHS_MM if step * mm < swatch - pad), default=ROUND_LENGTHS_MM[0])
     lines: list[tuple[Colour | None, str]] = [
         (None, f"{outline.length_mm:.1f} mm long, mean width {outline.main_figures['mean width']}"),
         (None, f"scale: {outline.scale_source}"),
+        (INK, f"{length_mm} mm"),
         (CENTRE, "centreline"),
     ]
     if outline.path_source == "automatic":
@@ -161,41 +164,19 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
         lines.append((ENDS, "dashed: crack or ground"))
     if trajectory is not None and len(given := trajectory.s_mm[trajectory.giving]):
         lines.append((NOZZLE, f"nozzle, from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
-    unit = canvas.unit
-    pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
     width = max(canvas.text_size(text)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
-    size = np.array([width, row * len(lines) + pad])
-    low = _free_corner(canvas, size, taken, shown, ((0, 0), (1, 0), (0, 1), (1, 1)))
+    size, taken = np.array([width, row * len(lines) + pad]), canvas.at(outline.outline_px)
+    low, high = np.clip(canvas.at(outline.shown_px), 0, canvas.extent)
+    corners = [low + np.maximum(high - low - size, 0) * (right, down) for down in (0, 1) for right in (0, 1)]
+    low = min(corners, key=lambda box: int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()))
     canvas.panel(low, low + size, PAPER, 0.8)
     for number, (colour, text) in enumerate(lines):
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
-            canvas.panel(np.subtract(base, (0, 7 * unit)), np.add(base, (swatch - 8 * unit, -3 * unit)), colour, 1)
+            bar = length_mm * mm if colour == INK else swatch - pad
+            canvas.panel(np.subtract(base, (0, 7 * unit)), np.add(base, (bar, -3 * unit)), colour, 1)
             base = base + np.array([swatch, 0])
         canvas.text(base, text, INK)
-
-
-def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -> None:
-    """Draw the longest round length of at most a fifth of the picture."""
-    unit = canvas.unit
-    most_mm = 0.2 * canvas.extent[0] * mm_per_px
-    length_mm = max((step for step in ROUND_LENGTHS_MM if step <= most_mm), default=ROUND_LENGTHS_MM[0])
-    bar, pad = np.array([length_mm / mm_per_px, 5 * unit]), 10 * unit
-    size = np.add(bar, (2 * pad, 22 * unit + pad))
-    low = _free_corner(canvas, size, taken, shown, ((1, 1), (0, 1), (1, 0)))
-    canvas.panel(low, low + size, PAPER, 0.8)
-    start = np.add(low, (pad, size[1] - pad - bar[1]))
-    canvas.panel(start, start + bar, INK, 1)
-    canvas.text(start - (0, 6 * unit), f"{length_mm} mm", INK)
-
-
-def _free_corner(
-    canvas: Canvas, size: Floats, taken: Floats, shown: Floats, corners: Sequence[tuple[int, int]]
-) -> Floats:
-    """Return the upper left point of a box in the corner of the part ``shown``, as in a report, that hides least."""
-    low, high = np.clip(shown, 0, canvas.extent)
-    boxes = [low + np.array(corner) * np.maximum(high - low - size, 0) for corner in corners]
-    return min(boxes, key=lambda box: int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()))
 
 
 def _whole(point: Floats) -> tuple[int, int]:
