@@ -23,6 +23,7 @@ from digitise.crack_path.medial_axis import (
     radius,
     side_lines,
 )
+from digitise.crack_path.standing_out import unlike_length_px
 from digitise.geometry.polyline import extended, resampled, signed_area, smoothed
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import Map, blurred, continued, resized, shrunk, widened
@@ -49,6 +50,7 @@ SKIRT_PX = 3  # Reach of the blur around a stone and beside a side crack
 AS_DARK = 0.6  # Largest share of ``wall_share`` in a side crack; lighter lines are scratches, stains or shadows
 AS_WIDE = 1.5  # Largest width of a side crack in widths of the main crack
 SLENDER = 3.0  # Least length of a side crack over its width: shorter ones are pores, stains and broken edges
+EDGE = 0.9  # Share of a line with unlike sides from which the line is an edge, as of a sample of unknown size
 SWELLING = 2.0  # Largest reach of a side crack sideways in its half widths; beyond is a pore or a stain
 STEP_PX = 0.5  # Spacing of the centreline from which side cracks are drawn
 
@@ -106,7 +108,7 @@ def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surro
         ring = max(_contours(copy, alone, wall_share, 0.0), key=lambda ring: abs(signed_area(ring)))
         islands_px.append(ring if signed_area(photo.to_mm(ring)) < 0 else ring[::-1])
         crack |= stone
-    side_cracks = tuple(_side_cracks(copy, crack, width_px / copy.factor, wall_share))
+    side_cracks = tuple(_side_cracks(photo, copy, crack, width_px / copy.factor, wall_share))
     hidden = np.zeros(photo.brightness.shape, np.uint8)
     for ring_px in islands_px:
         whole = [np.rint(ring_px).astype(np.int32)]
@@ -157,8 +159,10 @@ def _enclosed(crack: NDArray[np.bool_], least: float, widest: float) -> list[NDA
     return [stone for stone in stones if 2 * radius(stone).max() <= widest]
 
 
-def _side_cracks(copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share: float) -> list[SideCrack]:
-    """Return the dark side lines of the path that are slender, as a crack is."""
+def _side_cracks(
+    photo: Photo, copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share: float
+) -> list[SideCrack]:
+    """Return the dark side lines of the path that are slender, as a crack is, and no edge of something bright."""
     to_rim, side_cracks = radius(crack), list[SideCrack]()
     way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
     way = way[crack[tuple(way.T)]]
@@ -172,10 +176,11 @@ def _side_cracks(copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share
         if not slender or np.median(copy.share[tuple(cells.T)]) >= AS_DARK * wall_share:
             continue
         line_px, half_px = smoothed(resampled(copy.to_photo(line), 1.0), half * copy.factor), half * copy.factor
-        near = np.zeros(crack.shape, dtype=np.uint8)
-        _draw(near, line, 2 * SWELLING * half)
-        alone = np.where(widened(holding(crack & (near > 0), line), 1), copy.share, 1)
-        side_cracks.append(SideCrack(line_px, half_px, comes_back, tuple(_contours(copy, alone, wall_share, 1.0))))
+        if unlike_length_px(photo, line_px, 2 * half_px) < EDGE * len(line_px):
+            near = np.zeros(crack.shape, dtype=np.uint8)
+            _draw(near, line, 2 * SWELLING * half)
+            alone = np.where(widened(holding(crack & (near > 0), line), 1), copy.share, 1)
+            side_cracks.append(SideCrack(line_px, half_px, comes_back, tuple(_contours(copy, alone, wall_share, 1.0))))
     return side_cracks
 
 
