@@ -114,7 +114,10 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         )
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
-            return _between_walls(photo, path, settings)
+            outline = outline_by_walls(with_drawn(photo, path, settings), path, settings)
+            # Of a dark crack in a grey band, as a joint, the crack is measured, and both widths are named.
+            inner = None if by_hand or path.source == "mask" else darker_line(photo, path, outline)
+            return outline if inner is None else _fitted(photo, inner, outline.mean_width_mm)
     if by_hand:
         raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
     if path.source != "mask" or is_darker_than_both_sides(photo, path):
@@ -124,14 +127,6 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     interval_mm = max(outline.mean_width_mm - brush_mm, 0.0), outline.mean_width_mm + brush_mm
     warnings = (*outline.warnings, DoubtfulWalls(PAINTED.format(outline.mean_width_mm, *interval_mm)))
     return replace(outline, width_95_mm=interval_mm, warnings=warnings)
-
-
-def _between_walls(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Return the outline by walls; of a dark crack in a grey band, as a joint, that of the crack, with both widths."""
-    hand = with_drawn(photo, path, settings)
-    outline = outline_by_walls(hand, path, settings)
-    inner = None if hand.decided is not None or path.source == "mask" else darker_line(photo, path, outline)
-    return outline if inner is None else _fitted(photo, inner, outline.mean_width_mm)
 
 
 def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_px: float = MIN_WIDTH_PX) -> Outline:
