@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.standing_out import band_px, is_darker_than_both_sides, is_wider
+from digitise.crack_path.profiles import finite_median, profiles_across
+from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
 from digitise.image.raster import sampled
 from digitise.photo import Photo, in_copy, smaller
@@ -120,13 +121,21 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
             return outline if inner is None else _fitted(photo, inner, outline.mean_width_mm)
     if by_hand:
         raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
-    if path.source != "mask" or is_darker_than_both_sides(photo, path):
+    if path.source != "mask" or not _is_light(photo, path):
         return _fitted(photo, path)
     outline = outline_by_walls(ByHand(photo), path, settings, least_px=0.0)
     brush_mm = BRUSH_PX * photo.mm_per_px
     interval_mm = max(outline.mean_width_mm - brush_mm, 0.0), outline.mean_width_mm + brush_mm
     warnings = (*outline.warnings, DoubtfulWalls(PAINTED.format(outline.mean_width_mm, *interval_mm)))
     return replace(outline, width_95_mm=interval_mm, warnings=warnings)
+
+
+def _is_light(photo: Photo, path: CrackPath) -> bool:
+    """Return True if the photo is no darker on a path than on the ground beside it."""
+    profiles = profiles_across(photo, path.points_px, path.width_px, 3 * path.width_px + 4)
+    away_px = np.abs(profiles.offset_px)
+    inside, beside = away_px <= max(path.width_px / 4, 1.0), away_px > path.width_px + 2
+    return finite_median(profiles.light[:, inside]) >= finite_median(profiles.light[:, beside])
 
 
 def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_px: float = MIN_WIDTH_PX) -> Outline:
