@@ -1,33 +1,34 @@
 """Measure the crack along a rough path: walls to a fraction of a pixel, centreline, ends, islands, side cracks."""
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
+from digitise.image.raster import sampled
 from digitise.photo import Photo, in_copy, smaller
 from digitise.settings import PhotoInput
-from digitise.walls.bands import find_bands
 from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit
-from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
-from digitise.walls.followed_walls import Follow, FollowedWalls
-from digitise.walls.islands import photo_of_paint
-from digitise.walls.mended import mended
-from digitise.walls.side_cracks import with_branches
-from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
-from digitise.walls.strokes import NO_STROKES, Strokes, by_strokes
+from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
+from digitise.walls.dark_region import trace_dark_region
+from digitise.walls.doubts import WORTH_SAYING, DoubtfulWalls, darker_line, judge_reach, judge_stretches, with_bands
+from digitise.walls.drawn import ByHand, with_drawn
+from digitise.walls.ends import Traced
+from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
 from digitise.walls.thin_crack import NotFittedError, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, WidthSource
+from sealtwin.core.records import SIDES, Floats, Outline, WallMethod, WallStretch, WidthSource
 from sealtwin.core.solid_figures import Span
 
 WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: it removes noise of grain, and keeps a sand grain's edge
@@ -35,6 +36,8 @@ MOST_TRIMMED = 0.02  # Largest share of the crack's area that is cut off where i
 TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of widths without a warning: ends are uncertain by as much
 CLICKED = ("ends", "via", "mask")  # Sources of paths with ends that a person chose
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
+RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
+BRUSH_PX = 1.0  # Half of the 95 % interval of a painted width that the photo does not confirm
 
 
 BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
@@ -45,34 +48,43 @@ class Unconfirmed(str):
     """Warning about a crack that was found automatically. A program recognises it by this type, not by its words."""
 
 
-class DoubtfulWalls(str):
-    """Warning about walls that strokes may move to where they are."""
-
-
 REGION = (
     "the ground is too coarse to follow the walls one by one: they are the rims of the dark region along the path, "
     "each moved as a whole to its share of the contrast (95 % of the mean width: {:.3g} to {:.3g} mm). Look at "
     "overlay.png"
 )
 BAND = (
-    "the fitted width is {:.3g} mm, but the photo is dark over about {:.2g} mm across the crack, perhaps because of "
-    "debris in it or a broken edge: the interval covers both. Look at overlay.png; if the whole band is crack, draw "
+    "the fitted width is {:.3g} mm, but the photo is dark over about {:.2g} mm across the crack, as of debris in it, a "
+    "broken edge or a joint: the interval covers both. Look at overlay.png; if the whole band is crack, draw "
     "over it in crack_strokes_px, or give width_mm"
 )
+PAINTED = (
+    "the painted crack is no darker than the ground beside it: its width is that of the paint, {:.3g} mm (95 %: {:.3g} "
+    "to {:.3g} mm), which the photo does not confirm"
+)
 PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
+ORIGINS: dict[WidthSource, tuple[WallMethod, str]] = {
+    "walls": ("edge", "in the middle of the step from dark to bright across the crack"),
+    "region": ("region", "the rim of the dark region along the path, since the ground is too coarse for single steps"),
+    "fit": ("fit", "half the width that was fitted to the crack's blurred profile, beside its darkest line"),
+    "gauge": ("gauge", "half the given width beside the line down the crack's middle"),
+}
+OF_PAINT: tuple[WallMethod, str] = "drawn", "on the rim of the painted mask"
+BY_HAND: tuple[WallMethod, str] = "drawn", "on a line drawn along it, or moved by strokes drawn beside it"
+BRIDGED: tuple[WallMethod, str] = (
+    "bridged",
+    "no step from dark to bright is in view, as across the mouth of a side crack",
+)
 
 
-def trace_outline(
-    photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT, follow: Follow = FollowedWalls
-) -> Outline:
+def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
     """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
-    Only the settings on how a crack is measured are used. ``follow`` may return walls that it remembers. The outline is
-    a path without walls if ``path_only`` is set, the crack is too thin for the fit, or a fit is impossible between
-    clicks. Raises InputError if ``outline_by_walls`` does, if a thin crack or the ground next to it is hidden, or if
-    walls were drawn for an outline without walls.
+    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set,
+    the crack is too thin for the fit, or a fit is impossible between clicks. Raises InputError if ``outline_by_walls``
+    does, if a thin crack or the ground next to it is hidden, or if walls were drawn for an outline without walls.
     """
-    outline = _measured(photo, path, settings, follow)
+    outline = _measured(photo, path, settings)
     if path.source not in CLICKED:
         return outline
     shown = photo_of_paint(photo, path) if path.source == "mask" else photo
@@ -80,68 +92,89 @@ def trace_outline(
     return replace(outline, warnings=(*outline.warnings, *beyond))
 
 
-def _measured(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follow) -> Outline:
+def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     """Return the outline for ``trace_outline``, which then checks the ground beyond its ends."""
     if settings.mean_width_mm is not None:
-        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}), follow)
+        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:
             raise InputError(
                 f"{photo.file}: photo.mean_width_mm: only a crack with walls and without side cracks can be scaled to "
                 'a mean width. Leave mean_width_mm out, or give width_mm and branches = "drop".'
             )
         moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
-        return replace(moved, width_source="gauge", width_95_mm=None)
+        moved = replace(moved, width_source="gauge", width_95_mm=None)
+        return replace(moved, walls=tuple(_origins(moved, np.zeros((2, len(moved.s_mm))))))
     width_mm = settings.width_stations_mm
     by_hand = " and ".join(f"photo.{name}" for name in settings.drawn_by_hand)
     if by_hand and (settings.path_only or width_mm is not None):
         raise InputError(f"{photo.file}: {by_hand} cannot be combined with width_mm or path_only: give one.")
     if settings.path_only or width_mm is not None:
-        traced = _middle(photo, path, settings, follow)
+        traced = _middle(photo, path, settings)
         return (
             outline_along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
         )
-    if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or Strokes.of(settings):
+    if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
-            return outline_by_walls(follow(photo, path, settings.edge_fraction), settings)
+            outline = outline_by_walls(with_drawn(photo, path, settings), path, settings)
+            # Of a dark crack in a grey band, as a joint, the crack is measured, and both widths are named.
+            inner = None if by_hand or path.source == "mask" else darker_line(photo, path, outline)
+            return outline if inner is None else _fitted(photo, inner, outline.mean_width_mm)
     if by_hand:
         raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
-    return _fitted(photo, path)
+    if path.source != "mask" or not _is_light(photo, path):
+        return _fitted(photo, path)
+    outline = outline_by_walls(ByHand(photo), path, settings, least_px=0.0)
+    brush_mm = BRUSH_PX * photo.mm_per_px
+    interval_mm = max(outline.mean_width_mm - brush_mm, 0.0), outline.mean_width_mm + brush_mm
+    warnings = (*outline.warnings, DoubtfulWalls(PAINTED.format(outline.mean_width_mm, *interval_mm)))
+    return replace(outline, width_95_mm=interval_mm, warnings=warnings)
 
 
-def outline_by_walls(walls: FollowedWalls, settings: PhotoInput) -> Outline:
+def _is_light(photo: Photo, path: CrackPath) -> bool:
+    """Return True if the photo is no darker on a path than on the ground beside it."""
+    profiles = profiles_across(photo, path.points_px, path.width_px, 3 * path.width_px + 4)
+    away_px = np.abs(profiles.offset_px)
+    inside, beside = away_px <= max(path.width_px / 4, 1.0), away_px > path.width_px + 2
+    return finite_median(profiles.light[:, inside]) >= finite_median(profiles.light[:, beside])
+
+
+def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_px: float = MIN_WIDTH_PX) -> Outline:
     """Measure a crack between its walls. The ring includes side cracks if they are kept.
 
     At an open end the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short or
-    its walls are not found, and TooThinError if blur would decide its width.
+    its walls are not found, and TooThinError if blur would decide its width, or if it is below ``least_px``.
     """
-    photo, path, strokes = walls.photo, walls.path, Strokes.of(settings)
-    painted = path.source == "mask"
-    traced, rings_px = walls.main(insisted=bool(strokes))
-    lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
-    outline = outline_along(photo, path, traced, "walls", lines_mm=lines_mm, strokes=strokes)
-    if strokes and outline.mean_width_mm < MIN_WIDTH_PX * photo.mm_per_px:
-        raise TooThinError(f"{photo.file}: the crack is under {MIN_WIDTH_PX:g} px wide between its strokes.")
-    if (spread := traced.width_spread) is not None:
-        interval_mm = outline.mean_width_mm * (1 - spread), outline.mean_width_mm * (1 + spread)
-        warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*interval_mm)))
-        outline = replace(outline, width_source="region", width_95_mm=interval_mm, warnings=warnings)
-    bands = None if painted else find_bands(photo, outline, strokes, walls.sides)
-    if bands is not None:
-        warnings = (*outline.warnings, DoubtfulWalls(bands.warning))
-        outline = replace(outline, bands_mm=bands.rings_mm, width_95_mm=bands.width_95_mm, warnings=warnings)
+    photo, painted = hand.photo, path.source == "mask"
+    shown, share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
+    around = find_surroundings(shown, path, share)
+    try:
+        traced = trace(shown, path, share, around.hidden, least_px)
+    except WallsMissingError as unclear:
+        # The ground may be too coarse to follow walls.
+        try:
+            traced = trace_dark_region(shown, path, share, around.hidden, insisted=hand.decided is not None)
+        except InputError as neither:
+            why = str(neither).removeprefix(f"{photo.file}: ")
+            raise WallsMissingError(f"{unclear} A second way was tried: {why}") from None
+    source: WidthSource = "walls" if traced.width_spread is None else "region"
+    outline = outline_along(photo, path, traced, source, remarks=hand.warnings, by_hand=hand.decided)
+    if outline.width_95_mm is not None:
+        warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*outline.width_95_mm)))
+        outline = replace(outline, warnings=warnings)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
+    if not painted:
+        outline = with_bands(photo, outline, around.hidden)
+        missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
     # Paint has no blur that could be mistaken for width.
     least_px = 0.0 if painted else MIN_WIDTH_PX
-    if not painted:
-        missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
-    outline = with_branches(photo, outline, walls.sides, rings_px, settings.branches == "keep", least_px)
-    within = (ring for ring in walls.islands_mm if points_in_poly(ring, outline.outline_mm).all())
-    islands_mm = tuple(ring for ring in within if not strokes.crack_in(photo.to_px(ring)))
-    return replace(
-        outline,
-        warnings=(*missed, *outline.warnings, *_island_warning(islands_mm)),
-        islands_mm=(*islands_mm, *outline.islands_mm),
-    )
+    outline = with_side_cracks(photo, outline, around.side_cracks, settings.branches == "keep", least_px)
+    islands_mm = tuple(ring for ring in around.islands_mm if points_in_poly(ring, outline.outline_mm).all())
+    warnings = [*missed, *outline.warnings]
+    if islands_mm:
+        count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
+        area_mm2 = -sum(map(polyline.signed_area, islands_mm))
+        warnings.append(f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there")
+    return replace(outline, warnings=tuple(warnings), islands_mm=(*islands_mm, *outline.islands_mm))
 
 
 def outline_along(
@@ -151,34 +184,66 @@ def outline_along(
     source: WidthSource,
     width_95_mm: Span | None = None,
     remarks: tuple[str, ...] = (),
-    lines_mm: Sequence[Floats] = (),
-    strokes: Strokes = NO_STROKES,
+    by_hand: NDArray[np.uint8] | None = None,
 ) -> Outline:
-    """Return the outline of a traced crack, without side cracks and islands.
-
-    Strokes move its walls; then drawn stretches of wall replace them.
-    """
-    stations, doubts = by_strokes(photo, _stations(photo, traced), strokes, traced.kinds)
-    centreline_mm, left_mm, right_mm, drawn, far = mended(photo, stations, lines_mm, traced.kinds)
+    """Return the outline of a traced crack, without side cracks and islands."""
+    (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)
+    doubts: list[str] = [PROPOSAL] if path.source == "automatic" else []
+    if traced.missing > WORTH_SAYING:
+        doubts.append(DoubtfulWalls(f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"))
+    if traced.beyond_mm > 0:
+        doubts.append(
+            f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
+        )
+    if by_hand is not None:
+        drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
+        methods = np.where(drawn, 2, methods)
+        doubts.append(f"{max(float(drawn.mean()), 0.01):.0%} of the walls are beside lines or strokes drawn by hand")
     if source == "none":
         # The ring of a path runs forth and back, without area.
         left_mm = right_mm = centreline_mm
         ring_mm = np.concatenate([centreline_mm, centreline_mm[-2:0:-1]])
     else:
         ring_mm = _ring(photo, left_mm, right_mm)
-    return Outline(
+    outline = Outline(
         **photo.in_both_units(centreline=centreline_mm, left_wall=left_mm, right_wall=right_mm, outline=ring_mm),
         ends=traced.kinds,
         **photo.facts_of_outline,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *doubts, *far, *remarks),
+        warnings=(*photo.warnings, *path.warnings, *doubts, *remarks),
         width_source=source,
         width_95_mm=width_95_mm,
     )
+    if traced.width_spread is not None:
+        outline = replace(
+            outline, width_95_mm=tuple(outline.mean_width_mm * (1 + traced.width_spread * sign) for sign in (-1, 1))
+        )
+    return outline if source == "none" else replace(outline, walls=tuple(_origins(outline, methods)))
 
 
-def _fitted(photo: Photo, path: CrackPath) -> Outline:
-    """Return the outline of a thin crack with a fitted width. Below ``LEAST_FITTED_PX`` it has no walls."""
+def _origins(outline: Outline, methods: Floats) -> list[WallStretch]:
+    """Return the stretches of both walls; ``methods``, (2, n), are 0 for the usual one, 1 if bridged, 2 by hand."""
+    origins = [ORIGINS[outline.width_source], BRIDGED, BY_HAND]
+    if outline.path_source == "mask" and outline.width_source == "walls":
+        origins[0] = OF_PAINT
+    stretches, s_mm, both_mm = list[WallStretch](), outline.s_mm, outline.width_95_mm
+    for side, numbers in zip(SIDES, methods, strict=True):
+        cuts = np.flatnonzero(np.diff(numbers)) + 1
+        for begin, end in pairwise([0, *cuts, len(numbers) - 1]):
+            method, why = origins[int(numbers[begin])]
+            # Of a width on average, each wall has half.
+            doubt_mm = None if both_mm is None or numbers[begin] else (both_mm[0] / 2, both_mm[1] / 2)
+            stretches.append(
+                WallStretch(round(float(s_mm[begin]), 3), round(float(s_mm[end]), 3), side, method, doubt_mm, why)
+            )
+    return stretches
+
+
+def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outline:
+    """Return the outline of a thin crack with a fitted width. Below ``LEAST_FITTED_PX`` it has no walls.
+
+    ``band_mm`` is the width of a grey band around the crack, if it is known.
+    """
     # An enlarged photo shows no more than the smaller one that it was made from.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
     copy = photo if factor == 1 else smaller(photo, factor)
@@ -210,7 +275,7 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
         f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks and "
         "islands are not searched for"
     )
-    dark_mm = _dark_mm(copy, narrow, traced, fit)
+    dark_mm = band_mm or _dark_mm(copy, narrow, traced, fit)
     remarks = (remark,) if dark_mm is None else (remark, DoubtfulWalls(BAND.format(mean_mm, dark_mm)))
     return outline_along(photo, path, traced, "fit", (low_mm, max(high_mm, dark_mm or 0.0)), remarks)
 
@@ -232,14 +297,13 @@ def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> floa
     return dark_mm if is_wider(dark_px, fit.mean_px) else None
 
 
-def _middle(photo: Photo, path: CrackPath, settings: PhotoInput, follow: Follow) -> Traced:
+def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
     """Return the line down the middle of a crack, between its walls if they are found, without the walls."""
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(InputError):
-            walls = follow(photo, path, settings.edge_fraction)
-            outline = outline_by_walls(walls, settings.model_copy(update={"branches": "drop"}))
+            outline = outline_by_walls(ByHand(photo), path, settings)
             line_mm = outline.centreline_mm
-            return Traced(line_mm, line_mm, line_mm, outline.ends, (0.0, outline.length_mm), 0.0, 0.0, 0.0)
+            return Traced(line_mm, line_mm, line_mm, outline.ends, (0.0, outline.length_mm), 0.0)
     return trace_line(photo, path)
 
 
@@ -258,25 +322,8 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     return outline_along(photo, path, traced, "gauge", remarks=tuple(remarks))
 
 
-def glance(
-    photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT, follow: Follow = FollowedWalls
-) -> Outline | None:
-    """Trace the outline in a smaller copy of the photo; its pixels are the copy's. None if the walls are not found."""
-    walls = follow(photo, path, settings.edge_fraction).glanced
-    if walls is None:
-        return None
-    factor = round(path.width_px / walls.path.width_px)
-    with suppress(InputError):
-        drawn_px = {
-            name: [in_copy(np.array(line_px), factor).tolist() for line_px in getattr(settings, name)]
-            for name in settings.drawn_by_hand
-        }
-        return outline_by_walls(walls, settings.model_copy(update={**drawn_px, "branches": "drop"}))
-    return None
-
-
-def _stations(photo: Photo, traced: Traced) -> tuple[Floats, Floats, Floats]:
-    """Return centreline, left and right wall at evenly spaced stations from end to end."""
+def _stations(photo: Photo, traced: Traced) -> tuple[tuple[Floats, Floats, Floats], Floats]:
+    """Return centreline, left and right wall at even stations, and the walls' methods, (2, n): 1 if bridged."""
     s_mm = arc_length(traced.line_mm)
     first_mm, last_mm = traced.span_mm
     sigma = WALL_SMOOTHING_PX / STATION_PX
@@ -288,6 +335,9 @@ def _stations(photo: Photo, traced: Traced) -> tuple[Floats, Floats, Floats]:
     centreline_mm, left_at, right_at = (
         polyline.at_arc_length(points, s_mm, stations) for points in (traced.line_mm, left_mm, right_mm)
     )
+    methods = np.zeros((2, count))
+    if traced.clear_step is not None:
+        methods[polyline.at_arc_length(traced.clear_step.T.astype(float), s_mm, stations).T < 0.5] = 1
     tips = [station for kind, station in zip(traced.kinds, (0, -1), strict=True) if kind == "closed"]
     left_at[tips] = right_at[tips] = centreline_mm[tips]  # a tip belongs to both walls
     if photo.face_mm is not None:
@@ -296,7 +346,7 @@ def _stations(photo: Photo, traced: Traced) -> tuple[Floats, Floats, Floats]:
         for kind, station in zip(traced.kinds, (0, -1), strict=True):
             for line_mm in (centreline_mm, left_at, right_at) if kind == "open" else ():
                 line_mm[station] = polyline.on_side(line_mm[station], photo.face_mm)
-    return centreline_mm, left_at, right_at
+    return (centreline_mm, left_at, right_at), methods
 
 
 def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
@@ -309,27 +359,3 @@ def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
     if photo.face_mm is not None:
         ring = polyline.clipped_to_box(ring, photo.face_mm)
     return polyline.without_repeats(ring, 1e-3 * photo.mm_per_px)
-
-
-def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
-    """Return warnings about the main crack; ``drawn`` is the share of its walls that was drawn by hand."""
-    doubts: list[str] = [PROPOSAL] if path.source == "automatic" else []
-    if drawn:
-        doubts.append(f"{max(drawn, 0.01):.0%} of the walls were drawn by hand, not measured")
-    if traced.missing > WORTH_SAYING:
-        missing = f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"
-        doubts.append(DoubtfulWalls(missing))
-    if traced.beyond_mm > 0:
-        doubts.append(
-            f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
-        )
-    return doubts
-
-
-def _island_warning(islands_mm: tuple[Floats, ...]) -> list[str]:
-    """Return a warning about islands, if there are any."""
-    if not islands_mm:
-        return []
-    count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
-    area_mm2 = sum(-polyline.signed_area(ring) for ring in islands_mm)
-    return [f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there"]

@@ -109,22 +109,22 @@ def map_lines(
     if allowed.any() and not allowed.all():
         # The surroundings must look like the sample, or its edge is the strongest line in the photo.
         shown = np.where(allowed, shown, continued(shown, allowed, CONTINUED))
-    maps = (_to_border(each) for each in _filtered(shown, allowed))
-    return LineMap((left, top), scale, *maps, allowed, around)
+    clear, contrast, width = map(_to_border, _filtered(shown, allowed))
+    return LineMap((left, top), scale, clear, contrast, width, allowed, around)
 
 
 def _filtered(shown: Map, allowed: NDArray[np.bool_]) -> tuple[Map, Map, Map]:
     """Return clearness, contrast and width of the best line at each cell."""
-    clear, contrast, width = np.zeros((3, *shown.shape), dtype=np.float32)
+    clear, contrast, width = (np.zeros_like(shown) for _ in range(3))
     for octave, sigmas in enumerate(SIGMAS):
         size = (shown.shape[1] >> octave, shown.shape[0] >> octave)
         if octave and min(size) < LEAST_SIDE:
             break
         copy = shrunk(shown, size)
-        even = copy / np.maximum(blurred(copy, max(EVEN / 2**octave, LEAST_EVEN)), LEAST_LIGHT)
+        mean = np.maximum(blurred(copy, max(EVEN / 2**octave, LEAST_EVEN)), np.float32(LEAST_LIGHT))
         usable = shrunk(allowed.astype(np.float32), size) > 0.99
         for sigma in sigmas:
-            responses = np.array([_response(even, sigma, direction) for direction in range(DIRECTIONS)])
+            responses = np.array([_response(copy / mean, sigma, direction) for direction in range(DIRECTIONS)])
             noise = _noise(responses, usable, max(NOISE / 2**octave, LEAST_NOISE))
             noise = np.maximum(noise, QUIET if octave < WIDE_FROM else QUIET_WIDE)
             best = responses.max(axis=0)
@@ -174,7 +174,7 @@ def _noise(responses: NDArray[np.float32], usable: NDArray[np.bool_], sigma: flo
     times = max(1, int(sigma / 5))
     small = max(1, size.shape[1] // times), max(1, size.shape[0] // times)
     total, count = (blurred(shrunk(each, small), sigma / times) for each in (size, usable.astype(np.float32)))
-    return resized(MEAN_SIZE * total / np.maximum(count, 1e-3), size.shape)
+    return resized((MEAN_SIZE * total / np.maximum(count, 1e-3)).astype(np.float32), size.shape)
 
 
 def cheapest_legs(cost: Floats, stops: Integers, scale: float) -> list[Integers]:

@@ -21,7 +21,7 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
-from digitise.outline import DoubtfulWalls, Unconfirmed, glance, trace_outline
+from digitise.outline import DoubtfulWalls, Unconfirmed, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
 from digitise.scale.marker_print import board_around
 from digitise.scale.marker_scale import PRINTED_MM, seen_markers
@@ -35,9 +35,8 @@ from digitise.settings import (
     Tilt,
     Walls,
 )
-from digitise.walls.followed_walls import LastWalls
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Pixels
+from sealtwin.core.records import Floats, Outline, Pixels, WallStretch
 from sealtwin.core.settings import Settings, checked
 
 TILE_PX = 512
@@ -64,7 +63,7 @@ CHOOSE_ONE = (
 )
 Answer = dict[str, Any]
 T = TypeVar("T")
-Until = Literal["scale", "path", "glance", "walls"]
+Until = Literal["scale", "path", "walls"]
 
 
 class PageSettings(Settings):
@@ -200,8 +199,7 @@ class TraceSession:
         self._newest, self._scaling = 0.0, Lock()
         # Clicks do not wait for a search, which may take seconds.
         self._clicking, self._searching = Lock(), Lock()
-        # A stroke changes neither the path nor the walls that it moves.
-        self._last, self._last_walls = dict[str, tuple[object, tuple[object, ...], Any]](), LastWalls()
+        self._last = dict[str, tuple[object, tuple[object, ...], Any]]()
         # The search map is made before the first click. A bad region is reported with the first answer.
         with suppress(InputError):
             self._wire(self._scaled(hints).photo, hints.roi_px)
@@ -223,7 +221,7 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Yield scale, cracks if no ends are given, path, walls of a smaller copy and walls. The last may be a refusal.
+        """Yield scale, cracks if no ends are given, path and walls. The last may be a refusal.
 
         ``revision`` increases with each request. Raises OutdatedError if there is a newer one.
         """
@@ -251,9 +249,7 @@ class TraceSession:
                 else:
                     path = self._kept("path", photo, settings.hints, lambda: self._path(photo, settings))
                 yield "path", _path_answer(path, with_scale.in_mm)
-                rough = glance(photo, path, settings, self._last_walls.along)
-                yield "glance", None if rough is None else _walls_answer(photo, rough, with_scale.in_mm)
-                outline = trace_outline(photo, path, settings, self._last_walls.along)
+                outline = trace_outline(photo, path, settings)
                 yield "walls", _walls_answer(photo, outline, with_scale.in_mm)
             except RivalCracksError as rivals:
                 count = len(rivals.cracks)
@@ -352,6 +348,7 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
     return {
         **{name: _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
         **{name: [_rounded(photo.to_px(line_mm)) for line_mm in lines] for name, lines in several_mm.items()},
+        "why": [_why(outline, stretch, in_mm) for stretch in outline.walls],
         "unit": "mm" if in_mm else "px",
         "length": outline.length_mm,
         "mean_width": outline.mean_width_mm,
@@ -364,6 +361,12 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         # The page itself asks for confirmation.
         "warnings": [_for_page(in_mm, text) for text in outline.warnings if not isinstance(text, Unconfirmed)],
     }
+
+
+def _why(outline: Outline, stretch: WallStretch, in_mm: bool) -> tuple[str, int, int, str]:
+    """Return the side of a stretch of a wall, its first and last station, and why it is there."""
+    first, last = np.searchsorted(outline.s_mm, (stretch.s_from_mm, stretch.s_to_mm)).tolist()
+    return stretch.side, first, last, _for_page(in_mm, stretch.sentence)
 
 
 def _for_page(in_mm: bool, sentence: str) -> str:

@@ -3,11 +3,10 @@
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.graph import MCP_Geometric
 
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import radius
-from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
+from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.crack_path.sample_mask import sample_mask
 from digitise.geometry.polyline import depth_inside, unit
 from digitise.image.raster import blurred, shrunk
@@ -22,7 +21,6 @@ AT_BORDER = 2.0  # Widths, plus twice as many px, from the photo's border within
 WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
 LAST = 8.0  # Widths of the crack before an end that give its darkness and direction
 BESIDE = (1.0, 3.0)  # Widths from the line between which the ground's light is read
-HALF = 0.5  # Share of the contrast up to which a place is dark
 SWELLING = 1.5  # Widths above which a dark place is not crack but a shadow, a stain or the table
 BODY = 1.5  # Widths across which the traced crack is removed
 NEAR = 1.5  # Widths from the end within which the rest of the crack must begin
@@ -47,53 +45,33 @@ def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], 
 
 def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     """Return the length of the dark band that continues from the line's first point, away from the line."""
-    s_px = arc_length(inward_px)
-    part_px = inward_px[: max(2, int(np.searchsorted(s_px, LAST * width_px)))]
-    threshold = _threshold(photo, part_px, width_px)
+    part_px = inward_px[: max(2, int(np.searchsorted(arc_length(inward_px), LAST * width_px)))]
+    profiles = profiles_across(photo, part_px, width_px, BESIDE[1] * width_px + 4)
+    away_px = np.abs(profiles.offset_px)
+    ground = finite_median(profiles.light[:, away_px > BESIDE[0] * width_px + 2])
+    threshold = (ground + finite_median(profiles.light[:, away_px <= max(width_px / 4, 1.0)])) / 2
     factor = max(1, int(width_px / WORK_PX), -(-max(photo.size_px) // LARGEST_PX))
     size = (photo.size_px[0] // factor, photo.size_px[1] // factor)
     whole = np.s_[: size[1] * factor, : size[0] * factor]
     light = blurred(shrunk(photo.brightness[whole], size) if factor > 1 else photo.brightness, 0.8)
-    sample = cv2.resize(sample_mask(photo)[whole], size, interpolation=cv2.INTER_NEAREST) > 0
+    sample = sample_mask(photo)[whole][::factor, ::factor] > 0
     width, cells = width_px / factor, (inward_px + 0.5) / factor - 0.5
-    dark = _slender((light < threshold) & sample, width)
-    body = np.zeros(dark.shape, dtype=np.uint8)
-    cv2.polylines(body, [np.rint(cells).astype(np.int32)], False, 1, max(1, round(BODY * width)))
-    return factor * _farthest(dark & (body == 0), cells[0], unit(part_px[0] - part_px[-1]), width)
-
-
-def _threshold(photo: Photo, part_px: Floats, width_px: float) -> float:
-    profiles = profiles_across(photo, part_px, width_px, BESIDE[1] * width_px + 4)
-    away_px = np.abs(profiles.offset_px)
-    ground = finite_median(profiles.light[:, away_px > BESIDE[0] * width_px + 2])
-    own = finite_median(row_medians(np.where(away_px <= max(width_px / 4, 1.0), profiles.light, np.nan)))
-    return own + HALF * (ground - own)
-
-
-def _slender(dark: NDArray[np.bool_], width: float) -> NDArray[np.bool_]:
-    """Return the dark cells without regions far wider than the crack."""
-    thick = radius(dark) > SWELLING * width / 2 + 1
-    if not thick.any():
-        return dark
-    reach = 2 * int(SWELLING * width / 2 + 1) + 1
+    dark = (light < threshold) & sample
+    # Regions far wider than the crack are no crack.
+    thick, reach = radius(dark) > SWELLING * width / 2 + 1, 2 * int(SWELLING * width / 2 + 1) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
-    return dark & (cv2.dilate(thick.astype(np.uint8), disc) == 0)
+    dark = dark.astype(np.uint8) & (1 - cv2.dilate(thick.astype(np.uint8), disc))
+    cv2.polylines(dark, [np.rint(cells).astype(np.int32)], False, 0, max(1, round(BODY * width)))
+    return factor * _farthest(dark, cells[0], unit(part_px[0] - part_px[-1]), width)
 
 
-def _farthest(dark: NDArray[np.bool_], end: Floats, ahead: Floats, width: float) -> float:
-    """Return the length of the longest way through dark cells connected to a place ahead of the end."""
-    label = np.asarray(cv2.connectedComponents(dark.astype(np.uint8), connectivity=8)[1])
-    reach = NEAR * width + 2
-    low = np.maximum(np.floor(end - reach).astype(int), 0)
-    rows, columns = np.nonzero(label[low[1] : int(end[1] + reach) + 1, low[0] : int(end[0] + reach) + 1])
-    away = np.column_stack([columns + low[0], rows + low[1]]) - end
-    near = np.flatnonzero((np.linalg.norm(away, axis=1) <= reach) & (away @ ahead > 0))
-    if len(near) == 0:
+def _farthest(dark: NDArray[np.uint8], end: Floats, ahead: Floats, width: float) -> float:
+    """Return the distance of the farthest dark cell that is connected to a place ahead of the end."""
+    _, label = cv2.connectedComponents(dark, connectivity=8)
+    rows, columns = np.nonzero(label)
+    number, away = label[rows, columns], np.column_stack([columns, rows]) - end
+    near = (np.abs(away) <= NEAR * width + 2).all(axis=1) & (away @ ahead > 0)
+    if not near.any():
         return 0.0
-    start = near[int(np.argmax(away[near] @ ahead))]
-    row, column = int(rows[start] + low[1]), int(columns[start] + low[0])
-    own = label == label[row, column]
-    left, top, across, down = cv2.boundingRect(own.astype(np.uint8))
-    part = own[top : top + down, left : left + across]
-    cost, _ = MCP_Geometric(np.where(part, 1.0, -1.0)).find_costs([(row - top, column - left)])
-    return float(cost[np.isfinite(cost)].max()) + float(np.linalg.norm(away[start]))
+    start = np.flatnonzero(near)[np.argmax(away[near] @ ahead)]
+    return float(np.linalg.norm(away[number == number[start]], axis=1).max())

@@ -43,7 +43,7 @@ class BoxModel:
 
 
 MODEL = BoxModel()
-DARKNESS = np.linspace(0.7, 1.0, 13)  # Values of the darkness, 1 less the inner light, for which the rest is fitted
+DARKNESS = np.linspace(1.0, 0.7, 13)  # Values of the darkness, 1 less the inner light, for which the rest is fitted
 TONES = DISPLAY_GAMMA + MODEL.gamma_sd * np.sqrt(3) * np.array([-1, 0, 1])  # Exponents with that mean and deviation
 TONE_WEIGHTS = np.array([1, 4, 1]) / 6  # Their weights (Gauss-Hermite)
 
@@ -56,8 +56,6 @@ class BoxFit:
     offsets_px: Floats  # (windows,): of the crack's middle from the line
     mean_px: float
     interval_px: tuple[float, float]  # Ends of the 95 % interval of the mean
-    darkness: float  # 1 less the light inside over the light next to the crack
-    blur_px: float  # Gaussian sigma
 
 
 @dataclass(frozen=True)
@@ -81,7 +79,13 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
     likely = 1 / (1 + np.exp((1 - DARKNESS - MODEL.inner_light) / MODEL.fade))
     for gamma, tone_weight in zip(TONES, TONE_WEIGHTS, strict=True):
         bent, beside = (values ** (gamma / DISPLAY_GAMMA) for values in (light, ground))
-        fits = _for_each_darkness(bent, places_px, _whitener(beside, places_px), width_px)
+        whitener, fits = _whitener(beside, places_px), list[_Shape]()
+        shape = _Shape(np.full(len(light), width_px), np.zeros(len(light)), MODEL.usual_blur)
+        for darkness in DARKNESS:
+            shape = _fitted(
+                bent, places_px, whitener, float(darkness), shape, MODEL.later_rounds if fits else MODEL.rounds
+            )
+            fits.append(shape)
         surprise = np.array([fit.surprise for fit in fits])
         # A worse fit widens the interval.
         spread = max(1.0, fits[int(surprise.argmin())].squares / (len(light) * (len(places_px) - 4)))
@@ -99,19 +103,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
         offsets_px=weight @ np.array([shape.offsets_px for shape in shapes]),
         mean_px=float(weight @ means_px),
         interval_px=(float(low_px), float(high_px)),
-        darkness=float(weight @ np.tile(DARKNESS, len(TONES))),
-        blur_px=float(weight @ np.array([shape.blur_px for shape in shapes])),
     )
-
-
-def _for_each_darkness(light: Floats, places_px: Floats, whitener: Floats, width_px: float) -> list[_Shape]:
-    shape = _Shape(np.full(len(light), width_px), np.zeros(len(light)), MODEL.usual_blur)
-    shapes = list[_Shape]()
-    for darkness in DARKNESS[::-1]:
-        rounds = MODEL.later_rounds if shapes else MODEL.rounds
-        shape = _fitted(light, places_px, whitener, float(darkness), shape, rounds)
-        shapes.append(shape)
-    return shapes[::-1]
 
 
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape, rounds: int) -> _Shape:

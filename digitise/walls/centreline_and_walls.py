@@ -4,13 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.sample_mask import EDGE_PX
-from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed, tangents, unit
+from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed, unit
+from digitise.image.raster import sampled
 from digitise.photo import Photo
-from digitise.walls.ends import PathEnd, find_tip, judge_end
+from digitise.walls.ends import PathEnd, Traced, find_tip, judge_end
 from digitise.walls.straightened import (
+    LEAST_WIDTH_PX,
     Crossing,
     Crossings,
     Patch,
@@ -21,22 +24,24 @@ from digitise.walls.straightened import (
     sample_step_mm,
     straighten,
 )
-from digitise.walls.stretches import MIN_WIDTH_PX, MOST_MISSING
-from digitise.walls.wall_profile import Walls, find_walls
+from digitise.walls.wall_profile import Walls, find_walls, runs
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
+__all__ = ["TooThinError", "Traced", "WallsMissingError", "trace"]
+
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
-LEAST_WIDTH_PX = 6.0  # Least width to begin with
 
 
 # Constants of following a crack. "widths" are crack widths.
 #
 # Chosen on drawn photos: the line is then within 0.01 mm of the middle after two passes. A longer ``REACH`` finds the
 # walls from worse paths and sees more neighbouring cracks; less smoothing keeps sharper bends and more grain.
+MIN_WIDTH_PX = 8.0  # Least width between walls; blur and threshold decide a smaller one more than the crack does
 MOST_BLUR = 1 / 5  # Largest sigma of the blur over the width; above it blur decides the width
+MOST_MISSING = 0.2  # Share of the path on which a wall may be missing or outside the photo
 LEAST_SLENDERNESS = 3.0  # Least length over width; a shorter crack has no direction to follow
 PASSES = 2  # Least number of passes that centre the line
 MOST_PASSES = 8  # Largest number of passes; a path along a wall needs more than two
@@ -50,11 +55,7 @@ PATH_AHEAD = 2.0  # Widths of the rough path before an end that give its directi
 TIP_AHEAD = 0.5  # The same before a tip
 ONWARD = 6  # Stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
 BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
-
-
 BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}  # Widths added to the line
-
-Ends = tuple[PathEnd, PathEnd]
 
 
 class WallsMissingError(InputError):
@@ -65,26 +66,17 @@ class TooThinError(InputError):
     """The crack is too thin for walls; its width can be fitted."""
 
 
-@dataclass(frozen=True)
-class Traced:
-    """A line past the crack's ends, and the walls along it."""
+def trace(
+    photo: Photo,
+    path: CrackPath,
+    wall_share: float,
+    hidden: NDArray[np.uint8] | None = None,
+    least_px: float = MIN_WIDTH_PX,
+) -> Traced:
+    """Follow both walls along ``path``, straight across pixels that are ``hidden``.
 
-    line_mm: Floats  # Down the middle, (n, 2); half a width from one wall if the other has left the face
-    left_mm: Floats
-    right_mm: Floats
-    kinds: tuple[EndKind, EndKind]
-    span_mm: tuple[float, float]  # Arc length on the line at which the crack begins and ends
-    width_px: float  # Median width in pixels of the photo
-    missing: float  # Share of the crack with one or both walls missing
-    beyond_mm: float  # Length of path omitted at its ends because a wall is outside the photo
-    width_spread: float | None = None
-    """Half the 95 % interval of a dark region's mean width, over that width; None if walls were followed."""
-
-
-def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
-    """Follow both walls along ``path``. Raises InputError if the crack is too short.
-
-    Raises WallsMissingError if it is unclear, and TooThinError if blur would decide its width.
+    Raises InputError if the crack is too short, WallsMissingError if it is unclear, and TooThinError if it is narrower
+    than ``least_px`` or blur would decide its width.
     """
     length_px = float(arc_length(path.points_px)[-1])
     if length_px < LEAST_SLENDERNESS * path.width_px:
@@ -92,59 +84,98 @@ def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
             f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; it must be "
             f"at least {LEAST_SLENDERNESS:g} times as long as wide: give ends_px farther apart."
         )
-    width_px = max(path.width_px, LEAST_WIDTH_PX)
-    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * REACH) * width_px)
-    spacing_mm, width_mm = STATION_PX * photo.mm_per_px, width_px * photo.mm_per_px
-
-    def look(line_mm: Floats, ray: Floats, at_edge: bool = False) -> tuple[Strip, Walls]:
-        step_mm = sample_step_mm(width_mm, photo.mm_per_px)
-        strip = straighten(photo, patch, line_mm, ray, step_mm, REACH * width_mm)
-        return strip, find_walls(strip, width_mm, wall_share, at_edge)
-
-    sigma = PATH_SMOOTHING * width_mm / spacing_mm
-    line_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), sigma)
-    _, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
-    ends = _judged_ends(photo, patch, path, walls)
-    line_mm = _carried_on(photo, line_mm, ends, width_mm, spacing_mm)
+    width_mm = max(path.width_px, LEAST_WIDTH_PX) * photo.mm_per_px
+    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * REACH) * width_mm / photo.mm_per_px, hidden)
+    crack = _Crack(photo, patch, hidden, wall_share, STATION_PX * photo.mm_per_px)
+    sigma = PATH_SMOOTHING * width_mm / crack.spacing_mm
+    line_mm = smoothed(resampled(photo.to_mm(path.points_px), crack.spacing_mm), sigma)
+    rim = crack.look(line_mm, width_mm)[1].rim
+    back, ends = round(2 * path.width_px), list[PathEnd]()
+    for points_px, level in ((path.points_px, rim[0]), (path.points_px[::-1], rim[-1])):
+        onward_px = resampled(points_px, 1.0)
+        ahead = unit(onward_px[0] - onward_px[min(back, len(onward_px) - 1)])
+        ends.append(judge_end(photo, patch, points_px[0], ahead, path.width_px, float(level)))
+    line_mm = _carried_on(photo, line_mm, ends, width_mm, crack.spacing_mm)
     for number in range(MOST_PASSES):
-        strip, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
-        _check_found(photo, strip, walls, (0.0, np.inf), most_missing=1.0)
-        span_mm = _span_mm(photo, patch, line_mm, walls, ends)
-        width_mm = max(_usual_width_mm(walls), LEAST_WIDTH_PX * photo.mm_per_px)
-        line_mm = _recentred(strip, walls, ends, span_mm, width_mm, spacing_mm)
-        aside_mm = np.abs(walls.left_mm - walls.right_mm)[walls.both_found] / 2
+        strip, walls = crack.look(line_mm, width_mm)
+        _check_found(photo, strip, walls.both_clear, (0.0, np.inf), 1.0)
+        span_mm = crack.span_mm(line_mm, walls, ends)
+        width_mm = max(walls.usual_width_mm, LEAST_WIDTH_PX * photo.mm_per_px)
+        line_mm = _recentred(strip, walls, ends, span_mm, width_mm, crack.spacing_mm)
+        aside_mm = np.abs(np.diff(walls.away_mm, axis=0)[0][walls.both_clear]) / 2
         if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
             break
-    strip, walls = look(line_mm, rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends)), at_edge=True)
-    left_mm = _straight_on(strip.places_mm(walls.left_mm), walls.left_found, ends)
-    right_mm = _straight_on(strip.places_mm(-walls.right_mm), walls.right_found, ends)
-    whole_mm = _span_mm(photo, patch, line_mm, walls, ends)
+    strip, walls = crack.look(line_mm, width_mm, _crossings(photo, line_mm, ends))
+    left_mm, right_mm = (
+        _straight_on(strip.places_mm(away_mm), step, ends)
+        for away_mm, step in zip(walls.away_mm * [[1], [-1]], walls.clear_step, strict=True)
+    )
+    whole_mm = crack.span_mm(line_mm, walls, ends)
     span_mm = _shown_span_mm(photo, line_mm, (left_mm, right_mm), whole_mm)
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
-    width_mm = _usual_width_mm(walls)
-    missing = _check_found(photo, strip, walls, span_mm, MOST_MISSING)
-    least_px = max(MIN_WIDTH_PX, walls.blur_px / MOST_BLUR)
-    if width_mm < least_px * photo.mm_per_px:
+    width_px = walls.usual_width_mm / photo.mm_per_px
+    seen = (walls.clear_step | walls.covered).all(axis=0) & (walls.open_line | walls.covered.any(axis=0))
+    missing = _check_found(photo, strip, seen, span_mm, MOST_MISSING)
+    least_px = max(least_px, walls.blur_px / MOST_BLUR)
+    if width_px < least_px:
         raise TooThinError(
-            f"{photo.file}: the crack is {width_mm / photo.mm_per_px:.1f} px wide; {least_px:.2g} px are needed "
-            "between its walls."
+            f"{photo.file}: the crack is {width_px:.1f} px wide; {least_px:.2g} px are needed between its walls."
         )
     beyond_mm = (whole_mm[1] - whole_mm[0]) - (span_mm[1] - span_mm[0])
-    return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_mm / photo.mm_per_px, missing, beyond_mm)
+    return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_px, missing, beyond_mm, clear_step=walls.clear_step)
 
 
-def _judged_ends(photo: Photo, patch: Patch, path: CrackPath, walls: Walls) -> Ends:
-    threshold = (walls.dark + walls.bright) / 2
+@dataclass(frozen=True)
+class _Crack:
+    """All that stays the same while a crack is followed."""
 
-    def judged(points_px: Floats, at: int) -> PathEnd:
-        behind_px = points_px[int(np.searchsorted(arc_length(points_px), 2 * path.width_px))]
-        ahead = unit(points_px[0] - behind_px)
-        return judge_end(photo, patch, points_px[0], ahead, path.width_px, float(threshold[at]))
+    photo: Photo
+    patch: Patch
+    hidden: NDArray[np.uint8] | None
+    wall_share: float
+    spacing_mm: float
 
-    return judged(path.points_px, 0), judged(path.points_px[::-1], -1)
+    def look(self, line_mm: Floats, width_mm: float, crossings: Crossings | None = None) -> tuple[Strip, Walls]:
+        """Return the light across a line, and the walls in it. Rays follow the edge of the face at ``crossings``."""
+        step_mm = sample_step_mm(width_mm, self.photo.mm_per_px)
+        ray = rays_across(line_mm, width_mm, crossings or (None, None))
+        strip = straighten(self.photo, self.patch, line_mm, ray, step_mm, REACH * width_mm)
+        walls = find_walls(strip, width_mm, self.wall_share, crossings is not None)
+        if self.hidden is not None:
+            for side, sign in enumerate((1, -1)):
+                wall_px = self.photo.to_px(strip.places_mm(sign * walls.away_mm[side]))
+                covered = (sampled(self.hidden, wall_px) > 0) & ~walls.clear_step[side]
+                _bridge(walls, side, covered, max(1, round(width_mm / self.spacing_mm)))
+        return strip, walls
+
+    def span_mm(self, line_mm: Floats, walls: Walls, ends: list[PathEnd]) -> tuple[float, float]:
+        """Return the arc lengths on the line at which the crack begins and ends."""
+        s_mm, span_mm = arc_length(line_mm), list[float]()
+        for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
+            near_mm = float(s_mm[KDTree(line_mm).query(self.photo.to_mm(end.place_px[None])[0])[1]])
+            if crossing is not None:
+                near_mm = crossing.s_mm
+            elif end.kind == "closed":
+                reach_mm = walls.usual_width_mm
+                level = float(np.interp(near_mm, s_mm, walls.rim))
+                near_mm = find_tip(self.photo, self.patch, line_mm, near_mm, reach_mm, level)
+            span_mm.append(near_mm)
+        return span_mm[0], span_mm[1]
 
 
-def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
+def _bridge(walls: Walls, side: int, covered: NDArray[np.bool_], reach: int) -> None:
+    """Make a wall straight across covered stations, between its innermost places within ``reach`` of them."""
+    away_mm = walls.away_mm[side]
+    for begin, end in runs(covered):
+        first, last = max(begin - reach, 0), min(end + reach, len(away_mm))
+        if first < begin and end < last:
+            first, last = first + int(away_mm[first:begin].argmin()), end + int(away_mm[end:last].argmin())
+            across = np.arange(first + 1, last)
+            away_mm[across] = np.interp(across, [first, last], away_mm[[first, last]])
+            walls.clear_step[side, across], walls.covered[side, across] = False, True
+
+
+def _carried_on(photo: Photo, line_mm: Floats, ends: list[PathEnd], width_mm: float, spacing_mm: float) -> Floats:
     """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
@@ -162,12 +193,17 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spac
 
 
 def _recentred(
-    strip: Strip, walls: Walls, ends: Ends, span_mm: tuple[float, float], width_mm: float, spacing_mm: float
+    strip: Strip,
+    walls: Walls,
+    ends: list[PathEnd],
+    span_mm: tuple[float, float],
+    width_mm: float,
+    spacing_mm: float,
 ) -> Floats:
     """Return a smooth line between the walls, straight past a tip."""
-    middle_mm = strip.places_mm((walls.left_mm - walls.right_mm) / 2)
+    middle_mm = strip.places_mm((walls.away_mm[0] - walls.away_mm[1]) / 2)
     s_mm = arc_length(strip.line_mm)
-    between = np.flatnonzero(walls.both_found & (s_mm > span_mm[0]) & (s_mm < span_mm[1]))
+    between = np.flatnonzero(walls.both_clear & (s_mm > span_mm[0]) & (s_mm < span_mm[1]))
     closed = [end.kind == "closed" and len(between) > 1 for end in ends]
     first = between[0] if closed[0] else 0
     last = between[-1] if closed[1] else len(s_mm) - 1
@@ -177,27 +213,12 @@ def _recentred(
     return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
 
 
-def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: Ends) -> tuple[float, float]:
-    """Return the arc lengths on the line at which the crack begins and ends."""
-    crossings = _crossings(photo, line_mm, ends)
-
-    def end_mm(end: PathEnd, crossing: Crossing | None, outward: int) -> float:
-        if crossing is not None:
-            return crossing.s_mm
-        near_mm = _nearest_mm(line_mm, photo.to_mm(end.place_px[None])[0])
-        return find_tip(photo, patch, line_mm, walls, near_mm, outward) if end.kind == "closed" else near_mm
-
-    return end_mm(ends[0], crossings[0], -1), end_mm(ends[1], crossings[1], 1)
-
-
-def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: Ends) -> Floats:
+def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: list[PathEnd]) -> Floats:
     """Return the wall, continued straight past its last step at open ends. Rays would draw it along the edge there."""
     wall_mm = wall_mm.copy()
-    if np.count_nonzero(has_step) <= ONWARD:
-        return wall_mm
-    for end, onward in zip(ends, (wall_mm[::-1], wall_mm), strict=True):
-        if end.kind == "open":
-            last = int(np.flatnonzero(has_step if onward is wall_mm else has_step[::-1])[-1])
+    for end, onward, step in zip(ends, (wall_mm[::-1], wall_mm), (has_step[::-1], has_step), strict=True):
+        if end.kind == "open" and np.count_nonzero(step) > ONWARD:
+            last = int(np.flatnonzero(step)[-1])
             step_mm = (onward[last] - onward[last - ONWARD]) / ONWARD
             onward[last + 1 :] = onward[last] + np.arange(1, len(onward) - last)[:, None] * step_mm
     return wall_mm
@@ -214,53 +235,43 @@ def _shown_span_mm(
         # A wall beyond the edge of the face ends there anyway.
         hidden |= outside & (True if photo.face_mm is None else depth_inside(wall_mm, photo.face_mm) > 0)
     s_mm = arc_length(line_mm)
-    within = (s_mm > span_mm[0]) & (s_mm < span_mm[1])
-    stops_mm = np.concatenate([[span_mm[0]], s_mm[hidden & within], [span_mm[1]]])
-    longest = int(np.argmax(np.diff(stops_mm)))
-    lost = 1 - float(stops_mm[longest + 1] - stops_mm[longest]) / (span_mm[1] - span_mm[0])
+    within = (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
+    first, past = max(runs(within & ~hidden), key=np.ptp, default=(0, 1))
+    if hidden[within].any():
+        span_mm = float(max(span_mm[0], s_mm[first])), float(min(span_mm[1], s_mm[past - 1]))
+    lost = 1 - (past - first) / max(np.count_nonzero(within), 1)
     if lost > MOST_MISSING:
         raise InputError(
             f"{photo.file}: a wall is outside the photo on {lost:.0%} of the path (at most {MOST_MISSING:.0%}); give "
             "ends_px farther inside, or a photo that shows both walls."
         )
-    shown_mm = s_mm[~hidden & within]
-    shown_mm = shown_mm[(shown_mm > stops_mm[longest]) & (shown_mm < stops_mm[longest + 1])]
-    first_mm = span_mm[0] if longest == 0 else float(shown_mm[0])
-    return first_mm, span_mm[1] if longest == len(stops_mm) - 2 else float(shown_mm[-1])
+    return span_mm
 
 
-def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
+def _crossings(photo: Photo, line_mm: Floats, ends: list[PathEnd]) -> Crossings:
     """Return the crossings of the line with the edge of the face at open ends."""
-    crossings: list[Crossing | None] = [None, None]
+    crossings = list[Crossing | None]()
     for number, end in enumerate(ends):
+        crossing = None
         if end.kind == "open" and photo.face_mm is not None:
-            crossings[number] = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
-            if crossings[number] is None:
+            crossing = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
+            if crossing is None:
                 raise InputError(
                     f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px "
                     "farther inside."
                 )
+        crossings.append(crossing)
     return crossings[0], crossings[1]
 
 
-def _usual_width_mm(walls: Walls) -> float:
-    return float(np.median(walls.width_mm[walls.both_found]))
-
-
-def _nearest_mm(line_mm: Floats, place_mm: Floats) -> float:
-    """Return the arc length of the point of a line nearest to a place."""
-    s_mm = arc_length(line_mm)
-    nearest = int(np.argmin(np.linalg.norm(line_mm - place_mm, axis=1)))
-    beside_mm = float((place_mm - line_mm[nearest]) @ tangents(line_mm)[nearest])
-    return float(np.clip(s_mm[nearest] + beside_mm, 0, s_mm[-1]))
-
-
-def _check_found(photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float, float], most_missing: float) -> float:
-    """Return the share of the crack on the sample with a wall missing; raise InputError above ``most_missing``."""
+def _check_found(
+    photo: Photo, strip: Strip, seen: NDArray[np.bool_], span_mm: tuple[float, float], most_missing: float
+) -> float:
+    """Return the share of the crack on the sample with a wall not seen; raise InputError above ``most_missing``."""
     s_mm = arc_length(strip.line_mm)
     within = strip.valid[:, strip.middle] & (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
-    missing = 1 - float(np.mean((walls.both_found & walls.open_line)[within])) if within.any() else 1.0
-    if missing > most_missing or not walls.both_found.any():
+    missing = 1 - float(np.mean(seen[within])) if within.any() else 1.0
+    if missing > most_missing or not seen.any():
         raise WallsMissingError(
             f"{photo.file}: walls not found on {missing:.0%} of the path (at most {MOST_MISSING:.0%}); look at the "
             "photo for shadows and dirt along the crack, and give ends_px of a clearer part; or draw over what is "

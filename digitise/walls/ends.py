@@ -4,86 +4,42 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from numpy.typing import NDArray
 
 from digitise.crack_path.sample_mask import EDGE_PX
-from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals
+from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, unit
 from digitise.photo import Photo
-from digitise.walls.straightened import Patch, straighten
-from digitise.walls.wall_profile import Walls
+from digitise.walls.straightened import Patch, edge_crossing
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
-STEP_PX = 1.0  # Spacing of stations at a tip, which rounds off within a few pixels
-BESIDE_PX = 3.0  # Reach of a blurred edge beyond a wall
-PLAIN = 0.5  # Share of a crack's darkness above that of any grain
-NARROWEST_PX, WIDEST_PX = 1.5, 10.0  # Widths used to locate a tip: less is lost in grain, more is not the tip
-TIP_SHARE = 0.6  # Largest width of a tip over the crack's width near it
+STEP_PX = 0.25  # Spacing of samples along the line at a tip
 LOOK_AHEAD = 2.0  # Crack widths ahead of the end that are searched for the edge of the face
 GOES_ON = 1.5  # Crack widths of dark around an end above which the end is cut: the crack, or a shadow, continues
 BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front; a sharp tip narrows in less
+JUDGED_PX = 8.0  # Least width for which an end is judged: grain ends a hairline for a few px
+BESIDE = 1.2  # Crack widths beside the line that give the ground's brightness, plus ``BESIDE_PX``
+BESIDE_PX = 3.0
+TO_THE_EDGE, TO_THE_EDGE_PX = 1.5, 20.0  # Longest way to the edge of the face in widths or px: its rim is not searched
 
 
-def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm: float, outward: int) -> float:
-    """Return the arc length of the tip near ``near_mm`` on a line that runs past it.
+@dataclass(frozen=True)
+class Traced:
+    """A line past the crack's ends, and the walls along it."""
 
-    ``outward`` is the direction out of the crack, 1 or -1 along the line. The width at each station is measured by the
-    brightness that is missing across the line. At a round tip, the square of the width falls linearly to 0.
-    """
-    s_mm, px = arc_length(line_mm), photo.mm_per_px
-    inner = np.flatnonzero(walls.both_found & (outward * (s_mm - near_mm) <= 0))
-    if len(inner) == 0:
-        return near_mm
-    last = inner[-1] if outward > 0 else inner[0]
-    reach_mm = max(float(np.median(walls.width_mm[inner])), 12 * px)
-    inner_mm = outward * np.arange(-reach_mm, reach_mm / 2, STEP_PX * px)
-    stations_mm = s_mm[last] + inner_mm
-    stations_mm = stations_mm[(stations_mm > 0) & (stations_mm < s_mm[-1])]
-    fine_mm = at_arc_length(line_mm, s_mm, stations_mm)
-    before_last = outward * (stations_mm - s_mm[last]) <= 0
-    left_mm, right_mm = (
-        np.where(before_last, np.interp(stations_mm, s_mm, wall_mm), wall_mm[last])
-        for wall_mm in (walls.left_mm, walls.right_mm)
-    )
-    normal = left_normals(fine_mm) * outward
-    strip = straighten(photo, patch, fine_mm, normal, 0.5 * px, np.max([left_mm, right_mm]) + 4 * BESIDE_PX * px)
-    low_mm, high_mm = (-right_mm, left_mm) if outward > 0 else (-left_mm, right_mm)
-    low_mm, high_mm = low_mm[:, None] - BESIDE_PX * px, high_mm[:, None] + BESIDE_PX * px
-    inside = (strip.offset_mm >= low_mm) & (strip.offset_mm <= high_mm)
-    around_mm = 2 * BESIDE_PX * px
-    beside = ~inside & (strip.offset_mm >= low_mm - around_mm) & (strip.offset_mm <= high_mm + around_mm)
-    mortar = beside & strip.valid
-    rows = np.flatnonzero(mortar.any(axis=1))
-    if len(rows) == 0:
-        return float(s_mm[last])
-    levels = np.nanmedian(np.where(mortar[rows], strip.light[rows], np.nan), axis=1)
-    bright = np.interp(np.arange(len(mortar)), rows, levels)[:, None]
-    dark = np.interp(stations_mm, s_mm, walls.dark)
-    missing = np.where(inside, 1 - (strip.light - dark[:, None]) / np.maximum(bright - dark[:, None], 1e-6), 0)
-    # Before a blunt end, dark grain across the whole width would add up to a crack that continues.
-    near = maximum_filter1d((missing > PLAIN).astype(np.uint8), 2 * round(BESIDE_PX / strip.sample_px) + 1, axis=1)
-    sharp = left_mm + right_mm < WIDEST_PX * px
-    width_px = np.where((near > 0) | sharp[:, None], missing, 0).sum(axis=1) * strip.sample_px
-    return _vanishing_mm(stations_mm, width_px, float(s_mm[last]), outward, reach_mm)
-
-
-def _vanishing_mm(stations_mm: Floats, width_px: Floats, last_mm: float, outward: int, reach_mm: float) -> float:
-    """Return the arc length at which the square of the width, extrapolated outward from ``last_mm``, is 0."""
-    last = int(np.argmin(np.abs(stations_mm - last_mm)))
-    widest_px = min(WIDEST_PX, TIP_SHARE * float(np.median(width_px[: last + 1])))
-    wide = np.flatnonzero(width_px[: last + 1] > widest_px)
-    narrow = np.flatnonzero(width_px[last:] < NARROWEST_PX)
-    begin = wide[-1] if len(wide) else 0
-    end = last + (narrow[0] if len(narrow) else len(width_px) - last)
-    if end - begin < 3:
-        return last_mm
-    s, square = stations_mm[begin:end], width_px[begin:end] ** 2
-    # The error of a square is proportional to its root.
-    slope, at_0 = np.polyfit(s - last_mm, square, 1, w=1 / np.maximum(width_px[begin:end], NARROWEST_PX))
-    if slope * outward >= 0:
-        return last_mm
-    return last_mm + float(np.clip(-at_0 / slope, -reach_mm, reach_mm))
+    line_mm: Floats  # Down the middle, (n, 2); half a width from one wall if the other has left the face
+    left_mm: Floats
+    right_mm: Floats
+    kinds: tuple[EndKind, EndKind]
+    span_mm: tuple[float, float]  # Arc length on the line at which the crack begins and ends
+    width_px: float  # Median width in pixels of the photo
+    missing: float = 0.0  # Share of the crack with one or both walls missing
+    beyond_mm: float = 0.0  # Length of path omitted at its ends because a wall is outside the photo
+    width_spread: float | None = None
+    """Half the 95 % interval of a dark region's mean width, over that width; None if walls were followed."""
+    clear_step: NDArray[np.bool_] | None = None
+    """Stations with a clear step at the left and at the right wall, (2, n); None if walls are not followed by steps."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +50,46 @@ class PathEnd:
     place_px: Floats  # The tip of a closed crack, or else the end of the path
 
 
+def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_mm: float, level: float) -> float:
+    """Return the arc length nearest to ``near_mm`` at which the brightness along a line past a tip crosses a level."""
+    s_mm = arc_length(line_mm)
+    fine_mm = np.arange(max(near_mm - reach_mm, 0), min(near_mm + reach_mm, s_mm[-1]), STEP_PX * photo.mm_per_px)
+    light = patch.light(photo.to_px(at_arc_length(line_mm, s_mm, fine_mm)))
+    places_mm = fine_mm[1:][(light[:-1] < level) != (light[1:] < level)]
+    return float(min(places_mm, key=lambda place_mm: abs(place_mm - near_mm), default=near_mm))
+
+
+def to_its_ends(
+    photo: Photo, patch: Patch, lines_px: tuple[Floats, Floats, Floats], width_px: float, spread: float | None = None
+) -> Traced:
+    """Return a crack from end to end. ``lines_px`` are its middle and its left and right wall, as on the face."""
+    middle_px = lines_px[0]
+    beside_px = (BESIDE * width_px + BESIDE_PX) * left_normals(middle_px)
+    threshold = float(np.median(patch.light(middle_px)) + np.median(patch.light(middle_px + beside_px))) / 2
+    back = min(len(middle_px) - 1, max(10, round(width_px)))
+    ends, tips_px = list[PathEnd](), list[Floats]()
+    for onward_px in (middle_px[::-1], middle_px):
+        ahead = unit(onward_px[-1] - onward_px[-1 - back])
+        end = judge_end(photo, patch, onward_px[-1], ahead, max(width_px, JUDGED_PX), threshold)
+        beyond = end.kind == "closed" and (end.place_px - onward_px[-1]) @ ahead > 1.0
+        ends.append(end)
+        tips_px.append(end.place_px[None] if beyond else np.empty((0, 2)))
+    lines_mm = [photo.to_mm(np.concatenate([tips_px[0], line_px, tips_px[1]])) for line_px in lines_px]
+    over_mm, onward_mm = (px * photo.mm_per_px for px in (width_px, max(TO_THE_EDGE * width_px, TO_THE_EDGE_PX)))
+    before_mm, after_mm = (onward_mm * (end.kind == "open") for end in ends)
+    line_mm, left_mm, right_mm = (
+        extended(each_mm, before_mm, after_mm, over_mm, photo.mm_per_px) for each_mm in lines_mm
+    )
+    span_mm = [0.0, float(arc_length(line_mm)[-1])]
+    for number, end in enumerate(ends):
+        if end.kind == "open" and photo.face_mm is not None:
+            crossing = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
+            beyond_mm = onward_mm if number == 0 else span_mm[1] - onward_mm
+            span_mm[number] = beyond_mm if crossing is None else crossing.s_mm
+    kinds = ends[0].kind, ends[1].kind
+    return Traced(line_mm, left_mm, right_mm, kinds, (span_mm[0], span_mm[1]), width_px, width_spread=spread)
+
+
 def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
     """Classify the end at ``end_px``; ``ahead`` points out of the crack. An end at the photo's edge is cut."""
     reached_px = np.vstack([end_px, _dark_ahead_px(photo, patch, end_px, ahead, width_px, threshold)])
@@ -102,20 +98,15 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
         edge_px = np.abs(depth_inside(photo.to_mm(reached_px), photo.face_mm)) / photo.mm_per_px
         if edge_px.min() <= 2 * EDGE_PX:
             return PathEnd("open", end_px)
-    away_px = np.linalg.norm(reached_px - end_px, axis=1)
-    width, height = photo.size_px
-    if away_px.max() > GOES_ON * width_px or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
-        return PathEnd("cut", end_px)
-    return PathEnd("closed", _tip_px(reached_px, end_px, ahead, width_px))
-
-
-def _tip_px(reached_px: Floats, end_px: Floats, ahead: Floats, width_px: float) -> Floats:
-    """Return the farthest dark place ahead, or the middle of a blunt end."""
     away_px = reached_px - end_px
-    extent_px = away_px @ ahead
-    aside = np.array([-ahead[1], ahead[0]])
+    width, height = photo.size_px
+    goes_on = np.linalg.norm(away_px, axis=1).max() > GOES_ON * width_px
+    if goes_on or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
+        return PathEnd("cut", end_px)
+    # The farthest dark place ahead, or the middle of a blunt end.
+    extent_px, aside = away_px @ ahead, np.array([-ahead[1], ahead[0]])
     sideways_px = away_px[extent_px > extent_px.max() - BLUNT * width_px] @ aside
-    return end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside
+    return PathEnd("closed", end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside)
 
 
 def _dark_ahead_px(
@@ -125,18 +116,15 @@ def _dark_ahead_px(
     reach_px = LOOK_AHEAD * width_px
     left, top = np.maximum(np.floor(end_px - reach_px) - patch.offset_px, 0).astype(int)
     right, bottom = (np.ceil(end_px + reach_px) - patch.offset_px).astype(int) + 1
-    window = np.s_[top:bottom, left:right]
-    y, x = np.nonzero(patch.soft[window] < threshold)
+    dark = patch.soft[top:bottom, left:right] < threshold
+    y, x = np.nonzero(dark)
     dark_px = np.column_stack([x + left, y + top]) + np.array(patch.offset_px, dtype=float)
     away_px = dark_px - end_px
     # A strip behind the end is included, so that a bright speck on the end does not separate it from the crack.
     near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= reach_px)
     near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
-    x, y, dark_px, away_px = x[near], y[near], dark_px[near], away_px[near]
-    if len(dark_px) == 0:
-        return dark_px
-    picture = np.zeros(patch.soft[window].shape, dtype=np.uint8)
-    picture[y, x] = 1
-    label = cv2.connectedComponents(picture, connectivity=8)[1][y, x]
-    nearest = int(np.argmin(np.linalg.norm(away_px, axis=1)))
-    return dark_px[label == label[nearest]]
+    dark[y, x] = near
+    label = cv2.connectedComponents(dark.astype(np.uint8), connectivity=8)[1][y[near], x[near]]
+    if len(label) == 0:
+        return dark_px[near]
+    return dark_px[near][label == label[np.argmin(np.linalg.norm(away_px[near], axis=1))]]

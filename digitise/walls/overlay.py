@@ -5,15 +5,14 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import points_in_poly
 
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals, resampled
+from digitise.geometry.polyline import at_arc_length, left_normals, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Integers, Outline, PathSource, Trajectory
+from sealtwin.core.records import Floats, Outline, Trajectory
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -30,17 +29,6 @@ SUBPIXEL_BITS = 4
 STRAIGHT_AROUND = 1.5  # Half of the straightened picture's height over the crack's mean width
 STRAIGHT_MOST_PX = 1400  # Largest length of the picture: a report shows it 800 px long
 DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
-JOINED = 0.9  # Least share of a joined side crack's line in the outline; others only begin there
-FOUND: dict[PathSource, str] = {
-    "ends": "between the given ends",
-    "via": "between the given ends, by the given points",
-    "automatic": "AUTOMATIC: check that it is right",
-    "choice": "chosen by its number",
-    "mask": "as painted",
-    "mesh": "along the mouth in the mesh",
-    "line": "along the given line",
-    "drawn": "as drawn",
-}
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -69,10 +57,10 @@ class Canvas:
         for start in range(0, len(dashes) - 1, 2):
             self.line(dashes[start : start + 2], colour, 0)
 
-    def dot(self, point: Floats, size: float, colour: Colour, rim: float, rim_colour: Colour) -> None:
-        """Draw a disc of radius ``size`` px on one of radius ``rim`` px."""
-        for radius, shade in ((rim, rim_colour), (size, colour)):
-            cv2.circle(self.picture, _whole(point), round(radius), shade, -1, cv2.LINE_AA)
+    def dot(self, point: Floats, size: float, colour: Colour, rim: Colour) -> None:
+        """Draw a disc of radius ``size`` on a larger one."""
+        for radius, shade in ((size + 0.8, rim), (size, colour)):
+            cv2.circle(self.picture, _whole(point), max(1, round(radius * self.unit)), shade, -1, cv2.LINE_AA)
 
     def panel(self, low: Floats, high: Floats, colour: Colour, opacity: float) -> None:
         (left, top), (right, bottom) = np.maximum(np.rint((low, high)), 0).astype(int)
@@ -97,24 +85,24 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     # The ring comes first. Walls cover it except at the ends, where it shows how the crack was closed.
     for ring_px in (outline.outline_px, *map(photo.to_px, outline.islands_mm)):
         canvas.line(canvas.at(ring_px), ENDS, closed=True)
+    draw_branch = canvas.line if outline.branches_kept else canvas.dashed
     for line_mm in outline.branches_mm:
-        joined = np.mean(points_in_poly(line_mm, outline.outline_mm)) > JOINED
-        (canvas.line if joined else canvas.dashed)(canvas.at(photo.to_px(line_mm)), CENTRE)
+        draw_branch(canvas.at(photo.to_px(line_mm)), CENTRE)
     for ring_mm in outline.bands_mm:
         ring_px = canvas.at(photo.to_px(ring_mm))
         canvas.dashed(np.concatenate([ring_px, ring_px[:1]]), ENDS)
-    for wall_px, colour in ((outline.left_wall_px, LEFT), (outline.right_wall_px, RIGHT)):
-        canvas.line(canvas.at(_on_face(photo, wall_px)), colour)
+    canvas.line(canvas.at(outline.left_wall_px), LEFT)
+    canvas.line(canvas.at(outline.right_wall_px), RIGHT)
     centreline = canvas.at(outline.centreline_px)
     canvas.line(centreline, CENTRE)
     if trajectory is not None:
         nozzle = canvas.at(photo.to_px(trajectory.position_mm[:, :2]))
-        _beads(canvas, nozzle[trajectory.giving])
-        _arrow(canvas, nozzle, outline.mean_width_mm / outline.mm_per_px * canvas.scale)
+        # Beads are so small that the centreline shows between them.
+        given = nozzle[trajectory.giving]
+        for bead in resampled(given, BEADS * canvas.unit) if len(given) > 1 else ():
+            canvas.dot(bead, 1.6, NOZZLE, INK)
     _mark_ends(canvas, centreline, outline)
-    taken, shown = canvas.at(outline.outline_px), canvas.at(outline.shown_px)
-    _legend(canvas, outline, trajectory, taken, shown)
-    _scale_bar(canvas, outline.mm_per_px / canvas.scale, taken, shown)
+    _legend(canvas, outline, trajectory)
     return canvas.picture
 
 
@@ -124,7 +112,7 @@ def draw_way(photo: Photo, path: CrackPath) -> Picture:
     way = canvas.at(path.points_px)
     canvas.line(way, CENTRE, 1.5)
     for point in way[[0, -1]]:
-        canvas.dot(point, 3 * canvas.unit, ENDS, 4 * canvas.unit, PAPER)
+        canvas.dot(point, 3, ENDS, PAPER)
     return canvas.picture
 
 
@@ -135,16 +123,9 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
         canvas.line(canvas.at(crack.outline_px), ENDS, 1.5, closed=True)
     for number, crack in enumerate(cracks, 1):
         place = canvas.at(crack.middle_px)
-        canvas.dot(place, 15 * canvas.unit, INK, 17 * canvas.unit, PAPER)
+        canvas.dot(place, 15, INK, PAPER)
         canvas.text(place + 2 * canvas.text_size(str(number)) * (-0.5, 0.5), str(number), PAPER, 2)
     return canvas.picture
-
-
-def _on_face(photo: Photo, wall_px: Floats) -> Floats:
-    """Return the part of a wall on the face; stations at an open end may be off it."""
-    if photo.face_mm is None:
-        return wall_px
-    return wall_px[depth_inside(photo.to_mm(wall_px), photo.face_mm) >= 0]
 
 
 def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
@@ -153,128 +134,53 @@ def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
     first = f"start, s = 0 ({outline.ends[0]} end)"
     last = f"s = {outline.length_mm:.1f} mm ({outline.ends[1]} end)"
     for way, text in ((centreline, first), (centreline[::-1], last)):
-        canvas.dot(way[0], 3 * unit, ENDS, 4 * unit, PAPER)
+        canvas.dot(way[0], 3, ENDS, PAPER)
         size = canvas.text_size(text)
-        beside = way[0] + toward(way[0] - _along(way, 30 * unit)) * (14 * unit + 0.5 * size)
+        behind = at_arc_length(way, arc_length(way), np.array([30 * unit]))[0]
+        beside = way[0] + toward(way[0] - behind) * (14 * unit + 0.5 * size)
         half = 0.5 * size + 8 * unit
-        limit = canvas.extent - half
-        corner = np.clip(beside, np.minimum(half, limit), limit) - 0.5 * size
+        corner = np.clip(beside, half, canvas.extent - half) - 0.5 * size
         canvas.panel(corner - 4 * unit, corner + size + 4 * unit, INK, 0.65)
         canvas.text(corner + np.array([0, size[1]]), text, PAPER)
 
 
-def _beads(canvas: Canvas, given: Floats) -> None:
-    """Draw beads, small enough to show the centreline between them; the first and last are larger."""
-    if len(given) < 2:
-        return
-    beads = resampled(given, BEADS * canvas.unit)
-    for number, bead in enumerate(beads):
-        size = 2.6 if number in (0, len(beads) - 1) else 1.3
-        canvas.dot(bead, max(1, size * canvas.unit), NOZZLE, max(2, (size + 0.7) * canvas.unit), INK)
-
-
-def _arrow(canvas: Canvas, nozzle: Floats, width_px: float) -> None:
-    """Draw the direction of travel, to the right of the crack near the path's start."""
-    unit, reach = canvas.unit, 0.05 * float(arc_length(nozzle)[-1])
-    tail, head = _along(nozzle, reach), _along(nozzle, reach + 60 * unit)
-    step = toward(head - tail)
-    aside = np.array([-step[1], step[0]]) * (width_px + 10 * unit)
-    ends = _whole(tail + aside), _whole(head + aside)
-    for colour, thickness in ((INK, 5 * unit), (PAPER, 2.4 * unit)):
-        cv2.arrowedLine(canvas.picture, *ends, colour, max(1, round(thickness)), cv2.LINE_AA, tipLength=0.3)
-
-
-def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, taken: Floats, shown: Floats) -> None:
-    """Draw the legend in the corner in which it hides least of the crack."""
+def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> None:
+    """Draw the legend, with a scale bar, in the corner of the part that a report shows in which it hides least."""
+    unit = canvas.unit
+    pad, row, swatch = 8 * unit, 17 * unit, 60 * unit
+    mm = canvas.scale / outline.mm_per_px
+    length_mm = max((step for step in ROUND_LENGTHS_MM if step * mm < swatch - pad), default=ROUND_LENGTHS_MM[0])
     lines: list[tuple[Colour | None, str]] = [
-        (None, f"{outline.length_mm:.1f} mm long, {_width(outline)}"),
+        (None, f"{outline.length_mm:.1f} mm long, mean width {outline.main_figures['mean width']}"),
         (None, f"scale: {outline.scale_source}"),
-        (None, f"crack: {FOUND[outline.path_source]}"),
+        (INK, f"{length_mm} mm"),
         (CENTRE, "centreline"),
     ]
+    if outline.path_source == "automatic":
+        lines.insert(0, (None, "found automatically: check that it is right"))
     if outline.width_source != "none":
         lines += [(LEFT, "left wall"), (RIGHT, "right wall"), (ENDS, "rest of the rim")]
     if outline.bands_mm:
         lines.append((ENDS, "dashed: crack or ground"))
     if trajectory is not None and len(given := trajectory.s_mm[trajectory.giving]):
-        verb = "gives" if trajectory.dispensed_mm3 > 0 else "runs"
-        lines.append((NOZZLE, f"nozzle, {verb} from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
-    unit = canvas.unit
-    pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
+        lines.append((NOZZLE, f"nozzle, from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
     width = max(canvas.text_size(text)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
-    size = np.array([width, row * len(lines) + pad])
-    low = _free_corner(canvas.extent, size, taken, shown, ((0, 0), (1, 0), (0, 1), (1, 1)))
+    size, taken = np.array([width, row * len(lines) + pad]), canvas.at(outline.outline_px)
+    low, high = np.clip(canvas.at(outline.shown_px), 0, canvas.extent)
+    corners = [low + np.maximum(high - low - size, 0) * (right, down) for down in (0, 1) for right in (0, 1)]
+    low = min(corners, key=lambda box: int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()))
     canvas.panel(low, low + size, PAPER, 0.8)
     for number, (colour, text) in enumerate(lines):
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
-            start, end = _whole(base, 0, -5 * unit), _whole(base, swatch - 8 * unit, -5 * unit)
-            for shade, thickness in ((INK, 4.5 * unit), (colour, 3 * unit)):
-                cv2.line(canvas.picture, start, end, shade, max(1, round(thickness)), cv2.LINE_AA)
+            bar = length_mm * mm if colour == INK else swatch - pad
+            canvas.panel(np.subtract(base, (0, 7 * unit)), np.add(base, (bar, -3 * unit)), colour, 1)
             base = base + np.array([swatch, 0])
         canvas.text(base, text, INK)
 
 
-def _width(outline: Outline) -> str:
-    """Return the mean width and its source as text."""
-    if outline.width_source == "none":
-        return "a path alone, without walls"
-    source = {
-        "walls": "on average",
-        "region": "between the rims of the dark region",
-        "fit": "by a fit of its profile",
-        "gauge": "as given",
-    }[outline.width_source]
-    interval = "" if outline.width_95_mm is None else " (95 %: {:.2f} to {:.2f})".format(*outline.width_95_mm)
-    return f"{outline.mean_width_mm:.2f} mm wide {source}{interval}"
-
-
-def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -> None:
-    """Draw the longest round length of at most a fifth of the picture, half black and half white."""
-    unit = canvas.unit
-    fitting = [step for step in ROUND_LENGTHS_MM if step <= 0.2 * canvas.extent[0] * mm_per_px]
-    length_mm = fitting[-1] if fitting else ROUND_LENGTHS_MM[0]
-    length, pad, bar = length_mm / mm_per_px, 10 * unit, 5 * unit
-    size = np.array([length + 2 * pad, 22 * unit + bar + pad])
-    low = _free_corner(canvas.extent, size, taken, shown, ((1, 1), (0, 1), (1, 0)))
-    canvas.panel(low, low + size, PAPER, 0.8)
-    start = low + np.array([pad, size[1] - pad - bar])
-    cv2.rectangle(canvas.picture, _whole(start), _whole(start, length, bar), INK, -1)
-    cv2.rectangle(canvas.picture, _whole(start, length / 2, 1), _whole(start, length - 1, bar - 1), PAPER, -1)
-    canvas.text(start - np.array([0, 6 * unit]), f"{length_mm} mm", INK)
-
-
-def _free_corner(
-    extent: Integers, size: Floats, taken: Floats, shown: Floats, corners: Sequence[tuple[int, int]]
-) -> Floats:
-    """Return the upper left point of a box in the corner of the picture in which it hides fewest points.
-
-    A report shows only the part ``shown`` of the picture. A box that it would cut is placed inside that part.
-    """
-    low, high = np.clip(shown, 0, extent)
-
-    def hidden(box: Floats) -> int:
-        return int(np.sum(np.all((taken >= box) & (taken <= box + size), axis=1)))
-
-    def in_pieces(box: Floats) -> bool:
-        whole = bool(np.all((box >= low) & (box + size <= high)))
-        return bool(np.all((box < high) & (box + size > low))) and not whole
-
-    boxes = [np.array(corner) * (extent - size) for corner in corners]
-    best = min(boxes, key=lambda box: (hidden(box), in_pieces(box)))
-    if in_pieces(best):
-        inside = [low + np.array(corner) * (high - low - size) for corner in corners]
-        best = min((best, *inside), key=lambda box: (hidden(box), in_pieces(box)))
-    return best
-
-
-def _along(points: Floats, distance: float) -> Floats:
-    s = arc_length(points)
-    return at_arc_length(points, s, np.array([min(distance, s[-1])]))[0]
-
-
-def _whole(point: Floats, right: float = 0, down: float = 0) -> tuple[int, int]:
-    return round(float(point[0]) + right), round(float(point[1]) + down)
+def _whole(point: Floats) -> tuple[int, int]:
+    return round(float(point[0])), round(float(point[1]))
 
 
 def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
@@ -294,4 +200,4 @@ def straight_view(photo: Photo, outline: Outline) -> NDArray[np.uint8]:
     straight = cv2.remap(
         photo.image, places_px[..., 0], places_px[..., 1], cv2.INTER_LINEAR, None, cv2.BORDER_CONSTANT, (255,) * 3
     )
-    return np.asarray(straight if straight.ndim == 3 else np.repeat(straight[..., None], 3, 2), dtype=np.uint8)
+    return np.asarray(straight, dtype=np.uint8)

@@ -19,6 +19,7 @@ BLUR_PX = 0.8  # Gaussian sigma of the brightness before it is sampled, which qu
 RIM_PX = 8  # Margin of a patch: the softening reaches four of its sigmas
 EDGE_PX = 1.5  # Distance from the edge of the face within which brightness mixes with that of the surroundings
 FINEST_PX, COARSEST_PX = 0.5, 1.5  # Bounds on the spacing of samples across, px of the photo: a blurred edge is 3
+LEAST_WIDTH_PX = 6.0  # Least width of a crack to begin with
 SAMPLES = 48  # Samples across one crack width; more cost time and show nothing
 
 
@@ -77,7 +78,7 @@ class Patch:
 
     offset_px: tuple[int, int]  # The window's first pixel in the photo: x, y
     soft: Map  # Brightness, blurred by ``BLUR_PX``
-    clear: NDArray[np.uint8]  # 255 outside markers, 0 on them
+    clear: NDArray[np.uint8]  # 255 outside markers and hidden pixels, 0 on them
     face_mm: Box | None
     mm_per_px: float
 
@@ -93,13 +94,16 @@ class Patch:
         return shown & (depth_inside(places_mm, self.face_mm) >= EDGE_PX * self.mm_per_px)
 
 
-def patch_around(photo: Photo, points_px: Floats, reach_px: float) -> Patch:
-    """Return the part of the photo around some points, ``reach_px`` larger than their box on every side."""
+def patch_around(photo: Photo, points_px: Floats, reach_px: float, hidden: NDArray[np.uint8] | None = None) -> Patch:
+    """Return the part of the photo around some points, ``reach_px`` larger than their box on every side.
+
+    Pixels that are ``hidden``, as markers are, do not count as sample.
+    """
     margin = reach_px + RIM_PX
     left, top = np.maximum(np.floor(points_px.min(axis=0) - margin), 0).astype(int)
     right, bottom = np.minimum(np.ceil(points_px.max(axis=0) + margin) + 1, photo.size_px).astype(int)
     soft = blurred(photo.brightness[top:bottom, left:right], BLUR_PX)
-    clear = np.full(soft.shape, 255, dtype=np.uint8)
+    clear = np.full(soft.shape, 255, np.uint8) if hidden is None else 255 - hidden[top:bottom, left:right]
     offset_px = int(left), int(top)
     blank_markers(clear, photo, offset_px)
     return Patch(offset_px, soft, clear, photo.face_mm, photo.mm_per_px)

@@ -1,7 +1,5 @@
 """Measure cracks too thin for walls: follow the darkest line to a fraction of a pixel, and fit the width."""
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -10,18 +8,16 @@ from scipy.ndimage import gaussian_filter
 from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
 from digitise.crack_path.line_map import WORK_PX
 from digitise.crack_path.standing_out import is_darker_than_both_sides, unlike_length_px
-from digitise.geometry.polyline import depth_inside, left_normals, resampled, smoothed, unit
+from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import sampled
 from digitise.photo import Photo
 from digitise.walls.box_fit import BoxFit, fit_box
-from digitise.walls.centreline_and_walls import Traced
-from digitise.walls.ends import PathEnd, judge_end
+from digitise.walls.ends import Traced, to_its_ends
 from digitise.walls.straightened import Patch, patch_around
 from digitise.walls.wall_profile import cheapest_way
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.core.solid_figures import EndKind
 
 STATION_PX, STEP_PX = 1.0, 0.5  # Spacing of stations along the line and of samples across
 
@@ -33,6 +29,7 @@ STATION_PX, STEP_PX = 1.0, 0.5  # Spacing of stations along the line and of samp
 WINDOW = 10  # Stations in a window; its mean profile is fitted
 REACH = 1.5  # Widths to either side that are fitted, plus ``REACH_PX``; as much again is the ground
 REACH_PX = 6.0
+PATCH, PATCH_PX = 4.5, 18.0  # Three times that reach
 CELLS = 2.0  # Largest distance of a path from the crack, in cells of the search map
 NEAR_PX = 3.0  # Distance, beyond half a width, within which the line is followed a second time
 ALONG = 2.0  # Blur along the line before it is followed, in stations
@@ -43,8 +40,6 @@ LEAST_SMOOTHING_PX = 4.0  # Least sigma of the line, which is otherwise the widt
 DARKEST = 1e-4  # Least light: between pixels a cubic may fall below 0
 LEAST_WINDOWS = 5  # Least number of windows; fewer do not separate blur and width
 MOST_UNLIKE = 0.5  # Largest share of the path with unlike sides; more is an edge or a wide thing's wall
-JUDGED_PX = 8.0  # Least width for which an end is judged: grain ends a hairline for a few px
-MOST_ONWARD_PX = 20.0  # Longest way from an open end to the edge of the face; the face's rim is not searched
 NARROWEST = 0.1  # Least local width over the mean, so that walls do not cross
 
 
@@ -54,8 +49,9 @@ class NotFittedError(InputError):
 
 def trace_line(photo: Photo, path: CrackPath) -> Traced:
     """Follow the darkest line along ``path``; both walls are that line."""
-    patch = _patch(photo, path)
-    return _placed(photo, patch, path, _line_px(photo, path), np.zeros(1))
+    line_px = _line_px(photo, path)
+    patch = patch_around(photo, path.points_px, PATCH * path.width_px + PATCH_PX)
+    return to_its_ends(photo, patch, (line_px, line_px, line_px), path.width_px)
 
 
 def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
@@ -64,7 +60,7 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     Raises NotFittedError if too little is in view or the sides of the crack differ, and InputError if the path is at an
     edge: one side is far brighter, and the path is about as dark as the other.
     """
-    line_px, patch = _line_px(photo, path), _patch(photo, path)
+    line_px, patch = _line_px(photo, path), patch_around(photo, path.points_px, PATCH * path.width_px + PATCH_PX)
     reach = round((REACH * path.width_px + REACH_PX) / STEP_PX)
     places_px = STEP_PX * np.arange(-reach, reach + 1, dtype=float)
     cuts = np.linspace(0, len(line_px), max(1, len(line_px) // WINDOW) + 1).astype(int)
@@ -95,12 +91,10 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     widths_px, offsets_px = (np.interp(station, middle[shown], each) for each in (fit.widths_px, fit.offsets_px))
     widths_px = np.maximum(widths_px, NARROWEST * fit.mean_px)
     line_px = line_px + offsets_px[:, None] * left_normals(line_px)
-    path = replace(path, width_px=max(fit.mean_px, 1.0))
-    return _placed(photo, patch, path, line_px, widths_px * fit.mean_px / widths_px.mean()), fit
-
-
-def _patch(photo: Photo, path: CrackPath) -> Patch:
-    return patch_around(photo, path.points_px, 3 * (REACH * path.width_px + REACH_PX))
+    half_px = (widths_px * fit.mean_px / widths_px.mean() / 2)[:, None] * left_normals(line_px)
+    # y runs down in the photo, so that left in the photo is right on the face.
+    lines_px = line_px, line_px - half_px, line_px + half_px
+    return to_its_ends(photo, patch, lines_px, max(fit.mean_px, 1.0)), fit
 
 
 def _windows(
@@ -134,40 +128,4 @@ def _darkest_px(photo: Photo, line_px: Floats, reach_px: float, width_px: float)
     dark = 1 - light / np.maximum(np.median(light, axis=1, keepdims=True), DARKEST)
     across = max(ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
     dark = gaussian_filter(dark.astype(float), (ALONG, across))[:, around:-around]
-    column = np.clip(cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0], 1, dark.shape[1] - 2)
-    before, here, after = (np.take_along_axis(dark, column[:, None] + side, 1)[:, 0] for side in (-1, 0, 1))
-    # The top of a parabola; there is none if the darkest place is at the edge of the reach.
-    bend = np.minimum(before - 2 * here + after, -1e-9)
-    return (column - reach + np.clip((before - after) / (2 * bend), -0.5, 0.5)) * STEP_PX
-
-
-def _placed(photo: Photo, patch: Patch, path: CrackPath, line_px: Floats, widths_px: Floats) -> Traced:
-    """Return the crack from end to end in mm, with its walls half a width from the line."""
-    widths_px = np.broadcast_to(widths_px, len(line_px))
-    aside_px = (REACH * path.width_px + NEAR_PX) * left_normals(line_px)
-    threshold = float(np.median(patch.light(line_px)) + np.median(patch.light(line_px + aside_px))) / 2
-    kinds: list[EndKind] = []
-    for _ in range(2):
-        # The line is reversed for its second end.
-        ahead = unit(line_px[0] - line_px[min(len(line_px) - 1, WINDOW)])
-        end = judge_end(photo, patch, line_px[0], ahead, max(path.width_px, JUDGED_PX), threshold)
-        onward_px = _to_the_end(photo, line_px[0], end, ahead)
-        line_px = np.vstack([onward_px, line_px])[::-1]
-        widths_px = np.pad(widths_px, (len(onward_px), 0), mode="edge")[::-1]
-        kinds.append(end.kind)
-    half = widths_px[:, None] / 2 * left_normals(line_px)
-    # y runs down in the photo, so that left in the photo is right on the face.
-    line_mm, right_mm, left_mm = (photo.to_mm(places_px) for places_px in (line_px, line_px + half, line_px - half))
-    length_mm = float(arc_length(line_mm)[-1])
-    width_px = float(widths_px.mean())
-    return Traced(line_mm, left_mm, right_mm, (kinds[0], kinds[1]), (0.0, length_mm), width_px, 0.0, 0.0)
-
-
-def _to_the_end(photo: Photo, last_px: Floats, end: PathEnd, ahead: Floats) -> Floats:
-    """Return the crack's tip beyond ``last_px``, or the edge of the face, (1, 2); empty, (0, 2), if neither exists."""
-    onward_px = float((end.place_px - last_px) @ ahead)
-    if end.kind == "open" and photo.face_mm is not None:
-        steps_px = np.arange(0, MOST_ONWARD_PX, STEP_PX)
-        inside_mm = depth_inside(photo.to_mm(last_px + steps_px[:, None] * ahead), photo.face_mm)
-        onward_px = float(steps_px[np.argmax(inside_mm < 0)])
-    return (last_px + onward_px * ahead)[None] if onward_px > STEP_PX else np.empty((0, 2))
+    return (cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0] - reach) * STEP_PX

@@ -1,7 +1,8 @@
 """Commands that turn photos, a mesh or a drawing into a solid and a nozzle path, and that export traced cracks."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -65,6 +66,10 @@ def digitise(
     settings: Given,
     out: Out = None,
     jobs: Annotated[int, count_option("Number of photos digitised at the same time.", 1, 64)] = 1,
+    explain: Annotated[
+        Number,
+        number_option("Of a run folder, as TRIAL|PHOTO or --out: why is each wall there, at this s in mm?", 0.0),
+    ] = None,
 ) -> None:
     """Turn a photo into a watertight crack mesh and a nozzle path.
 
@@ -74,6 +79,9 @@ def digitise(
     """
     from sealtwin.core.mesh_file import READERS
 
+    if explain is not None:
+        _explain(command, [*targets, *filter(None, [out])], explain)
+        return
     if meshes := [target for target in targets if target.suffix.lower() in READERS]:
         raise typer.BadParameter(f"{meshes[0]} is a mesh: use 'sealtwin import-mesh {meshes[0]}'")
     from sealtwin.study.photos import are_several, digitise_many, plan
@@ -97,6 +105,23 @@ def digitise(
     from sealtwin.cli.folder_answer import batch_answer
 
     command.reply(batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=jobs)))
+
+
+def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
+    """Print how both walls of a digitised crack were placed at an arc length."""
+    from sealtwin.core.record_files import read_outline
+
+    folder = next((folder for folder in folders if (folder / "outline.json").is_file()), None)
+    if folder is None:
+        raise typer.BadParameter("--explain asks about a run folder: digitise the photo first, and name its --out")
+    outline = read_outline(folder)
+    walls = outline.why_here(s_mm)
+    if not walls:
+        why = "it has no walls measured in a photo" if not outline.walls else f"it is {outline.length_mm:.1f} mm long"
+        raise InputError(f"{folder / 'outline.json'}: nothing explains the crack at s = {s_mm:g} mm: {why}.")
+    rows = {side: {"away_mm": round(away_mm, 3), **asdict(stretch)} for side, (away_mm, stretch) in walls.items()}
+    lines = [f"{away_mm:.2f} mm from the centreline, {stretch.sentence}" for away_mm, stretch in walls.values()]
+    command.reply(Answer({"version": 1, "s_mm": s_mm, "walls": rows}, lines))
 
 
 @answers()

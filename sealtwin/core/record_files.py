@@ -1,7 +1,7 @@
 """Write records to the files of a run folder, and read them back."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import asdict, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
@@ -312,7 +312,9 @@ def as_record(
 
 
 def _rounded(value: Any) -> Any:
-    """Return an array, or a tuple of arrays, rounded to five decimals. Any other value is returned unchanged."""
+    """Return an array, or a tuple of arrays, rounded to five decimals, and a record as a dict; other values stay."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
     if isinstance(value, tuple):
         return tuple(_rounded(item) for item in value)
     return np.round(value, 5) if isinstance(value, np.ndarray) else value

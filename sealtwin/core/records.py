@@ -120,6 +120,41 @@ The margin in x has room for the names of the crack's ends.
 """
 
 
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
+
+WallMethod = Literal["edge", "region", "fit", "gauge", "drawn", "bridged"]
+"""Method that placed a wall.
+
+edge: its step from dark to bright; region, fit, gauge: as of a width's source; drawn: lines drawn by hand; bridged:
+straight between its neighbours, since it is not in view.
+"""
+
+
+@with_config(FROM_JSON)
+@dataclass(frozen=True)
+class WallStretch:
+    """Origin of a stretch of a wall."""
+
+    s_from_mm: float
+    s_to_mm: float
+    side: Side
+    method: WallMethod
+    doubt_mm: tuple[float, float] | None
+    """Least and largest distance from the centreline at which the wall may be; None if unknown."""
+    why: str
+
+    @property
+    def sentence(self) -> str:
+        """The stretch in words, for example "left wall by edge: in the middle of the step from dark to bright"."""
+        doubt = (
+            ""
+            if self.doubt_mm is None
+            else "; it may be {:.2f} to {:.2f} mm from the centreline".format(*self.doubt_mm)
+        )
+        return f"{self.side} wall by {self.method}: {self.why}{doubt}"
+
+
 class FaceLabel(IntEnum):
     """Part of a solid that a triangle belongs to."""
 
@@ -169,6 +204,8 @@ class Outline(Shown):
     width_source: WidthSource = "walls"
     width_95_mm: tuple[float, float] | None = None
     """95 % interval of the mean width, without the scale's uncertainty; None if the method gives no interval."""
+    walls: tuple[WallStretch, ...] = ()
+    """Origin of the walls, each from end to end. A later stretch counts where it overlaps. Empty without a photo."""
 
     def __post_init__(self) -> None:
         _require_as_long(self, "centreline_mm", "left_wall_mm", "right_wall_mm")
@@ -241,6 +278,19 @@ class Outline(Shown):
     def mean_width_mm(self) -> float:
         """Width averaged over the arc length."""
         return float(np.trapezoid(self.width_mm, self.s_mm) / self.length_mm)
+
+    def why_here(self, s_mm: float) -> dict[Side, tuple[float, WallStretch]]:
+        """Return each wall's distance from the centreline at an arc length, and the stretch that it belongs to.
+
+        Empty if the origin of the walls is unknown or the arc length is beyond the ends.
+        """
+        here: dict[Side, tuple[float, WallStretch]] = {}
+        for stretch in self.walls:
+            if stretch.s_from_mm <= s_mm <= stretch.s_to_mm:
+                wall_mm = self.left_wall_mm if stretch.side == "left" else self.right_wall_mm
+                away_mm = np.interp(s_mm, self.s_mm, np.linalg.norm(wall_mm - self.centreline_mm, axis=1))
+                here[stretch.side] = float(away_mm), stretch
+        return here
 
     @property
     def width_doubt_mm(self) -> float | None:

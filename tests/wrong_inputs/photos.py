@@ -264,8 +264,8 @@ CASES: list[WrongInput] = [
     clicked("ICC profile of gamma 1", partial(_linear, stated=_linear_profile), "tone curve", "ICC", "sRGB"),
     clicked("JPEG of gamma 1", partial(_linear, stated=_exif_gamma, name="photo.jpg"), "gamma 1", "EXIF Gamma",
         photo="photo.jpg"),
-    clicked("TIFF of gamma 1", partial(_linear, stated=_transfer_function, name="photo.tif"), "TransferFunction", "sRGB",
-        photo="photo.tif"),
+    clicked("TIFF of gamma 1", partial(_linear, stated=_transfer_function, name="photo.tif"), "TransferFunction",
+        "sRGB", photo="photo.tif"),
     clicked("unreadable ICC profile", partial(_linear, stated=lambda: {"icc_profile": b"?" * 200}), "ICC", "sRGB"),
     *(
         clicked(f"HEIC {name}", partial(_heic, damage=damage), "photo.heic", says, photo="photo.heic")

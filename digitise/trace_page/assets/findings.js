@@ -6,7 +6,6 @@ export class Findings {
   constructor(lines) {
     this.lines = lines;
     this.path = this.walls = this.scale = null;
-    this.rough = false;
     this.stale = false; // The path is of an earlier request.
   }
 
@@ -16,7 +15,7 @@ export class Findings {
   }
 
   /** Take one line of an answer; return the kind of finding that it brings, or null. */
-  take({ scale, path, glance, walls }) {
+  take({ scale, path, walls }) {
     if (scale) {
       this.scale = scale;
       this.stale = true;
@@ -24,16 +23,14 @@ export class Findings {
       this.lines.setAll("marker", scale.markers_px, true);
     }
     if (path) {
-      // A refused stroke leaves the walls of the same path.
       if (`${path.points_px}` !== `${this.path?.points_px}`) this.walls = null;
       this.path = path;
       this.stale = false;
       return "path";
     }
-    if (glance || walls) {
-      this.walls = walls ?? glance;
-      this.rough = !walls;
-      return walls ? "walls" : "glance";
+    if (walls) {
+      this.walls = walls;
+      return "walls";
     }
     return null;
   }
@@ -47,6 +44,17 @@ export class Findings {
     this.path = this.walls = null;
   }
 
+  /** Why the wall within `reach` px of a place is there. */
+  why([x, y], reach) {
+    let best;
+    for (const side of ["left", "right"])
+      this.walls?.[`${side}_px`].forEach((at, i) => {
+        const away = Math.hypot(at[0] - x, at[1] - y);
+        if (away < reach) [reach, best] = [away, this.walls.why.findLast((it) => it[0] === side && it[1] <= i && i <= it[2])];
+      });
+    return best?.[3];
+  }
+
   draw(viaCount) {
     const { lines, path, walls, scale } = this;
     lines.sheet.classList.toggle("proposed", this.automatic);
@@ -57,8 +65,8 @@ export class Findings {
     lines.set("left-wall", walls?.left_px);
     lines.set("right-wall", walls?.right_px);
     lines.set("way", walls ? walls.centreline_px : path?.points_px);
-    showWalls(walls, this.rough);
-    showPath(path, walls, viaCount);
+    showWalls(walls);
+    this.how = showPath(path, walls, viaCount);
     showWarnings([...(scale?.warnings ?? []), ...(path?.warnings ?? []), ...(walls?.warnings ?? [])]);
   }
 }

@@ -39,7 +39,7 @@ const points = new Points(part("points"), {
     const { left, top } = stage.getBoundingClientRect();
     draft = pointOf(id).move(rounded(inPhoto(viewport.toPhoto([screen[0] - left, screen[1] - top]))));
     refresh();
-    if (hasEnds(draft)) tracing.sketch(hintsOf(draft), { sketch: true, still: true }, "glance");
+    if (hasEnds(draft)) tracing.sketch(hintsOf(draft), { sketch: true, still: true }, "walls");
   },
   moved: () => commit(draft),
   pressed: pressedOnPoint,
@@ -56,8 +56,6 @@ const leaving = new Leaving({
 addButtons(part("tools"), toolNames(facts.markers), choose);
 const toolbars = [...document.querySelectorAll("[role=toolbar]")].map(rove);
 
-// ---- Requests and answers ----
-
 /** Take `next` as the draft, and request what it changes. */
 function commit(next, kind = null) {
   draft = next;
@@ -68,7 +66,6 @@ function commit(next, kind = null) {
 
 function ask(before) {
   const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, DRAWN.map(({ key }) => draft[key])]);
-  // Half a ruler, or a width without a height, changes nothing yet.
   if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
   part("refusal").textContent = part("save-refused").textContent = "";
@@ -140,8 +137,6 @@ async function lost() {
   leaving.farewell("The trace has ended", "The command that served this page has stopped. Unsaved points are lost.");
 }
 
-// ---- Display ----
-
 function refresh() {
   showCoordinates(pointsOf(draft), {
     edit: (id, to) => commit(pointOf(id).move(inPhoto(to))),
@@ -194,8 +189,6 @@ const boxed = ([[x, y], [right, down]]) => [[x, y], [right, y], [right, down], [
 const pointOf = (id) => pointsOf(draft).find((point) => point.id === id);
 const inPhoto = (place) => place.map((value, axis) => Math.min(Math.max(value, 0), facts.size_px[axis] - 1));
 
-// ---- Pointer ----
-
 watch(stage, viewport, {
   drawing: () => Boolean(TOOLS[tool].draw),
   click: (at) => placeAt(rounded(inPhoto(viewport.toPhoto(at)))),
@@ -215,8 +208,9 @@ function placeAt(point) {
   commit(next);
 }
 
-/** With one end placed, the line to the pointer is shown as it moves. */
+/** Show why a wall is here and, with one end placed, the line to the pointer. */
 function follow(point) {
+  part("how").textContent = findings.why(point, REACH / viewport.zoom) ?? findings.how ?? "";
   const [from, to] = draft.ends_px;
   if (tool !== "ends" || Boolean(from) === Boolean(to)) return;
   sketching = true;
@@ -229,8 +223,6 @@ stage.addEventListener("pointerleave", () => {
   sketching = false;
   dismiss();
 });
-
-// ---- Keyboard ----
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
@@ -255,7 +247,6 @@ function pressedOnPoint(id, event) {
 stage.addEventListener("keydown", (event) => {
   if (event.target !== stage) return;
   if (event.key in ARROWS && !event.ctrlKey && !event.metaKey && !event.altKey) {
-    // In screen pixels, so that a step looks the same at any zoom.
     const step = (event.shiftKey ? 64 : 8) / viewport.zoom;
     crosshair = inPhoto(crosshair.map((value, axis) => value + step * ARROWS[event.key][axis]));
     part("crosshair").hidden = false;
@@ -304,8 +295,6 @@ function step(by) {
   refresh();
 }
 
-// ---- Buttons and fields ----
-
 /** Make the ends of a detected line the user's. */
 function take(ends) {
   tool = "via";
@@ -352,8 +341,6 @@ function missing() {
   if (facts.is_new && !findings.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
   return lacks.length ? `First give ${lacks.join(", ")}.` : null;
 }
-
-// ---- Beginning ----
 
 const measureFooter = () => document.documentElement.style.setProperty("--footer", `${part("footer").offsetHeight}px`);
 new ResizeObserver(measureFooter).observe(part("footer"));

@@ -9,20 +9,17 @@ const numberOf = (text) => Number(text.trim().replace(",", ".") || NaN);
 const typed = (text) => (numberOf(text) > 0 && Number.isFinite(numberOf(text)) ? numberOf(text) : null);
 
 const inUnit = (value, digits, unit) => {
-  const whole = Math.abs(value) >= 10_000;
-  return `${value.toLocaleString("en", { maximumFractionDigits: whole ? 0 : digits, minimumFractionDigits: whole ? 0 : digits })} ${unit}`;
+  const shown = Math.abs(value) >= 10_000 ? 0 : digits;
+  return `${value.toLocaleString("en", { maximumFractionDigits: shown, minimumFractionDigits: shown })} ${unit}`;
 };
 
-/** Mean width, with its 95 % interval if it was fitted. */
 const meanWidth = ({ mean_width, width_95, unit }, digits) => {
   const interval = width_95 ? ` (95 %: ${width_95.map((end) => inUnit(end, digits, "").trim()).join(" to ")})` : "";
   return inUnit(mean_width, digits, unit) + interval;
 };
 
-/** `rough`: true for the quick measurement. */
-export function showWalls(walls, rough) {
+export function showWalls(walls) {
   const { unit } = walls ?? {};
-  part("length").closest("dl").classList.toggle("rough", rough);
   const digits = unit === "px" ? [0, 1, 0] : [1, 2, 0];
   part("length").textContent = walls ? inUnit(walls.length, digits[0], unit) : "–";
   part("width").textContent = walls && walls.width_source !== "none" ? meanWidth(walls, digits[1]) : "–";
@@ -43,7 +40,7 @@ const SOURCES = {
 
 export function showPath(path, walls, viaCount) {
   const ends = walls && (walls.ends[0] === walls.ends[1] ? `both ends ${walls.ends[0]}` : `ends ${walls.ends.join(" and ")}`);
-  part("how").textContent = path ? [SOURCES[path.source](viaCount), ends].filter(Boolean).join("; ") + "." : "";
+  return (part("how").textContent = path ? [SOURCES[path.source](viaCount), ends].filter(Boolean).join("; ") + "." : "");
 }
 
 export function showWarnings(warnings) {

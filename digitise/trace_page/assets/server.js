@@ -48,7 +48,7 @@ export class Tracing {
     else this.ask({ hints, meaning, until, sketch: true });
   }
 
-  /** Request at once, as far as `until`: "scale", "path", "glance" or "walls". */
+  /** Request at once, as far as `until`: "scale", "path" or "walls". */
   trace(hints, meaning, until) {
     this.ask({ hints, meaning, until });
   }

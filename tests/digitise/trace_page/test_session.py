@@ -14,7 +14,6 @@ from digitise.outline import trace_outline
 from digitise.settings import PhotoInput
 from digitise.trace_page import session as page_session
 from digitise.trace_page.session import Hints, OutdatedError, TraceSession
-from digitise.walls import followed_walls
 from sealtwin.core.errors import InputError
 from tests.pictures import edge_of_patch, evenly_scaled, mortar, wandering, with_crack, write_png
 
@@ -83,16 +82,6 @@ def test_without_a_scale_lengths_are_pixels_and_no_sentence_speaks_of_millimetre
     assert page_session._for_page(True, "along 12 mm") == "along 12 mm"
     assert page_session._for_page(False, "for about 93.8 mm (94 px), which") == "for about 94 px, which"
     assert " mm" not in json.dumps(in_px)
-
-
-def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
-    """They are told apart by name: nobody takes the first for the last."""
-    monkeypatch.setattr(page_session, "glance", trace_outline)
-    session = _session(file)
-    answers = _asked(session, Hints(ends_px=ENDS))
-    assert list(answers) == ["scale", "path", "glance", "walls"]
-    assert answers["glance"] == answers["walls"]
-    assert list(_asked(session, Hints(ends_px=ENDS), until="glance")) == ["scale", "path", "glance"]
 
 
 def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
@@ -200,16 +189,11 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
 
 
-def test_a_stroke_costs_its_own_work_alone_and_gives_what_a_new_session_gives(file, monkeypatch):
-    """Followed again, path and walls are most of a click's time."""
-    made, follow = [], followed_walls.trace_past_mouths
-    monkeypatch.setattr(followed_walls, "trace_past_mouths", lambda *given: made.append(given) or follow(*given))
+def test_a_stroke_gives_what_a_new_session_gives(file):
     session, plain = _session(file), Hints(ends_px=ENDS)
     stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
     _asked(session, plain)
-    assert made
-    made.clear()
     answer = _asked(session, stroked)
-    assert not made
     assert answer == _asked(_session(file), stroked)
     assert any("strokes drawn by hand" in warning for warning in answer["walls"]["warnings"])
+    assert any(text.startswith("left wall by drawn") for *_, text in answer["walls"]["why"])

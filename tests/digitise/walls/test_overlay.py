@@ -78,9 +78,8 @@ def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_t
     photo, outline, _ = scene
     line_px, ring_px = np.array([[100.0, 300.0], [160.0, 360.0]]), np.array([[200.0, 300], [240, 300], [220, 340]])
     spoilt = replace(outline, branches_mm=(photo.to_mm(line_px),), islands_mm=(photo.to_mm(ring_px),))
-    around_mm = photo.to_mm(np.array([[90.0, 290.0], [90, 370], [170, 370], [170, 290]]))
     shares = []
-    for seen in (spoilt, replace(spoilt, outline_mm=around_mm)):
+    for seen in (spoilt, replace(spoilt, branches_kept=True)):
         picture = draw_overlay(photo, seen)
         scale = picture.shape[1] / photo.size_px[0]
         for points_px, colour in ((line_px, CENTRE), (ring_px, ENDS)):

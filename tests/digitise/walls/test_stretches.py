@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
 from digitise.outline import trace_outline
-from digitise.walls.stretches import judge_reach, judge_stretches
+from digitise.walls.doubts import judge_reach, judge_stretches
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+from tests.pictures import evenly_scaled, mortar, with_crack, with_paint, write_png
 
 MAIN = [(300, 205), (480, 190), (640, 215), (960, 205)]
 ENDS = ((40.0, 200.0), (960.0, 205.0))
@@ -43,7 +44,7 @@ def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
     picture = with_crack(mortar((1000, 400)), [(40, 200), (300, 210), (500, 195)], 11)
     picture = np.minimum(picture, with_crack(mortar((1000, 400)), [(500, 195), (700, 210), (960, 205)], 3))
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
-    with pytest.raises(InputError, match="narrower than 6 px, too narrow to measure "):
+    with pytest.raises(InputError, match="under 6 px wide, so that its width and volume are uncertain"):
         trace_outline(photo, find_path(photo, ENDS))
 
 
@@ -69,3 +70,30 @@ def test_an_end_that_much_of_the_path_does_not_reach_is_refused(photo):
     assert judge_reach(photo, path_px, path_px[150:], ("cut", "closed")) == []
     with pytest.raises(InputError, match=r"the end \(10, 50\) px is not reached.* \(150 px\) before it, up to"):
         judge_reach(photo, path_px, path_px[150:], ("closed", "closed"))
+
+
+def test_a_dark_crack_in_a_grey_joint_is_measured_and_both_widths_are_named(tmp_path):
+    """The walls of the joint, 38 px apart, were taken for those of the crack of 5 px in it."""
+    ends = [(-20, 150), (520, 150)]
+    picture = np.minimum(mortar(), np.where(with_crack(mortar(), ends, 38) < 0.1, 0.3 * mortar(), 1.0))
+    photo = evenly_scaled(write_png(tmp_path / "joint.png", with_crack(picture, ends, 5)))
+    outline = trace_outline(photo, CrackPath(np.array([(40.0, 150.0), (460.0, 150.0)]), 38.0, "ends"))
+    low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
+    assert outline.mean_width_mm == pytest.approx(0.6, abs=0.2)
+    assert low_mm < 0.8
+    assert high_mm > 3.5
+    assert any("a joint: the interval covers both" in warning for warning in outline.warnings)
+
+
+def test_a_painted_crack_lighter_than_the_ground_is_as_wide_as_its_paint(tmp_path):
+    """A shade of 4 px beside it, which is a crack's profile, was measured instead."""
+    picture = mortar()
+    picture[148:153] *= 1.6
+    picture[153:157] *= 0.3
+    drawn = np.zeros(picture.shape, dtype=bool)
+    drawn[148:153, 40:460] = True
+    photo = with_paint(evenly_scaled(write_png(tmp_path / "light.png", picture)), drawn)
+    outline = trace_outline(photo, CrackPath(np.array([(42.0, 150.0), (458.0, 150.0)]), 5.0, "mask"))
+    assert outline.mean_width_mm == pytest.approx(0.5, abs=0.1)
+    assert any("that of the paint" in warning for warning in outline.warnings)
+    assert {stretch.method for stretch in outline.walls} <= {"drawn", "bridged"}

@@ -1,0 +1,214 @@
+"""Doubt measured walls: bands beside them, a darker line between them, stretches too narrow, ends not reached."""
+
+from dataclasses import replace
+from functools import partial
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.spatial import KDTree
+
+from digitise.crack_path.hints import CrackPath, listed, snap_px
+from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.image.raster import lightness, sampled
+from digitise.photo import Photo
+from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING
+from digitise.walls.straightened import patch_around, straighten
+from digitise.walls.wall_profile import cheapest_way, follow, outward, runs, steadied
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import SIDES, Floats, Outline, WallStretch
+from sealtwin.core.solid_figures import EndKind
+
+# Constants of bands and of a darker line. "widths" are crack widths.
+#
+# Chosen on 86 drawn roads: a lower ``LEAST`` or ``WORTH_SAYING``, or levels farther apart, warns of more plain roads.
+EVERY = 2  # Stations from one profile to the next
+SAMPLE = 0.05  # Widths from one sample of a profile to the next, at least 1 px
+REACH = 1.2  # Widths beside a wall, plus ``REACH_PX``, that are searched
+REACH_PX = 6.0
+ALONG = 0.25  # Widths of the median along the crack
+CORE = 0.15  # Distance inside a wall, over its distance from the line, plus ``CORE_PX``, from which on is crack
+CORE_PX = 0.5
+CORE_PERCENTILE = 30.0  # Of the lightness between the walls: the crack's own
+GROUND = 0.35  # Widths beside a wall, plus ``GROUND_PX``, from which on is ground
+GROUND_PX = 2.0
+STEADY = 3.0  # Widths along which both levels are medians
+INNER = 0.3  # Shares of the contrast in lightness that both sides of a band have
+OUTER = 0.7
+LEAST = 0.2  # Widths, or ``LEAST_PX``, by which a band is thicker than the crack's usual edge
+LEAST_PX = 3.0
+RUN = 0.75  # Least length of a band in widths
+TIP = 1.0  # Widths before an end that are left out: past it profiles show ground all across
+LEAST_PROFILES = 6  # A shorter crack has no usual edge
+LEAST_CONTRAST = 6.0  # Of lightness
+WORTH_SAYING = 0.05  # Difference between both mean widths, over the width, from which on a warning says so
+LISTED = 4  # Places in a warning
+SURE = 0.05  # Half of the interval of the mean width over it, beyond both widths
+DARKER = 0.2  # Least light between the walls above that of the darkest line there, over the ground's above it
+LINE_PX, LINE_ALONG_PX = 3, 15  # Width of that line, and length over which its light is averaged
+LINE_STEP = 0.02  # Cost of its step aside by a px, as a share of the ground's light
+SLIM = 3.0  # Least width between the walls over that of the line
+
+
+# Constants of narrow stretches.
+UNKNOWN = 0.75  # Share of the least width below which a stretch is a hairline: blur makes 5.4 px of a line of 4 px
+STEADY, LONG = 3.0, 5.0  # Least lengths of a median and of a stretch along the crack, in ``MIN_WIDTH_PX``
+
+BAND = (
+    "beside a wall a band is neither as dark as the crack nor as bright as the ground, as of debris, oil or shade, so "
+    "that two walls are plausible, for example near {} px. On the whole the crack is {:.3g} mm wide without such bands "
+    "and {:.3g} mm with them. Look at overlay.png; if a band is crack, draw over it in crack_strokes_px, and if it is "
+    "ground, in ground_strokes_px"
+)
+BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
+
+
+class DoubtfulWalls(str):
+    """Warning about walls that strokes may move to where they are."""
+
+
+def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Outline:
+    """Return the outline with the bands along its walls, and an interval that covers both widths, if they matter.
+
+    The mouth of a side crack, which is ``hidden``, is no band.
+    """
+    px, thin = photo.mm_per_px, slice(None, None, EVERY)
+    width_px, s_mm = max(outline.mean_width_mm / px, 4.0), outline.s_mm[thin]
+    line_mm, left_mm, right_mm = outline.centreline_mm[thin], outline.left_wall_mm[thin], outline.right_wall_mm[thin]
+    if len(line_mm) < LEAST_PROFILES:
+        return outline
+    station_px = float(s_mm[-1]) / (len(s_mm) - 1) / px
+
+    def odd(widths: float) -> int:
+        return int(max(3, widths * width_px / station_px)) | 1
+
+    ray = left_normals(smoothed(line_mm, width_px / station_px))
+    both_px = np.stack([((left_mm - line_mm) * ray).sum(axis=1), ((line_mm - right_mm) * ray).sum(axis=1)]) / px
+    reach_px, step_px = float(np.percentile(both_px, 98)) + REACH * width_px + REACH_PX, max(1.0, SAMPLE * width_px)
+    patch = patch_around(photo, photo.to_px(line_mm), reach_px)
+    strip = straighten(photo, patch, line_mm, ray, step_px * px, reach_px * px)
+    even = median_filter(lightness(outward(strip, strip.light)), (1, odd(ALONG), 1), mode="nearest")
+    valid, walls_px = outward(strip, strip.valid), both_px[..., None]
+    over_px = np.arange(even.shape[2]) * strip.sample_px - walls_px
+    core = np.where(valid & (over_px < -CORE_PX - CORE * walls_px), even, np.nan)
+    ground = np.where(valid & (over_px > GROUND * width_px + GROUND_PX), even, np.nan)
+    darkest = partial(np.nanpercentile, q=CORE_PERCENTILE)
+    dark = steadied(np.concatenate(list(core), axis=1)[None], odd(STEADY), darkest)
+    contrast = np.maximum(steadied(ground, odd(STEADY)) - dark, LEAST_CONTRAST)[..., None]
+    share = (even - dark[..., None]) / contrast
+    excess = [np.where(valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
+    inner_px, outer_px = np.split(follow(np.concatenate(excess), strip.sample_px, station_px), 2)
+    outer_px = np.maximum(inner_px, outer_px)
+    thick_px = outer_px - inner_px
+    thick_px -= np.median(thick_px, axis=1, keepdims=True)
+    doubtful = median_filter(thick_px, (1, odd(RUN)), mode="nearest") > max(LEAST_PX, LEAST * width_px)
+    tip = max(1, round(TIP * width_px / station_px))
+    doubtful[:, :tip] = doubtful[:, -tip:] = False
+    covered = [sampled(hidden, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)]
+    doubtful &= ~maximum_filter1d(np.stack(covered).astype(np.uint8), odd(2), axis=1).astype(bool)
+    low_mm, high_mm = (
+        outline.mean_width_mm + px * float(np.where(doubtful, change_px, 0).sum(axis=0).mean())
+        for change_px in (np.minimum(inner_px - both_px, 0), np.maximum(outer_px - both_px, 0))
+    )
+    if high_mm - low_mm < WORTH_SAYING * width_px * px:
+        return outline
+    rings_mm, stretches = list[Floats](), list[WallStretch]()
+    for number, sign in enumerate((1, -1)):
+        near_mm, far_mm = (line_mm + sign * px * each_px[number][:, None] * ray for each_px in (inner_px, outer_px))
+        for begin, end in runs(doubtful[number]):
+            rings_mm.append(np.concatenate([near_mm[begin:end], far_mm[begin:end][::-1]]))
+            first_mm, last_mm = np.round(s_mm[[begin, end - 1]], 3).tolist()
+            least_mm, most_mm = (
+                round(px * float(each_px[number, begin:end].mean()), 3) for each_px in (inner_px, outer_px)
+            )
+            doubt_mm = least_mm, most_mm
+            stretches.append(WallStretch(first_mm, last_mm, SIDES[number], "edge", doubt_mm, BAND_WHY))
+    own_mm, sure_mm = outline.width_95_mm or (outline.mean_width_mm,) * 2, SURE * outline.mean_width_mm
+    interval_mm = min(own_mm[0], low_mm - sure_mm), max(own_mm[1], high_mm + sure_mm)
+    middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
+    return replace(
+        outline,
+        bands_mm=tuple(rings_mm),
+        width_95_mm=interval_mm,
+        walls=(*outline.walls, *stretches),
+        warnings=(*outline.warnings, DoubtfulWalls(BAND.format(listed(middle_px), low_mm, high_mm))),
+    )
+
+
+def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:
+    """Return the path along a line between the walls that is far darker than the rest, as of a crack in a joint.
+
+    None if the light between the walls is that of one thing.
+    """
+    half_px = outline.mean_width_mm / photo.mm_per_px / 2 - LINE_PX
+    if half_px < SLIM * LINE_PX / 2:
+        return None
+    line_px = resampled(outline.centreline_px, 1.0)
+    offset_px, normal = (
+        np.arange(-2 * half_px - 2 * LINE_PX, 2 * half_px + 2 * LINE_PX + 1),
+        left_normals(smoothed(line_px, 2 * half_px)),
+    )
+    light = sampled(photo.brightness, line_px[:, None] + offset_px[:, None] * normal[:, None])
+    soft = np.asarray(cv2.blur(light, (LINE_PX, LINE_ALONG_PX)), dtype=float)
+    between = np.abs(offset_px) < half_px
+    ground, inside = float(np.median(light[:, np.abs(offset_px) > half_px + 2 * LINE_PX])), np.median(light[:, between])
+    price = LINE_STEP * np.arange(-2.0, 3.0) ** 2
+    column = cheapest_way(soft[None, :, between] / ground, price)[0]
+    line = float(np.median(np.take_along_axis(soft[:, between], column[:, None], axis=1)))
+    dark = soft[:, between] < (line + inside) / 2
+    width_px = max(float(np.median(dark.sum(axis=1))), float(LINE_PX))
+    if inside - line <= DARKER * (ground - line) or 2 * half_px < SLIM * width_px:
+        return None
+    points_px = line_px + offset_px[between][column][:, None] * normal
+    return replace(path, points_px=points_px, width_px=width_px)
+
+
+def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
+    """Return a warning about stretches too narrow to measure; raise InputError if much of the crack is a hairline.
+
+    A stretch is ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
+    """
+    s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
+    least_mm, per_station_mm = MIN_WIDTH_PX * photo.mm_per_px, s_mm[-1] / (len(s_mm) - 1)
+    steady_px = median_filter(width_px, size=1 + 2 * int(STEADY * least_mm / per_station_mm / 2), mode="nearest")
+    for limit_px, most in ((UNKNOWN * MIN_WIDTH_PX, MOST_MISSING), (MIN_WIDTH_PX, WORTH_SAYING)):
+        bounds = runs(steady_px < limit_px) - (0, 1)
+        bounds = bounds[np.diff(s_mm[bounds], axis=1)[:, 0] > LONG * least_mm]
+        share = float(np.diff(s_mm[bounds], axis=1).sum() / s_mm[-1])
+        places = "; ".join(
+            f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along the crack, from "
+            f"{listed(photo.to_px(centreline_mm[[first, last]]))} px, about "
+            f"{np.median(width_px[first : last + 1]):.1f} px wide"
+            for first, last in bounds
+        )
+        fault = (
+            f"{share:.0%} of the crack is under {limit_px:g} px wide, so that its width and volume are uncertain: "
+            f"{places}"
+        )
+        if share > MOST_MISSING and most == MOST_MISSING:
+            raise InputError(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
+        if share > most:
+            return [f"{fault}; take a closer photo to measure it"]
+    return []
+
+
+def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[str]:
+    """Return warnings if the crack closes before an end of the path; raise InputError if much of the path is lost."""
+    s_px, warnings = arc_length(path_px), list[str]()
+    first, last = np.asarray(KDTree(path_px).query(centreline_px[[0, -1]])[1])
+    for end, lost_px in ((0, float(s_px[first])), (-1, float(s_px[-1] - s_px[last]))):
+        if kinds[end] != "closed" or lost_px <= snap_px(photo):
+            continue
+        fault = (
+            f"the end {listed(path_px[[end]])} px is not reached: no walls were found on the last "
+            f"{lost_px * photo.mm_per_px:.1f} mm ({lost_px:.0f} px) before it, up to {listed(centreline_px[[end]])} px"
+        )
+        if lost_px > MOST_MISSING * s_px[-1]:
+            raise InputError(
+                f"{photo.file}: {fault}, {lost_px / s_px[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
+                "place as the end, or a photo that shows the crack more clearly."
+            )
+        warnings.append(f"{fault}: that part of the path is left out")
+    return warnings

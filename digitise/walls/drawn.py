@@ -1,0 +1,166 @@
+"""Change the photo where a user drew, so that its walls are then followed to where they were drawn.
+
+Surely crack is all between a line along a wall, or a stroke over crack, and the path; surely ground is all beyond a
+line along a wall, or a stroke over ground. Near a stroke, what is nearer in lightness to the crack under it than to
+the ground becomes crack, and what is nearer to the ground under it than to the crack becomes ground, so that a few
+strokes are enough.
+"""
+
+from dataclasses import replace
+from typing import Literal, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from digitise.crack_path.hints import CrackPath, listed, snap_px
+from digitise.geometry.polyline import depth_inside, resampled
+from digitise.image.raster import blurred, lightness, sampled
+from digitise.photo import Photo
+from digitise.settings import PhotoInput, Strokes
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+
+Kind = Literal["crack", "ground", "wall"]
+
+
+# Constants of drawn lines. "widths" are widths of the path.
+#
+# A longer ``REACH`` needs fewer strokes, and moves more walls that were right.
+MOST_POINTS = 5000  # Points in which a line is read: a pixel apart, or farther in a longer one
+BRUSH_PX = 3  # Width of a stroke
+MOST_AWAY = 3.0  # Widths from the path, or twice ``snap_px``, within which a line must be, except over ground
+BEYOND = 0.5  # Widths, or ``BEYOND_PX``, past the path's ends within which a line may be
+BEYOND_PX = 6.0
+REACH = 3.0  # Widths, or ``REACH_PX``, around a stroke in which the light under it decides
+REACH_PX = 30.0
+SOFT_PX = 1.5  # Sigma of the blur that quiets grain before lightness is compared
+DARKEST = 20.0  # Percentile of the brightness of an area by which darker ones are told from lighter ones
+GROUND = 60.0  # Percentile of the brightness around a line that is ground's
+
+
+class ByHand(NamedTuple):
+    """The photo with drawn lines in it."""
+
+    photo: Photo
+    decided: NDArray[np.uint8] | None = None  # 255 on pixels that lines decide, 0 elsewhere; None without lines
+    warnings: tuple[str, ...] = ()
+
+
+class _Line(NamedTuple):
+    """A drawn line beside the path."""
+
+    kind: Kind
+    name: str
+    place_px: Floats  # (n, 2)
+    foot_px: Floats  # Nearest point of the path to each, (n, 2)
+
+
+def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
+    """Return the photo with the drawn lines of ``settings`` in it.
+
+    Raises InputError for lines that contradict each other, that leave this crack, or that cross its path as ground.
+    """
+    if not settings.drawn_by_hand:
+        return ByHand(photo)
+    width_px, warnings = max(path.width_px, 4.0), list[str]()
+    lines, light = _lines(photo, path, settings, width_px, warnings), photo.brightness.copy()
+    sure, decided = np.zeros((2, *light.shape), dtype=np.uint8), np.zeros(light.shape, dtype=np.uint8)
+    dark = float(np.median(sampled(light, path.points_px)))
+    reach_px = max(REACH * width_px, REACH_PX)
+    # What is surely crack or ground comes last, so that no lightness changes it.
+    for line in sorted(lines, key=lambda line: line.kind == "wall"):
+        low = np.maximum(np.floor(line.place_px.min(axis=0) - reach_px), 0).astype(int)
+        high = np.ceil(line.place_px.max(axis=0) + reach_px).astype(int) + 1
+        window = np.s_[low[1] : high[1], low[0] : high[0]]
+        part, place, foot = light[window], line.place_px - low, line.foot_px - low
+        outward = (place - foot) / np.maximum(np.linalg.norm(place - foot, axis=1), 1.0)[:, None]
+        areas = _filled(part.shape, place, foot), _filled(part.shape, place, place + width_px * outward)
+        near = _stroke(part.shape, place, 1 if line.kind == "wall" else 2 * reach_px)
+        bright = float(np.percentile(part, GROUND))
+        between, beyond = (float(np.percentile(part[area], DARKEST)) for area in areas)
+        if line.kind == "ground" and beyond < between:
+            raise InputError(
+                f"{photo.file}: {line.name}, has darker ground beyond it than between it and the path, at "
+                f"{listed(line.place_px[:1])} px: if the crack takes another way, give via_px there."
+            )
+        if line.kind != "wall":
+            soft = blurred(lightness(part), SOFT_PX)
+            under = float(np.median(sampled(soft, place)))
+            crack, ground = (float(lightness(np.array(level))) for level in (dark, bright))
+            if line.kind == "crack":
+                part[near & (soft < (under + ground) / 2)] = dark
+            else:
+                lighter = near & (soft > (under + crack) / 2)
+                part[lighter] = np.maximum(part, bright)[lighter]
+        decided[window][near] = 255
+        body = _stroke(part.shape, place, BRUSH_PX)
+        for number, kind in enumerate(("crack", "ground")):
+            crossed = body & (sure[1 - number][window] > 0)
+            if line.kind == kind and crossed.any():
+                place_px = np.argwhere(crossed)[:1, ::-1] + low
+                raise InputError(
+                    f"{photo.file}: {line.name}, contradicts a stroke at {listed(place_px)} px, which makes ground of "
+                    "what it makes crack, or the other way round. Remove one of them."
+                )
+            if line.kind in (kind, "wall"):
+                area = areas[number] if line.kind == "wall" else areas[number] | body
+                sure[number][window][area], sure[1 - number][window][area] = 255, 0
+    light[sure[1] > 0] = np.maximum(light, float(np.percentile(light, GROUND)))[sure[1] > 0]
+    light[sure[0] > 0] = dark
+    return ByHand(replace(photo, brightness=light), decided | sure[0] | sure[1], tuple(warnings))
+
+
+def _filled(shape: tuple[int, ...], first: Floats, second: Floats) -> NDArray[np.bool_]:
+    """Return a mask of what is between two lines."""
+    area = np.zeros(shape, dtype=np.uint8)
+    cv2.fillPoly(area, [np.rint(16 * np.concatenate([first, second[::-1]])).astype(np.int32)], 255, cv2.LINE_8, 4)
+    return area > 0
+
+
+def _stroke(shape: tuple[int, ...], line: Floats, width: float) -> NDArray[np.bool_]:
+    area = np.zeros(shape, dtype=np.uint8)
+    cv2.polylines(area, [np.rint(line).astype(np.int32)], False, 255, round(width))
+    return area > 0
+
+
+def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float, warnings: list[str]) -> list[_Line]:
+    """Return the drawn lines beside the path, and add warnings about ground that is not."""
+    way_px = resampled(path.points_px, 1.0)
+    tree, (width, height) = KDTree(way_px), photo.size_px
+    most_px, beyond_px = max(MOST_AWAY * width_px, 2 * snap_px(photo)), max(BEYOND * width_px, BEYOND_PX)
+    drawn: tuple[tuple[Kind, str, Strokes | None], ...] = (
+        ("crack", "crack_strokes_px, stroke", settings.crack_strokes_px),
+        ("ground", "ground_strokes_px, stroke", settings.ground_strokes_px),
+        ("wall", "walls_px, line", settings.walls_px),
+    )
+    lines = list[_Line]()
+    for kind, names, points in drawn:
+        for number, points_px in enumerate(points or (), start=1):
+            line_px, name = np.array(points_px, dtype=float), f"photo.{names} {number}"
+            if depth_inside(line_px, (-0.5, -0.5, width - 0.5, height - 0.5)).min() < 0:
+                raise InputError(f"{photo.file}: {name}, leaves the photo of {width} x {height} px; draw it inside.")
+            length_px = float(arc_length(line_px)[-1]) if len(line_px) > 1 else 0.0
+            place_px = resampled(line_px, max(1.0, length_px / MOST_POINTS)) if length_px > 0 else line_px[[0, 0]]
+            away_px, nearest = tree.query(place_px)
+            at_end = np.isin(nearest, (0, len(way_px) - 1))
+            off_px = away_px - np.where(at_end, beyond_px, most_px)
+            if kind == "ground" and off_px.min() > 0:
+                warnings.append(f"{name}, is not beside this crack and changes nothing")
+                continue
+            if kind != "ground" and off_px.max() > 0:
+                raise InputError(
+                    f"{photo.file}: {name}, is not on this crack at {listed(place_px[[off_px.argmax()]])} px: draw it "
+                    f"between the crack's ends, at most {most_px:.0f} px from its path; if the crack takes another "
+                    "way, give via_px there."
+                )
+            if kind != "crack" and away_px.min() < BRUSH_PX / 2:
+                raise InputError(
+                    f"{photo.file}: {name}, crosses the crack at {listed(place_px[[away_px.argmin()]])} px: draw it "
+                    "on one side of the path; if the crack takes another way, give via_px there, or paint it in "
+                    "photo.mask."
+                )
+            lines.append(_Line(kind, name, place_px, way_px[nearest]))
+    return lines

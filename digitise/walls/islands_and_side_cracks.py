@@ -1,0 +1,238 @@
+"""Find stones in a crack and side cracks that leave it, in the dark region connected to its path.
+
+The walls are then followed as if both were not in view: past a stone, and straight across the mouth of a side crack.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from manifold3d import CrossSection, FillRule
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+from skimage.measure import find_contours
+
+from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.medial_axis import (
+    LEAST_BRANCH,
+    LEAST_BRANCH_PX,
+    distance_outside,
+    holding,
+    radius,
+    side_lines,
+)
+from digitise.crack_path.sample_mask import sample_mask
+from digitise.crack_path.standing_out import unlike_length_px
+from digitise.geometry.polyline import extended, resampled, signed_area, smoothed
+from digitise.geometry.region import ISLAND_MM2
+from digitise.image.raster import Map, blurred, continued, resized, shrunk, widened
+from digitise.photo import Photo
+from digitise.walls.straightened import BLUR_PX, LEAST_WIDTH_PX
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import present
+from sealtwin.core.records import Floats, Outline
+
+# Constants of stones and side cracks. "widths" are crack widths.
+#
+# Chosen on drawn photos. Lower limits of size find more stones and side cracks, which are grain, pores and stains.
+PAINT_DARK, PAINT_BRIGHT = 0.05, 0.8  # Brightness of a deep crack and of light mortar
+WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack a tenth as wide is three pixels wide
+REACH, AROUND = 2.5, 0.5  # Least reach of the copy beside the path in widths, and in lengths of the path
+CRACK, MORTAR = 0.25, 0.8  # Widths from the path within which is crack, and beyond which mortar or side cracks
+LEVEL_PX = 8.0  # Width of the crack in the small picture in which the levels are measured
+SPREAD = 2.0  # Gaussian sigma in widths over which a level is averaged
+LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright places are glints, or grains on the floor
+LEAST_SIDE = 0.15  # Least side of a stone in widths; a smaller one does not divide the sealant
+LEAST_PX = 30  # Least pixels of a stone; fewer may be noise
+WIDEST = 1.0  # Widths above which a bright place is the ground between two cracks
+SKIRT_PX = 3  # Reach of the blur around a stone and beside a side crack
+AS_DARK = 0.6  # Largest share of ``wall_share`` in a side crack; lighter lines are scratches, stains or shadows
+AS_WIDE = 1.5  # Largest width of a side crack in widths of the main crack
+SLENDER = 3.0  # Least length of a side crack over its width: shorter ones are pores, stains and broken edges
+EDGE = 0.9  # Share of a line with unlike sides from which the line is an edge, as of a sample of unknown size
+SWELLING = 2.0  # Largest reach of a side crack sideways in its half widths; beyond is a pore or a stain
+STEP_PX = 0.5  # Spacing of the centreline from which side cracks are drawn
+
+
+class SideCrack(NamedTuple):
+    """A side crack in pixels of the photo."""
+
+    line_px: Floats  # Along its middle, from the main crack's wall to its tip, or to that wall again, (n, 2)
+    half_px: float  # Median half width
+    comes_back: bool
+    rings_px: tuple[Floats, ...]  # Its rim, which ends within the main crack, and those of ground within it
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Stones and side cracks of a path, and the pixels that they cover."""
+
+    islands_mm: tuple[Floats, ...]  # Clockwise rings
+    side_cracks: tuple[SideCrack, ...]
+    hidden: NDArray[np.uint8]  # 255 on stones and side cracks in the photo, 0 elsewhere
+
+
+class _Copy(NamedTuple):
+    """A part of the photo in pixels that suit the crack's width."""
+
+    low_px: Floats
+    factor: int  # Pixels of the photo to one of the copy
+    way: Floats  # The path in the copy
+    share: Map  # Share of the contrast: 0 in the crack, 1 on mortar
+    sample: NDArray[np.bool_]  # Pixels of the sample's face, and of no marker
+
+    def to_photo(self, places: Floats) -> Floats:
+        return (places + 0.5) * self.factor - 0.5 + self.low_px
+
+
+def photo_of_paint(photo: Photo, path: CrackPath) -> Photo:
+    """Return the painted piece under the path as a photo, dark on bright, so that the rules for photos apply to it."""
+    piece = holding(present(photo.drawn, "the paint"), path.points_px, connectivity=8)
+    paint = np.where(piece, PAINT_DARK, PAINT_BRIGHT).astype(np.float32)
+    return replace(photo, brightness=paint)
+
+
+def find_surroundings(photo: Photo, path: CrackPath, wall_share: float) -> Surroundings:
+    """Find the stones and side cracks of a path; their rims are at ``wall_share`` of the contrast."""
+    width_px = max(path.width_px, LEAST_WIDTH_PX)
+    copy = _copied(photo, path.points_px, width_px)
+    crack = holding((copy.share <= wall_share) & copy.sample, copy.way)
+    least = ISLAND_MM2 / photo.mm_per_px**2
+    if path.source != "mask":
+        least = max(LEAST_MM2 / photo.mm_per_px**2, (LEAST_SIDE * path.width_px) ** 2, LEAST_PX)
+    stones = _enclosed(crack, least / copy.factor**2, WIDEST * path.width_px / copy.factor) if crack.any() else []
+    islands_px = []
+    for stone in stones:
+        alone = np.where(widened(stone, 1), copy.share, np.minimum(copy.share, wall_share))
+        ring = max(_contours(copy, alone, wall_share, 0.0), key=lambda ring: abs(signed_area(ring)))
+        islands_px.append(ring if signed_area(photo.to_mm(ring)) < 0 else ring[::-1])
+        crack |= stone
+    side_cracks = tuple(_side_cracks(photo, copy, crack, width_px / copy.factor, wall_share))
+    hidden = np.zeros(photo.brightness.shape, np.uint8)
+    for ring_px in islands_px:
+        whole = [np.rint(ring_px).astype(np.int32)]
+        cv2.fillPoly(hidden, whole, 255)
+        cv2.polylines(hidden, whole, True, 255, 2 * SKIRT_PX + 1)
+    for side in side_cracks:
+        _draw(hidden, side.line_px, 2 * (side.half_px + SKIRT_PX))
+    return Surroundings(tuple(photo.to_mm(ring_px) for ring_px in islands_px), side_cracks, hidden)
+
+
+def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
+    """Return the copy around a path."""
+    reach_px, factor = max(REACH * width_px, AROUND * float(arc_length(points_px)[-1])), max(1, int(width_px / WORK_PX))
+    low = np.maximum(np.floor(points_px.min(axis=0) - reach_px), 0).astype(int)
+    high = np.minimum(np.ceil(points_px.max(axis=0) + reach_px) + 1, photo.size_px).astype(int)
+    across, down = ((high - low) // factor).tolist()
+    window = np.s_[low[1] : low[1] + down * factor, low[0] : low[0] + across * factor]
+    light = blurred(shrunk(photo.brightness[window], (across, down)), BLUR_PX)
+    sample = shrunk(sample_mask(photo)[window].astype(np.float32), (across, down)) > 0.99 * 255
+    way = (points_px - low + 0.5) / factor - 0.5
+    return _Copy(low, factor, way, _share(light, sample, way, width_px / factor), sample)
+
+
+def _share(light: Map, sample: NDArray[np.bool_], way: Floats, width: float) -> Map:
+    """Return the share of the contrast between the levels of the crack along ``way`` and of the mortar around it."""
+    scale = min(1.0, LEVEL_PX / width)
+    small = shrunk(light, (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale))))
+    shown = shrunk(sample.astype(np.float32), small.shape[::-1]) > 0.99
+    off_path = np.ones(small.shape, dtype=np.uint8)
+    cv2.polylines(off_path, [np.rint((way + 0.5) * scale - 0.5).astype(np.int32)], False, 0)
+    away = distance_outside(off_path == 0) / (width * scale)
+    inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
+    dark = float(np.median(small[inside])) if inside.any() else 0.0
+    usual = float(np.median(small[beside])) if beside.any() else 0.0
+    # Side cracks and pores are not mortar.
+    mortar = beside & (small > (2 * dark + usual) / 3)
+    sigma = SPREAD * width * scale
+    low, high = (resized(continued(small, where, sigma), light.shape) for where in (inside, mortar))
+    return np.asarray((light - low) / np.maximum(high - low, np.float32(1e-6)), dtype=np.float32)
+
+
+def _enclosed(crack: NDArray[np.bool_], least: float, widest: float) -> list[NDArray[np.bool_]]:
+    """Return the places of at least ``least`` cells and at most ``widest`` that the crack surrounds, one mask each."""
+    _, label, stats, _ = cv2.connectedComponentsWithStats((~crack).astype(np.uint8), connectivity=8)
+    inside = (stats[:, :2] > 0).all(axis=1) & (stats[:, :2] + stats[:, 2:4] < crack.shape[::-1]).all(axis=1)
+    numbers = np.flatnonzero(inside & (stats[:, cv2.CC_STAT_AREA] >= least))
+    stones = [label == number for number in numbers if number > 0]
+    return [stone for stone in stones if 2 * radius(stone).max() <= widest]
+
+
+def _side_cracks(
+    photo: Photo, copy: _Copy, crack: NDArray[np.bool_], width: float, wall_share: float
+) -> list[SideCrack]:
+    """Return the dark side lines of the path that are slender, as a crack is, and no edge of something bright."""
+    to_rim, side_cracks = radius(crack), list[SideCrack]()
+    way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
+    way = way[crack[tuple(way.T)]]
+    least = max(LEAST_BRANCH * width, LEAST_BRANCH_PX / copy.factor)
+    for cells, comes_back in side_lines(crack, way, least) if len(way) > 1 else ():
+        halves = to_rim[tuple(cells.T)]
+        half = float(np.median(halves))
+        # A skeleton ends before a round tip.
+        line = extended(cells[:, ::-1].astype(float), 0, 0 if comes_back else halves[-1], 2 * halves[-1] + 3, 1.0)
+        slender = arc_length(line)[-1] >= SLENDER * 2 * halves.max() and 2 * half < AS_WIDE * width
+        if not slender or np.median(copy.share[tuple(cells.T)]) >= AS_DARK * wall_share:
+            continue
+        line_px, half_px = smoothed(resampled(copy.to_photo(line), 1.0), half * copy.factor), half * copy.factor
+        if unlike_length_px(photo, line_px, 2 * half_px) < EDGE * len(line_px):
+            near = np.zeros(crack.shape, dtype=np.uint8)
+            _draw(near, line, 2 * SWELLING * half)
+            alone = np.where(widened(holding(crack & (near > 0), line), 1), copy.share, 1)
+            side_cracks.append(SideCrack(line_px, half_px, comes_back, tuple(_contours(copy, alone, wall_share, 1.0))))
+    return side_cracks
+
+
+def _draw(picture: NDArray[np.uint8], line: Floats, width: float) -> None:
+    cv2.polylines(picture, [np.rint(line).astype(np.int32)], False, 255, max(1, round(width)))
+
+
+def _contours(copy: _Copy, share: Map, level: float, beyond: float) -> list[Floats]:
+    """Return the closed rims at a share, in pixels of the photo; ``beyond`` is the share around the copy."""
+    rings = find_contours(np.pad(share, 1, constant_values=beyond), level)
+    return [copy.to_photo(ring[:-1, ::-1] - 1) for ring in rings]
+
+
+def with_side_cracks(
+    photo: Photo, outline: Outline, side_cracks: tuple[SideCrack, ...], keep: bool, least_width_px: float
+) -> Outline:
+    """Return the main crack's outline with its side cracks. With ``keep``, wide enough ones are joined to its ring.
+
+    Ground that joined side cracks enclose is an island. ``least_width_px`` is the least width of a side crack that is
+    measured.
+    """
+    main, centreline = CrossSection([outline.outline_mm], FillRule.Positive), KDTree(outline.centreline_mm)
+    joined, wide_mm, narrow_mm = main, list[Floats](), list[Floats]()
+    for side in side_cracks:
+        line_mm, ends = photo.to_mm(side.line_px), [0, -1][: 1 + side.comes_back]
+        feet_mm = outline.centreline_mm[np.asarray(centreline.query(line_mm[ends])[1])]
+        rim = CrossSection([photo.to_mm(ring_px) for ring_px in side.rings_px], FillRule.EvenOdd)
+        is_wide = (rim - main).area() >= least_width_px * photo.mm_per_px * arc_length(line_mm)[-1]
+        (wide_mm if is_wide else narrow_mm).append(np.concatenate([feet_mm[:1], line_mm, feet_mm[1:]]))
+        joined += rim if is_wide else CrossSection()
+    warnings, ring_mm, enclosed_mm = list[str](), outline.outline_mm, ()
+    if wide_mm and keep:
+        piece = max(joined.decompose(), key=lambda piece: piece.area())
+        rings = [np.asarray(ring, dtype=float) for ring in piece.to_polygons()]
+        ring_mm = max(rings, key=signed_area)
+        enclosed_mm = tuple(ring for ring in rings if signed_area(ring) <= -ISLAND_MM2)
+    elif wide_mm:
+        warnings.append(f'{_left_out(wide_mm)}; set branches = "keep" to include side cracks')
+    if narrow_mm:
+        warnings.append(f"{_left_out(narrow_mm)}: under {least_width_px:g} px wide, too narrow to measure")
+    return replace(
+        outline,
+        **photo.in_both_units(outline=ring_mm),
+        branches_mm=(*wide_mm, *narrow_mm),
+        branches_kept=bool(wide_mm) and keep,
+        islands_mm=enclosed_mm,
+        warnings=(*outline.warnings, *warnings),
+    )
+
+
+def _left_out(lines_mm: list[Floats]) -> str:
+    """Return number and lengths as text: "2 side cracks (12 and 7 mm) are left out"."""
+    lengths = " and ".join(f"{arc_length(line)[-1]:.0f}" for line in lines_mm)
+    many = len(lines_mm) > 1
+    return f"{len(lines_mm)} side crack{'s' * many} ({lengths} mm) {'are' if many else 'is'} left out"
