@@ -122,9 +122,10 @@ def _filtered(shown: Map, allowed: NDArray[np.bool_]) -> tuple[Map, Map, Map]:
             break
         copy = shrunk(shown, size)
         mean = np.maximum(blurred(copy, max(EVEN / 2**octave, LEAST_EVEN)), np.float32(LEAST_LIGHT))
+        even = np.asarray(copy / mean, dtype=np.float32)
         usable = shrunk(allowed.astype(np.float32), size) > 0.99
         for sigma in sigmas:
-            responses = np.array([_response(copy / mean, sigma, direction) for direction in range(DIRECTIONS)])
+            responses = np.array([_response(even, sigma, direction) for direction in range(DIRECTIONS)])
             noise = _noise(responses, usable, max(NOISE / 2**octave, LEAST_NOISE))
             noise = np.maximum(noise, QUIET if octave < WIDE_FROM else QUIET_WIDE)
             best = responses.max(axis=0)
