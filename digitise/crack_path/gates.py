@@ -31,6 +31,7 @@ AS_GROUND = 2.1  # Least mean over them that is not refused
 
 LIGHT_PX = 12.0  # Distance from the wall up to which a light line is searched for
 LIGHT = 0.5  # Step from ground to the light line over that from path to ground: 12 % of the right paths have more
+NOT_DARK = 0.9  # Light of a path over the ground's, above which it is refused beside a light line
 LIGHT_CLEAR = 5.0  # Least median clearness of a light line that a refusal names
 
 STRAIGHT = 1.5  # Largest distance in cells of a straight leg from its chord
@@ -69,8 +70,7 @@ class Route:
 
     @cached_property
     def clear(self) -> Floats:
-        """Clearness along the path. A strong place counts no more than a clear line."""
-        return np.minimum(self.field.clear[tuple(self.cells.T)], CLEAR).astype(float)
+        return self.field.clear_along(self.cells)
 
     @cached_property
     def s_px(self) -> Floats:
@@ -85,14 +85,14 @@ def dark_enough(route: Route) -> Finding | None:
         f"no crack between the ends: the darkest way there is {clear:.1f} times as dark as the ground's grain (at "
         f"least {LEAST_CLEAR:g} times along a crack)"
     )
-    return Finding(f"{fault}; {_lighter(route) or 'check ends_px'}", refuses=True)
+    return Finding(f"{fault}; {lighter_line_between(route.photo, route.clicks_px) or 'check ends_px'}", refuses=True)
 
 
-def _lighter(route: Route) -> str:
+def lighter_line_between(photo: Photo, clicks_px: Floats) -> str:
     """Return a clause about a clear light line between the clicks, or an empty string."""
-    negative = (1 - route.photo.brightness ** (1 / DISPLAY_GAMMA)) ** DISPLAY_GAMMA
-    field = map_lines(replace(route.photo, brightness=negative.astype(np.float32)))
-    stops = np.rint(field.to_cells(route.clicks_px)[:, ::-1]).astype(int)
+    negative = (1 - photo.brightness ** (1 / DISPLAY_GAMMA)) ** DISPLAY_GAMMA
+    field = map_lines(replace(photo, brightness=negative.astype(np.float32)))
+    stops = np.rint(field.to_cells(clicks_px)[:, ::-1]).astype(int)
     stops = np.clip(stops, 0, np.array(field.clear.shape) - 1)
     if not field.allowed[tuple(stops.T)].all():
         return ""
@@ -148,10 +148,12 @@ def lighter_line(route: Route) -> Finding | None:
     if not max(steps) > LIGHT:
         return None
     times = finite_median(sides[int(np.argmax(steps))] / np.fmax(ground, 1e-6))
+    darkness = finite_median(own / np.fmax(ground, 1e-6))
     return Finding(
         f"a line {times:.1f} times as bright as the ground runs within {half_px + LIGHT_PX:.0f} px of the path, from "
         f"{listed(route.points_px[[0, -1]])} px. If the crack is that line, for example because of a filling or a "
-        "light crust, paint it in photo.mask, and give ends_px on the paint"
+        "light crust, paint it in photo.mask, and give ends_px on the paint",
+        refuses=darkness > NOT_DARK,
     )
 
 

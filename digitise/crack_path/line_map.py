@@ -56,6 +56,7 @@ class LineMap:
 
     offset_px: tuple[float, float]  # The copy's left upper corner in the photo: x, y
     scale: float  # Cells per pixel of the photo
+    shown: Map  # Displayed brightness
     clear: Map  # Response of the filter in units of the noise around
     contrast: Map  # The same in displayed brightness over its local mean
     width: Map  # Width in cells of the line that fits best
@@ -68,6 +69,15 @@ class LineMap:
 
     def to_photo(self, places: Floats | Integers) -> Floats:
         return (np.asarray(places, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
+
+    def clear_along(self, cells: Integers) -> Floats:
+        """Return the clearness of cells, (n, 2) as rows and columns, at most ``CLEAR``.
+
+        Strong contrast is clear in any grain: a contrast of ``LEAST_CONTRAST`` counts as 1.
+        """
+        along = tuple(cells.T)
+        clear = np.maximum(self.clear[along], self.contrast[along] / np.float32(LEAST_CONTRAST))
+        return np.minimum(clear, CLEAR).astype(float)
 
     def cost(self, clear: float = CLEAR) -> Floats:
         """Return the cost of a step through each cell. A line clearer than ``clear`` is no cheaper."""
@@ -110,7 +120,7 @@ def map_lines(
         # The surroundings must look like the sample, or its edge is the strongest line in the photo.
         shown = np.where(allowed, shown, continued(shown, allowed, CONTINUED))
     clear, contrast, width = map(_to_border, _filtered(shown, allowed))
-    return LineMap((left, top), scale, clear, contrast, width, allowed, around)
+    return LineMap((left, top), scale, shown, clear, contrast, width, allowed, around)
 
 
 def _filtered(shown: Map, allowed: NDArray[np.bool_]) -> tuple[Map, Map, Map]:

@@ -31,6 +31,7 @@ DARKER = 0.97  # Light in the paint over the light next to it, below which a str
 FEW, SOME = 0.65, 0.75  # Share of darker stretches below which a mask is refused, and doubted
 NOT_DARKER = 0.88  # Median of that light ratio above which a mask with few darker stretches is refused
 ASIDE, LEAST_ASIDE_PX = 0.35, 3.0  # Widths and px by which paint may be off the darkest band as wide as it
+THIRDS_OF = 9  # Least number of stretches for a check of each third
 MUCH_DARKER = 0.08  # Least difference of light between the paint and a darker band
 TWICE, WIDER_PX = 2.0, 6.0  # Ratio and difference above which paint and dark band have different widths
 
@@ -128,7 +129,7 @@ def _judged(
         f"photo.mask: the painted area from {listed(profiles.line_px[[0, -1]])} px is darker than the photo beside it "
         f"along only {darker:.0%} of its length; its median brightness is {usual:.2f} times that of the photo beside "
         "it. Is the mask of another photo, mirrored, shifted, or turned because a program ignored the EXIF "
-        "orientation? Paint it over the photo as it is shown upright"
+        "orientation, or only an outline? Paint the whole crack over the photo as it is shown upright"
     )
     if confirmed or not (darker < FEW and usual > NOT_DARKER):
         return (fault,)
@@ -142,18 +143,15 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[st
     """Return a warning if the dark band along the paint is beside it, or far wider or narrower."""
     light = profiles.mean()
     shares = light / np.maximum(row_medians(light), 1e-6)[:, None]
-    profile, offset_px = row_medians(shares.T), profiles.offset_px
-    reach = int(width_px + LEAST_BESIDE_PX / 2)
-    asides_px = np.arange(-reach, reach + 1)
-    bands = np.array([profile[np.abs(offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
-    if not np.isfinite(bands).all():
-        return ()
-    aside_px = int(abs(asides_px[bands.argmin()]))
-    if aside_px > max(ASIDE * width_px, LEAST_ASIDE_PX) and bands.min() < bands[reach] - MUCH_DARKER:
+    # Paint that crosses the band is on both sides of it: its thirds show that.
+    parts = [shares, *(np.array_split(shares, 3) if len(shares) >= THIRDS_OF else ())]
+    aside_px = max(_aside_px(part, profiles.offset_px, width_px) for part in parts)
+    if aside_px:
         return (
-            f"photo.mask: the darkest band as wide as the paint ({width_px:.0f} px) is {aside_px} px away from the "
-            "paint. Is the mask shifted or turned relative to the photo?",
+            f"photo.mask: along a part of it, the darkest band as wide as the paint ({width_px:.0f} px) is {aside_px} "
+            "px away from the paint. Is the mask shifted or turned relative to the photo?",
         )
+    profile, offset_px = row_medians(shares.T), profiles.offset_px
     middle = int(np.argmin(np.where(np.abs(offset_px) <= width_px / 2, profile, np.inf)))
     ground = finite_median(profile[np.abs(offset_px) > width_px / 2 + RIM_PX])
     bright = np.flatnonzero(profile >= (profile[middle] + ground) / 2)
@@ -166,3 +164,14 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[st
         f"along it is {dark_px * photo.mm_per_px:.2g} mm wide ({dark_px:.0f} px). The width is that of the paint. "
         "Paint from wall to wall, or leave the mask out and give ends_px",
     )
+
+
+def _aside_px(shares: Floats, offset_px: Floats, width_px: float) -> int:
+    """Return the distance of the darkest band as wide as the paint; 0 if it is near the paint or hardly darker."""
+    profile, reach = row_medians(shares.T), int(width_px + LEAST_BESIDE_PX / 2)
+    asides_px = np.arange(-reach, reach + 1)
+    light = np.array([profile[np.abs(offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
+    if not np.isfinite(light).all() or light.min() > light[reach] - MUCH_DARKER:
+        return 0
+    aside_px = int(abs(asides_px[light.argmin()]))
+    return aside_px if aside_px > max(ASIDE * width_px, LEAST_ASIDE_PX) else 0

@@ -3,16 +3,17 @@
 from copy import copy
 from typing import Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.spatial import KDTree
 
-from digitise.crack_path.gates import GATES, Route
+from digitise.crack_path.gates import GATES, Route, lighter_line_between, moved_click
 from digitise.crack_path.hints import CrackPath, check_hints, region_px, snap_px, too_far
-from digitise.crack_path.line_map import CLEAR, LineMap, cheapest_legs, map_lines
+from digitise.crack_path.line_map import CLEAR, EVEN, LineMap, cheapest_legs, map_lines
 from digitise.crack_path.medial_axis import distance_outside
 from digitise.crack_path.profiles import width_along
+from digitise.image.raster import blurred
 from digitise.photo import Photo
 from digitise.settings import Pixel
 from sealtwin.core.arc_length import arc_length
@@ -47,18 +48,24 @@ class LiveWire:
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
         return self._believing(points_px).between(points_px, "via" if via_px else "ends")
 
-    def between(self, points_px: Floats, source: Literal["ends", "via"] = "ends") -> CrackPath:
-        """Find the path past all points, (n, 2), inside the photo."""
-        route = self.route(points_px)
-        findings = [finding for gate in GATES if (finding := gate(route)) is not None]
-        if refusals := [finding for finding in findings if finding.refuses]:
-            raise InputError(f"{self._photo.file}: {refusals[0].sentence}.")
-        return CrackPath(route.points_px, route.width_px, source, tuple(finding.sentence for finding in findings))
+    def between(self, points_px: Floats, source: Literal["ends", "via"] | None = None) -> CrackPath:
+        """Find the path past all points, (n, 2), inside the photo.
 
-    def route(self, points_px: Floats) -> Route:
+        Without a ``source`` nobody clicked the points: they are places on a line that a search found.
+        """
+        route = self.route(points_px, clicked=source is not None)
+        gates = [gate for gate in GATES if source is not None or gate is not moved_click]
+        findings = [finding for gate in gates if (finding := gate(route)) is not None]
+        if refusals := [finding for finding in findings if finding.refuses]:
+            others = [finding for finding in findings if finding not in refusals]
+            raise InputError(f"{self._photo.file}: {'. Also, '.join(each.sentence for each in (*refusals, *others))}.")
+        warnings = tuple(finding.sentence for finding in findings)
+        return CrackPath(route.points_px, route.width_px, source or "automatic", warnings)
+
+    def route(self, points_px: Floats, clicked: bool = True) -> Route:
         """Return the cheapest way past the points, from the first place on the crack to the last.
 
-        Raises InputError if a point is off any line.
+        Raises InputError if a clicked point is off any line.
         """
         field = self.field
         stops = self._on_map(points_px)
@@ -69,11 +76,13 @@ class LiveWire:
         cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px, limit_px)
         width = float(np.median(field.width[tuple(cells.T)]))
         # A wide crack is as cheap along its walls; its middle is the clearest place.
-        beside = distance_outside(_marked(cells, cost.shape)) <= max(BESIDE * width, LEAST_BESIDE)
+        away = distance_outside(_marked(cells, cost.shape))
+        beside = away <= max(BESIDE * width, LEAST_BESIDE)
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
         cost = np.where(beside, field.cost(max(CLEAR, clearest)), np.inf)
         cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px, limit_px)
-        cells = self._on_crack(cells, points_px, limit_px + width / field.scale)
+        most_px = limit_px + width / field.scale if clicked else float("inf")
+        cells = self._on_crack(cells, points_px, width, most_px)
         line_px = field.to_photo(cells[:, ::-1])
         width_px = width_along(self._photo, line_px, max(width, 1.0) / field.scale)
         return Route(self._photo, field, cells, line_px, width_px, points_px)
@@ -151,18 +160,23 @@ class LiveWire:
             cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
         return cells
 
-    def _on_crack(self, cells: Integers, points_px: Floats, limit_px: float) -> Integers:
-        """Return the path from its first place on the crack to its last."""
-        nearby = cv2.dilate(self.field.clear, np.ones((3, 3), np.uint8))  # The path may be one cell off
-        clear = np.minimum(nearby[tuple(cells.T)], CLEAR)
-        on_crack = np.flatnonzero(clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear))))
+    def _on_crack(self, cells: Integers, points_px: Floats, width: float, limit_px: float) -> Integers:
+        """Return the path from its first place on the crack to its last: a clear one that is darker than the ground."""
+        clear = maximum_filter1d(self.field.clear_along(cells), 3)
+        around = blurred(self.field.shown, EVEN + 2 * width)
+        light = minimum_filter1d((self.field.shown / np.maximum(around, 1e-3))[tuple(cells.T)], 3)
+        dark = light < (1 + float(np.median(light))) / 2
+        on_crack = np.flatnonzero(dark & (clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear)))))
+        if len(on_crack) == 0:
+            on_crack = np.arange(len(cells))
         s_px = arc_length(cells.astype(float)) / self.field.scale
         first, last = int(on_crack[0]), int(on_crack[-1])
         for (x, y), beside_px in zip(points_px[[0, -1]], (s_px[first], s_px[-1] - s_px[last]), strict=True):
             if beside_px > limit_px:
                 raise InputError(
                     f"{self._photo.file}: the end ({x:g}, {y:g}) is not on a crack: the nearest one is "
-                    f"{too_far(beside_px, limit_px)}; give a point inside the crack."
+                    f"{too_far(beside_px, limit_px)}; "
+                    f"{lighter_line_between(self._photo, points_px) or 'give a point inside the crack'}."
                 )
         return cells[first : last + 1]
 

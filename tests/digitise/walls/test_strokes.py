@@ -119,7 +119,10 @@ def test_ground_that_cuts_off_the_darker_part_is_refused(tmp_path):
     light[151:190] = mortar()[151:190] * 0.35
     photo = evenly_scaled(write_png(tmp_path / "crack.png", soft(light, 0.8)))
     with pytest.raises(InputError, match="ground_strokes_px, stroke 1, has darker ground beyond it"):
-        traced((photo, find_path(photo, ENDS)), ground=(((100.0, 156.0), (400.0, 156.0)),))
+        traced(
+            (photo, CrackPath(np.array([(20.0, 165.0), (480.0, 165.0)]), 55.0, "ends")),
+            ground=(((100.0, 156.0), (400.0, 156.0)),),
+        )
 
 
 def test_a_crack_without_walls_is_traced_where_strokes_insist(tmp_path):

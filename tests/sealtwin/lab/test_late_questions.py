@@ -22,8 +22,8 @@ def _ingest(folder, lab):
 @pytest.fixture
 def late(small, tmp_path):
     """Two cracks in the photo of P02, of which nobody says the ends; a reading of P01 beyond its crack's end."""
-    one = with_crack(mortar((200, 200), seed=1), wandering([(40, 50), (160, 50)], 5.0), 12)
-    write_png(small / "P02.png", with_crack(one, wandering([(40, 150), (160, 150)], 5.0), 12))
+    one = with_crack(mortar((200, 200), seed=1), wandering([(40, 50), (160, 50)], 9.0), 12)
+    write_png(small / "P02.png", with_crack(one, wandering([(40, 150), (160, 150)], 9.0), 12))
     edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.3")
     (small / "P02_Notiz.toml").write_text("crack.depth_mm = 8.0\n")
     with (small / "P01.csv").open("a") as sheet:

@@ -9,8 +9,10 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.progress import Progress
 from sealtwin.study import photos as batch
 from sealtwin.study.photos import digitise_many, plan
@@ -25,13 +27,16 @@ def _digitise(photos, *arguments, scale=("--mm-per-px", 0.1)):
     return sealtwin("digitise", photos, *scale, "--depth-mm", 16, *arguments, "--quiet")
 
 
+def wave(y):
+    return [(x, round(y + 7 * np.sin(x / 15 + y) + 3 * np.sin(x / 6))) for x in range(20, 231, 3)]
+
+
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
     """Two photos with a crack, a mortar face without one, and a text file that calls itself a photo."""
     folder = tmp_path_factory.mktemp("lab")
     # Straight ones would pass for joints.
-    first = [(20, 75), (55, 81), (95, 70), (140, 79), (185, 68), (230, 74)]
-    second = [(20, 60), (60, 66), (100, 59), (145, 73), (190, 70), (230, 85)]
+    first, second = wave(75), wave(60)
     write_png(folder / "first.png", with_crack(mortar(SIZE_PX), first))
     write_png(folder / "second.png", with_crack(mortar(SIZE_PX), second))
     write_png(folder / "plain.png", mortar(SIZE_PX))
@@ -61,7 +66,8 @@ def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
         rows = {Path(row["file"]).name: row for row in csv.DictReader(opened)}
     states = {name: row["status"] for name, row in rows.items()}
     assert states == {"first.png": "ok", "note.jpg": "failed", "plain.png": "failed", "second.png": "ok"}
-    assert 21 < float(rows["first.png"]["length_mm"]) < 24  # 20.9 mm were drawn, and a round end of 0.7 at each side
+    drawn_mm = 0.1 * arc_length(np.array(wave(75), dtype=float))[-1] + 1.4  # A round end of 0.7 mm at each side
+    assert float(rows["first.png"]["length_mm"]) == pytest.approx(drawn_mm, rel=0.05)
     assert float(rows["first.png"]["cavity_ml"]) == pytest.approx(float(rows["first.png"]["sealant_ml"]), rel=1e-3)
     assert rows["first.png"]["path_source"] == "automatic"
     page = (out / "index.html").read_text()
@@ -81,8 +87,7 @@ def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
 
 def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
     """Of two alike none is taken; a picture numbers them, and a number in the table is asked for no second time."""
-    upper = [(15, 30), (60, 20), (100, 38), (150, 25), (195, 45), (235, 35)]
-    lower = [(15, 120), (55, 131), (105, 112), (145, 125), (190, 108), (235, 115)]
+    upper, lower = wave(35), wave(115)
     (tmp_path / "photos").mkdir()
     write_png(tmp_path / "photos" / "two.png", with_crack(with_crack(mortar(SIZE_PX), upper), lower))
     out = tmp_path / "out"
