@@ -135,7 +135,7 @@ REFUSALS = (
     Refusal("marker misplaced", r"markers misfit by", _misplace_marker),
     Refusal(
         "face not there",
-        r"face does not stand out|the detected face is",
+        r"no face .* stands out|the detected face is",
         _show_face_only,
         replace(SMALL, board=SMALL.mortar, gap_mm=0),
     ),
@@ -146,7 +146,7 @@ REFUSALS = (
         r"is outside the photo",
         lambda shot: shot.hint(ends_px=(shot.truth.ends_px[0], (shot.image.shape[1] + 40.0, 10.0))),
     ),
-    Refusal("via point beside the crack", r"via point .* is not on a crack", _put_via_beside),
+    Refusal("via point beside the crack", r"the via point .* (is not on a crack|the path runs back)", _put_via_beside),
     Refusal("region beside the crack", r"no crack found", _put_region_beside),
     Refusal("mask of another photo", r"the mask is \d+ x \d+ px, the photo", _bring_another_mask),
     Refusal("both ends in one place", r"only 5 px apart", _put_ends_alike),

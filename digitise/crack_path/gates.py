@@ -31,7 +31,7 @@ AS_GROUND = 2.1  # Least mean over them that is not refused
 
 LIGHT_PX = 12.0  # Distance from the wall up to which a light line is searched for
 LIGHT = 0.5  # Step from ground to the light line over that from path to ground: 12 % of the right paths have more
-NOT_DARK = 0.9  # Light of a path over the ground's, above which it is refused beside a light line
+NOT_DARK, BRIGHT = 0.9, 1.25  # Light of the path and of the light line over the ground's, above which it is refused
 LIGHT_CLEAR = 5.0  # Least median clearness of a light line that a refusal names
 
 STRAIGHT = 1.5  # Largest distance in cells of a straight leg from its chord
@@ -50,8 +50,8 @@ AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0  # Length over which it may: widths, and
 
 
 @dataclass(frozen=True)
-class Finding:
-    """What a gate found at a place of a path. The sentence has no full stop."""
+class PathFinding:
+    """A sentence about a place of a path, without a full stop. It refuses the path or doubts it."""
 
     sentence: str
     refuses: bool = False
@@ -77,7 +77,7 @@ class Route:
         return arc_length(self.points_px)
 
 
-def dark_enough(route: Route) -> Finding | None:
+def dark_enough(route: Route) -> PathFinding | None:
     clear = float(np.median(route.clear))
     if clear >= LEAST_CLEAR:
         return None
@@ -85,7 +85,9 @@ def dark_enough(route: Route) -> Finding | None:
         f"no crack between the ends: the darkest way there is {clear:.1f} times as dark as the ground's grain (at "
         f"least {LEAST_CLEAR:g} times along a crack)"
     )
-    return Finding(f"{fault}; {lighter_line_between(route.photo, route.clicks_px) or 'check ends_px'}", refuses=True)
+    return PathFinding(
+        f"{fault}; {lighter_line_between(route.photo, route.clicks_px) or 'check ends_px'}", refuses=True
+    )
 
 
 def lighter_line_between(photo: Photo, clicks_px: Floats) -> str:
@@ -105,7 +107,7 @@ def lighter_line_between(photo: Photo, clicks_px: Floats) -> str:
     )
 
 
-def bare_stretch(route: Route) -> Finding | None:
+def bare_stretch(route: Route) -> PathFinding | None:
     """Find the longest stretch that is as bright as the ground. Clicks at both of its ends confirm it."""
     count = int(max(STRETCH, STRETCH_WIDTHS * route.width_px * route.field.scale))
     if len(route.clear) < 2 * count:
@@ -119,12 +121,12 @@ def bare_stretch(route: Route) -> Finding | None:
     where = f"{route.s_px[ends[1]] - route.s_px[ends[0]]:.0f} px from {listed(route.points_px[ends])} px"
     clicked_px = np.linalg.norm(route.points_px[ends][:, None] - route.clicks_px, axis=2).min(axis=1)
     if _means(route.clear, int(LONG * count)).min() < AS_GROUND and clicked_px.max() > snap_px(route.photo):
-        return Finding(
+        return PathFinding(
             f"the path crosses plain ground: {where} are as bright as the ground. Give a point of the crack between "
             "the ends in photo.via_px. If the crack runs there, give both of these places",
             refuses=True,
         )
-    return Finding(
+    return PathFinding(
         f"part of the path shows hardly any crack and may cross plain ground: {where}. Look there, and give a point of "
         "the crack between the ends in photo.via_px"
     )
@@ -135,7 +137,7 @@ def _means(values: Floats, count: int) -> Floats:
     return np.convolve(values, np.ones(min(count, len(values))) / min(count, len(values)), mode="valid")
 
 
-def lighter_line(route: Route) -> Finding | None:
+def lighter_line(route: Route) -> PathFinding | None:
     """Find a line beside the path that is much lighter than the ground: the path may be the shade of a light crack."""
     half_px = max(route.width_px, 2.0) / 2
     profiles = profiles_across(route.photo, route.points_px, route.width_px, half_px + 2 * LIGHT_PX)
@@ -149,15 +151,15 @@ def lighter_line(route: Route) -> Finding | None:
         return None
     times = finite_median(sides[int(np.argmax(steps))] / np.fmax(ground, 1e-6))
     darkness = finite_median(own / np.fmax(ground, 1e-6))
-    return Finding(
+    return PathFinding(
         f"a line {times:.1f} times as bright as the ground runs within {half_px + LIGHT_PX:.0f} px of the path, from "
         f"{listed(route.points_px[[0, -1]])} px. If the crack is that line, for example because of a filling or a "
         "light crust, paint it in photo.mask, and give ends_px on the paint",
-        refuses=darkness > NOT_DARK,
+        refuses=darkness > NOT_DARK and times > BRIGHT,
     )
 
 
-def along_joint(route: Route) -> Finding | None:
+def along_joint(route: Route) -> PathFinding | None:
     """Find a straight leg of the path that goes on straight where the path turns off it, as a joint does."""
     cells = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED)
     width = max(route.width_px * route.field.scale, 1.0)
@@ -180,23 +182,23 @@ def along_joint(route: Route) -> Finding | None:
     if not joints:
         return None
     length, first, last = max(joints)
-    return Finding(
+    return PathFinding(
         f"{length / route.field.scale:.0f} px of the path, from {listed(route.points_px[[first, last]])} px, run along "
         "a line as straight as a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px"
     )
 
 
-def moved_click(route: Route) -> Finding | None:
+def moved_click(route: Route) -> PathFinding | None:
     """Find a clicked end or point that is farther from the path than the crack is wide."""
     away_px, nearest = KDTree(route.points_px).query(route.clicks_px)
     farthest = int(np.argmax(away_px))
     if away_px[farthest] <= max(min(route.width_px, route.width_px / 2 + BESIDE_PX), 1 / route.field.scale):
         return None
     places = listed(np.array([route.clicks_px[farthest], route.points_px[np.asarray(nearest)[farthest]]]))
-    return Finding(f"a click was moved by {away_px[farthest]:.0f} px onto the nearest line, from {places} px")
+    return PathFinding(f"a click was moved by {away_px[farthest]:.0f} px onto the nearest line, from {places} px")
 
 
-def along_surroundings(route: Route) -> Finding | None:
+def along_surroundings(route: Route) -> PathFinding | None:
     """Find a long part of the path beside dark surroundings, which may be a wide crack taken for them."""
     if not route.field.around.any():
         return None
@@ -204,14 +206,14 @@ def along_surroundings(route: Route) -> Finding | None:
     beside_px = float(np.diff(route.s_px)[near[1:] & near[:-1]].sum())
     if beside_px <= max(AROUND_WIDTHS * route.width_px, LEAST_BESIDE / route.field.scale):
         return None
-    return Finding(
+    return PathFinding(
         f"{beside_px:.0f} px of the path, from {listed(route.points_px[near][[0, -1]])} px, run along a dark region at "
         "the photo's border, which was taken for the surroundings of the sample. If it is the crack, paint it in "
         "photo.mask, or give photo.roi_px: a region whose border crosses the dark area and does not run along it"
     )
 
 
-GATES: tuple[Callable[[Route], Finding | None], ...] = (
+GATES: tuple[Callable[[Route], PathFinding | None], ...] = (
     dark_enough,
     bare_stretch,
     lighter_line,

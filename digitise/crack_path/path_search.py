@@ -81,7 +81,7 @@ class LiveWire:
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
         cost = np.where(beside, field.cost(max(CLEAR, clearest)), np.inf)
         cells = self._joined(cheapest_legs(cost, stops, field.scale), points_px, limit_px)
-        most_px = limit_px + width / field.scale if clicked else float("inf")
+        most_px = limit_px + width / field.scale if clicked else len(cells) / field.scale
         cells = self._on_crack(cells, points_px, width, most_px)
         line_px = field.to_photo(cells[:, ::-1])
         width_px = width_along(self._photo, line_px, max(width, 1.0) / field.scale)
@@ -166,19 +166,20 @@ class LiveWire:
         around = blurred(self.field.shown, EVEN + 2 * width)
         light = minimum_filter1d((self.field.shown / np.maximum(around, 1e-3))[tuple(cells.T)], 3)
         dark = light < (1 + float(np.median(light))) / 2
-        on_crack = np.flatnonzero(dark & (clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear)))))
-        if len(on_crack) == 0:
-            on_crack = np.arange(len(cells))
-        s_px = arc_length(cells.astype(float)) / self.field.scale
-        first, last = int(on_crack[0]), int(on_crack[-1])
-        for (x, y), beside_px in zip(points_px[[0, -1]], (s_px[first], s_px[-1] - s_px[last]), strict=True):
-            if beside_px > limit_px:
+        is_clear = clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear)))
+        s_px, ends = arc_length(cells.astype(float)) / self.field.scale, list[int]()
+        for (x, y), away_px in zip(points_px[[0, -1]], (s_px, s_px[-1] - s_px), strict=True):
+            # The tip of a crack in grain is clear beyond the last place that is dark.
+            nearest_px = [float(away_px[places].min(initial=np.inf)) for places in (is_clear & dark, is_clear)]
+            moved_px = nearest_px[0] if nearest_px[0] <= limit_px else nearest_px[1]
+            if moved_px > limit_px:
                 raise InputError(
                     f"{self._photo.file}: the end ({x:g}, {y:g}) is not on a crack: the nearest one is "
-                    f"{too_far(beside_px, limit_px)}; "
+                    f"{too_far(moved_px, limit_px)}; "
                     f"{lighter_line_between(self._photo, points_px) or 'give a point inside the crack'}."
                 )
-        return cells[first : last + 1]
+            ends.append(int(np.argmin(np.abs(away_px - moved_px))))
+        return cells[ends[0] : ends[1] + 1]
 
 
 def _marked(cells: Integers, shape: tuple[int, ...]) -> NDArray[np.bool_]:
