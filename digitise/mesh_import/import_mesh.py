@@ -36,6 +36,7 @@ UPRIGHT_DEG = {
     "-x": (0, 90, 0),
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
+LEAST_TURN_DEG = 0.005  # Least turn of a block that a note names
 MOST_STEP_MM = 0.01  # Largest step of a file's numbers: a tenth of a fine photo's pixel
 
 
@@ -136,10 +137,11 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
 
 def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> tuple[str, ...]:
     x, y, z = placed[:3, 3]
+    turned = "" if abs(block.yaw_deg) < LEAST_TURN_DEG else f"turned by {-block.yaw_deg:.2f} degrees and "
     notes = [
         f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees",
-        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; it was turned by {-block.yaw_deg:.2f} "
-        f"degrees and moved by ({x:.2f}, {y:.2f}, {z:.2f}) mm",
+        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; it was {turned}moved by ({x:.2f}, {y:.2f}, "
+        f"{z:.2f}) mm",
     ]
     _, _, bottom_mm, _, _, top_mm = block.body.bounding_box()
     height_mm = top_mm - bottom_mm
