@@ -53,6 +53,11 @@ REGION = (
     "each moved as a whole to its share of the contrast (95 % of the mean width: {:.3g} to {:.3g} mm). Look at "
     "overlay.png"
 )
+FITTED_INSIDE = 1.7  # Least fitted width over that of a darker line between walls that is not that of the line
+LINE_INSIDE = (
+    "between the walls, {:.3g} mm apart, a line about {:.2g} mm wide is far darker than the rest, as a crack in a "
+    "joint or a wet strip is: the interval covers both. Look at overlay.png; if that line is the crack, give width_mm"
+)
 BAND = (
     "the fitted width is {:.3g} mm, but the photo is dark over about {:.2g} mm across the crack, as of debris in it, a "
     "broken edge or a joint: the interval covers both. Look at overlay.png; if the whole band is crack, draw "
@@ -118,7 +123,15 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
             outline = outline_by_walls(with_drawn(photo, path, settings), path, settings)
             # Of a dark crack in a grey band, as a joint, the crack is measured, and both widths are named.
             inner = None if by_hand or path.source == "mask" else darker_line(photo, path, outline)
-            return outline if inner is None else _fitted(photo, inner, outline.mean_width_mm)
+            if inner is None:
+                return outline
+            narrow_mm, wide_mm = inner.width_px * photo.mm_per_px, outline.mean_width_mm
+            fitted = _fitted(photo, inner, wide_mm)
+            if fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
+                return fitted
+            # The fit took the band for the crack.
+            warnings = (*outline.warnings, DoubtfulWalls(LINE_INSIDE.format(wide_mm, narrow_mm)))
+            return replace(outline, width_95_mm=(narrow_mm, wide_mm), warnings=warnings)
     if by_hand:
         raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
     if path.source != "mask" or not _is_light(photo, path):

@@ -43,7 +43,7 @@ LEAST_APART, APART = 5.0, 1.5  # Distance from the path at which a place is not 
 LEAST_ONWARD = 8  # Least such places
 GOES_ON = 4.0  # Least mean clearness there
 
-BESIDE_PX = 4.0  # Distance from the wall of a wide crack at which a click is still on it
+BESIDE_PX = 7.0  # Distance from the middle of a crack at which a click is still on it, if the crack is as wide
 
 BESIDE_AROUND = 6.0  # Cells from the surroundings within which a path runs along them
 AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0  # Length over which it may: widths, and least cells
@@ -192,7 +192,7 @@ def moved_click(route: Route) -> PathFinding | None:
     """Find a clicked end or point that is farther from the path than the crack is wide."""
     away_px, nearest = KDTree(route.points_px).query(route.clicks_px)
     farthest = int(np.argmax(away_px))
-    if away_px[farthest] <= max(min(route.width_px, route.width_px / 2 + BESIDE_PX), 1 / route.field.scale):
+    if away_px[farthest] <= max(route.width_px / 2, min(route.width_px, BESIDE_PX), 1 / route.field.scale):
         return None
     places = listed(np.array([route.clicks_px[farthest], route.points_px[np.asarray(nearest)[farthest]]]))
     return PathFinding(f"a click was moved by {away_px[farthest]:.0f} px onto the nearest line, from {places} px")

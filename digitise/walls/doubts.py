@@ -49,7 +49,7 @@ SURE = 0.05  # Half of the interval of the mean width over it, beyond both width
 DARKER = 0.2  # Least light between the walls above that of the darkest line there, over the ground's above it
 LINE_PX, LINE_ALONG_PX = 3, 15  # Width of that line, and length over which its light is averaged
 LINE_STEP = 0.02  # Cost of its step aside by a px, as a share of the ground's light
-SLIM = 3.0  # Least width between the walls over that of the line
+SLIM = 1.7  # Least width between the walls over that of the line
 
 
 # Constants of narrow stretches.
