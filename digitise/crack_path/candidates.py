@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -34,10 +35,12 @@ LONGEST_BRIDGE = 20.0  # Cells that a line may run over ground: a gap at a coars
 FADING = 0.5  # Share of a line's median worth; ends below it have left the crack
 SAME_CELLS, SAME = 5.0, 0.5  # Distance within which two lines are one, and least share of such places
 
-# A line that is surely a crack, on the same photos: 45 lines are taken alone, 3 of which are none.
+# A line that is surely a crack, on the same photos: 48 lines are taken alone, and each is one.
 STRAIGHT, LEAST_LEG = 1.5, 24.0  # Distance of a straight leg from its chord, and its least length
-LEG_WIDTHS = 3.0  # The same length in widths of the line
-MOST_STRAIGHT, MOST_LEGS = 0.3, 0.7  # Largest share of a crack's line in one straight leg, and in all
+LEG_WIDTHS = 4.0  # The same length in widths of the line
+MOST_STRAIGHT, MOST_LEGS = 0.3, 0.8  # Largest share of a crack's line in one straight leg, and in all
+MOST_STEPPED, STEP_LEG = 0.25, 16.0  # The same in legs that meet at a corner, and their least length
+CORNER_DEG, CORNER = 50.0, 12.0  # Least turn at a corner, and its largest length
 MOST_COUNTED = 9.0  # Difference of both sides over the step above which a line's score falls no more
 MOST_UNLIKE = 0.3  # Largest difference of both sides over the step to the darker one
 LEAST_CLEAR, LEAST_WORST = 4.5, 2.6  # Least clearness: median of the line, and mean of its faintest stretch
@@ -52,6 +55,7 @@ class FoundCrack:
     width_px: float  # Typical width along it
     score: float  # Clearness times contrast, summed along the line, less for straight lines and unlike sides
     legs: float  # Share of the line in straight legs
+    stepped: float  # Share of the line in straight legs that meet at a corner
     straight: float  # Share of the line that its longest straight leg takes
     unlike: float  # Difference between the two sides over the step from the line to the darker side; inf without a step
     clear: float  # Median clearness
@@ -73,10 +77,10 @@ class FoundCrack:
         """Return why this may be no crack, as a clause; empty if it surely is one."""
         if not self.unlike <= MOST_UNLIKE:
             return "its two sides differ in brightness, as at the edge of a marking, a patch or a joint"
-        if self.straight > MOST_STRAIGHT or self.legs > MOST_LEGS:
+        if self.straight > MOST_STRAIGHT or self.legs > MOST_LEGS or self.stepped > MOST_STEPPED:
             return (
-                f"{max(self.straight, self.legs):.0%} of it runs in straight legs, as a joint between bricks, tiles or "
-                "slabs does"
+                f"{max(self.straight, self.legs, self.stepped):.0%} of it runs in straight legs, as a joint between "
+                "bricks, tiles or slabs does"
             )
         if self.clear < LEAST_CLEAR or self.worst < LEAST_WORST:
             return (
@@ -202,7 +206,8 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     line_px = field.to_photo((way if way[0, 1] <= way[-1, 1] else way[::-1])[:, ::-1])
     width_px = float(np.median(field.width[along])) / field.scale
     corners = cv2.approxPolyDP(way[:, None].astype(np.int32), STRAIGHT, False)[:, 0].astype(float)
-    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    turns = np.diff(corners, axis=0)
+    lengths = np.linalg.norm(turns, axis=1)
     least = max(LEAST_LEG, LEG_WIDTHS * width_px * field.scale)
     legs = float(lengths[lengths >= least].sum() / lengths.sum())
     unlike = _unlike(photo, line_px, width_px)
@@ -213,11 +218,22 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
         width_px=width_px,
         score=float(_worth(field)[along].sum()) * (1.05 - legs) / (1 + min(unlike, MOST_COUNTED)) / field.scale,
         legs=legs,
+        stepped=_stepped(turns, lengths),
         straight=float(lengths.max() / lengths.sum()),
         unlike=unlike,
         clear=float(np.median(clear)),
         worst=float(np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()),
     )
+
+
+def _stepped(turns: Floats, lengths: Floats) -> float:
+    """Return the share of a polyline in long legs that meet at a corner. ``turns``, (n, 2), are its legs."""
+    begins, cornered = np.append(0, np.cumsum(lengths)), np.zeros(len(lengths), dtype=bool)
+    for first, second in pairwise(np.flatnonzero(lengths >= STEP_LEG)):
+        turned = turns[first] @ turns[second] < np.cos(np.radians(CORNER_DEG)) * lengths[first] * lengths[second]
+        if turned and begins[second] - begins[first + 1] <= CORNER:
+            cornered[[first, second]] = True
+    return float(lengths[cornered].sum() / lengths.sum())
 
 
 def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:
