@@ -20,7 +20,15 @@ from digitise.walls.beyond import judge_beyond
 from digitise.walls.box_fit import BoxFit
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
-from digitise.walls.doubts import WORTH_SAYING, DoubtfulWalls, darker_line, judge_reach, judge_stretches, with_bands
+from digitise.walls.doubts import (
+    LINE_PX,
+    WORTH_SAYING,
+    DoubtfulWalls,
+    darker_line,
+    judge_reach,
+    judge_stretches,
+    with_bands,
+)
 from digitise.walls.drawn import ByHand, with_drawn
 from digitise.walls.ends import Traced
 from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
@@ -126,12 +134,16 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
             if inner is None:
                 return outline
             narrow_mm, wide_mm = inner.width_px * photo.mm_per_px, outline.mean_width_mm
-            fitted = _fitted(photo, inner, wide_mm)
-            if fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
-                return fitted
-            # The fit took the band for the crack.
+            with suppress(InputError):
+                fitted = _fitted(photo, inner, wide_mm)
+                if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
+                    return fitted
+            # There is no fit, or it took the band for the crack.
             warnings = (*outline.warnings, DoubtfulWalls(LINE_INSIDE.format(wide_mm, narrow_mm)))
-            return replace(outline, width_95_mm=(narrow_mm, wide_mm), warnings=warnings)
+            # The line is found in a picture that is softened over its own least width.
+            least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
+            walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
+            return replace(outline, width_95_mm=(least_mm, wide_mm), warnings=warnings, walls=walls)
     if by_hand:
         raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls; leave it out.")
     if path.source != "mask" or not _is_light(photo, path):

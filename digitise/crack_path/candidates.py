@@ -21,7 +21,7 @@ from sealtwin.core.records import Floats, Integers
 
 # Limits of a line. Lengths are cells of the line map.
 #
-# Chosen on 127 real photos with masks: in 86 the first line is a crack, in 92 one of three. Lower limits of clearness
+# Chosen on 127 real photos with masks: in 85 the first line is a crack, in 91 one of three. Lower limits of clearness
 # link cracks with grain and joints.
 LIKELY, SURE = 3.0, 5.0  # Clearness that continues a line, and that starts it
 CREST, NEARBY = 0.3, 11  # Share of the clearest cell within these cells that is the middle of a line

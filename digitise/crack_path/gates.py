@@ -189,7 +189,7 @@ def along_joint(route: Route) -> PathFinding | None:
 
 
 def moved_click(route: Route) -> PathFinding | None:
-    """Find a clicked end or point that is farther from the path than the crack is wide."""
+    """Find a clicked end or point that is farther from the path than the crack is wide, or outside a wide crack."""
     away_px, nearest = KDTree(route.points_px).query(route.clicks_px)
     farthest = int(np.argmax(away_px))
     if away_px[farthest] <= max(route.width_px / 2, min(route.width_px, BESIDE_PX), 1 / route.field.scale):

@@ -25,6 +25,8 @@ def with_patch(picture, lighter=1.9):
 
 
 STEPS = [(40, 80), (140, 80), (140, 140), (250, 140), (250, 200), (360, 200), (360, 250), (460, 250)]
+SHORT_STEPS = [(40 + 23 * ((n + 1) // 2), 40 + 23 * (n // 2)) for n in range(19)]
+"""Each leg is shorter than a straight leg that counts by itself."""
 
 
 @pytest.mark.parametrize(
@@ -33,8 +35,9 @@ STEPS = [(40, 80), (140, 80), (140, 140), (250, 140), (250, 200), (360, 200), (3
         (with_patch(mortar()), "two sides"),
         (with_crack(mortar(), [(40, 225), (170, 232)], 12), "straight legs"),
         (with_crack(mortar(), STEPS, 6), "straight legs"),
+        (with_crack(mortar(), SHORT_STEPS, 4), "straight legs"),
     ],
-    ids=["an edge", "a joint", "a stepped joint"],
+    ids=["an edge", "a joint", "a stepped joint", "short steps"],
 )
 def test_a_line_that_may_be_no_crack_is_asked_about(tmp_path, picture, doubt):
     search = search_of(tmp_path, picture)
