@@ -13,7 +13,7 @@ from digitise.crack_path.hints import CrackPath, listed, snap_px
 from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
-from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING
+from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING, TooThinError
 from digitise.walls.straightened import patch_around, straighten
 from digitise.walls.wall_profile import cheapest_way, follow, outward, runs, steadied
 from sealtwin.core.arc_length import arc_length
@@ -55,6 +55,7 @@ SLIM = 1.7  # Least width between the walls over that of the line
 # Constants of narrow stretches.
 UNKNOWN = 0.75  # Share of the least width below which a stretch is a hairline: blur makes 5.4 px of a line of 4 px
 STEADY, LONG = 3.0, 5.0  # Least lengths of a median and of a stretch along the crack, in ``MIN_WIDTH_PX``
+FITTED = 1.25  # Most upper quartile of the width, in ``MIN_WIDTH_PX``, of a crack whose hairlines a fit can measure
 
 BAND = (
     "beside a wall a band is neither as dark as the crack nor as bright as the ground, as of debris, oil or shade, so "
@@ -166,9 +167,10 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
 
 
 def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
-    """Return a warning about stretches too narrow to measure; raise InputError if much of the crack is a hairline.
+    """Return a warning about stretches too narrow to measure.
 
-    A stretch is ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
+    Raises InputError if much of the crack is a hairline, and TooThinError if all of it is thin enough for a fit. A
+    stretch is ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
     """
     s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
     least_mm, per_station_mm = MIN_WIDTH_PX * photo.mm_per_px, s_mm[-1] / (len(s_mm) - 1)
@@ -188,7 +190,8 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
             f"{places}"
         )
         if share > MOST_MISSING and most == MOST_MISSING:
-            raise InputError(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
+            refusal = TooThinError if np.percentile(width_px, 75) < FITTED * MIN_WIDTH_PX else InputError
+            raise refusal(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
         if share > most:
             return [f"{fault}; take a closer photo to measure it"]
     return []
