@@ -1,0 +1,68 @@
+"""Facts: what a stage, a run or a comparison states about its result.
+
+A program compares the key, the kind or the level of a fact, never its sentence. Page, PDF, JSON and terminal print the
+sentence as it is, and choose facts by their keys.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import ConfigDict, with_config
+
+Kind = Literal["figure", "finding", "doubt", "assumption", "remedy"]
+"""Kind of a fact.
+
+figure: a number of the result; finding: a conclusion from figures; doubt: something that may make the result wrong;
+assumption: something that was taken for granted or left out; remedy: what to do.
+"""
+
+Level = Literal["plain", "caution", "fault"]
+"""Weight of a fact.
+
+plain: to be read with the result; caution: to be read before it; fault: there is no valid result.
+"""
+
+
+@with_config(ConfigDict(extra="forbid", strict=True))
+@dataclass(frozen=True)
+class Fact:
+    """A statement about a result, in parts and as a sentence."""
+
+    key: str
+    """Subject, with dots, such as "walls.band"; the same for all values."""
+    text: str
+    """The sentence, with its numbers and units."""
+    value: float | str | None = None
+    """Main number or name in the sentence; None if there is none."""
+    unit: str = ""
+    """Unit of a number; empty for a pure number or a name."""
+    kind: Kind = "finding"
+    level: Level = "plain"
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def doubt(key: str, text: str, value: float | str | None = None, unit: str = "") -> Fact:
+    """Return a doubt, to be read before the result."""
+    return Fact(key, text, value, unit, "doubt", "caution")
+
+
+def texts(facts: Iterable[Fact]) -> tuple[str, ...]:
+    """Return the sentences of facts."""
+    return tuple(fact.text for fact in facts)
+
+
+def without(facts: Iterable[Fact], *keys: str) -> tuple[Fact, ...]:
+    """Return the facts that have none of the keys. A key also stands for those that begin with it and a dot."""
+    return tuple(fact for fact in facts if not _is_of(fact.key, keys))
+
+
+def of_keys(facts: Iterable[Fact], *keys: str) -> tuple[Fact, ...]:
+    """Return the facts that have one of the keys, as in ``without``."""
+    return tuple(fact for fact in facts if _is_of(fact.key, keys))
+
+
+def _is_of(key: str, keys: tuple[str, ...]) -> bool:
+    return any(f"{key}.".startswith(f"{each}.") for each in keys)
