@@ -11,6 +11,7 @@ from digitise.geometry.polyline import signed_area
 from digitise.settings import PhotoInput
 from digitise.spread import EDGE_PX, paste_edge
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats
 
 SMOOTH = 5  # Rays over which the outline is averaged: its grain would shorten all distances to the edge
@@ -38,7 +39,7 @@ class BeadOutline:
     along_mm: Floats  # (n,): place of its cells along it, from its middle
     cell_mm2: float
     edge_mm: float  # Length of the edge
-    warnings: tuple[str, ...]
+    warnings: tuple[Fact, ...]
 
 
 def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
@@ -50,7 +51,7 @@ def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
 
 
 def bead_of(
-    outline_mm: Floats, scale_error: float, edge_error_mm: float, warnings: tuple[str, ...], file: Path
+    outline_mm: Floats, scale_error: float, edge_error_mm: float, warnings: tuple[Fact, ...], file: Path
 ) -> BeadOutline:
     """Measure the bead inside an outline, (n, 2). Raises InputError if it is too short, bent or uneven."""
     area_mm2 = abs(signed_area(outline_mm))

@@ -21,9 +21,9 @@ from digitise.walls.box_fit import BoxFit
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.doubts import (
+    BY_STROKES,
     LINE_PX,
     WORTH_SAYING,
-    DoubtfulWalls,
     darker_line,
     judge_reach,
     judge_stretches,
@@ -36,6 +36,7 @@ from digitise.walls.thin_crack import NotFittedError, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import SIDES, Floats, Outline, WallMethod, WallStretch, WidthSource
 from sealtwin.core.solid_figures import Span
 
@@ -50,10 +51,6 @@ BRUSH_PX = 1.0  # Half of the 95 % interval of a painted width that the photo do
 
 BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
 """Photo settings in which everything about how a crack is measured has its default."""
-
-
-class Unconfirmed(str):
-    """Warning about a crack that was found automatically. A program recognises it by this type, not by its words."""
 
 
 REGION = (
@@ -75,7 +72,9 @@ PAINTED = (
     "the painted crack is no darker than the ground beside it: its width is that of the paint, {:.3g} mm (95 %: {:.3g} "
     "to {:.3g} mm), which the photo does not confirm"
 )
-PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
+PROPOSAL = doubt(
+    "path.automatic", "the crack was found automatically: look at overlay.png, then give ends_px to confirm it"
+)
 ORIGINS: dict[WidthSource, tuple[WallMethod, str]] = {
     "walls": ("edge", "in the middle of the step from dark to bright across the crack"),
     "region": ("region", "the rim of the dark region along the path, since the ground is too coarse for single steps"),
@@ -139,7 +138,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
                 if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
                     return fitted
             # There is no fit, or it took the band for the crack.
-            warnings = (*outline.warnings, DoubtfulWalls(LINE_INSIDE.format(wide_mm, narrow_mm)))
+            warnings = (*outline.warnings, doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, narrow_mm)))
             # The line is found in a picture that is softened over its own least width.
             least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
             walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
@@ -151,7 +150,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     outline = outline_by_walls(ByHand(photo), path, settings, least_px=0.0)
     brush_mm = BRUSH_PX * photo.mm_per_px
     interval_mm = max(outline.mean_width_mm - brush_mm, 0.0), outline.mean_width_mm + brush_mm
-    warnings = (*outline.warnings, DoubtfulWalls(PAINTED.format(outline.mean_width_mm, *interval_mm)))
+    warnings = (*outline.warnings, doubt(f"{BY_STROKES}.painted", PAINTED.format(outline.mean_width_mm, *interval_mm)))
     return replace(outline, width_95_mm=interval_mm, warnings=warnings)
 
 
@@ -184,7 +183,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     source: WidthSource = "walls" if traced.width_spread is None else "region"
     outline = outline_along(photo, path, traced, source, remarks=hand.warnings, by_hand=hand.decided)
     if outline.width_95_mm is not None:
-        warnings = (*outline.warnings, DoubtfulWalls(REGION.format(*outline.width_95_mm)))
+        warnings = (*outline.warnings, doubt(f"{BY_STROKES}.region", REGION.format(*outline.width_95_mm)))
         outline = replace(outline, warnings=warnings)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     if not painted:
@@ -198,7 +197,8 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     if islands_mm:
         count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
         area_mm2 = -sum(map(polyline.signed_area, islands_mm))
-        warnings.append(f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there")
+        text = f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there"
+        warnings.append(doubt("walls.islands", text, area_mm2, "mm²"))
     return replace(outline, warnings=tuple(warnings), islands_mm=(*islands_mm, *outline.islands_mm))
 
 
@@ -208,22 +208,25 @@ def outline_along(
     traced: Traced,
     source: WidthSource,
     width_95_mm: Span | None = None,
-    remarks: tuple[str, ...] = (),
+    remarks: tuple[Fact, ...] = (),
     by_hand: NDArray[np.uint8] | None = None,
 ) -> Outline:
     """Return the outline of a traced crack, without side cracks and islands."""
     (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)
-    doubts: list[str] = [PROPOSAL] if path.source == "automatic" else []
+    doubts = [PROPOSAL] if path.source == "automatic" else []
     if traced.missing > WORTH_SAYING:
-        doubts.append(DoubtfulWalls(f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"))
+        text = f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there"
+        doubts.append(doubt(f"{BY_STROKES}.bridged", text, traced.missing))
     if traced.beyond_mm > 0:
-        doubts.append(
-            f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
-        )
+        text = f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
+        doubts.append(doubt("walls.cut-by-photo", text, traced.beyond_mm, "mm"))
     if by_hand is not None:
         drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
         methods = np.where(drawn, 2, methods)
-        doubts.append(f"{max(float(drawn.mean()), 0.01):.0%} of the walls are beside lines or strokes drawn by hand")
+        share = max(float(drawn.mean()), 0.01)
+        doubts.append(
+            doubt("walls.drawn", f"{share:.0%} of the walls are beside lines or strokes drawn by hand", share)
+        )
     if source == "none":
         # The ring of a path runs forth and back, without area.
         left_mm = right_mm = centreline_mm
@@ -280,13 +283,13 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
             raise
         why = str(unfitted).removeprefix(f"{photo.file}: ")
         alone = f"the result is a path, without walls or solid: {why}"
-        return outline_along(photo, path, trace_line(copy, narrow), "none", remarks=(alone,))
+        return outline_along(photo, path, trace_line(copy, narrow), "none", remarks=(doubt("walls.path-alone", alone),))
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
             f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width: the result "
             "is its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
         )
-        return outline_along(photo, path, traced, "none", remarks=(thin,))
+        return outline_along(photo, path, traced, "none", remarks=(doubt("walls.too-thin", thin, fit.mean_px, "px"),))
     low_mm, mean_mm, high_mm = (px * copy.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
     if low_mm <= 0:
         raise InputError(
@@ -301,8 +304,10 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
         "islands are not searched for"
     )
     dark_mm = band_mm or _dark_mm(copy, narrow, traced, fit)
-    remarks = (remark,) if dark_mm is None else (remark, DoubtfulWalls(BAND.format(mean_mm, dark_mm)))
-    return outline_along(photo, path, traced, "fit", (low_mm, max(high_mm, dark_mm or 0.0)), remarks)
+    remarks = [doubt("walls.fitted", remark, mean_mm, "mm")]
+    if dark_mm is not None:
+        remarks.append(doubt(f"{BY_STROKES}.band", BAND.format(mean_mm, dark_mm), dark_mm, "mm"))
+    return outline_along(photo, path, traced, "fit", (low_mm, max(high_mm, dark_mm or 0.0)), tuple(remarks))
 
 
 def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> float | None:
@@ -337,13 +342,15 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
     half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal
     traced = replace(traced, left_mm=traced.line_mm + half_mm, right_mm=traced.line_mm - half_mm)
-    remarks = ["the crack's width is the given width_mm; side cracks and islands are not searched for"]
+    given = "the crack's width is the given width_mm; side cracks and islands are not searched for"
+    remarks = [doubt("walls.gauge", given)]
     last_mm, width_there_mm = width_mm[-1]
     if 0 < last_mm < s_mm[-1] - TABLE_SHORT_MM:
-        remarks.append(
+        text = (
             f"width_mm extends to s = {last_mm:g} mm, but the crack is {s_mm[-1]:.1f} mm long: its last width, "
             f"{width_there_mm:g} mm, is used for the rest. Extend the table"
         )
+        remarks.append(doubt("walls.short-table", text, float(last_mm), "mm"))
     return outline_along(photo, path, traced, "gauge", remarks=tuple(remarks))
 
 

@@ -19,6 +19,7 @@ from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_marke
 from digitise.scale.view import Lens, Scale, View
 from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, NO_SCALE, PhotoInput, Pixel
 from sealtwin.core.errors import InputError, present
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
 
 RING_POINTS = 32  # Points on each side of the face: between two, a lens of k1 = -0.2 bends the side by 0.01 px
@@ -77,18 +78,19 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
     return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
 
 
-def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
+def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[Fact, ...]:
     """Return a warning if the photo shows markers but its scale is typed or from a ruler."""
     dictionary, corners_px = seen_markers(photo) if settings.mm_per_px or settings.ruler_px else ("", {})
     sides_px = [side_lengths(quad) for quad in corners_px.values()] or PRINTED_MM / photo.mm_per_px
     side_mm = photo.mm_per_px * np.median(sides_px)
     if abs(side_mm / PRINTED_MM - 1) < SAME_SCALE:
         return ()
-    return (
+    text = (
         f"the photo shows {len(corners_px)} markers of {dictionary}: by the given scale ({photo.mm_per_px:.4g} mm/px) "
         f"they are {side_mm:.1f} mm wide, and as printed by default {PRINTED_MM:g} mm. "
-        "Measure one, and correct photo.mm_per_px or ruler_mm; or give [photo.markers] instead",
+        "Measure one, and correct photo.mm_per_px or ruler_mm; or give [photo.markers] instead"
     )
+    return (doubt("scale.markers-differ", text, float(side_mm), "mm"),)
 
 
 def offering_markers(refusal: object, photo: Path) -> str:
@@ -152,7 +154,7 @@ def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tupl
         scale_source=f"ruler of {length_mm:g} mm over {length_px:.0f} px",
         # Both clicks are uncertain along the ruler; across it does not count.
         scale_uncertainty=float(np.hypot(np.sqrt(2) * CLICK_PX / length_px, TILT_COST)),
-        warnings=(TILT_WARNING,),
+        warnings=(doubt("scale.tilt-unknown", TILT_WARNING),),
     )
 
 
@@ -162,7 +164,9 @@ def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Sc
         view=View(np.array([[mm_per_px, 0, 0], [0, -mm_per_px, mm_per_px * (size_px[1] - 1)], [0, 0, 1.0]])),
         mm_per_px=mm_per_px,
         scale_source=f"given: {mm_per_px:g} mm/px{' (assumed)' if assumed else ''}",
-        warnings=("the scale is assumed: every length has the error of the scale",) if assumed else (),
+        warnings=(doubt("scale.assumed", "the scale is assumed: every length has the error of the scale"),)
+        if assumed
+        else (),
     )
 
 
@@ -186,8 +190,8 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
         )
     if (scale.scale_uncertainty or 0.0) < UNSURE:
         return scale
-    warning = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
-    return replace(scale, warnings=(*scale.warnings, warning))
+    text = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
+    return replace(scale, warnings=(*scale.warnings, doubt("scale.unsure", text, scale.scale_uncertainty)))
 
 
 def smaller(photo: Photo, factor: int) -> Photo:

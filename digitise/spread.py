@@ -16,6 +16,7 @@ from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats
 
 POINTS = 360  # Of an outline
@@ -35,7 +36,7 @@ class SpreadBlob:
     radius_error_mm: float  # Standard uncertainty: scale, edge and shape
     unround: float  # Standard deviation of the outline's distance from the middle, over its mean
     diameters_mm: tuple[float, float]  # Least and largest distance of two parallel lines that touch it on both sides
-    warnings: tuple[str, ...]
+    warnings: tuple[Fact, ...]
 
 
 def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:

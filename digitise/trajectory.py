@@ -11,6 +11,7 @@ from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import PathFigures
@@ -55,7 +56,7 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
     return replace(solid, figures=figures)
 
 
-def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[str, ...]]:
+def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[Fact, ...]]:
     """Return the figures of a path, without its leads, and warnings."""
     giving = trajectory.giving
     s_mm, position_mm = trajectory.s_mm[giving], trajectory.position_mm[giving]
@@ -97,21 +98,23 @@ def radii_mm(points_mm: Floats) -> Floats:
     return np.where(radius > STRAIGHT_MM, np.inf, radius)
 
 
-def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats, off_mm: Floats) -> tuple[str, ...]:
+def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats, off_mm: Floats) -> tuple[Fact, ...]:
     warnings = []
     if turn_deg.max(initial=0.0) > SHARP_TURN_DEG:
         at = int(turn_deg.argmax()) + 1
-        warnings.append(
+        text = (
             f"the nozzle's path turns by {turn_deg[at - 1]:.0f} degrees at s = {s_mm[at]:.1f} mm, where an arm slows "
             f"down and leaves a lump; set smoothing_mm above {path.smoothing_mm:g} to round the path"
         )
+        warnings.append(doubt("nozzle.sharp-turn", text, float(turn_deg[at - 1]), "deg"))
     if off_mm.max() > outline.mean_width_mm / 2:
         at = int(off_mm.argmax())
-        warnings.append(
+        text = (
             f"at s = {s_mm[at]:.1f} mm smoothing takes the nozzle {off_mm[at]:.2f} mm off the middle of a crack that "
             f"is {outline.mean_width_mm:.2f} mm wide; set smoothing_mm below {path.smoothing_mm:g} to keep the nozzle "
             "over the crack"
         )
+        warnings.append(doubt("nozzle.off-centre", text, float(off_mm[at]), "mm"))
     return tuple(warnings)
 
 
@@ -201,17 +204,18 @@ def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
     )
 
 
-def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> tuple[str, ...]:
+def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> tuple[Fact, ...]:
     """Return a warning if ``sealant_mm3`` is implausible for a cavity of ``cavity_mm3``."""
     times = sealant_mm3 / cavity_mm3
     if LITTLE_SEALANT <= times <= MUCH_SEALANT:
         return ()
-    return (
+    text = (
         f"volume_ml gives {sealant_mm3 / 1000:.4g} ml of sealant to a cavity of {cavity_mm3 / 1000:.4g} ml, "
         f"{times:.3g} times as much: "
         f"{'most of the sealant will spill' if times > 1 else 'the crack will hardly be wetted'}; check volume_ml and "
-        'depth_mm, or set volume_ml = "cavity"',
+        'depth_mm, or set volume_ml = "cavity"'
     )
+    return (doubt("nozzle.volume", text, times),)
 
 
 def smooth_centreline(centreline_mm: Floats, smoothing_mm: float) -> tuple[Floats, Floats]:

@@ -11,6 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline, Run, Sample, Solid
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
@@ -244,16 +245,16 @@ class Injection:
             **{name: value for name, value in regime._asdict().items() if value is not None},
         }
 
-    def remarks_on(self, number: int) -> tuple[str, ...]:
-        """Return the remarks on a fluid. They can be made before the first frame."""
+    def remarks_on(self, number: int) -> tuple[Fact, ...]:
+        """Return the doubts on a fluid. They can be made before the first frame."""
         how = (self.outline, self.solid, self.solver, self.schedule)
         remarks = remarks_on(self.fluids[number], *how, finer=self.finer)
         now = self.engine.substeps
-        anew = (
+        text = (
             f"solver.substeps: the run failed with {now // 2} substeps a frame, so it was computed anew with {now}. "
             f"Its frames take about {self.finer} times as long."
         )
-        return *remarks, *([] if self.finer == 1 else [anew])
+        return *remarks, *([] if self.finer == 1 else [doubt("fluid.computed-anew", text, now)])
 
     def _d_cm(self, number: int) -> float:
         return effective_d_cm(

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.core.regime import standing_stress_pa
 from simulate.settings import THICKNESSES, Fluid, Solver
@@ -27,24 +28,27 @@ there is no remark.
 
 Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their volume or more. Those
 with 0.92 widths or more kept it to 3 %."""
+BRIDGES = "fluid.bridges"  # Key of the doubt about paste that its yield stress supports between the walls
 AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
 LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 
 
 def remarks_on(
     fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, schedule: Schedule, *, finer: int = 1
-) -> Iterator[str]:
-    """Yield sentences on what a run of particles cannot show of a fluid. ``schedule`` has its releases.
+) -> Iterator[Fact]:
+    """Yield doubts on what a run of particles cannot show of a fluid. ``schedule`` has its releases.
 
     ``finer`` multiplies the number of substeps. The solver's radius must be a number. Raises InputError for a fluid
     that cannot be solved for.
     """
     radius_mm, frame_s, width_mm = solver.size_mm, schedule.frame_s, outline.mean_width_mm
     if not carried(solid, outline, width_mm / 8):
-        yield (
+        across = width_mm / radius_mm / 2
+        text = (
             f"solver.radius_mm = {radius_mm:g}: no run can have four particles across a crack {width_mm:.3g} mm wide "
-            f"and {outline.length_mm:.0f} mm long; {width_mm / radius_mm / 2:.2g} are across it."
+            f"and {outline.length_mm:.0f} mm long; {across:.2g} are across it."
         )
+        yield doubt("fluid.few-across", text, across)
     frames = course_of(schedule, fluid, solver.settle_s).frames
     paste, substeps = solved_as(fluid, solver, frame_s, frames)
     added_mm2_s = 1e6 * added_viscosity(radius_mm * CM, frame_s / (finer * substeps)) / CM2_IN_M2
@@ -53,25 +57,28 @@ def remarks_on(
     viscosity_pa_s = paste.viscosity_pa_s
     viscosity_mm2_s = 1e6 * viscosity_pa_s / fluid.density_kg_m3
     if not fluid.yields and viscosity_mm2_s * THIN < added_mm2_s:
-        yield (
+        text = (
             f"fluid.{given[0] if given else 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
             f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} mm2/s (within a factor of two). The fluid "
             f"flows as if it had about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest: "
             "particles of a fluid as thin as water keep moving. Smaller particles add less."
         )
+        yield doubt("fluid.particles-add", text, added_mm2_s, "mm2/s")
     elif fluid.U and not fluid.yields:
         until = " until it freezes" if fluid.freezes else ""
-        yield (
+        text = (
             f"fluid.{given[0]}: at any U, sealant levels like a thin liquid{until}; viscous flow needs "
             "fluid.viscosity_pa_s."
         )
+        yield doubt("fluid.levels-at-any-U", text)
     stress_pa = fluid.fresh.yield_stress_pa
     if _share(fluid) * stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
-        yield (
+        text = (
             f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: a yield stress of {stress_pa:g} Pa supports the "
             f"paste between walls {width_mm:.3g} mm apart, since its weight overcomes at most {stands_pa:.2g} Pa "
             "there. Paste that the jet does not push down bridges the crack and leaves a hollow below."
         )
+        yield doubt(BRIDGES, text, stress_pa, "Pa")
         return
     age_s = np.linspace(0.0, lasts_s, AGES)
     stands = _at(fluid, age_s)[1] > stands_pa
@@ -81,21 +88,23 @@ def remarks_on(
     if stands_s < lasts_s:
         moves_mm = stands_s * outline.length_mm / pours_s
         if moves_mm < FED * width_mm or (fluid.D_cm is None and sinks_mm < SUNK * solid.depth_mm):
-            yield (
+            text = (
                 f"fluid.{'curve' if fluid.curve else 'structuration_pa_per_s'}: from an age of {stands_s:.2g} s the "
                 f"paste no longer sinks between walls {width_mm:.3g} mm apart, since its weight overcomes at most "
                 f"{stands_pa:.2g} Pa there. The pour ends when the first paste is {pours_s:.3g} s old: later paste "
                 "heaps up on it and leaves hollows below."
             )
+            yield doubt("fluid.stops-sinking", text, stands_s, "s")
             return
     # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
-        yield (
+        text = (
             f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "
             f"sinks by its own weight at up to {sinks_mm_s.max():.2g} mm/s, which is {sinks_mm:.2g} mm in the "
             f"{lasts_s:.3g} s of this run, but the crack is {solid.depth_mm:.3g} mm deep. Sealant that the jet does "
             "not push down heaps up over hollows; give a longer solver.settle_s to let it sink farther."
         )
+        yield doubt("fluid.sinks-slowly", text, sinks_mm, "mm")
 
 
 def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Floats, Floats]:

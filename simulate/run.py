@@ -10,6 +10,7 @@ from scipy.ndimage import uniform_filter1d
 
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
+from sealtwin.core.facts import Fact
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Profile, Run, Sample
 from simulate.device import start_warp
@@ -54,7 +55,7 @@ def fill(
     """
     progress = progress or Progress()
     for doubt in doubts_of_run(sample.outline, sample.solid, fluid, nozzle, slope):
-        progress.warn(f"note: {doubt}")
+        progress.warn(f"note: {doubt.text}")
     if not solver.has_particles:
         return pour(sample, fluid, solver, nozzle, seed=seed, slope=slope, advise=True)
     how: dict[str, Any] = {"seed": seed, "device": device, "slope": slope, "threads": threads}
@@ -182,13 +183,13 @@ def _followed(
 
     ``begin`` prepares the run for a keyword ``finer``. Raises NumericalError if the run fails with all of ``FINER``.
     """
-    finer, shown = max([finer, *(watcher.finer for watcher in watchers)]), set[str]()
+    finer, shown = max([finer, *(watcher.finer for watcher in watchers)]), set[Fact]()
     while True:
         injection = begin(finer=finer)
         remarks = injection.remarks_on(0)
         for remark in remarks:
             if remark not in shown:
-                progress.warn(f"note: {remark}")
+                progress.warn(f"note: {remark.text}")
         shown.update(remarks)
         try:
             follow(injection, progress, watchers)

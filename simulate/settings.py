@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Outline, Solid
 from sealtwin.core.run_figures import FAST, Method
 from sealtwin.core.settings import Likely, Settings, doubts_of
@@ -243,7 +244,7 @@ class Fluid(Settings):
 
 def doubts_of_run(
     outline: Outline, solid: Solid, fluid: Fluid | None, nozzle: "Nozzle", slope: "SampleSlope"
-) -> tuple[str, ...]:
+) -> tuple[Fact, ...]:
     """Return a question for each setting of a run outside its likely range."""
     mouth_mm = solid.figures.mouth_width_mm or outline.mean_width_mm
     return doubts_of(fluid, nozzle, slope, width_mm=max(mouth_mm, LEAST_MOUTH_MM))

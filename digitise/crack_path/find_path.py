@@ -14,10 +14,12 @@ from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
 from digitise.settings import CHOICE, MOST_RANKED, Pixel
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 
-EDGES_FOUND = (
+EDGES_FOUND = doubt(
+    "path.inside-edges",
     "the photo shows the edges of the sample, and the crack was searched for only inside them; if the crack is open "
-    "at an edge, give face_mm, the size of the face"
+    "at an edge, give face_mm, the size of the face",
 )
 FOLLOWS_CELLS, MOST_ASTRAY = 5.0, 0.2  # Least distance and largest share of a path off the line that was chosen
 RUNNER_UP = 0.5  # A second line with more than this share of the first one's score makes the choice the user's
@@ -58,7 +60,7 @@ class CrackSearch:
     photo: Photo
     wire: LiveWire
     cracks: tuple[FoundCrack, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Fact, ...]
 
     @classmethod
     def of(cls, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> "CrackSearch":
@@ -68,7 +70,7 @@ class CrackSearch:
         cracks, straight_px = candidates(photo, wire.field)
         warnings = () if face_px is None else (EDGES_FOUND,)
         if straight_px:
-            warnings += (f"a line from {listed(straight_px[0])} px is as straight as a joint",)
+            warnings += (doubt("path.joint", f"a line from {listed(straight_px[0])} px is as straight as a joint"),)
         return cls(photo, wire, tuple(cracks[:MOST_RANKED]), warnings)
 
     def path(self, number: int | None = None) -> CrackPath:
@@ -101,7 +103,7 @@ class CrackSearch:
                 "a crack over its whole length; give ends_px."
             ) from None
         if number is None and path.warnings:
-            self._require_sure(path.warnings[0])
+            self._require_sure(path.warnings[0].text)
         source = "automatic" if number is None else "choice"
         return replace(path, source=source, warnings=(*self.warnings, *path.warnings))
 

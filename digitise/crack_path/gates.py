@@ -1,6 +1,7 @@
 """Gates: what a path between clicks must not be. Each takes a route and returns a finding with its place, or None.
 
-A gate refuses a path that cannot be along a crack, and doubts one that may be along something else.
+A gate refuses a path that cannot be along a crack, by a fault, and doubts one that may be along something else. Its
+sentence has no full stop.
 """
 
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from digitise.geometry.polyline import smoothed
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers
 
 # Limits, in units of clearness, on 115 right paths of real photos and on 300 ways between places of bare ground.
@@ -50,14 +52,6 @@ AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0  # Length over which it may: widths, and
 
 
 @dataclass(frozen=True)
-class PathFinding:
-    """A sentence about a place of a path, without a full stop. It refuses the path or doubts it."""
-
-    sentence: str
-    refuses: bool = False
-
-
-@dataclass(frozen=True)
 class Route:
     """A path on the line map, from the first place on its crack to the last."""
 
@@ -77,7 +71,7 @@ class Route:
         return arc_length(self.points_px)
 
 
-def dark_enough(route: Route) -> PathFinding | None:
+def dark_enough(route: Route) -> Fact | None:
     clear = float(np.median(route.clear))
     if clear >= LEAST_CLEAR:
         return None
@@ -85,9 +79,8 @@ def dark_enough(route: Route) -> PathFinding | None:
         f"no crack between the ends: the darkest way there is {clear:.1f} times as dark as the ground's grain (at "
         f"least {LEAST_CLEAR:g} times along a crack)"
     )
-    return PathFinding(
-        f"{fault}; {lighter_line_between(route.photo, route.clicks_px) or 'check ends_px'}", refuses=True
-    )
+    remedy = lighter_line_between(route.photo, route.clicks_px) or "check ends_px"
+    return Fact("path.not-dark", f"{fault}; {remedy}", clear, kind="doubt", level="fault")
 
 
 def lighter_line_between(photo: Photo, clicks_px: Floats) -> str:
@@ -107,7 +100,7 @@ def lighter_line_between(photo: Photo, clicks_px: Floats) -> str:
     )
 
 
-def bare_stretch(route: Route) -> PathFinding | None:
+def bare_stretch(route: Route) -> Fact | None:
     """Find the longest stretch that is as bright as the ground. Clicks at both of its ends confirm it."""
     count = int(max(STRETCH, STRETCH_WIDTHS * route.width_px * route.field.scale))
     if len(route.clear) < 2 * count:
@@ -121,14 +114,15 @@ def bare_stretch(route: Route) -> PathFinding | None:
     where = f"{route.s_px[ends[1]] - route.s_px[ends[0]]:.0f} px from {listed(route.points_px[ends])} px"
     clicked_px = np.linalg.norm(route.points_px[ends][:, None] - route.clicks_px, axis=2).min(axis=1)
     if _means(route.clear, int(LONG * count)).min() < AS_GROUND and clicked_px.max() > snap_px(route.photo):
-        return PathFinding(
+        crosses = (
             f"the path crosses plain ground: {where} are as bright as the ground. Give a point of the crack between "
-            "the ends in photo.via_px. If the crack runs there, give both of these places",
-            refuses=True,
+            "the ends in photo.via_px. If the crack runs there, give both of these places"
         )
-    return PathFinding(
+        return Fact("path.bare-stretch", crosses, kind="doubt", level="fault")
+    return doubt(
+        "path.bare-stretch",
         f"part of the path shows hardly any crack and may cross plain ground: {where}. Look there, and give a point of "
-        "the crack between the ends in photo.via_px"
+        "the crack between the ends in photo.via_px",
     )
 
 
@@ -137,7 +131,7 @@ def _means(values: Floats, count: int) -> Floats:
     return np.convolve(values, np.ones(min(count, len(values))) / min(count, len(values)), mode="valid")
 
 
-def lighter_line(route: Route) -> PathFinding | None:
+def lighter_line(route: Route) -> Fact | None:
     """Find a line beside the path that is much lighter than the ground: the path may be the shade of a light crack."""
     half_px = max(route.width_px, 2.0) / 2
     profiles = profiles_across(route.photo, route.points_px, route.width_px, half_px + 2 * LIGHT_PX)
@@ -151,15 +145,16 @@ def lighter_line(route: Route) -> PathFinding | None:
         return None
     times = finite_median(sides[int(np.argmax(steps))] / np.fmax(ground, 1e-6))
     darkness = finite_median(own / np.fmax(ground, 1e-6))
-    return PathFinding(
+    text = (
         f"a line {times:.1f} times as bright as the ground runs within {half_px + LIGHT_PX:.0f} px of the path, from "
         f"{listed(route.points_px[[0, -1]])} px. If the crack is that line, for example because of a filling or a "
-        "light crust, paint it in photo.mask, and give ends_px on the paint",
-        refuses=darkness > NOT_DARK and times > BRIGHT,
+        "light crust, paint it in photo.mask, and give ends_px on the paint"
     )
+    refused = darkness > NOT_DARK and times > BRIGHT
+    return Fact("path.lighter-line", text, times, kind="doubt", level="fault" if refused else "caution")
 
 
-def along_joint(route: Route) -> PathFinding | None:
+def along_joint(route: Route) -> Fact | None:
     """Find a straight leg of the path that goes on straight where the path turns off it, as a joint does."""
     cells = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED)
     width = max(route.width_px * route.field.scale, 1.0)
@@ -182,23 +177,29 @@ def along_joint(route: Route) -> PathFinding | None:
     if not joints:
         return None
     length, first, last = max(joints)
-    return PathFinding(
-        f"{length / route.field.scale:.0f} px of the path, from {listed(route.points_px[[first, last]])} px, run along "
-        "a line as straight as a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px"
+    joint_px = length / route.field.scale
+    return doubt(
+        "path.along-joint",
+        f"{joint_px:.0f} px of the path, from {listed(route.points_px[[first, last]])} px, run along a line as "
+        "straight as a joint. If the crack is elsewhere, give points of it between the ends in photo.via_px",
+        joint_px,
+        "px",
     )
 
 
-def moved_click(route: Route) -> PathFinding | None:
+def moved_click(route: Route) -> Fact | None:
     """Find a clicked end or point that is farther from the path than the crack is wide, or outside a wide crack."""
     away_px, nearest = KDTree(route.points_px).query(route.clicks_px)
     farthest = int(np.argmax(away_px))
     if away_px[farthest] <= max(route.width_px / 2, min(route.width_px, BESIDE_PX), 1 / route.field.scale):
         return None
     places = listed(np.array([route.clicks_px[farthest], route.points_px[np.asarray(nearest)[farthest]]]))
-    return PathFinding(f"a click was moved by {away_px[farthest]:.0f} px onto the nearest line, from {places} px")
+    moved_px = float(away_px[farthest])
+    text = f"a click was moved by {moved_px:.0f} px onto the nearest line, from {places} px"
+    return doubt("path.moved-click", text, moved_px, "px")
 
 
-def along_surroundings(route: Route) -> PathFinding | None:
+def along_surroundings(route: Route) -> Fact | None:
     """Find a long part of the path beside dark surroundings, which may be a wide crack taken for them."""
     if not route.field.around.any():
         return None
@@ -206,14 +207,17 @@ def along_surroundings(route: Route) -> PathFinding | None:
     beside_px = float(np.diff(route.s_px)[near[1:] & near[:-1]].sum())
     if beside_px <= max(AROUND_WIDTHS * route.width_px, LEAST_BESIDE / route.field.scale):
         return None
-    return PathFinding(
+    return doubt(
+        "path.along-surroundings",
         f"{beside_px:.0f} px of the path, from {listed(route.points_px[near][[0, -1]])} px, run along a dark region at "
         "the photo's border, which was taken for the surroundings of the sample. If it is the crack, paint it in "
-        "photo.mask, or give photo.roi_px: a region whose border crosses the dark area and does not run along it"
+        "photo.mask, or give photo.roi_px: a region whose border crosses the dark area and does not run along it",
+        beside_px,
+        "px",
     )
 
 
-GATES: tuple[Callable[[Route], PathFinding | None], ...] = (
+GATES: tuple[Callable[[Route], Fact | None], ...] = (
     dark_enough,
     bare_stretch,
     lighter_line,

@@ -8,6 +8,7 @@ from digitise.geometry.polyline import crossings, depth_inside, rectangle
 from digitise.photo import Photo
 from digitise.settings import Pixel
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, PathSource
 
 SNAP_PX, SNAP_SHARE = 15.0, 0.015  # Largest distance of a given point from its crack: px, and share of the photo
@@ -21,7 +22,7 @@ class CrackPath:
     points_px: Floats  # (n, 2), from the first end
     width_px: float  # Typical width of the crack along it
     source: PathSource
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Fact, ...] = ()
 
 
 IN_ITS_MIDDLE = "give ends_px in the middle of the crack, and via_px"  # Remedy for a path off its crack

@@ -14,6 +14,7 @@ from digitise.image.raster import sampled, shrunk, widened
 from digitise.photo import Photo
 from digitise.settings import Pixel
 from sealtwin.core.errors import InputError, present
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers
 
 WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is searched for
@@ -69,8 +70,9 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
         f"the mask has {count - 1} pieces; the piece from {listed(to_photo(way)[[0, -1]])} px, which has {share:.0%} "
         "of the paint, is used"
     )
+    piece_used = doubt("path.mask-in-pieces", others, count - 1)
     doubts = _judged(photo, paint, to_photo(way), width_px, confirmed=ends_px is not None)
-    return CrackPath(to_photo(way), width_px, "mask", (others, *doubts) if count > 2 else doubts)
+    return CrackPath(to_photo(way), width_px, "mask", (piece_used, *doubts) if count > 2 else doubts)
 
 
 def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
@@ -107,7 +109,7 @@ def _without_pinholes(region: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _judged(
     photo: Photo, drawn: NDArray[np.bool_], line_px: Floats, width_px: float, confirmed: bool
-) -> tuple[str, ...]:
+) -> tuple[Fact, ...]:
     """Return a warning if the paint is hardly darker than the ground around; raise InputError if it is not darker.
 
     A mask is ``confirmed`` if the user gave both ends on it: it is never refused.
@@ -132,14 +134,14 @@ def _judged(
         "orientation, or only an outline? Paint the whole crack over the photo as it is shown upright"
     )
     if confirmed or not (darker < FEW and usual > NOT_DARKER):
-        return (fault,)
+        return (doubt("path.mask-not-dark", fault, darker),)
     raise InputError(
         f"{photo.file}: {fault}. If the mask is right, for example because the crack has a light filling, give "
         "ends_px, the crack's two ends on the paint."
     )
 
 
-def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[str, ...]:
+def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[Fact, ...]:
     """Return a warning if the dark band along the paint is beside it, or far wider or narrower."""
     light = profiles.mean()
     shares = light / np.maximum(row_medians(light), 1e-6)[:, None]
@@ -147,10 +149,11 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[st
     parts = [shares, *(np.array_split(shares, 3) if len(shares) >= THIRDS_OF else ())]
     aside_px = max(_aside_px(part, profiles.offset_px, width_px) for part in parts)
     if aside_px:
-        return (
+        text = (
             f"photo.mask: along a part of it, the darkest band as wide as the paint ({width_px:.0f} px) is {aside_px} "
-            "px away from the paint. Is the mask shifted or turned relative to the photo?",
+            "px away from the paint. Is the mask shifted or turned relative to the photo?"
         )
+        return (doubt("path.mask-aside", text, aside_px, "px"),)
     profile, offset_px = row_medians(shares.T), profiles.offset_px
     middle = int(np.argmin(np.where(np.abs(offset_px) <= width_px / 2, profile, np.inf)))
     ground = finite_median(profile[np.abs(offset_px) > width_px / 2 + RIM_PX])
@@ -159,11 +162,12 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> tuple[st
     wide_px, narrow_px = max(width_px, dark_px), max(min(width_px, dark_px), 1.0)
     if wide_px <= TWICE * narrow_px or wide_px - narrow_px <= WIDER_PX:
         return ()
-    return (
+    text = (
         f"photo.mask: the paint is {width_px * photo.mm_per_px:.2g} mm wide ({width_px:.0f} px), but the dark band "
         f"along it is {dark_px * photo.mm_per_px:.2g} mm wide ({dark_px:.0f} px). The width is that of the paint. "
-        "Paint from wall to wall, or leave the mask out and give ends_px",
+        "Paint from wall to wall, or leave the mask out and give ends_px"
     )
+    return (doubt("path.mask-other-width", text, width_px, "px"),)
 
 
 def _aside_px(shares: Floats, offset_px: Floats, width_px: float) -> int:

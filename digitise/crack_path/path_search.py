@@ -18,6 +18,7 @@ from digitise.photo import Photo
 from digitise.settings import Pixel
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import texts
 from sealtwin.core.records import Floats, Integers
 
 ON_CRACK = 3.0  # Clearness of a place on a crack: the darkest ways through bare ground have 2 on average
@@ -56,11 +57,10 @@ class LiveWire:
         route = self.route(points_px, clicked=source is not None)
         gates = [gate for gate in GATES if source is not None or gate is not moved_click]
         findings = [finding for gate in gates if (finding := gate(route)) is not None]
-        if refusals := [finding for finding in findings if finding.refuses]:
-            others = [finding for finding in findings if finding not in refusals]
-            raise InputError(f"{self._photo.file}: {'. Also, '.join(each.sentence for each in (*refusals, *others))}.")
-        warnings = tuple(finding.sentence for finding in findings)
-        return CrackPath(route.points_px, route.width_px, source or "automatic", warnings)
+        if any(finding.level == "fault" for finding in findings):
+            findings.sort(key=lambda finding: finding.level != "fault")
+            raise InputError(f"{self._photo.file}: {'. Also, '.join(texts(findings))}.")
+        return CrackPath(route.points_px, route.width_px, source or "automatic", tuple(findings))
 
     def route(self, points_px: Floats, clicked: bool = True) -> Route:
         """Return the cheapest way past the points, from the first place on the crack to the last.

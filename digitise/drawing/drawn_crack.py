@@ -15,6 +15,7 @@ from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from digitise.solid.wedges import carve
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Outline
 
 FACE, OUTLINE, ISLANDS = "FACE", "OUTLINE", "ISLANDS"
@@ -51,7 +52,8 @@ def drawn_crack(
         region = region.translate((-float(origin_mm[0]), -float(origin_mm[1])))
         given = outline_within(region, face_mm, str(drawing.file))
     size = _size(given[0].outline_mm)
-    drawing.notes.append(f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}")
+    text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}"
+    drawing.notes.append(Fact("drawing.unit", text, drawing.unit))
     return given
 
 

@@ -16,6 +16,7 @@ from ezdxf.path import make_path
 from scipy.spatial import KDTree
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
 
 DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
@@ -42,7 +43,7 @@ class Drawing:
     unit_source: str
     entities: dict[str, list[Any]]  # By layer, in upper case
     hidden: dict[str, str]  # Why a layer is not shown, by layer in upper case
-    notes: list[str] = field(default_factory=list)
+    notes: list[Fact] = field(default_factory=list)
 
     def lines(self, layer: str) -> tuple[list[Floats], list[Floats]]:
         """Return the closed lines of a layer, without a repeated point, and the open ones, in plan view, (n, 2) in mm.
@@ -78,7 +79,8 @@ class Drawing:
                 f"{counted or 'nothing'}; layers with lines: {', '.join(with_lines) or 'none'}."
             )
         if counted:
-            self.notes.append(f"{self.file.name}, layer {layer}: left out: {counted}")
+            text = f"{self.file.name}, layer {layer}: left out: {counted}"
+            self.notes.append(doubt("drawing.left-out", text, layer))
         return self._joined(list(ways.values()), layer)
 
     def place(self, place_mm: Iterable[float]) -> str:

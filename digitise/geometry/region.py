@@ -7,6 +7,7 @@ from manifold3d import CrossSection, FillRule, JoinType, Manifold
 
 from digitise.geometry.polyline import Box, crossings, meeting, signed_area
 from sealtwin.core.errors import ShapeError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
 
 TOLERANCE_MM = 0.003  # Tolerance of the simplified outline; 0.01, still below a pixel, takes 0.14 % of a smooth funnel
@@ -15,7 +16,7 @@ PIECE_MM2 = 0.05  # Area below which a piece of the outline is noise
 ISLAND_MM2 = 0.1  # Area below which an island is noise: a quarter of a particle's section
 
 
-def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[CrossSection, list[str]]:
+def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[CrossSection, list[Fact]]:
     """Return the region inside a ring and outside its islands, and warnings about omitted loops.
 
     The ring may run clockwise or counter-clockwise.
@@ -37,7 +38,8 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
             where = f" near ({x:.1f}, {y:.1f}) mm"
         if lost_mm2 > PIECE_MM2:
             raise ShapeError(f"Outline crosses itself{where}, over {lost_mm2:.2g} mm².", "Retrace there.", "outline")
-        warnings.append(f"Loops of {lost_mm2:.2g} mm² were left out because the outline crosses itself{where}.")
+        text = f"Loops of {lost_mm2:.2g} mm² were left out because the outline crosses itself{where}."
+        warnings.append(doubt("solid.loops-left-out", text, lost_mm2, "mm²"))
     if len(islands_mm):
         traced -= CrossSection(list(islands_mm), FillRule.NonZero)
     if traced.area() < PIECE_MM2:
@@ -49,7 +51,7 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
     return traced, warnings
 
 
-def cleaned(crack: CrossSection) -> tuple[CrossSection, list[str]]:
+def cleaned(crack: CrossSection) -> tuple[CrossSection, list[Fact]]:
     """Remove slits, necks, teeth, specks and steps below the tolerances. Returns a warning for each removed area."""
     miter = JoinType.Miter
     closed = crack.offset(NECK_MM / 2, miter).offset(-NECK_MM / 2, miter)
@@ -62,18 +64,19 @@ def cleaned(crack: CrossSection) -> tuple[CrossSection, list[str]]:
     for ring in map(np.asarray, opened.to_polygons()):
         area_mm2, (x, y) = signed_area(ring), ring.mean(axis=0)
         if 0 <= area_mm2 < PIECE_MM2:
-            warnings.append(
+            text = (
                 f"Outline piece of {area_mm2:.3f} mm² near ({x:.1f}, {y:.1f}) mm dropped (smaller than {PIECE_MM2} "
                 "mm²)."
             )
+            warnings.append(doubt("solid.piece-dropped", text, area_mm2, "mm²"))
         elif -ISLAND_MM2 < area_mm2 < 0:
-            warnings.append(
-                f"Island of {-area_mm2:.3f} mm² near ({x:.1f}, {y:.1f}) mm filled (smaller than {ISLAND_MM2} mm²)."
-            )
+            text = f"Island of {-area_mm2:.3f} mm² near ({x:.1f}, {y:.1f}) mm filled (smaller than {ISLAND_MM2} mm²)."
+            warnings.append(doubt("solid.island-filled", text, -area_mm2, "mm²"))
         else:
             rings.append(ring)
     if (count := sum(signed_area(ring) > 0 for ring in rings)) > 1:
-        warnings.append(f"The crack is in {count} pieces: it is narrower than {2 * NECK_MM} mm between them.")
+        text = f"The crack is in {count} pieces: it is narrower than {2 * NECK_MM} mm between them."
+        warnings.append(doubt("solid.in-pieces", text, count))
     return CrossSection(rings, FillRule.Positive), warnings
 
 

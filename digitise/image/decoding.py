@@ -18,6 +18,7 @@ from digitise.image.raster import Map
 from digitise.image.tone_curve import require_usual_tone
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
 """File endings of photos in a folder. Photos that cannot be read are reported."""
@@ -42,7 +43,7 @@ class Decoded:
 
     image: NDArray[np.uint8]  # (height, width, 3), RGB, as the camera stored it
     focal_px: float | None = None  # Focal length in pixels, if the camera recorded it and the photo is not cropped
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Fact, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,9 +70,11 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
         ImageOps.exif_transpose(photo, in_place=True)
         alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
         clear = float(np.mean(np.asarray(alpha) < 255))
-        doubt = f"{clear:.2%} of the photo is transparent; its hidden colours were used"
+        text = f"{clear:.2%} of the photo is transparent; its hidden colours were used"
         pixels = np.asarray(photo.convert("RGB"))
-        return Decoded(image=pixels, focal_px=focal_px, warnings=(doubt,) if clear else ())
+        return Decoded(
+            image=pixels, focal_px=focal_px, warnings=(doubt("photo.transparent", text, clear),) if clear else ()
+        )
 
 
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:

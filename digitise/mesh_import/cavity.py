@@ -17,6 +17,7 @@ from digitise.photo import Photo
 from digitise.settings import MeshUnit
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import InputError, ShapeError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import Floats, Outline
 
@@ -48,7 +49,7 @@ class Cavity:
     body: Manifold  # Cavity from the face down, and up to the block's sides if the crack is open
     mouth: CrossSection  # Section of the cavity ``below_mm`` under the face
     below_mm: float
-    warnings: tuple[str, ...]
+    warnings: tuple[Fact, ...]
 
     @property
     def volume_mm3(self) -> float:
@@ -85,7 +86,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     return Cavity(below + above, mouth, below_mm, warnings)
 
 
-def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, tuple[str, ...]]:
+def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, tuple[Fact, ...]]:
     openings = sorted(openings, key=CrossSection.area, reverse=True)
     if not openings or openings[0].area() < PIT_MM2:
         raise ShapeError(
@@ -103,11 +104,12 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
             "rivals",
         )
     pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= PIT_MM2]
-    doubt = (
-        f"{len(pits)} other openings of up to {max(pits, default=0.0):.1f} mm² in the face are not part of the crack: "
-        "sealant may run into them.",
+    largest_mm2 = max(pits, default=0.0)
+    text = (
+        f"{len(pits)} other openings of up to {largest_mm2:.1f} mm² in the face are not part of the crack: sealant may "
+        "run into them."
     )
-    return openings[chosen], doubt if pits else ()
+    return openings[chosen], (doubt("mesh.other-openings", text, largest_mm2, "mm²"),) if pits else ()
 
 
 def _inside(region: CrossSection, points_mm: Floats) -> NDArray[np.bool_]:
@@ -194,10 +196,10 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
     )
     followed = given.mean_width_mm * given.length_mm / (np.asarray(photo.drawn).sum() * photo.mm_per_px**2)
     if followed < WHOLE:
-        doubt = (
+        text = (
             f"the given path, {given.length_mm:.1f} mm long, follows {100 * followed:.0f} % of the crack's mouth: "
             'volume_ml = "cavity" would put the sealant for the whole crack on this part. Set volume_ml to a number, '
             "or give a path along the whole crack"
         )
-        given = replace(given, warnings=(*given.warnings, doubt))
+        given = replace(given, warnings=(*given.warnings, doubt("mesh.path-short", text, followed)))
     return given

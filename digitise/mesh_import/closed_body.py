@@ -6,6 +6,7 @@ from manifold3d import Error, Manifold, Mesh64
 from digitise.geometry.mesh_topology import edge_fault, mesh_volume_mm3
 from digitise.solid.float_mesh import welded, without_needles
 from sealtwin.core.errors import ShapeError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers
 
 EQUAL_DIGITS = 8  # Decimals of mm to which vertices are one: a text format may round its last digit
@@ -14,7 +15,7 @@ LOST = 1e-7  # Largest share of a body's volume that reading or cutting it may l
 MEND = "Repair it in a mesh program (close holes, remove doubled parts, unite bodies), and export it again."
 
 
-def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers, tuple[str, ...]]:
+def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers, tuple[Fact, ...]]:
     """Join equal vertices, drop doubled and degenerate faces, and turn a mesh that is inside out.
 
     Returns vertices, faces and notes. Raises ShapeError if no face is left.
@@ -25,10 +26,11 @@ def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers,
     faces = faces[np.sort(np.unique(alike, return_index=True)[1])]
     if mesh_volume_mm3(vertices_mm, faces) >= 0:
         return vertices_mm, faces, ()
-    return vertices_mm, faces[:, ::-1], ("the mesh was inside out: all its faces were turned",)
+    turned = doubt("mesh.inside-out", "the mesh was inside out: all its faces were turned")
+    return vertices_mm, faces[:, ::-1], (turned,)
 
 
-def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, tuple[str, ...]]:
+def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, tuple[Fact, ...]]:
     """Return the enclosed body without crumbs and pores, and a note about those.
 
     Raises ShapeError if the mesh is not closed, has no inside, or encloses several bodies.
@@ -46,7 +48,8 @@ def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, tuple[s
         raise ShapeError(f"Mesh has {1 + len(large)} separate bodies: {listed}.", "Save the sample alone.", "closed")
     if not others:
         return sample, ()
-    return sample, (f"{len(others)} loose crumbs or closed pores of the mesh were left out",)
+    crumbs = f"{len(others)} loose crumbs or closed pores of the mesh were left out"
+    return sample, (doubt("mesh.crumbs", crumbs, len(others)),)
 
 
 def require_whole(parts_mm3: float, whole_mm3: float) -> None:

@@ -21,6 +21,7 @@ from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import arrays_of, tidy
 from sealtwin.core.errors import ShapeError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.mesh_file import Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
@@ -47,7 +48,7 @@ class ImportedSample:
     outline: Outline
     solid: Solid
     photo: Photo  # Top view of the mesh
-    notes: tuple[str, ...]  # Notes of the import, one sentence each
+    notes: tuple[Fact, ...]  # On how the mesh was placed and cut
 
 
 def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
@@ -135,31 +136,36 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
     return places_mm
 
 
-def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> tuple[str, ...]:
+def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> tuple[Fact, ...]:
     x, y, z = placed[:3, 3]
     turned = "" if abs(block.yaw_deg) < LEAST_TURN_DEG else f"turned by {-block.yaw_deg:.2f} degrees and "
-    notes = [
-        f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees",
+    plane_text = (
+        f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees"
+    )
+    block_text = (
         f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; it was {turned}moved by ({x:.2f}, {y:.2f}, "
-        f"{z:.2f}) mm",
-    ]
+        f"{z:.2f}) mm"
+    )
+    notes = [Fact("mesh.face", plane_text, plane.roughness_mm, "mm"), Fact("mesh.moved", block_text)]
     _, _, bottom_mm, _, _, top_mm = block.body.bounding_box()
     height_mm = top_mm - bottom_mm
     if height_mm > min(block.size_mm):
-        notes.append(
+        text = (
             f"one side of the block, {max(block.size_mm):.0f} x {height_mm:.0f} mm, is larger than its face: if the "
             "crack opens there, check mesh.up, the axis that points out of the cracked face"
         )
+        notes.append(doubt("mesh.larger-side", text, height_mm, "mm"))
     if block.trimmed_mm > 0:
-        notes.append(
+        text = (
             f"material up to {block.trimmed_mm:.2f} mm outside the block's sides, such as dams, edges or roughness, "
             "was cut off"
         )
+        notes.append(doubt("mesh.trimmed", text, block.trimmed_mm, "mm"))
     return tuple(notes)
 
 
 def _solid(
-    block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin, repairs: tuple[str, ...]
+    block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin, repairs: tuple[Fact, ...]
 ) -> Solid:
     """Return the block with a dam where the crack opens through a side; dams end ``dam_height_mm`` above the face."""
     plates, body = _plates(block, cavity), block.body
@@ -186,7 +192,7 @@ def _solid(
             watertight=True,
             **vars(figures),
             dams=tuple(dam_box(plate, bottom_mm, dam_height_mm) for plate in plates),
-            warnings=(*repairs, *faults),
+            warnings=(*repairs, *(doubt("mesh.fault", fault) for fault in faults)),
         ),
     )
 

@@ -34,6 +34,7 @@ from digitise.geometry.polyline import (
 from digitise.mesh_import.cavity_sections import seen_from_above, strip_width_mm
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import ShapeError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers
 from sealtwin.core.solid_figures import EndKind
 
@@ -65,7 +66,7 @@ class MouthLine:
     right_mm: Floats
     ends: tuple[EndKind, EndKind]
     side_lines_mm: tuple[Floats, ...]  # From the centreline to the tip of each side arm
-    warnings: tuple[str, ...]
+    warnings: tuple[Fact, ...]
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     return MouthLine(centre_mm, left_mm, right_mm, (first.kind, last.kind), side_lines_mm, warnings)
 
 
-def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Floats, ...], tuple[str, ...]]:
+def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Floats, ...], tuple[Fact, ...]]:
     """Return lines to the tips of side arms, which the solid includes and the path does not pass; and a warning."""
     if not arms_mm:
         return (), ()
@@ -132,7 +133,8 @@ def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Flo
         "them is given along the path. Set path.volume_ml to give another volume, or give mesh.path to follow another "
         "arm"
     )
-    return tuple(np.vstack([centre_mm[foot], arm_mm]) for foot, arm_mm in zip(feet, arms_mm, strict=True)), (warning,)
+    lines_mm = tuple(np.vstack([centre_mm[foot], arm_mm]) for foot, arm_mm in zip(feet, arms_mm, strict=True))
+    return lines_mm, (doubt("mesh.side-arms", warning, float(reach_mm.max()), "mm"),)
 
 
 def _require_swept(lines_mm: Floats) -> None:

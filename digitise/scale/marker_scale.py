@@ -18,6 +18,7 @@ from digitise.scale.face_scale import FACE_MM, given_corners, side_lengths
 from digitise.scale.view import CORNERS, MIDDLE, Scale, View, find_tilt, fit_markers, places_px
 from digitise.settings import Marker, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
 
 # Limits of the scale by markers, of the search for them, and of the check that they are level with the face. Each line
@@ -77,12 +78,13 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     excess, doubts = check_level(pixels.brightness, fit.view, face_mm, given_px, distance_mm, file)
     printed = PRINT if excess is None and board.printed_ruler_mm is None else 0.0
     if printed:
-        doubts += (
+        unchecked = (
             f"the print of the markers was not checked, and {PRINT:.0%} is in the scale's standard uncertainty for it: "
-            "measure the frame's ruler, photo.markers.printed_ruler_mm, also if it is 100 mm",
+            "measure the frame's ruler, photo.markers.printed_ruler_mm, also if it is 100 mm"
         )
+        doubts += (doubt("scale.print-unchecked", unchecked, PRINT),)
     if missing := [marker.id for marker in board.markers if marker not in markers]:
-        doubts = (f"markers not found: {missing}", *doubts)
+        doubts = (doubt("scale.markers-missing", f"markers not found: {missing}", len(missing)), *doubts)
     measured_mm = board.printed_ruler_mm or float(np.hypot(high - low, right - left))
     parts = (fit.spread_of_scale(places), BOARD_MM / measured_mm, excess or 0.0, printed)
     lens = ", lens fitted" if fit.view.lens else ""
@@ -120,7 +122,7 @@ def check_level(
     given_px: Floats | None,
     distance_mm: float | None,
     file: Path,
-) -> tuple[float | None, tuple[str, ...]]:
+) -> tuple[float | None, tuple[Fact, ...]]:
     """Compare the face's edges, detected or given as corners, with their place according to the markers.
 
     Returns by what share the face, measured in the markers' plane, is larger than face_mm, and warnings. The share is 0
@@ -142,13 +144,14 @@ def check_level(
             if np.abs(seen_mm - share * true_mm).max() <= max(BENT_MM, px_mm) or given_px is not None:
                 least = SIGMAS * np.hypot(FACE_MM, px_mm) / np.hypot(*face_mm[2:])
                 return _of_size(float(share) - 1, float(least), face_mm, away_mm, file)
-    return None, (
+    text = (
         f"the markers' level was not checked, since {why}: each mm above or below the measured face is an error of "
-        f"{1 / away_mm:.2%} of every length at {away_mm:.0f} mm from the camera",
+        f"{1 / away_mm:.2%} of every length at {away_mm:.0f} mm from the camera"
     )
+    return None, (doubt("scale.level-unchecked", text),)
 
 
-def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Path) -> tuple[float, tuple[str, ...]]:
+def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Path) -> tuple[float, tuple[Fact, ...]]:
     """Judge a face that the markers show larger by the share ``grown``; shares up to ``least`` are measuring errors."""
     if abs(grown) <= least:
         return 0.0, ()
@@ -161,7 +164,7 @@ def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Pat
     )
     if abs(grown) > MOST_OFF:
         raise InputError(f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face.")
-    return grown, (comparison,)
+    return grown, (doubt("scale.face-differs", comparison, grown),)
 
 
 def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:

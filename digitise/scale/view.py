@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.geometry.polyline import Box, project
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
@@ -83,7 +84,7 @@ class Scale:
     camera_tilt_deg: float | None = None  # Between the camera's axis and the face's normal, if the photo shows it
     face_mm: Box | None = None
     markers_px: tuple[Floats, ...] = ()  # Corners of the detected markers: they are not part of the sample
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Fact, ...] = ()
 
 
 def places_px(view: View, box_mm: Box) -> Floats:

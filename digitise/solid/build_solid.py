@@ -22,6 +22,7 @@ from digitise.solid.sections import crack_sections
 from digitise.solid.slicer import Slicer
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, Span, WeighedCavity
@@ -185,16 +186,17 @@ def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
     return ClosingDepth(float(depth_mm.min()), _mean_along(outline, depth_mm), _mean_along(outline, closed))
 
 
-def _tilt_warnings(outline: Outline, shape: CrackShape, closing: ClosingDepth) -> list[str]:
+def _tilt_warnings(outline: Outline, shape: CrackShape, closing: ClosingDepth) -> list[Fact]:
     if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor < LEAST_CLOSED:
         return []
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
-    return [
+    text = (
         f"At {_angles(shape)} the walls meet above the requested depth, {shape.deepest_mm:g} mm at most, along "
         f"{closing.share_above_floor:.0%} of the crack; averaged over the whole crack, they meet at "
         f"{closing.mean:.1f} mm. Reduce the angle below {steepest_deg:.1f}°, choose "
         f'tilt = "flare" or "lean", or accept the V-shaped section.'
-    ]
+    )
+    return [doubt("solid.walls-meet", text, closing.mean, "mm")]
 
 
 def _angles(shape: CrackShape) -> str:

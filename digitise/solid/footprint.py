@@ -24,6 +24,7 @@ from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_regi
 from digitise.settings import CrackShape
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
@@ -158,7 +159,7 @@ class Footprint:
     lean: Floats  # Unit vector from the mouth to the floor, if the walls lean
     sides: Sides
     floor: Floor | None  # None if the floor is a plane
-    warnings: tuple[str, ...]
+    warnings: tuple[Fact, ...]
 
     @property
     def block(self) -> CrossSection:

@@ -21,7 +21,7 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
-from digitise.outline import DoubtfulWalls, Unconfirmed, trace_outline
+from digitise.outline import PROPOSAL, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
 from digitise.scale.marker_print import board_around
 from digitise.scale.marker_scale import PRINTED_MM, seen_markers
@@ -35,7 +35,9 @@ from digitise.settings import (
     Tilt,
     Walls,
 )
+from digitise.walls.doubts import BY_STROKES
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import of_keys, without
 from sealtwin.core.records import Floats, Outline, Pixels, WallStretch
 from sealtwin.core.settings import Settings, checked
 
@@ -315,7 +317,7 @@ def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
             "residual_mm": photo.scale_residual_mm,
             "uncertainty": photo.scale_uncertainty,
             "camera_tilt_deg": photo.camera_tilt_deg,
-            "warnings": [_for_page(True, warning) for warning in photo.warnings],
+            "warnings": [_for_page(True, warning.text) for warning in photo.warnings],
         }
     return answer
 
@@ -333,7 +335,7 @@ def _path_answer(path: CrackPath, in_mm: bool) -> Answer:
         "points_px": _rounded(path.points_px),
         "width_px": path.width_px,
         "source": path.source,
-        "warnings": [_for_page(in_mm, warning) for warning in path.warnings],
+        "warnings": [_for_page(in_mm, warning.text) for warning in path.warnings],
     }
 
 
@@ -357,9 +359,9 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         # Islands run clockwise, so that their area is negative.
         "area": sum(map(signed_area, (outline.outline_mm, *outline.islands_mm))),
         "ends": outline.ends,
-        "doubtful": any(isinstance(text, DoubtfulWalls) for text in outline.warnings),
+        "doubtful": bool(of_keys(outline.warnings, BY_STROKES)),
         # The page itself asks for confirmation.
-        "warnings": [_for_page(in_mm, text) for text in outline.warnings if not isinstance(text, Unconfirmed)],
+        "warnings": [_for_page(in_mm, fact.text) for fact in without(outline.warnings, PROPOSAL.key)],
     }
 
 

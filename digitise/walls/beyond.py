@@ -12,6 +12,7 @@ from digitise.geometry.polyline import depth_inside, unit
 from digitise.image.raster import blurred, shrunk
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
@@ -26,20 +27,22 @@ BODY = 1.5  # Widths across which the traced crack is removed
 NEAR = 1.5  # Widths from the end within which the rest of the crack must begin
 
 
-def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[str]:
-    """Return a warning for each end that a click cut, if the photo shows much more of the crack beyond it."""
+def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
+    """Return a doubt for each end that a click cut, if the photo shows much more of the crack beyond it."""
     length_px = float(arc_length(line_px)[-1])
-    last_px, warnings = np.array(photo.size_px) - 1, list[str]()
+    last_px, warnings = np.array(photo.size_px) - 1, list[Fact]()
     for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
         if kind != "cut" or depth_inside(inward_px[:1], (0, 0, *last_px))[0] < AT_BORDER * (width_px + 2):
             continue
         beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
         if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px, LEAST_BEYOND_PX):
-            warnings.append(
-                f"the crack continues beyond the end {listed(inward_px[:1])} px for about "
-                f"{beyond_px * photo.mm_per_px:.1f} mm ({beyond_px:.0f} px), which are not part of the result: give "
-                "the crack's real end in ends_px to include them"
+            beyond_mm = beyond_px * photo.mm_per_px
+            text = (
+                f"the crack continues beyond the end {listed(inward_px[:1])} px for about {beyond_mm:.1f} mm "
+                f"({beyond_px:.0f} px), which are not part of the result: give the crack's real end in ends_px to "
+                "include them"
             )
+            warnings.append(doubt("path.continues", text, beyond_mm, "mm"))
     return warnings
 
 

@@ -18,6 +18,7 @@ from digitise.walls.straightened import patch_around, straighten
 from digitise.walls.wall_profile import cheapest_way, follow, outward, runs, steadied
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import SIDES, Floats, Outline, WallStretch
 from sealtwin.core.solid_figures import EndKind
 
@@ -66,8 +67,8 @@ BAND = (
 BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
 
 
-class DoubtfulWalls(str):
-    """Warning about walls that strokes may move to where they are."""
+BY_STROKES = "walls.plausible"
+"""First part of the key of a doubt about walls that drawn strokes may settle."""
 
 
 def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Outline:
@@ -134,7 +135,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: NDArray[np.uint8]) -> Out
         bands_mm=tuple(rings_mm),
         width_95_mm=interval_mm,
         walls=(*outline.walls, *stretches),
-        warnings=(*outline.warnings, DoubtfulWalls(BAND.format(listed(middle_px), low_mm, high_mm))),
+        warnings=(*outline.warnings, doubt(f"{BY_STROKES}.band", BAND.format(listed(middle_px), low_mm, high_mm))),
     )
 
 
@@ -166,7 +167,7 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
     return replace(path, points_px=points_px, width_px=width_px)
 
 
-def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
+def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[Fact]:
     """Return a warning about stretches too narrow to measure.
 
     Raises InputError if much of the crack is a hairline, and TooThinError if all of it is thin enough for a fit. A
@@ -193,13 +194,13 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
             refusal = TooThinError if np.percentile(width_px, 75) < FITTED * MIN_WIDTH_PX else InputError
             raise refusal(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
         if share > most:
-            return [f"{fault}; take a closer photo to measure it"]
+            return [doubt("walls.narrow-stretches", f"{fault}; take a closer photo to measure it", share)]
     return []
 
 
-def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[str]:
+def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[Fact]:
     """Return warnings if the crack closes before an end of the path; raise InputError if much of the path is lost."""
-    s_px, warnings = arc_length(path_px), list[str]()
+    s_px, warnings = arc_length(path_px), list[Fact]()
     first, last = np.asarray(KDTree(path_px).query(centreline_px[[0, -1]])[1])
     for end, lost_px in ((0, float(s_px[first])), (-1, float(s_px[-1] - s_px[last]))):
         if kinds[end] != "closed" or lost_px <= snap_px(photo):
@@ -213,5 +214,5 @@ def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tup
                 f"{photo.file}: {fault}, {lost_px / s_px[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
                 "place as the end, or a photo that shows the crack more clearly."
             )
-        warnings.append(f"{fault}: that part of the path is left out")
+        warnings.append(doubt("walls.end-not-reached", f"{fault}: that part of the path is left out", lost_px, "px"))
     return warnings

@@ -21,6 +21,7 @@ from digitise.photo import Photo
 from digitise.settings import PhotoInput, Strokes
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
 
 Kind = Literal["crack", "ground", "wall"]
@@ -46,7 +47,7 @@ class ByHand(NamedTuple):
 
     photo: Photo
     decided: NDArray[np.uint8] | None = None  # 255 on pixels that lines decide, 0 elsewhere; None without lines
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Fact, ...] = ()
 
 
 class _Line(NamedTuple):
@@ -65,7 +66,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     """
     if not settings.drawn_by_hand:
         return ByHand(photo)
-    width_px, warnings = max(path.width_px, 4.0), list[str]()
+    width_px, warnings = max(path.width_px, 4.0), list[Fact]()
     lines, light = _lines(photo, path, settings, width_px, warnings), photo.brightness.copy()
     sure, decided = np.zeros((2, *light.shape), dtype=np.uint8), np.zeros(light.shape, dtype=np.uint8)
     dark = float(np.median(sampled(light, path.points_px)))
@@ -126,7 +127,7 @@ def _stroke(shape: tuple[int, ...], line: Floats, width: float) -> NDArray[np.bo
     return area > 0
 
 
-def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float, warnings: list[str]) -> list[_Line]:
+def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float, warnings: list[Fact]) -> list[_Line]:
     """Return the drawn lines beside the path, and add warnings about ground that is not."""
     way_px = resampled(path.points_px, 1.0)
     tree, (width, height) = KDTree(way_px), photo.size_px
@@ -148,7 +149,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
             at_end = np.isin(nearest, (0, len(way_px) - 1))
             off_px = away_px - np.where(at_end, beyond_px, most_px)
             if kind == "ground" and off_px.min() > 0:
-                warnings.append(f"{name}, is not beside this crack and changes nothing")
+                warnings.append(doubt("walls.stroke-aside", f"{name}, is not beside this crack and changes nothing"))
                 continue
             if kind != "ground" and off_px.max() > 0:
                 raise InputError(

@@ -31,6 +31,7 @@ from digitise.photo import Photo
 from digitise.walls.straightened import BLUR_PX, LEAST_WIDTH_PX
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import present
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline
 
 # Constants of stones and side cracks. "widths" are crack widths.
@@ -211,16 +212,18 @@ def with_side_cracks(
         is_wide = (rim - main).area() >= least_width_px * photo.mm_per_px * arc_length(line_mm)[-1]
         (wide_mm if is_wide else narrow_mm).append(np.concatenate([feet_mm[:1], line_mm, feet_mm[1:]]))
         joined += rim if is_wide else CrossSection()
-    warnings, ring_mm, enclosed_mm = list[str](), outline.outline_mm, ()
+    warnings, ring_mm, enclosed_mm = list[Fact](), outline.outline_mm, ()
     if wide_mm and keep:
         piece = max(joined.decompose(), key=lambda piece: piece.area())
         rings = [np.asarray(ring, dtype=float) for ring in piece.to_polygons()]
         ring_mm = max(rings, key=signed_area)
         enclosed_mm = tuple(ring for ring in rings if signed_area(ring) <= -ISLAND_MM2)
     elif wide_mm:
-        warnings.append(f'{_left_out(wide_mm)}; set branches = "keep" to include side cracks')
+        text = f'{_left_out(wide_mm)}; set branches = "keep" to include side cracks'
+        warnings.append(doubt("walls.side-cracks", text, len(wide_mm)))
     if narrow_mm:
-        warnings.append(f"{_left_out(narrow_mm)}: under {least_width_px:g} px wide, too narrow to measure")
+        text = f"{_left_out(narrow_mm)}: under {least_width_px:g} px wide, too narrow to measure"
+        warnings.append(doubt("walls.narrow-side-cracks", text, len(narrow_mm)))
     return replace(
         outline,
         **photo.in_both_units(outline=ring_mm),

@@ -23,6 +23,7 @@ from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.moved_walls import shape_by_weight, widened
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.meniscus import capillary_length_mm, mean_level_mm
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import WeighedCavity
@@ -105,7 +106,7 @@ def weigh(
     shape, _ = shape_as_long_as(outline.length_mm, shape)
     width_sd_mm = width_sd_mm or outline.width_doubt_mm or UNDECLARED * outline.mean_width_mm
     prior_sd = np.array([width_sd_mm, np.inf, depth_sd_mm or UNDECLARED * shape.deepest_mm])
-    inward, findings = INWARD.get(shape.tilt, 0.0), list[str]()
+    inward, findings = INWARD.get(shape.tilt, 0.0), list[Fact]()
     upright_mm3 = float(_walls(outline, shape).volume_mm3(fill.levels_mm[-1:], np.zeros(3))[0])
     poured_mm3 = float(fill.volume_mm3[-1])
     if not upright_mm3 / UNLIKE < poured_mm3 < UNLIKE * upright_mm3:
@@ -201,40 +202,43 @@ def _fit(walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free
     return _Fit(unknown, root, level_mm, misfit_mm3, np.sqrt(of_steps.diagonal()), probability)
 
 
-def _against_tilt(fit: _Fit, shape: CrackShape) -> list[str]:
+def _against_tilt(fit: _Fit, shape: CrackShape) -> list[Fact]:
     """Return a finding if the fit clearly needs walls that the tilt does not have."""
     closing = fit.unknown[CLOSING]
     if abs(closing) <= FAR * np.linalg.norm(fit.root[CLOSING]):
         return []
     way, others = ("close", '"funnel" or "flare"') if closing > 0 else ("open", '"undercut"')
     taken = "they are taken as upright" if shape.tilt in INWARD else "it keeps their distance constant"
-    return [
+    text = (
         f"The weighed fill needs walls that {way} downward by {abs(_angle_deg(closing)):.1f} degrees each, but tilt = "
         f'"{shape.tilt}" has none: {taken}. Choose {others}, or check depth_mm, the photo\'s width and the levels.'
-    ]
+    )
+    return [doubt("weighing.against-tilt", text, _angle_deg(closing), "deg")]
 
 
-def _contradictions(fit: _Fit, prior_sd: Floats) -> list[str]:
-    findings: list[str] = []
+def _contradictions(fit: _Fit, prior_sd: Floats) -> list[Fact]:
+    findings: list[Fact] = []
     for index, name, what in ((WIDTH, "the photo's width", "width_mm"), (DEPTH, "depth_mm", "depth_mm")):
         if abs(off_mm := fit.unknown[index]) > FAR * prior_sd[index]:
             way = "more" if off_mm > 0 else "less"
-            findings.append(
+            text = (
                 f"The weighed fill contradicts {name}: it needs {abs(off_mm):.2f} mm {way}, but the standard "
                 f"uncertainty ({what}) is {prior_sd[index]:.2f} mm."
             )
+            findings.append(doubt(f"weighing.contradicts.{what}", text, float(off_mm), "mm"))
     if fit.probability < LEAST_PROBABILITY:
         worst = int(np.argmax(np.abs(fit.misfit_mm3 / fit.misfit_sd_mm3)))
-        findings.append(
+        text = (
             f"The steps of the weighed fill do not fit straight walls: step {worst + 1} is off by "
             f"{fit.misfit_mm3[worst] / 1e3:+.3f} ml, but its standard uncertainty is "
             f"{fit.misfit_sd_mm3[worst] / 1e3:.3f} ml."
         )
+        findings.append(doubt("weighing.misfit", text, fit.misfit_mm3[worst] / 1e3, "ml"))
     return findings
 
 
 def _result(
-    outline: Outline, shape: CrackShape, walls: _Walls, fill: WeighedFill, fit: _Fit, findings: tuple[str, ...]
+    outline: Outline, shape: CrackShape, walls: _Walls, fill: WeighedFill, fit: _Fit, findings: tuple[Fact, ...]
 ) -> tuple[Outline, CrackShape, WeighedCavity]:
     off = fit.unknown
 

@@ -12,6 +12,7 @@ from typing_extensions import TypedDict
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.mesh_file import load_trimesh, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Sample, Sections, Solid, Trajectory
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
@@ -83,8 +84,8 @@ class Simulation(Result, FilledBy):
     settings: RunSettings
     health: RunHealth
     fast_fill: FastFill | None = Field(default=None, validation_alias="bed")
-    remarks: tuple[str, ...] = ()
-    doubts: tuple[str, ...] = ()
+    remarks: tuple[Fact, ...] = ()
+    doubts: tuple[Fact, ...] = ()
 
     @model_validator(mode="after")
     def _has_sealant(self) -> Self:
@@ -209,7 +210,11 @@ def write_run(folder: Path, run: Run) -> None:
     content: dict[str, Any] = {name: getattr(run, name) for name in Simulation.model_fields}
     content["health"] = run.health.recorded()
     bed, remarks, doubts = (content.pop(name) for name in ("fast_fill", "remarks", "doubts"))
-    more = {"bed": bed and bed.model_dump(), "remarks": remarks, "doubts": doubts}
+    more = {
+        "bed": bed and bed.model_dump(),
+        "remarks": [vars(fact) for fact in remarks],
+        "doubts": [vars(fact) for fact in doubts],
+    }
     files.write_json(folder / "simulation.json", content | {name: value for name, value in more.items() if value})
 
 

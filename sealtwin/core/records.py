@@ -25,6 +25,7 @@ from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.doubts import Doubt, ReadSheet
+from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
@@ -189,7 +190,7 @@ class Outline(Shown):
     scale_source: str  # Description, for example "8 ArUco markers" or "given: 0.35 mm/px (assumed)"
     scale_residual_mm: float | None  # RMS misfit of the scale's control points; None if there are none
     path_source: PathSource
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Fact, ...] = ()
     islands_mm: tuple[Points, ...] = ()  # Rings inside the outline that are no crack, clockwise
     bands_mm: tuple[Points, ...] = ()
     """Rings around bands along the walls that may be crack or ground, as of debris. ``width_95_mm`` covers both."""
@@ -366,8 +367,8 @@ class Solid(Shown):
         }
 
     @property
-    def doubts(self) -> tuple[str, ...]:
-        """Sentences on what may be wrong with the solid."""
+    def doubts(self) -> tuple[Fact, ...]:
+        """What may be wrong with the solid."""
         return self.figures.warnings
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
@@ -457,9 +458,9 @@ class Run(Shown, Bed, FilledBy):
     device: str
     health: RunHealth  # Numbers that show whether the run can be trusted: density error, neighbours, iterations, times
     fast_fill: FastFill | None = None
-    remarks: tuple[str, ...] = ()  # Sentences, known before the first frame, on what the run cannot show of its sealant
+    remarks: tuple[Fact, ...] = ()  # Known before the first frame: what the run cannot show of its sealant
     level: "Profile | None" = None  # Level by the fast model; None for particles, whose level is measured from them
-    doubts: tuple[str, ...] = ()  # Sentences on settings outside their likely ranges
+    doubts: tuple[Fact, ...] = ()  # Settings outside their likely ranges
     made_of: Origins = ()
 
     @property

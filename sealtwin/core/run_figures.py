@@ -5,6 +5,8 @@ from typing import Annotated, Any, Literal, get_args
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
+from sealtwin.core.facts import Fact
+
 Method = Literal["particles", "slot"]
 """Method that fills a crack: particles in three dimensions, or the fast model, the flow averaged over sections."""
 PARTICLES, FAST = get_args(Method)
@@ -72,7 +74,7 @@ class FastFill(BaseModel):
     mound_mm: float  # Height of the mound that remains at the nozzle's last position
     fill: float  # Dispensed volume over the volume of the crack
     above_mm: float  # Highest level above the face; 0 if the level stays below it
-    unfit: tuple[str, ...]  # Reasons why the model is unfit for the case, a sentence each; empty if it is fit
+    unfit: tuple[Fact, ...]  # Reasons why the model is unfit for the case; empty if it is fit
 
 
 class FilledBy:
@@ -86,6 +88,6 @@ class FilledBy:
         return self.fast_fill is None
 
     @property
-    def unfit(self) -> tuple[str, ...]:
-        """Reasons why the fast model is unfit for the case, one sentence each; empty for particles."""
+    def unfit(self) -> tuple[Fact, ...]:
+        """Reasons why the fast model is unfit for the case; empty for particles."""
         return () if self.fast_fill is None else self.fast_fill.unfit

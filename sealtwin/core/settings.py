@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.settings_text import described, text_of_table
 
@@ -272,7 +273,7 @@ class Likely(NamedTuple):
     slip: str  # Likelier reading of a value outside the range
     of_width: bool = False  # True if the range is in mean widths of the crack
 
-    def doubts(self, name: str, value: Any, width_mm: float | None) -> list[str]:
+    def doubts(self, name: str, value: Any, width_mm: float | None) -> list[Fact]:
         """Return a question if the value, or the largest of a table along the crack, is outside the range."""
         times = width_mm if self.of_width else 1.0
         if value is None or times is None:
@@ -283,10 +284,11 @@ class Likely(NamedTuple):
             return []
         usual = f"at most {high:.4g}" if low == 0 else f"{low:.3g} to {high:.4g}"
         usual = f"at least {low:.3g}" if high == math.inf else usual
-        return [f"{name} is {value:g}, but usually {usual} {self.unit}: is it {self.slip}?"]
+        text = f"{name} is {value:g}, but usually {usual} {self.unit}: is it {self.slip}?"
+        return [doubt(f"setting.{name}", text, value, self.unit)]
 
 
-def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[str, ...]:
+def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[Fact, ...]:
     """Return a question for each setting outside its likely range.
 
     Without the crack's mean width, no setting is doubted whose range depends on it.

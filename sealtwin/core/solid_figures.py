@@ -6,6 +6,8 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, with_config
 
+from sealtwin.core.facts import Fact
+
 EndKind = Literal["open", "closed", "cut"]
 """Kind of a crack's end. open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, and a
 wall closes it."""
@@ -84,7 +86,7 @@ class WeighedCavity:
     """Lower triangular root of the covariance of width, angle and depth. Column i has the changes of quantity i and of
     the quantities after it for one standard deviation of quantity i, with the quantities before it fixed."""
     volume_95_mm3: Span
-    findings: tuple[str, ...] = ()  # Contradictions between fill, photo and interpretation of the tilt
+    findings: tuple[Fact, ...] = ()  # Contradictions between fill, photo and interpretation of the tilt
 
     def __str__(self) -> str:
         """Describe each quantity that the fill changed, with twice its standard deviation."""
@@ -121,7 +123,7 @@ class SolidFigures:
     sealant_mm3: float | None = None
     cavity_to_sealant: float | None = None
     path: PathFigures | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Fact, ...] = ()
 
     def recorded(self) -> dict[str, Any]:
         """Return the content for solid.json."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
+from sealtwin.core.facts import doubt
 from sealtwin.core.records import Outline, Pixels, Solid
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.stage_keys import stage_key
@@ -29,8 +30,9 @@ from sealtwin.trial.trial_file import Trial
 if TYPE_CHECKING:
     from digitise.photo import Photo
 
-NO_SEALANT = (
-    "volume_ml is not given, and a path alone has no cavity, so the path has no flow and no robot program is written"
+NO_SEALANT = doubt(
+    "nozzle.no-sealant",
+    "volume_ml is not given, and a path alone has no cavity, so the path has no flow and no robot program is written",
 )
 REFUSED = "refused.png"  # Picture of the findings in a photo that was refused; the next attempt deletes it
 
@@ -75,7 +77,7 @@ def bring_up_to_date(job: Job) -> bool:
         outputs += [STRAIGHT, "crack.stl", "crack.glb", *(name for name in DIGITISED if name not in OF_A_PATH)]
         warnings = (*warnings, *solid.figures.warnings)
     for warning in warnings:
-        job.progress.warn(f"note: {warning}")
+        job.progress.warn(f"note: {warning.text}")
     wall_time_s = time.monotonic() - began
     facts = {"given": list(inputs), "path_source": outline.path_source}
     job.folder.record("digitise", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
@@ -93,7 +95,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
 
         imported = import_sample(trial.mesh, job.source)
         for note in imported.notes:
-            job.progress.warn(f"note: {note}")
+            job.progress.warn(f"note: {note.text}")
         return imported.outline, imported.solid, imported.photo
     settings, crack = present(trial.photo, "photo"), trial.crack
     from digitise.crack_path.find_path import RivalCracksError, find_path

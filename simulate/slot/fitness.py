@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.slot.fill import CELLS, MOUND
 from simulate.slot.flux import HerschelBulkley
@@ -51,48 +52,73 @@ class Fitness:
     """Arc length of an end of the mouth beyond which the cavity continues under the face; None if there is none."""
 
     @property
-    def unfit(self) -> tuple[str, ...]:
-        """Sentences on why the model is unfit. There are none if it is fit."""
-        sentences = []
-        if self.slope > STEEPEST:
-            sentences.append(
-                f"The walls support the paste at a slope of {self.slope:.2f}; above {STEEPEST:g} it piles up under the "
-                "nozzle, which a section's mean level does not show."
-            )
-        if self.mound_mm > TALLEST_MM:
-            sentences.append(
-                f"A mound of about {self.mound_mm:.1f} mm stays under the nozzle's last place, supported by the walls "
-                f"or by the paste itself; this model agrees with particles only for mounds of up to {TALLEST_MM:g} mm."
-            )
-        if self.fill > FULLEST:
-            sentences.append(
-                f"The sealant is {self.fill:.2f} of the crack's volume; above {FULLEST:g} it runs over the face, which "
-                "this model does not compute."
-            )
-        if self.above_mm > HIGHEST_MM:
-            sentences.append(
-                f"The level is up to {self.above_mm:.1f} mm above the face, but this model computes overspill only as "
-                f"a slump next to the mouth; {HIGHEST_MM:g} mm are allowed."
-            )
-        if self.misfit > MOST_MISFIT:
-            sentences.append(
-                "The walls of this mesh are not straight: the area of a section below a level differs by "
-                f"{self.misfit:.0%} from that of this model's trapezoids; {MOST_MISFIT:.0%} are allowed."
-            )
-        if abs(self.left_out) > MOST_MISFIT:
-            sentences.append(
-                f"This model's sections have {abs(self.left_out):.0%} {'less' if self.left_out > 0 else 'more'} volume "
-                f"than the crack: they do not include side cracks and space under closed tips; {MOST_MISFIT:.0%} is "
-                "allowed."
-            )
-        if self.held_mm > MOST_HELD_MM or self.dragged > MOST_DRAGGED:
-            sentences.append(f"{self._narrow}; this model averages them over its sections.")
+    def unfit(self) -> tuple[Fact, ...]:
+        """Why the model is unfit. There are none if it is fit."""
+        reasons = list[Fact]()
+
+        def unless(allowed: bool, key: str, text: str, value: float, unit: str = "") -> None:
+            if not allowed:
+                reasons.append(doubt(f"unfit.{key}", text, value, unit))
+
+        unless(
+            self.slope <= STEEPEST,
+            "slope",
+            f"The walls support the paste at a slope of {self.slope:.2f}; above {STEEPEST:g} it piles up under the "
+            "nozzle, which a section's mean level does not show.",
+            self.slope,
+        )
+        unless(
+            self.mound_mm <= TALLEST_MM,
+            "mound",
+            f"A mound of about {self.mound_mm:.1f} mm stays under the nozzle's last place, supported by the walls or "
+            f"by the paste itself; this model agrees with particles only for mounds of up to {TALLEST_MM:g} mm.",
+            self.mound_mm,
+            "mm",
+        )
+        unless(
+            self.fill <= FULLEST,
+            "overfull",
+            f"The sealant is {self.fill:.2f} of the crack's volume; above {FULLEST:g} it runs over the face, which "
+            "this model does not compute.",
+            self.fill,
+        )
+        unless(
+            self.above_mm <= HIGHEST_MM,
+            "above-face",
+            f"The level is up to {self.above_mm:.1f} mm above the face, but this model computes overspill only as a "
+            f"slump next to the mouth; {HIGHEST_MM:g} mm are allowed.",
+            self.above_mm,
+            "mm",
+        )
+        unless(
+            self.misfit <= MOST_MISFIT,
+            "walls",
+            "The walls of this mesh are not straight: the area of a section below a level differs by "
+            f"{self.misfit:.0%} from that of this model's trapezoids; {MOST_MISFIT:.0%} are allowed.",
+            self.misfit,
+        )
+        unless(
+            abs(self.left_out) <= MOST_MISFIT,
+            "left-out",
+            f"This model's sections have {abs(self.left_out):.0%} {'less' if self.left_out > 0 else 'more'} volume "
+            f"than the crack: they do not include side cracks and space under closed tips; {MOST_MISFIT:.0%} is "
+            "allowed.",
+            self.left_out,
+        )
+        unless(
+            self.held_mm <= MOST_HELD_MM and self.dragged <= MOST_DRAGGED,
+            "narrow",
+            f"{self._narrow}; this model averages them over its sections.",
+            self.narrowest_mm,
+            "mm",
+        )
         if self.goes_on_mm is not None:
-            sentences.append(
+            text = (
                 f"The cavity continues under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm; "
                 "this model has a wall there."
             )
-        return tuple(sentences)
+            reasons.append(doubt("unfit.goes-on", text, self.goes_on_mm, "mm"))
+        return tuple(reasons)
 
     @property
     def _narrow(self) -> str:

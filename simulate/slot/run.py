@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Outline, Profile, Run, Sample, Trajectory
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import FastFill, RunHealth
@@ -189,17 +190,19 @@ def _changes(
 
 def _unfit(
     fitness: Fitness, fluid: Fluid, outline: Outline, paste: HerschelBulkley, changes: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Return sentences on why the model is unfit for a case, and on what to change. Empty if it is fit."""
-    sentences, settings = [*fitness.unfit], list(changes)
+) -> tuple[Fact, ...]:
+    """Return why the model is unfit for a case, and what to change. Empty if it is fit."""
+    reasons, settings = [*fitness.unfit], list(changes)
     if fluid.D_cm is not None:
-        sentences.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
+        text = f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls."
+        reasons.append(doubt("unfit.drag", text, fluid.D_cm, "cm"))
         thickness = f"fluid.viscosity_pa_s = {paste.consistency_pa_s_n:.3g} in place of fluid.U and fluid.D_cm"
         settings.append(thickness if fluid.U is not None else "no fluid.D_cm")
     if outline.branches_kept:
-        sentences.append("The solid has side cracks, which this model does not fill.")
+        reasons.append(doubt("unfit.side-cracks", "The solid has side cracks, which this model does not fill."))
         if outline.seen_in == "photo":
             settings.append('photo.branches = "drop"')
     if settings and (changes or not fitness.unfit):
-        sentences.append(f"The case is within the model's domain with: {'; '.join(settings)}.")
-    return tuple(sentences)
+        text = f"The case is within the model's domain with: {'; '.join(settings)}."
+        reasons.append(Fact("unfit.remedy", text, kind="remedy"))
+    return tuple(reasons)
