@@ -19,6 +19,7 @@ from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import texts
 from sealtwin.core.records import Floats, Outline
 
 MM_PER_PX = 0.1
@@ -74,8 +75,8 @@ def run_clicked(row: Listed, photos: Path, overlays: Path | None) -> Clicked:
     ratio = float("nan")
     if judged == "right" and outline.width_source in ("walls", "fit"):
         ratio = width_ratio(line_px, outline.mean_width_mm / MM_PER_PX, branch)
-    silent = judged == "wrong" and is_silent(line_px, mask, outline.warnings)
-    return Clicked(row, judged, "; ".join(outline.warnings), silent, ratio, time_s)
+    silent = judged == "wrong" and is_silent(line_px, mask, texts(outline.warnings))
+    return Clicked(row, judged, "; ".join(texts(outline.warnings)), silent, ratio, time_s)
 
 
 def run_unclicked(row: Listed, photos: Path, overlays: Path | None) -> Unclicked:

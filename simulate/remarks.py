@@ -8,6 +8,7 @@ import numpy as np
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.core.regime import standing_stress_pa
+from sealtwin.core.run_figures import BRIDGES
 from simulate.settings import THICKNESSES, Fluid, Solver
 from simulate.setup.release_schedule import Schedule, course_of
 from simulate.setup.rheology import CM2_IN_M2, added_viscosity
@@ -28,7 +29,6 @@ there is no remark.
 
 Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their volume or more. Those
 with 0.92 widths or more kept it to 3 %."""
-BRIDGES = "fluid.bridges"  # Key of the doubt about paste that its yield stress supports between the walls
 AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
 LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 

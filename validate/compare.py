@@ -230,9 +230,9 @@ def error_uncertainty(
         mean_level=overall,
         stations=stations,
         worst_at_a_station=worst_at_a_station(stations, float(error.x[np.argmax(np.abs(error.value))])),
-        sentences=(
-            *validation.level_sentences(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
-            *((validation.missing_sentence(summary.missing),) if summary.missing else ()),
+        findings=(
+            *validation.level_findings(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
+            *((validation.missing_errors(summary.missing),) if summary.missing else ()),
             *of_readings.unused,
         ),
         unused=of_readings.unused,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, with_config
 
+from sealtwin.core.facts import Fact
 from sealtwin.core.record_files import Amount, Positive
 from sealtwin.core.records import DataKind, JsonRecord, Numbers
 from sealtwin.core.run_figures import Known
@@ -269,8 +270,8 @@ class BudgetSummary(JsonRecord):
     would have."""
     scatter_known: bool
     """True if stations were read repeatedly, or the repeatability is declared."""
-    notes: tuple[str, ...]
-    """Sentences on outliers, rounding to one side, few stations, and stations that the probe cannot read."""
+    notes: tuple[Fact, ...]
+    """Findings on outliers, rounding to one side, few stations, and stations that the probe cannot read."""
 
 
 class MeanLevelBudget(JsonRecord):
@@ -414,7 +415,7 @@ class InputDrawsRecord(JsonRecord):
     """Number of runs, not counting the one with unchanged inputs."""
     together: float
     """Share of the mean level's variance that is due to interactions of the inputs."""
-    unfit: tuple[str, ...]
+    unfit: tuple[Fact, ...]
     """Reasons why the case is outside the fast model's domain."""
 
 
@@ -433,11 +434,11 @@ class ErrorUncertainty(JsonRecord):
     stations: StationErrors
     worst_at_a_station: StationError | None
     """Worst error at a station; None if the worst error overall is at a station."""
-    sentences: tuple[str, ...]
-    """Sentences on the conclusions that ASME V&V 20 allows, or on why it is not assessed, and on errors that no
+    findings: tuple[Fact, ...]
+    """Findings: the conclusions that ASME V&V 20 allows, or on why it is not assessed, and on errors that no
     interval includes."""
-    unused: tuple[str, ...] = ()
-    """Sentences on declared errors that the readings contradict. The intervals do not include these errors."""
+    unused: tuple[Fact, ...] = ()
+    """Findings on declared errors that the readings contradict. The intervals do not include these errors."""
     alignment: Alignment
     numerics: SizeStudy | None
     """Mean level and mean error at three particle sizes; None if only one size was run."""

@@ -9,6 +9,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from sealtwin.core.facts import Fact, texts
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import DataKind, JsonRecord, Numbers, PathSource, WidthSource
 from sealtwin.core.solid_figures import Span, WeighedCavity
@@ -61,8 +62,8 @@ class SampleFigures(JsonRecord):
     """RMS misfit of the scale's control points; None if there are none."""
     camera_tilt_deg: float | None
     """Angle between the camera's axis and the face's normal; None if it is unknown."""
-    warnings: tuple[str, ...]
-    """Remarks on photo and solid."""
+    warnings: tuple[Fact, ...]
+    """Doubts about photo and solid."""
 
 
 class FluidFigures(JsonRecord):
@@ -76,14 +77,14 @@ class FluidFigures(JsonRecord):
     """Number of particles that ran over the sample's edge; None for the fast model."""
     above_face_mm3: float
     """Volume of the settled sealant above the face's plane."""
-    unfit: tuple[str, ...] | None
+    unfit: tuple[Fact, ...] | None
     """Reasons why the case is outside the fast model's domain; None for particles."""
     volume_ratio: float
     """Volume of the settled sealant divided by the dispensed volume."""
     device: str
     """Device that computed the run."""
-    warnings: tuple[str, ...]
-    """Sentences on faults of the fluid."""
+    warnings: tuple[Fact, ...]
+    """Faults of the fluid."""
 
 
 class SeedRuns(JsonRecord):
@@ -97,8 +98,8 @@ class SeedRuns(JsonRecord):
     """Standard deviation of a single run's level at one place: root mean square along the crack."""
     band_95_mm: float
     """Half-width of the 95 % band about the mean that holds one further run, at a place."""
-    warnings: tuple[str, ...]
-    """Sentences on faults of the fluid in the other runs, without those that the first run has as well."""
+    warnings: tuple[Fact, ...]
+    """Faults of the fluid in the other runs, without those that the first run has as well."""
 
 
 class PredictedPart(JsonRecord):
@@ -150,24 +151,24 @@ class PredictedLevel(JsonRecord):
     """Effects of the varied inputs."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
-    unfit: tuple[str, ...]
+    unfit: tuple[Fact, ...]
     """Reasons why the case is outside the domain of the fast model."""
 
 
 class Comparison(LevelMetrics):
     """A simulated level compared with a measured one, and the verdict."""
 
-    headline: tuple[str, ...] = ()
-    """Sentences on the gate, the baselines and the earlier use of the readings."""
+    headline: tuple[Fact, ...] = ()
+    """Findings on the gate, the baselines and the earlier use of the readings."""
     outcome: Outcome = "open"
     """passed, failed, undecided or open, according to the gate, the mean error and its 95 % interval."""
     passed: bool | None = None
     """True if the mean error keeps the gate; None without a gate, False if a particle escaped."""
     gate: Gate | None = None
     """Limit declared before the run; None if none was declared."""
-    findings: tuple[str, ...] = ()
-    """Sentences on the conclusions that ASME V&V 20 allows, or on why it is not assessed. Without a verdict, only
-    sentences on declared errors that are not used."""
+    findings: tuple[Fact, ...] = ()
+    """Conclusions that ASME V&V 20 allows, or why it is not assessed. Without a verdict, only declared errors that are
+    not used."""
     volumes: VolumeComparison | None = None
     """Volumes of the run and of the readings; None if no run was assessed."""
     uncertainty: ErrorUncertainty | None = None
@@ -176,7 +177,7 @@ class Comparison(LevelMetrics):
     @property
     def verdict(self) -> str:
         """The headline as one text."""
-        return " ".join(self.headline)
+        return " ".join(texts(self.headline))
 
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:

@@ -129,17 +129,20 @@ def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> 
     return low_mm3, high_mm3
 
 
-def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
+def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[Fact]]:
     """Return the shape with its table of depths cut at the crack's end, and a warning if it is longer or too short."""
     s_mm = shape.depth_stations_mm
     differs = f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: "
     if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
-        return shape, [f"{differs}its last depth is used for the rest."]
+        return shape, [
+            doubt("solid.short-table", f"{differs}its last depth is used for the rest.", float(s_mm[-1]), "mm")
+        ]
     if s_mm[-1] <= length_mm:
         return shape, []
     s_mm = np.append(s_mm[s_mm < length_mm], length_mm)
     table = tuple(zip(s_mm.tolist(), shape.depth_at_mm(s_mm).tolist(), strict=True))
-    return shape.model_copy(update={"depth_mm": table}), [f"{differs}its floor ends there."]
+    text = f"{differs}its floor ends there."
+    return shape.model_copy(update={"depth_mm": table}), [doubt("solid.long-table", text, length_mm, "mm")]
 
 
 def _watertight(

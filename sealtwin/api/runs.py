@@ -8,6 +8,7 @@ from typing import Literal
 from digitise.settings import NozzlePath
 from sealtwin.api.shared import content_of, of_one_crack, settings_from, warn
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory
 from sealtwin.core.settings import checked, doubts_of
@@ -30,7 +31,7 @@ class PlannedPath(Trajectory):
     """Settings of the plan."""
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def doubts(self) -> tuple[Fact, ...]:
         """Questions on settings outside their likely ranges."""
         return doubts_of(self.settings)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.facts import Fact
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Origins, Outline, Run, Solid, Trajectory
@@ -45,10 +46,10 @@ class WarnedProgress(Progress):
         self.sentences.append(text.removeprefix("note: ").removeprefix("warning: "))
 
 
-def warn(texts: Iterable[str]) -> None:
-    """Issue each text as a RuntimeWarning at the line that called the public function."""
+def warn(texts: Iterable[Fact | str]) -> None:
+    """Issue each sentence as a RuntimeWarning at the line that called the public function."""
     for text in texts:
-        warnings.warn(text, RuntimeWarning, stacklevel=3)
+        warnings.warn(str(text), RuntimeWarning, stacklevel=3)
 
 
 def origins_of(record: object) -> dict[str, str]:

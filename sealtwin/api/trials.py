@@ -16,6 +16,7 @@ import numpy as np
 from sealtwin.api.shared import FilePath, WarnedProgress, of_one_crack, path_or_none, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.facts import texts
 from sealtwin.core.files import read_table
 from sealtwin.core.progress import progress_for_stderr, wanted
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
@@ -164,7 +165,7 @@ def run_trial(
     warned = WarnedProgress()
     with progress_for_stderr(quiet=False) if wanted(progress) else warned as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads, by_studies())
-    warn(dict.fromkeys([*warned.sentences, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
+    warn(dict.fromkeys([*warned.sentences, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
 

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command
+from sealtwin.core.facts import of_keys, texts, without
 
 if TYPE_CHECKING:
+    from sealtwin.core.facts import Fact
     from sealtwin.trial.job import StageName
     from sealtwin.trial.pipeline import FinishedStages
     from sealtwin.trial.trial_file import Trial
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
 Rows = Iterator[tuple[str, str]]  # A label and a text; equal labels that follow each other are printed once
 LABEL_LETTERS = 9  # Width of the column of labels
 LEAST_MM3 = 200.0  # Volume above the face from which it is printed
-HEADLINE = 3  # Sentences of a headline with figures; a comparison without a valid mean error has fewer
 
 SAY_ORIGIN = ".data declares it (measured, reconstructed, synthetic)."
 
@@ -112,7 +113,7 @@ def result_lines(
     compared = last == "validate" and result.report is not None
     rows = [
         *_made(result, last),
-        *(("Warning", text) for text in _warnings(result, last) if f"note: {text}" not in warned),
+        *(("Warning", text) for text in map(str, _warnings(result, last)) if f"note: {text}" not in warned),
         *(_concluded(result) if compared else ()),
     ]
     hint = _hint(result, extra_runs) if compared else ""
@@ -138,7 +139,7 @@ def _made(result: "TrialResult", last: "StageName") -> Rows:
         if last == "digitise":
             yield "Scale", ", ".join(_scale(sample))
     if fluid is not None:
-        yield from (("Fluid", text) for text in (_fluid(fluid), *(fluid.unfit or ())))
+        yield from (("Fluid", text) for text in (_fluid(fluid), *texts(fluid.unfit or ())))
         if result.seeds is not None:
             from validate.wording.of_runs import mean_sentence
 
@@ -186,8 +187,8 @@ def _fluid(fluid: "FluidFigures") -> str:
     return f"{escaped} escaped; {fluid.above_face_mm3 / 1e3:.1f} ml are above the face, {over}"
 
 
-def _warnings(result: "TrialResult", last: "StageName") -> Iterator[str]:
-    """Yield sentences on what makes the result unsound or unreliable."""
+def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]":
+    """Yield what makes the result unsound or unreliable."""
     yield from result.other_versions
     if (sample := result.sample) is not None:
         yield from sample.warnings
@@ -195,10 +196,8 @@ def _warnings(result: "TrialResult", last: "StageName") -> Iterator[str]:
             kind = "mesh" if sample.mm_per_px is None else "photo"
             yield f"Origin of the {kind}: undeclared; {kind}{SAY_ORIGIN}"
     if (fluid := result.fluid) is not None and last != "digitise":
-        from validate.wording.headline import FAST
-
         # The rows on the fluid have the reasons, and the rest in fewer words.
-        yield from (text for text in fluid.warnings if text not in (fluid.unfit or ()) and not text.startswith(FAST))
+        yield from without(fluid.warnings, "method.fast", "unfit")
     if last == "validate":
         if result.comparison is None and result.edited:
             from validate.metrics.verdict import edited_by_hand
@@ -222,13 +221,13 @@ def _compared(m: "Comparison") -> Iterator[str]:
 
     If the mean error is not valid, the lines are the sentences that say why.
     """
-    if len(m.headline) < HEADLINE:
-        yield from m.headline
-        return
     from validate.metrics.baselines import nearer_baseline
-    from validate.metrics.verdict import NEARLY_ALL, use_of_readings
+    from validate.metrics.verdict import BASELINES, NEARLY_ALL, use_of_readings
     from validate.units import percent
 
+    if not of_keys(m.headline, BASELINES):
+        yield from texts(m.headline)
+        return
     interval = stations = mean_level = ""
     if m.uncertainty is not None:
         interval, stations, mean_level = _uncertain(m.uncertainty)
@@ -267,7 +266,9 @@ def _uncertain(uncertainty: "ErrorUncertainty") -> tuple[str, str, str]:
 def _gate(m: "Comparison") -> str:
     if m.gate is None:
         # A gate is not applied to a level by the fast model.
-        return m.headline[0] if len(m.headline) > HEADLINE else "none declared"
+        from validate.metrics.verdict import SCREENING
+
+        return next(iter(texts(of_keys(m.headline, SCREENING))), "none declared")
     low_mm, high_mm = m.interval_95_mm or (m.mean_error_mm, m.mean_error_mm)
     inside = m.outcome == "undecided" and low_mm <= m.gate.mean_error_mm <= high_mm
     return f"{m.gate.mean_error_mm:g} mm: {m.outcome}{', since it is inside the 95 % interval' if inside else ''}"
@@ -289,7 +290,8 @@ def _hint(result: "TrialResult", extra_runs: str) -> str:
     if (m := result.comparison) is None:
         adds = "a 95 % band" if result.prediction is None else ""
     else:
-        mean = None if m.uncertainty is None or len(m.headline) != HEADLINE else m.uncertainty.mean_level
+        judged = of_keys(m.headline, "verdict.gate")
+        mean = None if m.uncertainty is None or not judged else m.uncertainty.mean_level
         adds = "model errors" if mean is not None and (mean.numerics_mm is None or mean.inputs_waiting) else ""
     return f" (validate --uncertainty adds {adds}, about {extra_runs})" if adds and extra_runs else ""
 
@@ -310,10 +312,11 @@ def _details(result: "TrialResult", last: "StageName", *, compared: bool) -> Ite
     if not compared:
         return
     if (m := result.comparison) is not None:
-        unused = () if m.uncertainty is None else m.uncertainty.unused
-        yield from m.headline if len(m.headline) >= HEADLINE else ()
+        from validate.metrics.verdict import BASELINES
+
+        yield from texts(m.headline) if of_keys(m.headline, BASELINES) else ()
         yield from _extra_runs(m.uncertainty) if m.uncertainty is not None else ()
-        yield from (sentence for sentence in m.findings if sentence not in unused)
+        yield from texts(without(m.findings, "readings.repeatability-unused"))
         yield f"Readings: {m.readings_dialect}."
     if result.prediction is not None:
         from validate.wording.prediction import prediction_sentences

@@ -10,6 +10,7 @@ from sealtwin.core.facts import Fact
 Method = Literal["particles", "slot"]
 """Method that fills a crack: particles in three dimensions, or the fast model, the flow averaged over sections."""
 PARTICLES, FAST = get_args(Method)
+BRIDGES = "fluid.bridges"  # Key of the doubt about paste that its yield stress supports between the walls
 Known = Annotated[
     float | None, BeforeValidator(lambda value: None if isinstance(value, float) and not np.isfinite(value) else value)
 ]

@@ -9,6 +9,7 @@ from pydantic import ConfigDict, RootModel
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import Floats, Numbers, Profile
@@ -50,7 +51,7 @@ def takes_draws(base: Base) -> bool:
     return not fast_level(base)[1]
 
 
-def fast_level(base: Base) -> tuple[Profile | None, tuple[str, ...]]:
+def fast_level(base: Base) -> tuple[Profile | None, tuple[Fact, ...]]:
     """Return the fast model's level of a trial, None if it does not have the paste, and reasons why it is unfit."""
     from simulate.slot.run import pour
 
@@ -58,7 +59,7 @@ def fast_level(base: Base) -> tuple[Profile | None, tuple[str, ...]]:
     try:
         run, level = pour(base.sample, *trial.physics, seed=trial.seed, slope=trial.sample)
     except InputError as fault:
-        return None, (str(fault),)
+        return None, (doubt("unfit.refused", str(fault)),)
     return level, run.unfit
 
 

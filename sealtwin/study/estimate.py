@@ -9,6 +9,7 @@ from math import log
 from typing import TYPE_CHECKING
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.progress import in_words
 from sealtwin.core.records import Sample
 from sealtwin.study.study_folder import StudyRun
@@ -90,8 +91,8 @@ def size_of(trial: Trial, sample: Sample) -> RunSize:
     return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s), substeps)
 
 
-def checked_size(trial: Trial, sample: Sample) -> tuple[RunSize, list[str]]:
-    """Return the size of a run, and remarks: settings in doubt, and properties of the sealant that it cannot show.
+def checked_size(trial: Trial, sample: Sample) -> tuple[RunSize, list[Fact]]:
+    """Return the size of a run, and doubts: settings in doubt, and properties of the sealant that it cannot show.
 
     Raises InputError as ``size_of`` does, and if settings do not fit the crack.
     """

@@ -8,6 +8,7 @@ from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import look_into
 from sealtwin.core.stage_keys import UNNUMBERED
@@ -30,7 +31,7 @@ from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
 from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.result import COMPARISON, Comparison, read_comparison
 from validate.wording.headline import run_warnings
-from validate.wording.of_runs import sentences_of_runs
+from validate.wording.of_runs import facts_of_runs
 
 PAGE, CONTENT = "compare.html", "compare.json"
 LISTED = (
@@ -71,8 +72,10 @@ def compare_runs(
         for job in jobs
     ]
     others = other_versions(*(job.folder for job in jobs))
-    warned = sentences_of_runs({number: side.fluid_warnings for number, side in enumerate(sides, start=1)}, len(sides))
-    unused = sentences_of_runs({number: _unused(side) for number, side in enumerate(sides, start=1)}, len(sides))
+    warned, unused = (
+        [*texts(facts_of_runs(dict(enumerate(map(of_side, sides), start=1)), len(sides)))]
+        for of_side in (lambda side: side.fluid_warnings, _unused)
+    )
     rows = differing(sides, all_settings=all_settings)
     sheet = compare_sheet(sides, [*others, *warned, *unused], rows)
     written = write_sheet_of_figures(out, PAGE, sheet)
@@ -130,8 +133,8 @@ def _finished(folder: Path) -> Job:
     return job
 
 
-def _unused(side: Side) -> Sequence[str]:
-    """Return sentences on declared errors that the readings contradict."""
+def _unused(side: Side) -> Sequence[Fact]:
+    """Return declared errors that the readings contradict."""
     uncertainty = side.comparison and side.comparison.uncertainty
     return uncertainty.unused if uncertainty is not None else ()
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core import files, record_files
+from sealtwin.core.facts import Fact, without
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import in_words, size_of
@@ -22,7 +23,7 @@ from sealtwin.trial.validate_stage import OF_SEEDS, SEED_RUNS
 from validate.result import SeedRuns
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
 from validate.wording.headline import fluid_warnings
-from validate.wording.of_runs import kind_of, sentences_of_runs
+from validate.wording.of_runs import facts_of_runs
 
 FOLDER = "seeds"
 
@@ -81,10 +82,8 @@ def announce_seeds(job: Job) -> None:
         )
 
 
-def _other_warnings(job: Job, base: Base, runs: list[study_folder.StudyRun]) -> list[str]:
+def _other_warnings(job: Job, base: Base, runs: list[study_folder.StudyRun]) -> list[Fact]:
     """Return the warnings of the other runs' fluid, without those that the own run has with other numbers."""
-    own = fluid_warnings(base.run, record_files.read_simulation(job.path).volume_ratio)
-    kinds = {kind_of(sentence) for sentence in own}
-    by_run = {run.number + 1: run.figures.fluid_warnings if run.figures else () for run in runs}
-    others = {number: [one for one in sentences if kind_of(one) not in kinds] for number, sentences in by_run.items()}
-    return sentences_of_runs(others, len(runs) + 1)
+    keys = [fact.key for fact in fluid_warnings(base.run, record_files.read_simulation(job.path).volume_ratio)]
+    others = {run.number + 1: without(run.figures.fluid_warnings, *keys) if run.figures else () for run in runs}
+    return facts_of_runs(others, len(runs) + 1)

@@ -14,6 +14,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator, with_co
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, texts
 from sealtwin.core.record_files import Amount, Count, Result, as_record, read_record
 from sealtwin.core.records import FROM_JSON
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
@@ -23,7 +24,7 @@ from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from validate.comparison import Baseline
 from validate.metrics.verdict import kept_volume
-from validate.wording.of_runs import sentences_of_runs
+from validate.wording.of_runs import facts_of_runs
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
 FILL = "fill.npz"  # How a run filled its crack, for the pictures of a map
@@ -49,9 +50,9 @@ class RunFigures(RunErrors):
     particles: Count | None = None
     escaped_particles: Count | None = None
     spilled_particles: Count | None = None
-    unfit: tuple[str, ...] = ()
+    unfit: tuple[Fact, ...] = ()
     volume_ratio: Amount
-    fluid_warnings: tuple[str, ...]
+    fluid_warnings: tuple[Fact, ...]
     health: RunHealth = RunHealth()
 
 
@@ -180,7 +181,7 @@ def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
 def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
     """Return warnings about the fluid of finished runs, each once, with the number of runs that have it."""
     warnings = {run.number: run.figures.fluid_warnings for run in runs if run.figures is not None}
-    return sentences_of_runs(warnings, len(warnings))
+    return [*texts(facts_of_runs(warnings, len(warnings)))]
 
 
 def write_plan(folder: Path, plan: Plan) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.errors import InputError, NumericalError, present
+from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Profile
 from sealtwin.core.run_folder import holding
@@ -214,7 +215,7 @@ def chart_of(
         scatter_mm=scatter_mm,
         as_near=as_near,
         replicates=replicates,
-        unused=budget.unused,
+        unused=texts(budget.unused),
         fluid_warnings=tuple(fluid_warnings(done)),
         screening=screening([run for run in plan.runs if run.state == "done"]),
         fitted=len({*(axis.setting for axis in axes), *(settings.fitted or ())}),

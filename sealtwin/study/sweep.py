@@ -12,6 +12,7 @@ from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.stage_keys import content_key, stage_key
@@ -26,7 +27,7 @@ from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import load_trial, refuse_seeds, replaced
 from validate.metrics.verdict import kept_volume
 from validate.wording.headline import DRAFTED_MM
-from validate.wording.of_runs import sentences_of_runs
+from validate.wording.of_runs import facts_of_runs
 
 BUG, SOME_FAILED = 1, 6
 DRAFTS = f"levels are within {DRAFTED_MM:g} mm of accurate ones at nine of ten places. --accurate computes these."
@@ -115,7 +116,7 @@ def brought_up_to_date(
         progress.note(f"{name}: {len(runs)} runs of {size}. {expected.sentence}")
     if expected.runs:
         for remark in remarks:
-            progress.warn(f"note: {remark}")
+            progress.warn(f"note: {remark.text}")
     require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
     if options.scheduler is None:
         require_memory(expected, free_bytes(options.device), options.device, options.batch)
@@ -176,7 +177,7 @@ def _runs(
     folder: Path,
     options: SweepOptions,
     numbers: Mapping[str, int],
-) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
+) -> tuple[list[study_folder.StudyRun], RunSize, list[Fact]]:
     """Return the runs with their keys, the size of the largest run and remarks on the fluids.
 
     Raises InputError if settings do not fit a crack.
@@ -189,7 +190,7 @@ def _runs(
     runs: list[study_folder.StudyRun] = []
     faults: dict[str, list[int]] = {}
     sizes: list[RunSize] = []
-    remarks: dict[int, list[str]] = {}
+    remarks: dict[int, list[Fact]] = {}
     for run in planned:
         name = samples[run.number]
         sample = samples_by_name[name]
@@ -211,7 +212,7 @@ def _runs(
         runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, size.work_s))
     raise_faults(faults)
     largest = max(sizes, key=lambda size: (size.particles, size.bytes))
-    return runs, largest, sentences_of_runs(remarks, len(runs))
+    return runs, largest, facts_of_runs(remarks, len(runs))
 
 
 def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
@@ -336,7 +337,7 @@ def _row(run: study_folder.StudyRun) -> dict[str, Any]:
         "number": run.number,
         **run.settings,
         "model": run.method,
-        "unfit": " ".join(figures.unfit if figures else ()) or None,
+        "unfit": " ".join(texts(figures.unfit if figures else ())) or None,
         "state": run.state,
         **{name: getattr(figures, name, None) for name in FIGURES},
         "wall_s": None if run.wall_s is None else round(run.wall_s, 2),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.facts import Fact
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Sample
 from sealtwin.core.stage_keys import stage_key
@@ -18,7 +19,7 @@ from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
-from validate.wording.of_runs import sentences_of_runs
+from validate.wording.of_runs import facts_of_runs
 
 SEEDS = 2**31  # Number of seeds that a trial may have
 
@@ -71,7 +72,7 @@ def compute_variants(
     if expected.runs:
         progress.note(f"Extra runs for {why}: {expected.sentence}")
         for remark in remarks:
-            progress.warn(f"note: {remark}")
+            progress.warn(f"note: {remark.text}")
         runs = compute(folder, runs, how, "Extra runs", progress, timings)
     if failed := [run for run in runs if run.state == "failed"]:
         reasons = "\n".join(f"{words_of(run.settings)}: {run.reason}" for run in failed)
@@ -90,12 +91,12 @@ def compute_variants(
 
 def _runs(
     folder: Path, variants: Sequence[Variant], device: str, inputs: Mapping[str, str]
-) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
+) -> tuple[list[study_folder.StudyRun], RunSize, list[Fact]]:
     """Write the samples of the runs. Return the runs, the size of the largest one and remarks on the fluids.
 
     Raises InputError if particles do not fit a crack.
     """
-    runs, sizes, remarks = [], [], dict[int, list[str]]()
+    runs, sizes, remarks = [], [], dict[int, list[Fact]]()
     for number, (moved, trial, sample) in enumerate(variants, start=1):
         try:
             size, remarks[number] = checked_size(trial, sample)
@@ -118,7 +119,7 @@ def _runs(
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(study_folder.StudyRun(number, key, moved, content, name, key, size.work_s))
     largest = max(sizes, key=lambda size: (size.particles, size.bytes))
-    return runs, largest, sentences_of_runs(remarks, len(runs))
+    return runs, largest, facts_of_runs(remarks, len(runs))
 
 
 def words_of(settings: Mapping[str, float]) -> str:

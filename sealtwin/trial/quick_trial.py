@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.files import write_text, write_unless_other
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.records import Sample
@@ -122,7 +123,7 @@ def fast_answer(trial: Trial, sample: Sample) -> str:
 
 def write_drawn_trial(
     drawing: Path, folder: Path, depth_mm: float, units: Any, shown_by: dict[str, Any], settings: Mapping[str, Any]
-) -> tuple[Path, list[str]]:
+) -> tuple[Path, list[Fact]]:
     """Write the mesh of a drawn crack, its centreline if it is drawn, and a trial; return the trial file and notes.
 
     ``shown_by`` has the layers for ``drawn_crack``, and ``settings`` has settings of the trial by dotted name. Raises
@@ -143,7 +144,8 @@ def write_drawn_trial(
         rows = "".join(f"{x:.6f},{y:.6f}\n" for x, y in outline.centreline_mm)
         contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
         mesh["path"] = LINE
-        notes.append(f"the drawn line is {outline.length_mm:.1f} mm long")
+        text = f"the drawn line is {outline.length_mm:.1f} mm long"
+        notes.append(Fact("drawing.line", text, outline.length_mm, "mm"))
     floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
     note = f"The crack is that of the drawing {drawing.name} in {drawn.unit}, {floor}."
     content = {"name": name_of(drawing, "drawing"), "note": note, "mesh": mesh}

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Profile
 from validate.metrics.curve_distances import Difference, level_difference
 from validate.metrics.verdict import SOUND, kept_volume
@@ -55,7 +56,7 @@ class Side:
     volume_ratio: float  # Volume of the settled sealant over the dispensed volume
     escaped_particles: int = 0  # Number of particles that went through a wall
     edited: Sequence[str] = ()  # Names of its files that were changed after the run
-    fluid_warnings: Sequence[str] = ()  # Sentences on faults of its fluid
+    fluid_warnings: Sequence[Fact] = ()  # Faults of its fluid
     without_effect: frozenset[str] = frozenset()  # Settings that change neither its level nor the error of its level
 
     @property

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats
 from validate.comparison import Basis, ErrorUncertainty, LevelMetrics
 from validate.metrics.baselines import against_baselines
@@ -23,6 +24,8 @@ WIDEST_GAP = 0.3
 A cluster and one far away leave a wider gap."""
 NEARLY_ALL = 0.95  # Coverage below which the verdict states it
 ROUNDING = 1e-9
+BASELINES, SCREENING = "verdict.baselines", "verdict.screening"
+"""Keys of a headline with a valid mean error, and of one by the fast model."""
 NO_VERDICT = "No verdict: the level was computed by the fast model, which is for screening."
 SOUND = (0.95, 1.05)
 """Sound range of the volume ratio, which is settled over dispensed volume. The preset "accurate" stays within it."""
@@ -65,14 +68,18 @@ def judged(
     passed, outcome = None if gate is None else False, "undecided"
     if m.escaped_particles:
         passed, outcome = False, "failed"
-        sentences = (f"{leak(m.escaped_particles)}: the mean error of {m.mean_error_mm:.3f} mm is invalid.",)
+        text = f"{leak(m.escaped_particles)}: the mean error of {m.mean_error_mm:.3f} mm is invalid."
+        headline = (Fact("verdict.leak", text, m.escaped_particles, level="fault"),)
     elif edited:
-        sentences = (f"{edited_by_hand(edited)}: no verdict.",)
+        headline = (Fact("verdict.edited", f"{edited_by_hand(edited)}: no verdict.", len(edited), level="fault"),)
     elif screening:
         passed, outcome = None, "open"
         not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not applied."
-        figures = f"Mean error {_with_interval(m, uncertainty)}."
-        sentences = NO_VERDICT + not_judged, figures, beside_baselines(m), use_of_readings(m)
+        headline = (
+            doubt(SCREENING, NO_VERDICT + not_judged),
+            Fact("verdict.mean-error", f"Mean error {_with_interval(m, uncertainty)}.", m.mean_error_mm, "mm"),
+            *_with_figures(m),
+        )
         gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
@@ -81,22 +88,30 @@ def judged(
             f"{100 * m.widest_gap_mm / m.length_mm:.0f} %). Read at least {100 * LEAST_COVERAGE:.0f} % of it, at "
             f"{FEWEST_STATIONS} stations or more (fewer miss a mound), with gaps of at most {100 * WIDEST_GAP:.0f} %."
         )
-        sentences = why, use_of_readings(m)
+        headline = doubt("verdict.too-few-readings", why), _role(m)
     else:
         passed, outcome, first = _against_gate(m, gate, uncertainty)
         first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
-        sentences = beside_baselines(m), use_of_readings(m), first
-        findings = () if uncertainty is None else uncertainty.sentences
+        headline = *_with_figures(m), Fact("verdict.gate", first, m.mean_error_mm, "mm")
+        findings = () if uncertainty is None else uncertainty.findings
     # The metrics were validated before.
     return Comparison.model_construct(
         **dict(m),
-        headline=sentences,
+        headline=headline,
         outcome=outcome,
         passed=passed,
         gate=gate,
         findings=findings,
         uncertainty=uncertainty,
     )
+
+
+def _with_figures(m: LevelMetrics) -> tuple[Fact, Fact]:
+    return Fact(BASELINES, beside_baselines(m), m.mean_error_mm, "mm"), _role(m)
+
+
+def _role(m: LevelMetrics) -> Fact:
+    return Fact("verdict.role", use_of_readings(m), m.role)
 
 
 def _stations(m: LevelMetrics) -> str:

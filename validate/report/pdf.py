@@ -48,7 +48,7 @@ def write_pdf(path: Path, data: ReportData, first: Captioned, others: Sequence[C
     paper.paragraph(caption, SMALL_PT, colour=MUTED)
     paper.tiles(page.tiles)
     for caution in data.faults[1:]:
-        paper.paragraph(caution, LEAD_PT, "B", OUTCOME_COLOUR["undecided"])
+        paper.paragraph(caution.text, LEAD_PT, "B", OUTCOME_COLOUR["undecided"])
     for word, text in page.notes:
         paper.paragraph(f"{word} {text}", colour=MUTED)
     paper.pictures(others)

@@ -8,7 +8,8 @@ import json
 import sys
 from typing import Any, Literal
 
-from sealtwin.core import solid_figures
+from sealtwin.core import facts, solid_figures
+from sealtwin.core.facts import Fact, without
 from sealtwin.core.records import DataKind, JsonRecord
 from sealtwin.core.run_figures import Known
 from sealtwin.core.settings_text import described
@@ -47,7 +48,7 @@ class ReadingsFile(ReadingsSheet):
 class ReportData(JsonRecord):
     """Report of one trial: its results, their uncertainty and their origin."""
 
-    schema_version: Literal[3] = 3
+    schema_version: Literal[4] = 4
     """Version of this form. Programs for one version cannot read another."""
     name: str
     """Name of the trial."""
@@ -57,8 +58,8 @@ class ReportData(JsonRecord):
     """The first page in words: verdict, two sentences, four figures."""
     in_short: tuple[str, ...]
     """Result in plain sentences."""
-    headline: tuple[str, ...]
-    """First sentences of the report: on the gate, the baselines and the use of the readings."""
+    headline: tuple[Fact, ...]
+    """First findings of the report: on the gate, the baselines and the use of the readings."""
     outcome: Outcome
     """passed, failed: the gate is outside the mean error's 95 % interval, or a particle escaped. undecided: the gate is
     inside this interval, there are too few readings, or files were edited by hand. open: no readings, or no gate
@@ -66,7 +67,7 @@ class ReportData(JsonRecord):
     edited: tuple[str, ...]
     """Files of the run that were changed after their stage wrote them. If there is one, nothing in the report is a
     result."""
-    cautions: tuple[str, ...]
+    cautions: tuple[Fact, ...]
     """Warnings to be read before any number."""
     photo_data: DataKind
     """Origin of the photo or the mesh; only measured data can validate."""
@@ -96,14 +97,14 @@ class ReportData(JsonRecord):
     """All tables of the page."""
 
     @property
-    def findings(self) -> tuple[str, ...]:
+    def findings(self) -> tuple[Fact, ...]:
         """Conclusions according to ASME V&V 20, or a sentence that it was not assessed; empty without readings."""
         return () if self.comparison is None else self.comparison.findings
 
     @property
-    def faults(self) -> tuple[str, ...]:
+    def faults(self) -> tuple[Fact, ...]:
         """Cautions without the one on data that were not measured, which is on the first page."""
-        return tuple(caution for caution in self.cautions if not caution.startswith(NOT_A_VALIDATION))
+        return without(self.cautions, NOT_A_VALIDATION)
 
     @property
     def tone(self) -> Outcome:
@@ -123,6 +124,7 @@ def schema() -> dict[str, Any]:
         report_input,
         units,
         solid_figures,
+        facts,
         first_page_words,
         sys.modules[__name__],
     )
@@ -140,13 +142,13 @@ def schema() -> dict[str, Any]:
 def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> ReportData:
     """Return the content of report.json. ``tables`` are the tables of the page."""
     readings, sheet = evidence.readings, evidence.sheet
-    sentences, outcome = headline(evidence)
+    verdict, outcome = headline(evidence)
     return ReportData(
         name=evidence.name,
         note=evidence.note,
         first_page=first_page(evidence),
         in_short=in_short(evidence),
-        headline=sentences,
+        headline=verdict,
         outcome=outcome,
         edited=evidence.edited,
         cautions=cautions(evidence),

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers
 from validate.comparison import BudgetPart, BudgetSummary
 from validate.settings import PASS_MM
@@ -87,8 +88,8 @@ class Budget:
     missing: tuple[Component, ...] = ()
     """Errors that are neither declared nor shown by the readings, with a size of ``UNDECLARED_MM`` or their own."""
     scatter_known: bool = True
-    notes: tuple[str, ...] = ()  # Sentences on features of the readings
-    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict; no interval includes them
+    notes: tuple[Fact, ...] = ()  # Features of the readings
+    unused: tuple[Fact, ...] = ()  # Declared errors that the readings contradict; no interval includes them
     steps_mm: float = 0.0
     """Change of the mean error, either way, by steps of the bed between few stations. It is no error of a level."""
 
@@ -218,17 +219,19 @@ class Budget:
         notes = (*self.notes, *(self._allowed(one, curve) for one in self.components if one.source == "allowed for"))
         return BudgetSummary(parts=parts, missing=missing, scatter_known=self.scatter_known, notes=notes)
 
-    def _allowed(self, one: Component, curve: Curve) -> str:
-        """Return the sentence on an undeclared error that the data cannot exclude."""
+    def _allowed(self, one: Component, curve: Curve) -> Fact:
+        """Return the doubt about an undeclared error that the data cannot exclude."""
         with_it, without = (
             budget.mean_mm(curve.weights())
             for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not one))
         )
-        return (
+        times = with_it / max(without, 1e-9)
+        text = (
             f"The intervals include a shift of {PASS_MM:g} mm between passes, which so few repeats cannot exclude. If "
             f"the repeats are not separate passes, set {one.setting} = 0; the interval of the mean level is then "
-            f"{with_it / max(without, 1e-9):.1f} times narrower."
+            f"{times:.1f} times narrower."
         )
+        return doubt("readings.allowed-for", text, times)
 
     def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:
         alone = replace(self, components=(one,))

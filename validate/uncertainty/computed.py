@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
 from validate.comparison import InputEffect, SizeSeries
@@ -291,7 +292,7 @@ class Spread:
     draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
     fast_mm: Numbers | None = None
     """Level by the fast model at ``s_mm``; None if the fast model is unfit, or computed the trial's own level."""
-    unfit: tuple[str, ...] = ()  # Reasons why the fast model is unfit for the case, a sentence each
+    unfit: tuple[Fact, ...] = ()  # Reasons why the fast model is unfit for the case
     mean_of: int = 1  # Number of runs whose mean is the level; a setting of the trial, which is not in the file
 
     def __post_init__(self) -> None:

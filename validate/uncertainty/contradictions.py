@@ -3,6 +3,7 @@
 import numpy as np
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Profile
 from validate.settings import PASS_MM, Readings, Uncertainty
 from validate.uncertainty.budget import Component, Source, draws_for, normals, uniforms
@@ -191,8 +192,8 @@ def _chi_squared(share: float, freedom: float) -> float:
     return 2.0 * float(gammaincinv(freedom / 2, share))
 
 
-def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[str, ...]:
-    """Return a sentence on a declared repeatability that exceeds the scatter of the repeats.
+def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[Fact, ...]:
+    """Return a doubt about a declared repeatability that exceeds the scatter of the repeats.
 
     With repeats, no interval uses a declared repeatability. The test is that of ``_require_scatter``, at the lower end
     of the distribution. It is skipped if the last digit hides the scatter.
@@ -204,11 +205,12 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
     if freedom <= 0 or squares_mm2 >= variance_mm2 * _chi_squared(FALSE_ALARM, freedom):
         return ()
-    return (
+    text = (
         f"uncertainty.repeatability_mm = {declared_mm:g} is not used: the repeats scatter by only "
         f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), less than 99 of 100 sheets of "
-        "normal readings with this repeatability.",
+        "normal readings with this repeatability."
     )
+    return (doubt("readings.repeatability-unused", text, declared_mm, "mm"),)
 
 
 def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Profile
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import (
@@ -61,13 +62,14 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
     far, robust_mm = _far(own_mm, count, resolution_mm)
     unused = unused_repeatability(measured, declared, resolution_mm)
-    notes = list[str]()
+    notes = list[Fact]()
     if places := s_mm[far.any(axis=1)].tolist():
-        notes.append(
+        text = (
             f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
             f"robust standard deviations (of {robust_mm:.2g} mm) away from the others. The mean includes it; the "
             "intervals do not if the station has at least three readings."
         )
+        notes.append(doubt("readings.outlier", text, len(places)))
     # Of two readings, either may be the outlier.
     alone = far & (count > 2)[:, None]
     used_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
@@ -107,22 +109,25 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         _arches(s_mm, measured.level_mm),
     ]
     if touching := s_mm[mouth.at_mm(s_mm) <= (settings.probe_mm or -1)].tolist():
-        notes.append(
+        text = (
             f"The probe ({settings.probe_mm:g} mm) is not narrower than the crack at "
             f"{counted(len(touching), 'station')} (s = {_listed(touching)} mm), so it touches the walls there and "
             "reads too high by an unknown amount."
         )
+        notes.append(doubt("readings.probe-touches", text, len(touching)))
     if settings.rounding not in (None, "nearest"):
-        notes.append(
+        text = (
             f'The readings are rounded to one side (readings.rounding = "{settings.rounding}"), by up to '
             f"{resolution_mm:g} mm. The intervals include it; the measured level is not corrected."
         )
+        notes.append(doubt("readings.rounded", text, resolution_mm, "mm"))
     steps_mm = _steps_mm(s_mm, measured.level_mm)
     if steps_mm:
-        notes.append(
+        text = (
             f"The interval of the mean error includes {steps_mm:.2f} mm for steps of the bed between stations, which "
             f"fewer than {STATIONS_FOR_STEPS} stations cannot show."
         )
+        notes.append(doubt("readings.few-stations", text, steps_mm, "mm"))
     return Budget(
         stations=stations,
         components=tuple(components),

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
 from validate.comparison import BudgetPart, MeanLevelBudget, StationErrors
 from validate.result import PredictedLevel, PredictedPart
@@ -14,6 +15,7 @@ from validate.uncertainty.computed import Spread, numerical_errors
 from validate.uncertainty.meniscus import Mouth
 from validate.units import counted, signed
 
+MEAN_LEVEL = "validation.mean-level"  # Key of the conclusion according to ASME V&V 20
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
 
 NOT_ASSESSED = "ASME V&V 20 is not assessed: run 'sealtwin validate RUN --uncertainty'."
@@ -46,28 +48,27 @@ def mean_level_budget(
     )
 
 
-def level_sentences(
+def level_findings(
     mean: MeanLevelBudget,
     stations: StationErrors,
     parts: Sequence[BudgetPart],
     *,
     calibrated: bool = False,
     screening: bool = False,
-) -> tuple[str, str]:
-    """Return the sentences on the mean level and on the stations.
+) -> tuple[Fact, Fact]:
+    """Return the findings on the mean level and on the stations.
 
     The first is the conclusion according to ASME V&V 20 if numerics and inputs are included. Otherwise it states that
     V&V 20 is not assessed. If the model was ``calibrated`` on the readings, E is not the error of a prediction, which
     V&V 20 requires; a model for ``screening`` is not assessed either.
     """
     if screening:
-        return "ASME V&V 20 is not assessed, since the fast model computed the level.", _station_sentence(
-            stations, parts, _included(mean)
-        )
+        text = "ASME V&V 20 is not assessed, since the fast model computed the level."
+        return Fact(MEAN_LEVEL, text), _of_stations(stations, parts, _included(mean))
     if mean.resolved is None:
         no_input = mean.numerics_mm is not None and mean.inputs_mm is None and not mean.inputs_waiting
         text = NO_INPUT if no_input else NOT_ASSESSED
-        return text, _station_sentence(stations, parts, _included(mean))
+        return Fact(MEAN_LEVEL, text), _of_stations(stations, parts, _included(mean))
     half_mm = COVERAGE * mean.validation_mm
     span = f"{signed(mean.error_mm - half_mm, 2)} and {signed(mean.error_mm + half_mm, 2)} mm"
     figures = f"ASME V&V 20: E = {signed(mean.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm"
@@ -81,7 +82,8 @@ def level_sentences(
         )
     if calibrated:
         text += " The model was calibrated on these readings, which makes E smaller than that of a prediction."
-    return text, _station_sentence(stations, parts, "readings, numerics and inputs")
+    conclusion = Fact(MEAN_LEVEL, text, mean.error_mm, "mm")
+    return conclusion, _of_stations(stations, parts, "readings, numerics and inputs")
 
 
 def _included(mean: MeanLevelBudget) -> str:
@@ -90,8 +92,8 @@ def _included(mean: MeanLevelBudget) -> str:
     return " and ".join(parts if mean.inputs_mm is None else [*parts, "some inputs"]) + " alone"
 
 
-def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], included: str) -> str:
-    """Return the sentence on the stations.
+def _of_stations(stations: StationErrors, parts: Sequence[BudgetPart], included: str) -> Fact:
+    """Return the finding on the stations.
 
     ``included`` names the uncertainties in the bands, ``parts`` are their errors. Many stations are many tests, so a
     station counts as off if its error is outside the band of all stations together.
@@ -102,17 +104,19 @@ def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], incl
     where = f" ({high} too high, {int(off.sum()) - high} too low)" if off.any() else ""
     chance = f"about {stations.by_chance:.0f}" if stations.by_chance >= 0.5 else "fewer than 1"
     largest = max(parts, key=lambda one: one.station_mm).name
-    return (
+    text = (
         f"The level is outside the 95 % band of the whole profile at {int(off.sum()) or 'none'} of "
         f"{counted(count, 'station')}{where}, and outside the station's own band at {above or 'none'} ({chance} by "
         f"chance, if no error is missing). The bands include the errors of {included}, mostly {largest}."
     )
+    return Fact("validation.stations", text, int(off.sum()))
 
 
-def missing_sentence(missing: Sequence[BudgetPart]) -> str:
-    """Return the sentence on errors of the readings that no interval includes."""
+def missing_errors(missing: Sequence[BudgetPart]) -> Fact:
+    """Return the finding on errors of the readings that no interval includes."""
     names = ", ".join(one.name for one in missing)
-    return f"Not covered by any interval (declare it to include it): {names}."
+    text = f"Not covered by any interval (declare it to include it): {names}."
+    return Fact("validation.missing", text, len(missing))
 
 
 PLACES = 101  # Number of positions of the band; over 250 would get fewer draws

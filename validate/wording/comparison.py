@@ -4,6 +4,7 @@ from itertools import groupby
 
 import numpy as np
 
+from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.records import Profile
 from validate.comparison import (
     Baseline,
@@ -17,6 +18,7 @@ from validate.comparison import (
 from validate.report_input import Evidence, ReadingsSheet
 from validate.result import Comparison
 from validate.uncertainty.budget import UNDECLARED_MM
+from validate.uncertainty.validation import MEAN_LEVEL
 from validate.units import (
     MODELS,
     NOT_COMPUTED,
@@ -147,8 +149,8 @@ def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
 
 def _included(uncertainty: ErrorUncertainty) -> list[str]:
     """Return sentences on the result of the comparison and on what the intervals do not include."""
-    conclusion, *_ = uncertainty.sentences
-    sentences = [conclusion, *uncertainty.unused, *uncertainty.budget.notes]
+    conclusions = of_keys(uncertainty.findings, MEAN_LEVEL)
+    sentences = [*texts((*conclusions, *uncertainty.unused, *uncertainty.budget.notes))]
     if not uncertainty.budget.scatter_known:
         sentences.append(
             "The scatter of the readings is not included: no station was read twice, and uncertainty.repeatability_mm "

@@ -193,9 +193,9 @@ def _places(evidence: Evidence, comparison: Comparison) -> str:
 
 def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
     """Return reservations; the cautions after the first follow below the page."""
-    labels = [("Check first:", sentence) for sentence in faults(evidence)[:1]]
+    labels = [("Check first:", fault.text) for fault in faults(evidence)[:1]]
     if evidence.comparison is not None and not evidence.comparison.enough_readings:
-        labels.append(("Verdict:", evidence.comparison.headline[0]))
+        labels.append(("Verdict:", evidence.comparison.headline[0].text))
     if kinds := not_measured(evidence):
         labels.append(("Not a validation:", f"{', '.join(kinds)}."))
     return tuple(labels)

@@ -2,8 +2,10 @@
 
 from typing import Any
 
+from sealtwin.core.facts import Fact, doubt, of_keys
 from sealtwin.core.record_files import Simulation
 from sealtwin.core.records import Run
+from sealtwin.core.run_figures import BRIDGES
 from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_volume, leak
 from validate.report_input import Evidence
 from validate.result import Outcome, SeedRuns
@@ -22,7 +24,8 @@ AT_REST = 0.5  # Largest distance from rest of a level at rest, in radii of the 
 MUCH_SPILLED = 0.05
 """Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
 ML = 1000.0  # mm³
-NOT_A_VALIDATION = "Not a validation:"
+NOT_A_VALIDATION = "data.not-a-validation"  # Key of the caution about data that were not measured
+METHOD = "method"  # First part of the keys of facts on a draft, and on the fast model
 DRAFTED_MM = 1.1
 """A draft's level is this near to the mean of accurate runs at nine of ten places (benchmarks/drafts.py)."""
 FAST = (
@@ -31,8 +34,8 @@ FAST = (
 )
 
 
-def method_sentences(run: Run | Simulation) -> tuple[str, ...]:
-    """Return sentences on a draft, or on a run of the fast model and on whether it fits the case. Others have none."""
+def method_facts(run: Run | Simulation) -> tuple[Fact, ...]:
+    """Return cautions about a draft, or about the fast model and whether it fits the case. Other runs have none."""
     if run.fast_fill is None:
         accurate_mm = _table(run, "solver").get("accurate_radius_mm") or run.radius_mm
         draft = (
@@ -40,33 +43,34 @@ def method_sentences(run: Run | Simulation) -> tuple[str, ...]:
             f"its level is within {DRAFTED_MM:g} mm of accurate ones at nine of ten places. For a final result set "
             'solver.preset = "accurate".'
         )
-        return (draft,) if is_draft(run) else ()
+        return (doubt(f"{METHOD}.draft", draft, DRAFTED_MM, "mm"),) if is_draft(run) else ()
     if run.unfit:
-        return (f"{FAST} It is UNFIT for this case:", *run.unfit)
+        return (doubt(f"{METHOD}.fast", f"{FAST} It is UNFIT for this case:"), *run.unfit)
     above_mm = round(run.fast_fill.above_mm, 1)
     over = f"; its level is up to {above_mm} mm above the face, with overspill only as a slump next to the mouth"
-    return (f"{FAST} The case is within its domain{over if above_mm > 0 else ''}.",)
+    return (doubt(f"{METHOD}.fast", f"{FAST} The case is within its domain{over if above_mm > 0 else ''}."),)
 
 
 def is_draft(run: Run | Simulation) -> bool:
     return _table(run, "solver").get("preset") == "draft"
 
 
-def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> tuple[str, ...]:
-    """Return a sentence for each figure of a run that shows a fault. A sound run has none.
+def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> tuple[Fact, ...]:
+    """Return a caution for each figure of a run that shows a fault. A sound run has none.
 
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. A volume lost over the
     sample's edge has its own sentence, since the fluid did not lose it. Faults of the other runs of ``seeds`` follow.
     """
     others = () if seeds is None else seeds.warnings
-    return *method_sentences(run), *fluid_warnings(run, volume_ratio), *others
+    return *method_facts(run), *fluid_warnings(run, volume_ratio), *others
 
 
-def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
-    """Return the sentences of ``run_warnings`` without those on the method."""
-    texts = [*run.remarks]
+def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[Fact, ...]:
+    """Return the cautions of ``run_warnings`` without those on the method."""
+    facts = [*run.remarks]
     if run.escaped_particles:
-        texts.append(f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file.")
+        text = f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file."
+        facts.append(Fact("fluid.escaped", text, run.escaped_particles, level="fault"))
     low, high = SOUND
     spilled = run.spilled_particles / max(1, run.particles)
     # To the digits that are shown: 1.050 is never too much.
@@ -74,19 +78,21 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
     if not low <= ratio <= high:
         rest = " of what stayed on the sample" if spilled else ""
         change, hollows, off = ("lost", "", "low") if ratio < low else ("gained", ", or bridges empty spaces", "high")
-        texts.append(
+        text = (
             f"The fluid {change} {100 * abs(1 - ratio):.0f} % of its volume{hollows} ({ratio:.3f}{rest}; {low:g} to "
             f"{high:g} is sound), so its levels are too {off}.{_why(run, lost=ratio < low)}"
         )
+        facts.append(doubt("fluid.volume", text, ratio))
     if (compressed := run.health.density_error_p95 or 0.0) > MOST_COMPRESSED:
         # The two-level pressure is for deep beds, and many substeps help shallow ones as well.
         cure = 'Set solver.pressure = "two-level" for a deep bed, or more solver.substeps for any bed.'
         if _table(run, "solver").get("pressure") == "two-level":
             cure = "Set more solver.substeps."
-        texts.append(
+        text = (
             f"The bed is compressed (5 % of its particles by more than {100 * compressed:.0f} %), so levels there are "
             f"too low. {cure}"
         )
+        facts.append(doubt("fluid.compressed", text, compressed))
     off_mm, flat_mm = run.health.to_rest_mm or 0.0, run.health.flat_mm
     # Where the nozzle has just been the level cannot be judged yet, and may still move by millimetres.
     never_frozen = _table(run, "fluid").get("freeze_after_s") == "never"
@@ -97,18 +103,21 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
             rest = f"it was read as the nozzle stopped, and elsewhere it moved by {off_mm:.1f} mm in the last tenth"
         elif flat_mm is not None:
             rest = f"without a yield stress it will be flat at {flat_mm:.2f} mm, and is up to {off_mm:.1f} mm off"
-        texts.append(f"The level is not that at rest: {rest}. Set a longer solver.settle_s.")
+        text = f"The level is not that at rest: {rest}. Set a longer solver.settle_s."
+        facts.append(doubt("fluid.unsettled", text, off_mm, "mm"))
     if not kept_volume(volume_ratio) and (low <= ratio <= high or spilled > MUCH_SPILLED):
-        texts.append(
+        text = (
             f"{counted(run.spilled_particles, 'particle')} ({100 * spilled:.1f} % of the sealant) ran over the edge "
             "of the sample, so the levels are those of the rest."
         )
+        facts.append(doubt("fluid.spilled", text, run.spilled_particles))
     if (bond := run.health.bond) is not None and bond < LEAST_BOND:
-        texts.append(
+        text = (
             f"The Bond number across the crack is {bond:.2g}: surface tension, which is not modelled, is stronger than "
             "gravity there, so the real sealant may come to rest elsewhere."
         )
-    return tuple(texts)
+        facts.append(doubt("fluid.bond", text, bond))
+    return tuple(facts)
 
 
 def _why(run: Run | Simulation, *, lost: bool) -> str:
@@ -120,7 +129,7 @@ def _why(run: Run | Simulation, *, lost: bool) -> str:
     if lost:
         return " Set more solver.substeps, which reduces the compression (see the numerical health)."
     # Finer particles do not fill the hollows under paste that bridges a crack.
-    if across is None or across >= FEW_ACROSS or any("bridges" in remark for remark in run.remarks):
+    if across is None or across >= FEW_ACROSS or of_keys(run.remarks, BRIDGES):
         return ""
     return (
         f" Only {across:.1f} particles fit side by side between the walls; the paper's runs have four. "
@@ -134,27 +143,25 @@ def _table(run: Run | Simulation, name: str) -> dict[str, Any]:
     return table if isinstance(table, dict) else {}
 
 
-def cautions(evidence: Evidence) -> tuple[str, ...]:
+def cautions(evidence: Evidence) -> tuple[Fact, ...]:
     """Return cautions about edited files, about the run, and about data that were not measured."""
     kinds = not_measured(evidence)
-    no_validation = (
-        [f"{NOT_A_VALIDATION} {' and '.join(kinds)}. No error here is that of a real sample."] if kinds else []
-    )
-    return (*faults(evidence), *no_validation)
+    text = f"Not a validation: {' and '.join(kinds)}. No error here is that of a real sample."
+    return (*faults(evidence), *((doubt(NOT_A_VALIDATION, text),) if kinds else ()))
 
 
-def faults(evidence: Evidence) -> tuple[str, ...]:
+def faults(evidence: Evidence) -> tuple[Fact, ...]:
     """Return cautions about edited files, the run and the weighed cavity."""
-    texts = list(run_warnings(evidence.run, evidence.volume_ratio, evidence.seeds))
+    facts = list(run_warnings(evidence.run, evidence.volume_ratio, evidence.seeds))
     if (weighed := evidence.solid.figures.weighed) is not None:
-        texts += weighed.findings
+        facts += weighed.findings
     if evidence.edited:
         edited = (
             f"{edited_by_hand(evidence.edited)}: this report shows the files as they are now, and is not a result of "
             "this trial. Run the trial again, which writes its own files and keeps yours."
         )
-        texts.insert(0, edited)
-    return tuple(texts)
+        facts.insert(0, Fact("files.edited", edited, len(evidence.edited), level="fault"))
+    return tuple(facts)
 
 
 def not_measured(evidence: Evidence) -> list[str]:
@@ -171,19 +178,22 @@ def not_measured(evidence: Evidence) -> list[str]:
     return kinds
 
 
-def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
-    """Return the sentences of the verdict and its outcome."""
+def headline(evidence: Evidence) -> tuple[tuple[Fact, ...], Outcome]:
+    """Return the facts of the verdict and its outcome."""
     if evidence.comparison is not None:
         return evidence.comparison.headline, evidence.comparison.outcome
     if evidence.run.escaped_particles:
-        return (f"{leak(evidence.run.escaped_particles)}. There are no readings.",), "failed"
-    if not evidence.run.has_particles:
-        return (NO_VERDICT, "There are no readings."), "open"
-    if evidence.edited:
-        return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
-    if evidence.prediction is not None:
-        return (predicted_sentence(evidence.prediction),), "open"
-    return ("No readings: the simulated fill is not compared with anything.",), "open"
+        text, key, outcome = f"{leak(evidence.run.escaped_particles)}. There are no readings.", "leak", "failed"
+    elif not evidence.run.has_particles:
+        text, key, outcome = f"{NO_VERDICT} There are no readings.", "screening", "open"
+    elif evidence.edited:
+        text, key = f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.", "edited"
+        outcome = "undecided"
+    elif evidence.prediction is not None:
+        text, key, outcome = predicted_sentence(evidence.prediction), "predicted", "open"
+    else:
+        text, key, outcome = "No readings: the simulated fill is not compared with anything.", "no-readings", "open"
+    return (Fact(f"verdict.{key}", text, level="fault" if key in ("leak", "edited") else "plain"),), outcome
 
 
 def in_short(evidence: Evidence) -> tuple[str, ...]:

@@ -1,34 +1,29 @@
 """Sentences that several runs share, each written once, and sentences on a level that is their mean."""
 
-import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
+from sealtwin.core.facts import Fact
 from validate.result import SeedRuns
 
 OF_DRAFTS = "All are drafts: their mean scatters less than one does, but no band includes what drafts are off by."
-NUMBER = re.compile(r"\d[\d.,]*(e[+-]?\d+)?")
 
 
-def kind_of(sentence: str) -> str:
-    """Return the sentence without its numbers."""
-    return NUMBER.sub("#", sentence)
+def facts_of_runs(by_run: Mapping[int, Sequence[Fact]], total: int) -> list[Fact]:
+    """Return a fact for each key that runs have, with the number of runs of ``total`` that have it.
 
-
-def sentences_of_runs(by_run: Mapping[int, Sequence[str]], total: int) -> list[str]:
-    """Return each sentence of the runs once, with the number of runs of ``total`` that have it.
-
-    ``by_run`` has the sentences of a run by its number. Sentences that differ only in their numbers are returned once,
-    with the numbers of the first of these runs, which is named.
+    ``by_run`` has the facts of a run by its number. If sentences of a key differ, that of the first of these runs is
+    returned, and the run is named.
     """
-    kinds: dict[str, dict[int, str]] = {}
-    for number, sentences in by_run.items():
-        for sentence in sentences:
-            kinds.setdefault(kind_of(sentence), {}).setdefault(number, sentence)
+    by_key: dict[str, dict[int, Fact]] = {}
+    for number, facts in by_run.items():
+        for fact in facts:
+            by_key.setdefault(fact.key, {}).setdefault(number, fact)
     shared = []
-    for by_number in kinds.values():
-        number, sentence = next(iter(by_number.items()))
-        with_numbers = f" (numbers of run {number})" if len({*by_number.values()}) > 1 else ""
-        shared.append(f"{len(by_number)} of {total} runs{with_numbers}: {sentence}")
+    for by_number in by_key.values():
+        number, fact = next(iter(by_number.items()))
+        as_run = f" (as of run {number})" if len({*by_number.values()}) > 1 else ""
+        shared.append(replace(fact, text=f"{len(by_number)} of {total} runs{as_run}: {fact.text}"))
     return shared
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sealtwin.core.facts import Fact, texts
 from sealtwin.core.run_figures import FAST
 from validate.result import PredictedLevel
 from validate.units import LABELS, PageTable, signed
@@ -45,14 +46,16 @@ def prediction_sentences(prediction: PredictedLevel) -> tuple[str, ...]:
         sentences.append("The effect of the numerics on the level is unknown, and not in the band.")
     by_fast, unfit = any(one.model == FAST for one in prediction.inputs), prediction.unfit
     if prediction.fast_level_mm is None:
-        why = f", since the fast model is unfit for this case: {' '.join(unfit)}" if unfit and not by_fast else "."
+        why = (
+            f", since the fast model is unfit for this case: {' '.join(texts(unfit))}" if unfit and not by_fast else "."
+        )
         sentences.append(f"The band does not include a difference of particles and fast model{why}")
     missing, left_out = [one.name for one in prediction.missing], prediction.inputs_left_out
     return (*sentences, *input_sentences(left_out, unfit if by_fast else (), "the band", missing))
 
 
 def input_sentences(
-    left_out: Sequence[str], unfit: Sequence[str], whole: str, missing: Sequence[str] = ()
+    left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing: Sequence[str] = ()
 ) -> list[str]:
     """Return sentences on the inputs and ``missing`` errors not in ``whole``, and on inputs of an unfit fast model."""
     sentences = []
@@ -62,7 +65,7 @@ def input_sentences(
     if unfit:
         sentences.append(
             "The trial is OUTSIDE the domain of the fast model that varied its inputs, so u_input, their part of "
-            f"{whole}, is only an estimate. {' '.join(unfit)}"
+            f"{whole}, is only an estimate. {' '.join(texts(unfit))}"
         )
     return sentences
 
