@@ -81,7 +81,7 @@ def base_of(one: Measured, number: int, lab: Lab) -> Base:
     solid = sample.solid
     path = plan_trajectory(sample.outline, trial.path, solid.cavity_volume_mm3, solid.sections)
     sample = replace(sample, trajectory=path)
-    return Base(own.path, trial, sample, *pour(sample, *trial.physics, seed=0))
+    return Base(own.path, trial, sample, *pour(trial.pour(sample)))
 
 
 def second_reality(one: Measured, world: World) -> Poured:

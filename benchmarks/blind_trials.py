@@ -25,6 +25,7 @@ from sealtwin.core.records import Floats, Sample
 from sealtwin.core.settings import checked
 from sealtwin.study.moved_inputs import Base
 from sealtwin.trial.trial_file import Trial
+from simulate.pour import Pour
 from simulate.run import fill
 from simulate.settings import Fluid, Solver
 from simulate.slot.run import pour
@@ -68,7 +69,7 @@ def measured(number: int, folder: Path) -> Measured:
     )
     solid = with_weighed(build_solid(moved, shape), by_weight)
     sample = Sample(moved, solid, plan_trajectory(moved, trial.path, solid.cavity_volume_mm3, solid.sections))
-    base = Base(folder, trial, sample, *pour(sample, *trial.physics, seed=0))
+    base = Base(folder, trial, sample, *pour(trial.pour(sample)))
     outline = widened(traced, real["width_off_mm"])
     walls = CrackShape(depth_mm=truth["depth_mm"], tilt="flare", wall_angle_deg=truth["angle_deg"])
     real_path = trial.path.model_copy(update=real["path"] | {"trim_mm": tuple(real["path"]["trim_mm"])})
@@ -88,5 +89,5 @@ def real_level_mm(number: int, trial: Measured) -> Floats:
 
 def level_mm(sample: Sample, fluid: Fluid, solver: Solver, trial: Measured, *, seed: int) -> Floats:
     """Return the level at STATIONS_MM by particles."""
-    _, profile = fill(sample, fluid, solver, trial.base.trial.nozzle, seed=seed)
+    _, profile = fill(Pour(sample, (fluid,), solver, trial.base.trial.nozzle, seed))
     return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)

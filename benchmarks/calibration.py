@@ -42,6 +42,7 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.calibration.search import CONFIRM, SearchResult, Setting, Source, search, settings_at
 from sealtwin.core.records import Floats, Outline, Sample, Solid, Trajectory
+from simulate import pour as pours
 from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import straight_slot
@@ -115,7 +116,7 @@ class Library:
 def fill(setting: Setting, seed: int, solver: Solver) -> Floats:
     outline, solid = slot()
     sample = Sample(outline, solid, trajectory(setting))
-    _, profile = fill_crack(sample, fluid(setting), solver, NOZZLE, seed=seed)
+    _, profile = fill_crack(pours.Pour(sample, (fluid(setting),), solver, NOZZLE, seed))
     return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
 
 

@@ -35,8 +35,9 @@ from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial
 from simulate.device import choose_device, describe_device
+from simulate.injection import ComputeOptions, prepare
 from simulate.profile import measure_profile
-from simulate.run import follow, ready
+from simulate.run import follow
 from tests.places import FIXTURE
 from validate.metrics.curve_distances import error_bins
 
@@ -105,14 +106,14 @@ def main(
 def inject_at_once(bench: Sample, trials: Sequence[Trial], device: str, frames: int | None = None) -> Launch:
     """All runs in one launch; ``frames`` ends them early."""
     first = trials[0]
-    fluids, how = [trial.given_fluid for trial in trials], {"seed": first.seed, "device": device}
+    pour, options = first.pour(bench), ComputeOptions(device, progress=progress_for_stderr(quiet=False))
     # Walls are kept, and neither their memory nor their time is that of the runs.
-    ready(bench, fluids[:1], first.solver, first.nozzle, **how)
+    prepare(pour, options)
     before = _used_bytes(device)
     began = time.perf_counter()
-    injection = ready(bench, fluids, first.solver, first.nozzle, **how)
+    injection = prepare(replace(pour, fluids=tuple(trial.given_fluid for trial in trials)), options)
     if frames is None:
-        follow(injection, progress_for_stderr(quiet=False))
+        follow(injection, options)
     else:
         for _ in range(frames):
             injection.advance()
@@ -153,7 +154,7 @@ def _profiles(bench: Sample, launch: Launch) -> Row:
 
 
 def _memory(bench: Sample, trials: Sequence[Trial], launch: Launch) -> list[Row]:
-    expected = len(trials) * size_of(trials[0], bench).bytes
+    expected = len(trials) * size_of(trials[0].pour(bench)).bytes
     rows = [Row(f"{len(trials)} runs: memory, expected", expected / 1e6, "MB")]
     if math.isfinite(launch.taken_bytes):
         # A pool hands out whole blocks, and holds what scans and sorts take for a moment.

@@ -10,6 +10,7 @@ paper's 132 pairs have particles of 0.6 mm, as a draft has: there only substeps 
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -117,7 +118,7 @@ def pour(sample: Sample, trial: Trial, seeds: int) -> Poured:
     levels, ratios, began_s = [], [], time.process_time()
     at_mm = np.arange(STEP_MM / 2, sample.outline.length_mm, STEP_MM)
     for seed in range(seeds):
-        run, profile = fill(sample, *trial.physics, seed=seed)
+        run, profile = fill(replace(trial.pour(sample), seed=seed))
         levels.append(np.interp(at_mm, profile.s_mm, profile.level_mm))
         ratios.append(volume_ratio(run, sample.solid))
     return Poured(np.array(levels), float(np.mean(ratios)), (time.process_time() - began_s) / seeds)

@@ -18,6 +18,8 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Sample
+from simulate.injection import ComputeOptions
+from simulate.pour import Pour
 from simulate.profile import volume_ratio
 from simulate.run import fill
 from simulate.settings import Fluid, Nozzle, Solver
@@ -63,13 +65,13 @@ def _narrow(threads: int) -> list[Row]:
     trajectory = plan_trajectory(outline, path, solid.cavity_volume_mm3, solid.sections)
     began = time.perf_counter()
     run, _ = fill(
-        Sample(outline, solid, trajectory),
-        LIKE_THE_PAPER,
-        Solver(radius_mm=NARROW_MM / 8, pressure="two-level"),
-        Nozzle(diameter_mm=NARROW_MM),
-        seed=0,
-        progress=progress_for_stderr(quiet=False),
-        threads=threads,
+        Pour(
+            Sample(outline, solid, trajectory),
+            (LIKE_THE_PAPER,),
+            Solver(radius_mm=NARROW_MM / 8, pressure="two-level"),
+            Nozzle(diameter_mm=NARROW_MM),
+        ),
+        ComputeOptions(threads=threads, progress=progress_for_stderr(quiet=False)),
     )
     minutes = (time.perf_counter() - began) / 60
     return [

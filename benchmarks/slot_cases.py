@@ -25,6 +25,7 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Floats, Outline, Sample, Solid, Trajectory
+from simulate.pour import Pour
 from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver, particle_volume
 from simulate.slot.fill import CELLS, STEPS, Filled, fill
@@ -143,7 +144,7 @@ def _path(number: int, seed: int) -> Path:
 def _run(number: int, seed: int, case: Case) -> None:
     began = time.process_time()
     sample = Sample(case.outline, case.solid, case.trajectory)
-    run, profile = fill_crack(sample, case.fluid, case.solver, case.nozzle, seed=seed)
+    run, profile = fill_crack(Pour(sample, (case.fluid,), case.solver, case.nozzle, seed))
     level_mm = np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
     rows = np.column_stack([STATIONS_MM, level_mm])
     np.savetxt(_path(number, seed), rows, "%.1f,%.3f", header="s_mm,level_mm", comments="")

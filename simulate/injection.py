@@ -2,7 +2,8 @@
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +13,18 @@ from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats, Outline, Run, Sample, Solid
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats, Run, Sample
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
-from simulate.device import describe_device
+from simulate.device import describe_device, start_warp
 from simulate.fluid.fault_checks import SENTENCES, RunFault
 from simulate.fluid.run_statistics import RunStatistics
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.kernels import status
+from simulate.pour import Pour
 from simulate.remarks import remarks_on
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import ParticleCounts, Schedule, course_of, plan_releases
 from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity
 from simulate.setup.signed_distance import CM
@@ -48,25 +50,20 @@ SAMPLE_EVERY = 50  # Frames between two samples of the density error
 
 @dataclass
 class Injection:
-    """A prepared run with its inputs and its progress, returned by ``prepare``."""
+    """A prepared run, or several in one launch, and its progress. ``prepare`` returns it."""
 
-    solid: Solid
-    outline: Outline
-    fluids: tuple[Fluid, ...]
+    pour: Pour
+    """What is computed, with the particle radius in mm and with the tables of the fluids."""
     pastes: tuple[Rheology, ...]  # The fluids in the solver's units
-    solver: Solver
-    nozzle: Nozzle
-    seed: int
     schedule: Schedule
     engine: FluidSolver
+    volume_control: VolumeControl | None
+    statistics: RunStatistics
     frames: int  # Number of frames to the end of settling
     work: list[int]
     """Expected computing work before each frame and after the last one, in moving particles (``ParticleCounts.work``).
     For paste that falls asleep the unit is half a frame."""
     setup_s: float
-    statistics: RunStatistics
-    volume_control: VolumeControl | None
-    slope: SampleSlope = LEVEL
     finer: int = 1
     """Substeps over those of the settings, one of ``FINER``. It is above 1 if the run failed with fewer."""
     done: int = 0  # Number of finished frames
@@ -167,62 +164,67 @@ class Injection:
     def outcomes(self) -> list[Run | NumericalError]:
         """Return a Run for each fluid, or the error for which the run was given up."""
         self.wait()
-        engine, schedule = self.engine, self.schedule
+        engine, schedule, solver = self.engine, self.schedule, self.pour.solver
         # Copied from a GPU once for all runs.
         position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
         status_of = engine.state.status_of()
         # Escapes are judged by the mesh, not by the distance grid that stops particles.
         status_of[(status_of <= int(status.FROZEN)) & (engine.barrier.exact_mm(position_mm) < 0)] = int(status.ESCAPED)
         count, swelling = schedule.particles, engine.state.swelling.numpy()
-        facts = self._facts()
+        steps = {"frames": self.done, "frame_s": schedule.frame_s, "substeps": engine.substeps}
+        times = {"setup_s": self.setup_s, "frames_s": self.statistics.frames_s}
         made: list[Run | NumericalError] = []
-        for number in range(len(self.fluids)):
+        for number in range(len(self.pastes)):
             if number in self.failed:
                 made.append(self.failed[number])
                 continue
-            own = slice(number * count, (number + 1) * count)
+            rows = slice(number * count, (number + 1) * count)
+            health = RunHealth(
+                **self.statistics.summary(number),
+                **steps,
+                **({} if self.finer == 1 else {"finer": self.finer}),
+                **times,
+                particles_a_release=schedule.release,
+                wall_particles=len(engine.walls.position_and_share),
+                particles_across=self.pour.sample.outline.mean_width_mm / (2 * solver.size_mm),
+                **self._effects(number),
+                volume_factor=engine.scheme.volume_factor * float(swelling[number]),
+            )
             made.append(
                 Run(
-                    position_mm=position_mm[own],
-                    velocity_mm_s=velocity_mm_s[own],
+                    position_mm=position_mm[rows],
+                    velocity_mm_s=velocity_mm_s[rows],
                     age_s=(self.done - schedule.frame_of).astype(float) * schedule.frame_s,
-                    spilled=status_of[own] == int(status.SPILLED),
-                    radius_mm=self.solver.size_mm,
+                    spilled=status_of[rows] == int(status.SPILLED),
+                    radius_mm=solver.size_mm,
                     particle_volume_mm3=schedule.dispensed_mm3 / count,
-                    escaped_particles=int((status_of[own] == int(status.ESCAPED)).sum()),
+                    escaped_particles=int((status_of[rows] == int(status.ESCAPED)).sum()),
                     device=describe_device(engine.state.device),
                     settings=self._settings(number),
-                    health=RunHealth(
-                        **self.statistics.summary(number),
-                        **facts,
-                        **self._effects(number),
-                        volume_factor=self.engine.scheme.volume_factor * float(swelling[number]),
-                    ),
+                    health=health,
                     remarks=self.remarks_on(number),
                 )
             )
         return made
 
     def _settings(self, number: int) -> dict[str, Any]:
-        fluid, engine = self.fluids[number], self.engine
+        fluid, solver, engine = self.pour.fluids[number], self.pour.solver, self.engine
         steps = {"substeps": engine.substeps, "iterations": engine.iterations[number].number}
-        effective = self.solver.scheme._asdict() | steps
         # Without D_cm, D follows from the viscosity.
         drag = {"D_cm": self._d_cm(number), "D_from": NO_SLIP} if fluid.D_cm is None else {}
-        # Empty tables are not recorded: older runs have none.
+        # Empty tables, and the model of particles, are not recorded: older runs have none.
         tables = {} if fluid.curve is not None else {"curve", "cooling"}
         return {
             "fluid": fluid.model_dump(exclude=tables) | drag,
-            # The model is not recorded for particles: older runs do not have it.
-            "solver": self.solver.model_dump(exclude={"model"}) | effective,
-            "nozzle": self.nozzle.model_dump(),
-            "seed": self.seed,
-            **self.slope.table,
+            "solver": solver.model_dump(exclude={"model"}) | solver.scheme._asdict() | steps,
+            "nozzle": self.pour.nozzle.model_dump(),
+            "seed": self.pour.seed,
+            **self.pour.slope.table,
         }
 
     def _effects(self, number: int) -> dict[str, Any]:
         """Return the values in effect that follow from the settings of a fluid, and its flow regime."""
-        fluid, paste = self.fluids[number], self.pastes[number]
+        fluid, paste = self.pour.fluids[number], self.pastes[number]
         # With the paper's U, particles move before viscosity acts: like water, even if U is large.
         viscosity_pa_s = paste.viscosity_pa_s if paste.moves_as_solved else None
         viscosity_m2_s = None if viscosity_pa_s is None else viscosity_pa_s / fluid.density_kg_m3
@@ -231,14 +233,14 @@ class Injection:
             density_kg_m3=fluid.density_kg_m3,
             yield_stress_pa=fluid.fresh.yield_stress_pa,
             speed_mm_s=float(np.linalg.norm(self.schedule.velocity_mm_s, axis=1).mean()),
-            nozzle_mm=self.nozzle.diameter_mm,
-            width_mm=self.outline.mean_width_mm,
+            nozzle_mm=self.pour.nozzle.diameter_mm,
+            width_mm=self.pour.sample.outline.mean_width_mm,
             flow_index=paste.flow_index,
         )
         return {
             "viscosity_m2_s": viscosity_m2_s,
             "viscosity_pa_s": viscosity_pa_s,
-            "viscosity_added_m2_s": added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2,
+            "viscosity_added_m2_s": added_viscosity(self.pour.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2,
             "U": paste.viscous_weight,
             "D_cm": self._d_cm(number),
             "yield_stress_pa": fluid.fresh.yield_stress_pa,
@@ -247,8 +249,9 @@ class Injection:
 
     def remarks_on(self, number: int) -> tuple[Fact, ...]:
         """Return the doubts on a fluid. They can be made before the first frame."""
-        how = (self.outline, self.solid, self.solver, self.schedule)
-        remarks = remarks_on(self.fluids[number], *how, finer=self.finer)
+        fluid, sample = self.pour.fluids[number], self.pour.sample
+        crack = sample.outline, sample.solid
+        remarks = remarks_on(fluid, *crack, self.pour.solver, self.schedule, finer=self.finer)
         now = self.engine.substeps
         text = (
             f"solver.substeps: the run failed with {now // 2} substeps a frame, so it was computed anew with {now}. "
@@ -257,28 +260,14 @@ class Injection:
         return *remarks, *([] if self.finer == 1 else [doubt("fluid.computed-anew", text, now)])
 
     def _d_cm(self, number: int) -> float:
-        return effective_d_cm(
-            self.fluids[number], self.pastes[number], 4 * self.solver.size_mm * CM, self.schedule.frame_s
-        )
-
-    def _facts(self) -> dict[str, Any]:
-        return {
-            "frames": self.done,
-            "frame_s": self.schedule.frame_s,
-            "substeps": self.engine.substeps,
-            "particles_a_release": self.schedule.release,
-            "wall_particles": len(self.engine.walls.position_and_share),
-            "particles_across": self.outline.mean_width_mm / (2 * self.solver.size_mm),
-            **({} if self.finer == 1 else {"finer": self.finer}),
-            "setup_s": self.setup_s,
-            "frames_s": self.statistics.frames_s,
-        }
+        support = 4 * self.pour.solver.size_mm * CM
+        return effective_d_cm(self.pour.fluids[number], self.pastes[number], support, self.schedule.frame_s)
 
     def _give_up_faulty(self) -> None:
         """Give up the runs with a fault. For the last run, raises NumericalError and leaves the arrays as they are."""
         for run, fault in self.engine.faults.found().items():
             self.failed[run] = NumericalError(self._in_words(run, fault))
-            if len(self.failed) == len(self.fluids):
+            if len(self.failed) == len(self.pastes):
                 raise self.failed[run]
             self.engine.give_up(run)
 
@@ -290,12 +279,47 @@ class Injection:
         return f"{sentence}. Try more solver.substeps, a smaller solver.radius_mm or a thinner sealant."
 
 
+class Watcher:
+    """Called after every frame of a run.
+
+    The first of several watchers begins first and is called last after a frame: when it writes a checkpoint, the other
+    watchers have written the frame's files.
+    """
+
+    finer = 1
+    """``Injection.finer`` of the run that the watcher can restore; 1 if it has none."""
+
+    def begin(self, injection: Injection) -> None:
+        """Called before the first frame of this process, and again if a failed run is computed anew.
+
+        A checkpoint may advance the injection.
+        """
+
+    def after_frame(self, injection: Injection) -> None:
+        """Called after each frame."""
+
+
+@dataclass(frozen=True)
+class ComputeOptions:
+    """Where a run is computed and who follows it. On one CPU its result depends on none of these."""
+
+    device: str = "cpu"
+    threads: int = 1
+    progress: Progress = field(default_factory=Progress)
+    watchers: Sequence[Watcher] = ()  # They see the first of several runs
+    in_study: bool = False
+    """True for a run of many: nobody asks for settings with which the fast model is fit, and frames are replayed if
+    that is faster."""
+
+
+ON_CPU = ComputeOptions()
+
+
 @dataclass(frozen=True)
 class SetupCase:
-    """Settings of a particle run, checked for a crack, before walls and particles exist."""
+    """A pour of particles, checked for its crack, before walls and particles exist."""
 
-    solver: Solver  # With a particle radius for this crack
-    fluids: tuple[Fluid, ...]
+    pour: Pour  # With a particle radius for this crack
     pastes: tuple[Rheology, ...]  # The fluids in the solver's units
     schedule: Schedule
     courses: tuple[ParticleCounts, ...]  # One for each fluid
@@ -303,72 +327,64 @@ class SetupCase:
     substeps: int
 
 
-def case_of(
-    sample: Sample,
-    fluids: Sequence[Fluid],
-    solver: Solver,
-    nozzle: Nozzle,
-    *,
-    seed: int,
-    slope: SampleSlope = LEVEL,
-    finer: int = 1,
-) -> SetupCase:
-    """Check settings, except the outlet. Several ``fluids`` must have the same number of substeps, times ``finer``.
+def case_of(pour: Pour, finer: int = 1) -> SetupCase:
+    """Check settings, except the outlet. Several fluids must have the same number of substeps, times ``finer``.
 
     File names of their tables are relative to the current folder. Raises InputError if the settings do not fit the
     crack, and ValueError if the numbers of substeps differ.
     """
-    solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
-    pairs = [resolved(sample, fluid.loaded(Path()), solver, nozzle) for fluid in fluids]
+    sample, nozzle = pour.sample, pour.nozzle
+    pairs = [resolved(sample, fluid.loaded(Path()), pour.solver, nozzle) for fluid in pour.fluids]
     fluids, (solver, *_) = zip(*pairs, strict=True)
     for fluid in fluids:
-        check_fit(outline, solid, fluid, solver, nozzle, slope)
-    schedule = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed)
+        check_fit(sample.outline, sample.solid, fluid, solver, nozzle, pour.slope)
+    schedule = schedule_of(sample, solver.size_mm, nozzle.diameter_mm, pour.seed)
     courses = tuple(course_of(schedule, fluid, solver.settle_s) for fluid in fluids)
-    domain = domain_of(solid, outline, trajectory, solver.size_mm)
+    domain = domain_of(sample.solid, sample.outline, sample.trajectory, solver.size_mm)
     solved = [solved_as(fluid, solver, schedule.frame_s, courses[0].frames) for fluid in fluids]
     substeps, *others = {substeps for _, substeps in solved}
     if others:
         raise ValueError(
             "Fluids that need different numbers of substeps cannot be computed together. Compute them one by one."
         )
-    substeps *= finer
-    check_damping(solver, schedule.frame_s / substeps)
-    return SetupCase(solver, tuple(fluids), tuple(paste for paste, _ in solved), schedule, courses, domain, substeps)
+    check_damping(solver, schedule.frame_s / (finer * substeps))
+    pour = replace(pour, fluids=fluids, solver=solver)
+    return SetupCase(pour, tuple(paste for paste, _ in solved), schedule, courses, domain, finer * substeps)
 
 
-def prepare(
-    sample: Sample,
-    fluids: Sequence[Fluid],
-    solver: Solver,
-    nozzle: Nozzle,
-    *,
-    seed: int,
-    device: str,
-    slope: SampleSlope = LEVEL,
-    threads: int = 1,
-    enclosure: Enclosure | None = None,
-    finer: int = 1,
-) -> Injection:
+@lru_cache(maxsize=8)
+def schedule_of(sample: Sample, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
+    """Return the releases of a run. Runs that differ only in the fluid share them."""
+    return plan_releases(sample.trajectory, radius_mm, diameter_mm, seed)
+
+
+@lru_cache(maxsize=1)
+def enclosure_of(sample: Sample, radius_mm: float, device: str) -> Enclosure:
+    """Return barrier and walls of a run, which take a fifth of its time. The next run in this crack shares them."""
+    return enclose(sample.solid, sample.outline, radius_mm, device)
+
+
+def prepare(pour: Pour, options: ComputeOptions = ON_CPU, finer: int = 1) -> Injection:
     """Prepare schedule, walls and particles for the first frame.
 
-    Several ``fluids`` with the same number of substeps are computed at once, with the results of single runs. File
-    names of their tables are relative to the current folder. ``enclosure`` is that of an earlier run in this crack,
-    with particles of this size on this device; None builds one. ``finer`` multiplies the number of substeps. Raises
-    InputError if the settings do not fit the crack, and ValueError if the numbers of substeps differ.
+    Several fluids with the same number of substeps are computed at once, with the results of single runs. File names of
+    their tables are relative to the current folder. ``finer`` multiplies the number of substeps. Raises InputError if
+    the settings do not fit the crack, and ValueError if the numbers of substeps differ.
     """
-    if solver.model == "slot":
+    if not pour.solver.has_particles:
         raise InputError(
             'solver.model = "slot": this function computes only particles. Leave solver.model out, or call fill.'
         )
+    start_warp()
     began = time.perf_counter()
-    solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
-    case = case_of(sample, fluids, solver, nozzle, seed=seed, slope=slope, finer=finer)
-    solver, schedule, pastes, courses = case.solver, case.schedule, case.pastes, case.courses
-    enclosure = enclosure or enclose(solid, outline, solver.size_mm, device)
-    check_outlet(schedule, trajectory, outline, enclosure.barrier, diameter_mm=nozzle.diameter_mm)
+    case = case_of(pour, finer)
+    pour, schedule, pastes = case.pour, case.schedule, case.pastes
+    sample, solver, down = pour.sample, pour.solver, pour.slope.down
+    enclosure = enclosure_of(sample, solver.size_mm, options.device)
+    nozzle_mm = pour.nozzle.diameter_mm
+    check_outlet(schedule, sample.trajectory, sample.outline, enclosure.barrier, diameter_mm=nozzle_mm)
     engine = FluidSolver(
-        State(schedule, device, len(pastes)),
+        State(schedule, options.device, len(pastes)),
         enclosure.walls,
         enclosure.barrier,
         case.domain,
@@ -376,44 +392,16 @@ def prepare(
         pastes,
         frame_s=schedule.frame_s,
         substeps=case.substeps,
-        rows=sum(int(course.moving.max()) for course in courses),
-        centreline=outline.centreline_mm * CM,
-        down=slope.down,
-        threads=threads,
+        rows=sum(int(course.moving.max()) for course in case.courses),
+        centreline=sample.outline.centreline_mm * CM,
+        down=down,
+        threads=options.threads,
     )
-    control: VolumeControl | None = None
-    if solver.keeps_volume:
-        factor = engine.scheme.volume_factor
-        control = VolumeControl(
-            solid,
-            schedule,
-            engine.state,
-            radius_mm=solver.size_mm,
-            factor=factor,
-            yields=[paste.yields for paste in pastes],
-            down=slope.down,
-        )
-    setup_s = time.perf_counter() - began
-    frames, statistics = courses[0].frames, RunStatistics(len(pastes))
-    each = np.sum([course.work for course in courses], axis=0)
+    control = VolumeControl(sample.solid, schedule, engine.state, solver, pastes, down) if solver.keeps_volume else None
+    setup_s, frames = time.perf_counter() - began, case.courses[0].frames
+    each = np.sum([course.work for course in case.courses], axis=0)
     if engine.sleeps:
         # The number of awake particles cannot be predicted: twice the work per frame while sealant flows.
         each = np.where(np.arange(frames) < len(schedule.released), 2, 1)
-    return Injection(
-        solid=solid,
-        outline=outline,
-        fluids=case.fluids,
-        pastes=pastes,
-        solver=solver,
-        nozzle=nozzle,
-        seed=seed,
-        schedule=schedule,
-        engine=engine,
-        frames=frames,
-        work=[0, *np.cumsum(each).tolist()],
-        setup_s=setup_s,
-        statistics=statistics,
-        volume_control=control,
-        slope=slope,
-        finer=finer,
-    )
+    work, statistics = [0, *np.cumsum(each).tolist()], RunStatistics(len(pastes))
+    return Injection(pour, pastes, schedule, engine, control, statistics, frames, work, setup_s, finer)

@@ -97,15 +97,7 @@ class LooseFluid:
             centreline=hollow.outline.centreline_mm * CM,
             down=slope.down,
         )
-        control = VolumeControl(
-            hollow.solid,
-            schedule,
-            state,
-            radius_mm=radius_mm,
-            factor=engine.scheme.volume_factor,
-            yields=[paste.yields],
-            down=slope.down,
-        )
+        control = VolumeControl(hollow.solid, schedule, state, solver, [paste], slope.down)
         return cls(hollow, engine, control, radius_mm)
 
     def run(self, seconds: float, every_s: float) -> Iterator[float]:

@@ -17,8 +17,9 @@ from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import State
 from simulate.kernels import beds as device_code
 from simulate.profile import fastest_fall_mm_s, half_side_mm
-from simulate.settings import LEVEL
+from simulate.settings import LEVEL, Solver
 from simulate.setup.release_schedule import Schedule
+from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from simulate.vessel import TURN, vessel_of
 
@@ -63,17 +64,14 @@ class VolumeControl:
         solid: Solid,
         schedule: Schedule,
         state: State,
-        *,
-        radius_mm: float,
-        factor: float,
-        yields: Sequence[bool],
+        solver: Solver,
+        pastes: Sequence[Rheology],
         down: Sequence[float] = LEVEL.down,
     ) -> None:
-        """``factor`` is the volume factor that ``State.swelling`` multiplies, ``down`` the direction of gravity.
-
-        ``yields`` is True for each run whose sealant has a yield stress.
-        """
-        self._schedule, self._state, self._factor, self._yields = schedule, state, factor, yields
+        """``pastes`` are those of the runs; ``down`` is the direction of gravity."""
+        radius_mm = solver.size_mm
+        self._schedule, self._state, self._factor = schedule, state, solver.scheme.volume_factor
+        self._yields = [paste.yields for paste in pastes]
         self._vessel = vessel = vessel_of(solid, CELL * radius_mm)
         self.every = max(1, round(PERIOD_S / schedule.frame_s))
         """Frames from one measurement to the next."""

@@ -21,7 +21,7 @@ from sealtwin.core.progress import Pace
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import MANIFEST
 from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write_collection, write_frame
-from simulate.injection import FINER, Injection
+from simulate.injection import FINER, Injection, Watcher
 from simulate.setup.release_schedule import ROUNDING
 
 EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
@@ -50,26 +50,6 @@ moved.
 """
 ROWS_EVERY = 10  # Number of frames to a row
 PROGRESS_EVERY_S = 1.0  # Wall time between two writings of the progress
-
-
-class Watcher:
-    """Called after every frame of a run.
-
-    The first of several watchers begins first and is called last after a frame: when it writes a checkpoint, the other
-    watchers have written the frame's files.
-    """
-
-    finer = 1
-    """``Injection.finer`` of the run that the watcher can restore; 1 if it has none."""
-
-    def begin(self, injection: Injection) -> None:
-        """Called before the first frame of this process, and again if a failed run is computed anew.
-
-        A checkpoint may advance the injection.
-        """
-
-    def after_frame(self, injection: Injection) -> None:
-        """Called after each frame."""
 
 
 class Checkpoint(Watcher):

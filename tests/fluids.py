@@ -4,6 +4,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import pytest
 import warp as wp
 from numpy.typing import NDArray
 
@@ -11,18 +12,19 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Floats, Outline, Run, Sample, Solid, Trajectory
+from simulate import injection as injections
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
-from simulate.injection import Injection, prepare
+from simulate.injection import ComputeOptions, Injection, prepare
 from simulate.kernels.status import FROZEN, RESTS
 from simulate.loose_fluid import all_at_once
+from simulate.pour import Pour
 from simulate.run import fill
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
-from simulate.setup_checks import resolved
 from tests.shapes import straight_slot
 
 FRAME_S = 7.23e-3
@@ -58,8 +60,8 @@ def pour(
     nozzle_mm: float = 2.4,
     **solver: Any,
 ) -> Run:
-    how, nozzle = Solver.model_validate(solver), Nozzle(diameter_mm=nozzle_mm)
-    return fill(sample_of(crack, trajectory), fluid, how, nozzle, seed=seed, slope=slope)[0]
+    settings, nozzle = Solver.model_validate(solver), Nozzle(diameter_mm=nozzle_mm)
+    return fill(Pour(sample_of(crack, trajectory), (fluid,), settings, nozzle, seed, slope))[0]
 
 
 def sealant(**table: Any) -> Fluid:
@@ -78,12 +80,10 @@ def injected(
     **solver: Any,
 ) -> Injection:
     """A run before its first frame. ``replays``: what a GPU does, done on the CPU."""
-    settings = Solver.model_validate(solver)
-    sample = sample_of(crack, trajectory)
-    _, sized = resolved(sample, fluids[0], settings, Nozzle())
-    enclosure = enclosed(*crack, sized.size_mm, device)
-    how: dict[str, Any] = {"seed": seed, "device": device, "threads": threads, "enclosure": enclosure}
-    injection = prepare(sample, fluids, settings, Nozzle(), **how)
+    inputs = Pour(sample_of(crack, trajectory), fluids, Solver.model_validate(solver), seed=seed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(injections, "enclosure_of", lambda sample, *more: enclosed(sample.solid, sample.outline, *more))
+        injection = prepare(inputs, ComputeOptions(device, threads))
     if replays:
         injection.engine.replays = True
     return injection

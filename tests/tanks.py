@@ -172,15 +172,9 @@ class Tank:
             _let_slip(engine, slips, pit.depth_mm)
         control = None
         if keeps_volume:
-            schedule, factor = all_at_once(place_mm, radius_mm, step_s), engine.scheme.volume_factor
-            control = VolumeControl(
-                pit.crack[0],
-                schedule,
-                engine.state,
-                radius_mm=radius_mm,
-                factor=factor,
-                yields=[rheology.yields],
-            )
+            schedule = all_at_once(place_mm, radius_mm, step_s)
+            settings = Solver.model_validate({**solver, "radius_mm": radius_mm})
+            control = VolumeControl(pit.crack[0], schedule, engine.state, settings, [rheology])
         return cls(pit, engine, radius_mm, control)
 
     @property

@@ -123,8 +123,9 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
         shutil.copyfile(mapped.folder / "figures" / f"{name}.svg", figures / f"{name}.svg")
     chosen = next(run for run in mapped.chart.runs if run.at == CHOSEN)
     comparison = st.compare(chosen.profile, mapped.chart.readings, sample.outline, sample.solid)
-    _, solver, nozzle = load_trial(TRIAL).physics
-    scene = FillScene(sample.outline, sample.solid, sample.trajectory, solver.size_mm, nozzle.diameter_mm)
+    trial = load_trial(TRIAL)
+    size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.diameter_mm
+    scene = FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, nozzle_mm)
     courses = watch_runs(folder, read_plan(folder).runs, "cpu", progress)
     fills = {
         run.at: Fill(run, mapped.chart.said(run), scene, course)
@@ -152,7 +153,8 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
 
 def _times(folder: Path, sample: Sample) -> dict[str, list[dict[str, Any]]]:
     """Time the trial with each way to solve Eq. 5, and straight cracks without readings, one after another."""
-    fluid, solver, nozzle = load_trial(TRIAL).physics
+    trial = load_trial(TRIAL)
+    fluid, solver, nozzle = trial.given_fluid, trial.solver, trial.nozzle
     ways = {}
     for way in ("explicit", "implicit"):
         as_it_stops = solver.model_copy(update={"settle_s": 0.0, "viscosity_solve": way})

@@ -154,6 +154,8 @@ def inject(
     slope = settings_from(SampleSlope, "inject", locals())
     made_of = of_one_crack("inject", crack, solid, path)
     from simulate.device import choose_device
+    from simulate.injection import ComputeOptions
+    from simulate.pour import Pour
     from simulate.run import fill
     from validate.wording.headline import run_warnings
 
@@ -165,8 +167,8 @@ def inject(
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
     with progress_for_stderr(quiet=not wanted(progress)) as shown:
-        how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
-        run, _ = fill(Sample(crack, solid, path), fluid, solver, nozzle, progress=shown, **how)
+        pour = Pour(Sample(crack, solid, path), (fluid,), solver, nozzle, seed, slope)
+        run, _ = fill(pour, ComputeOptions(chosen, threads, shown))
     warn((*run.doubts, *run_warnings(run, run.health.volume_ratio or 0.0)))
     return replace(run, made_of=made_of)
 
@@ -214,12 +216,13 @@ def fill_fast(
     """
     slope = settings_from(SampleSlope, "fill_fast", locals())
     made_of = of_one_crack("fill_fast", crack, solid, path)
+    from simulate.pour import Pour
     from simulate.slot.run import pour
 
     solver = checked(Solver, Path("fill_fast"), {"model": "slot", "radius_mm": "auto", "settle_s": settle_s})
     nozzle = nozzle or Nozzle()
     _require_kinds("fill_fast", (fluid, Fluid), (nozzle, Nozzle))
-    run, level = pour(Sample(crack, solid, path), fluid.loaded(Path()), solver, nozzle, seed=0, slope=slope)
+    run, level = pour(Pour(Sample(crack, solid, path), (fluid.loaded(Path()),), solver, nozzle, slope=slope))
     warn((*run.doubts, *run.unfit))
     return _simulated(level, run, made_of)
 

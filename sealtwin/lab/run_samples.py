@@ -12,7 +12,7 @@ from sealtwin.core.errors import InputError, SealtwinError
 from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
 from sealtwin.lab.files import TRIAL
-from sealtwin.study.estimate import SETUP_S, checked_size
+from sealtwin.study.estimate import SETUP_S, size_of
 from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.photos import write_trace
 from sealtwin.study.runner import Computing, launch
@@ -109,6 +109,5 @@ def _work_s(lab: Path, record: Record) -> float:
         result = read_run(lab, record)
         if result is None or set(STAGES) - set(result.stages):
             trial = load_trial(folder / TRIAL).loaded(folder)
-            size, _ = checked_size(trial, record_files.read_sample(folder / RUN))
-            return size.work_s + REPORT_S
+            return size_of(trial.pour(record_files.read_sample(folder / RUN))).work_s + REPORT_S
     return SETUP_S

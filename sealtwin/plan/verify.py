@@ -17,7 +17,7 @@ from sealtwin.core.records import Floats, Outline, Profile, Sample, Solid, Traje
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.plan.search import OVER_WEIGHT
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import Forecast, checked_size, size_of, timings_of
+from sealtwin.study.estimate import Forecast, size_of, timings_of
 from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.draft import drafted
 from sealtwin.trial.job import stage_settings
@@ -170,7 +170,7 @@ class Verifier:
             inputs = {file: files.sha256(home / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
             key = stage_key(inputs, {**settings, "device": self.device}, numbers_up_to("simulate"))
             content = json.loads(trial.model_dump_json(exclude_none=True))
-            work_s = checked_size(trial, poured)[0].work_s
+            work_s = size_of(trial.pour(poured)).work_s
             number = len(self._runs) + len(asked) + 1
             varied = {"path": label, "seed": seed}
             asked.append(study_folder.StudyRun(number, key, varied, content, name, key, work_s))
@@ -195,7 +195,7 @@ class Verifier:
     def model_s(self, launches: Sequence[bool]) -> float:
         """Return the time by the model of launches, whose values are the ``drafts`` of ``levels``."""
         trials = {True: drafted(self.trial, self.sample), False: self.trial}
-        return sum(size_of(trials[drafts], self.sample).work_s for drafts in launches)
+        return sum(size_of(trials[drafts].pour(self.sample)).work_s for drafts in launches)
 
     @property
     def fluid_warnings(self) -> list[str]:

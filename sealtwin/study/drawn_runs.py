@@ -55,9 +55,8 @@ def fast_level(base: Base) -> tuple[Profile | None, tuple[Fact, ...]]:
     """Return the fast model's level of a trial, None if it does not have the paste, and reasons why it is unfit."""
     from simulate.slot.run import pour
 
-    trial = base.trial
     try:
-        run, level = pour(base.sample, *trial.physics, seed=trial.seed, slope=trial.sample)
+        run, level = pour(base.trial.pour(base.sample))
     except InputError as fault:
         return None, (doubt("unfit.refused", str(fault)),)
     return level, run.unfit
@@ -120,7 +119,7 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
     from simulate.slot.run import paste_of
 
     sample, trial = moved_sample(base, steps, meshed=False), base.changed(moved_paste(base, steps))
-    paste = paste_of(*trial.physics, sample.trajectory, trial.seed)
+    paste = paste_of(trial.given_fluid, trial.solver, trial.nozzle, sample.trajectory, trial.seed)
     how = {"nozzle_mm": trial.nozzle.diameter_mm, "settle_s": trial.solver.settle_s, "steps": STEPS // COARSER}
     bed = fill(sample.solid, sample.outline, sample.trajectory, paste, **how, slope=trial.sample)
     return np.interp(s_mm, bed.sections.s_mm, bed.level_mm)

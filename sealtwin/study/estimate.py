@@ -4,20 +4,13 @@ import heapq
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from math import log
-from typing import TYPE_CHECKING
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
 from sealtwin.core.progress import in_words
-from sealtwin.core.records import Sample
 from sealtwin.study.study_folder import StudyRun
-from sealtwin.trial.draft import as_run
-from sealtwin.trial.trial_file import Trial
-
-if TYPE_CHECKING:
-    from simulate.setup.release_schedule import Schedule
+from simulate.pour import Pour
 
 SETUP_S = 0.2
 """Time to set up walls and distances and to measure the profile. This and the next two times are for one core of the
@@ -72,50 +65,28 @@ class Estimate:
         )
 
 
-def size_of(trial: Trial, sample: Sample) -> RunSize:
-    """Return the size of a run.
-
-    Raises InputError if the path gives no sealant or more particles than are allowed, or if the sealant is too stiff
-    for such particles.
-    """
-    if not trial.solver.has_particles:
-        return RunSize(0, 0, FAST_S)
-    from simulate.setup.release_schedule import PARTICLE_S, course_of
-    from simulate.setup_checks import solved_as
-
-    fluid, solver, _ = as_run(trial, sample).physics
-    schedule = _schedule(sample, solver.size_mm, trial.nozzle.diameter_mm, trial.seed)
-    course = course_of(schedule, fluid, solver.settle_s)
-    _, substeps = solved_as(fluid, solver, schedule.frame_s, course.frames)
-    work_s = PARTICLE_S * substeps * course.work.sum()
-    return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s), substeps)
+def size_of(pour: Pour) -> RunSize:
+    """Return the size of a run. Raises InputError as ``checked_size`` does."""
+    return checked_size(pour)[0]
 
 
-def checked_size(trial: Trial, sample: Sample) -> tuple[RunSize, list[Fact]]:
+def checked_size(pour: Pour) -> tuple[RunSize, list[Fact]]:
     """Return the size of a run, and doubts: settings in doubt, and properties of the sealant that it cannot show.
 
-    Raises InputError as ``size_of`` does, and if settings do not fit the crack.
+    Raises InputError if the settings do not fit the crack, the path gives no sealant or more particles than are
+    allowed, or the sealant is too stiff for such particles.
     """
+    if not pour.solver.has_particles:
+        return RunSize(0, 0, FAST_S), [*pour.doubts]
+    from simulate.injection import case_of
     from simulate.remarks import remarks_on
-    from simulate.settings import doubts_of_run
-    from simulate.setup_checks import check_fit
+    from simulate.setup.release_schedule import PARTICLE_S
 
-    crack, trial = (sample.outline, sample.solid), as_run(trial, sample)
-    fluid, solver, nozzle = trial.physics
-    doubts = doubts_of_run(*crack, fluid, nozzle, trial.sample)
-    if not solver.has_particles:
-        return size_of(trial, sample), [*doubts]
-    check_fit(*crack, fluid, solver, nozzle, trial.sample)
-    schedule = _schedule(sample, solver.size_mm, nozzle.diameter_mm, trial.seed)
-    return size_of(trial, sample), [*doubts, *remarks_on(fluid, *crack, solver, schedule)]
-
-
-@lru_cache(maxsize=8)
-def _schedule(sample: Sample, radius_mm: float, nozzle_mm: float, seed: int) -> "Schedule":
-    """Return the release schedule of a run. It is cached, since runs that differ only in the fluid share one."""
-    from simulate.setup.release_schedule import plan_releases
-
-    return plan_releases(sample.trajectory, radius_mm, nozzle_mm, seed)
+    case, crack = case_of(pour), (pour.sample.outline, pour.sample.solid)
+    (course,), pour = case.courses, case.pour
+    work_s = SETUP_S + float(PARTICLE_S * case.substeps * course.work.sum())
+    size = RunSize(case.schedule.particles, int(course.moving.max()), work_s, case.substeps)
+    return size, [*pour.doubts, *remarks_on(pour.fluid, *crack, pour.solver, case.schedule)]
 
 
 Timing = tuple[float, float]

@@ -8,6 +8,7 @@ the remaining runs.
 import shutil
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -117,7 +118,7 @@ def time_of_extra_runs(job: Job) -> str:
     for radius_mm, number in zip(_sizes_mm(base), numbers, strict=True):
         solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
         try:
-            sizes.append(size_of(trial.model_copy(update={"solver": solver}), base.sample))
+            sizes.append(size_of(replace(trial.pour(base.sample), solver=solver)))
         except InputError:
             # There are too many particles, or the sealant is too stiff for them; 'sealtwin validate' reports which.
             return ""

@@ -262,15 +262,16 @@ def _seal(
 ) -> list[Sealing | Outcome]:
     """Compute one launch. Raises InputError if settings of a run cannot be used, and NumericalError if all diverge."""
     from sealtwin.study.kept_fill import KeptFill
+    from simulate.injection import ComputeOptions
     from simulate.run import fill_each
 
     began, first = time.monotonic(), trials[0]
     kept = (
         KeptFill(first.output.snapshots_s) if keep_fills and len(trials) == 1 and first.solver.has_particles else None
     )
-    fluids, how = [trial.given_fluid for trial in trials], {"device": device, "slope": first.sample}
+    pour = replace(first.pour(sample), fluids=tuple(trial.given_fluid for trial in trials))
     watchers = () if kept is None else (kept,)
-    outcomes = fill_each(sample, fluids, first.solver, first.nozzle, seed=first.seed, watchers=watchers, **how)
+    outcomes = fill_each(pour, ComputeOptions(device, watchers=watchers, in_study=True))
     launch_s = (time.monotonic() - began) / len(trials)
     judged: list[Sealing | Outcome] = []
     for trial, outcome in zip(trials, outcomes, strict=True):

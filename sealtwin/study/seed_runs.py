@@ -75,7 +75,7 @@ def compute_other_seeds(job: Job) -> bool:
 def announce_seeds(job: Job) -> None:
     """Note the expected time of the runs with all seeds, unless the first is finished."""
     if "simulate" not in job.folder.finished():
-        whole_s = size_of(job.trial, record_files.read_sample(job.path)).work_s * (1 + rounds_of_seeds(job))
+        whole_s = size_of(job.trial.pour(record_files.read_sample(job.path))).work_s * (1 + rounds_of_seeds(job))
         job.progress.note(
             f"{job.trial.seeds} runs, with seeds from {job.trial.seed}: about {in_words(whole_s + REPORT_S)} in all, "
             "from a model; the first run will correct it."

@@ -166,16 +166,13 @@ def _watched(home: Path, *, again: bool) -> Watched:
 
 def _watch(folder: Path, run: StudyRun, device: str) -> None:
     """Compute a run again and write the files that ``_watched`` reads. Raises NumericalError if the run fails."""
-    from simulate.run import fill_each
+    from simulate.injection import ComputeOptions
+    from simulate.run import fill
 
     home, trial = run_path(folder, run.key) / WATCHED, run.checked_trial
     sample = record_files.read_sample(folder / "samples" / run.sample)
-    fluid, solver, nozzle = trial.physics
-    kept, how = KeptFill(trial.output.snapshots_s), {"device": device, "slope": trial.sample}
-    (outcome,) = fill_each(sample, [fluid], solver, nozzle, seed=trial.seed, watchers=[kept], **how)
-    if isinstance(outcome, NumericalError):
-        raise outcome
-    _, again = outcome
+    kept = KeptFill(trial.output.snapshots_s)
+    _, again = fill(trial.pour(sample), ComputeOptions(device, watchers=[kept], in_study=True))
     before = record_files.read_profile(run_path(folder, run.key))
     # profile.csv is rounded to 1e-6 mm.
     level_mm = np.round(np.interp(before.s_mm, again.s_mm, again.level_mm), 6)

@@ -197,7 +197,7 @@ def _runs(
         trial = drafted(run.trial, sample) if options.drafts and not run.accurate else run.trial
         settings = stage_settings(trial, "simulate")
         try:
-            size, remarks[run.number] = checked_size(trial, sample)
+            size, remarks[run.number] = checked_size(trial.pour(sample))
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
             continue

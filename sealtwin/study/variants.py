@@ -99,7 +99,7 @@ def _runs(
     runs, sizes, remarks = [], [], dict[int, list[Fact]]()
     for number, (moved, trial, sample) in enumerate(variants, start=1):
         try:
-            size, remarks[number] = checked_size(trial, sample)
+            size, remarks[number] = checked_size(trial.pour(sample))
         except InputError as fault:
             raise InputError(
                 f"{folder}: the extra run with {words_of(moved)} is not possible: {fault} Extra runs may have "
@@ -135,4 +135,4 @@ def own_timing(base: Base) -> list[Timing]:
     health = base.run.health
     if health.setup_s is None or health.frames_s is None:
         return []
-    return [(size_of(base.trial, base.sample).work_s, health.setup_s + health.frames_s)]
+    return [(size_of(base.trial.pour(base.sample)).work_s, health.setup_s + health.frames_s)]

@@ -29,5 +29,5 @@ def as_run(trial: Trial, sample: Sample) -> Trial:
     """Return a trial with the particle radius, U and D of its run. Raises InputError without a fluid."""
     from simulate.setup_checks import resolved
 
-    fluid, solver = resolved(sample, *trial.physics)
+    fluid, solver = resolved(sample, trial.given_fluid, trial.solver, trial.nozzle)
     return trial.model_copy(update={"fluid": fluid, "solver": solver})

@@ -105,10 +105,9 @@ def fast_answer(trial: Trial, sample: Sample) -> str:
     from simulate.slot.run import pour
     from validate.metrics.volumes import fill_volumes
 
-    fluid, solver, nozzle = trial.physics
-    solver = solver.model_copy(update={"model": FAST})
+    trial = trial.model_copy(update={"solver": trial.solver.model_copy(update={"model": FAST})})
     try:
-        run, profile = pour(sample, fluid, solver, nozzle, seed=trial.seed, slope=trial.sample)
+        run, profile = pour(trial.pour(sample))
     except InputError as fault:
         return f"The fast model cannot answer: {fault}"
     volumes = fill_volumes(profile, sample.outline, sample.solid, 0.0, sample.outline.length_mm)

@@ -40,6 +40,7 @@ def bring_up_to_date(job: Job) -> bool:
         job.progress.warn("note: the fast model has no particles, and writes no frames.")
     began = time.monotonic()
 
+    from simulate.injection import ComputeOptions
     from simulate.run import fill
 
     sample = record_files.read_sample(job.path)
@@ -52,16 +53,8 @@ def bring_up_to_date(job: Job) -> bool:
     # First before the run, and first after each frame.
     still_there = StillThere(job.path)
     with ProgressFile(job.path / PROGRESS) as progress_file:
-        run, profile = fill(
-            sample,
-            *trial.physics,
-            seed=trial.seed,
-            device=device,
-            slope=trial.sample,
-            threads=job.threads,
-            progress=job.progress,
-            watchers=(still_there, checkpoint, frame_files, snapshots, health_log, progress_file, still_there),
-        )
+        watchers = still_there, checkpoint, frame_files, snapshots, health_log, progress_file, still_there
+        run, profile = fill(trial.pour(sample), ComputeOptions(device, job.threads, job.progress, watchers))
         begin_writing(job, "simulate")
         record_files.write_run(job.path, run)
         record_files.write_profile(job.path, profile)
@@ -103,7 +96,7 @@ def check(job: Job) -> None:
     from simulate.run import check as check_run
 
     _require_fluid(job)
-    check_run(record_files.read_sample(job.path), *job.trial.physics, seed=job.trial.seed, slope=job.trial.sample)
+    check_run(job.trial.pour(record_files.read_sample(job.path)))
 
 
 def _draw(job: Job, run: Run, sample: Sample) -> list[str]:

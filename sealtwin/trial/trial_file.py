@@ -12,9 +12,10 @@ from pydantic import Field, field_validator, model_validator
 
 from digitise.settings import NO_SCALE, CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.records import Outline, Solid
+from sealtwin.core.records import Outline, Sample, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_toml
 from simulate.material_file import Material
+from simulate.pour import Pour
 from simulate.settings import REPLACED_BY_CURVE, Fluid, Nozzle, SampleSlope, Solver
 from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
@@ -137,10 +138,9 @@ class Trial(Settings):
             raise InputError("the trial has no [fluid]: give viscosity_pa_s, or U and D_cm.")
         return self.fluid
 
-    @property
-    def physics(self) -> tuple[Fluid, Solver, Nozzle]:
-        """Fluid, solver and nozzle. Raises InputError if the trial has no fluid."""
-        return self.given_fluid, self.solver, self.nozzle
+    def pour(self, sample: Sample) -> Pour:
+        """Return what a run of the trial is computed from. Raises InputError if the trial has no fluid."""
+        return Pour(sample, (self.given_fluid,), self.solver, self.nozzle, self.seed, self.sample)
 
     def loaded(self, folder: Path) -> Self:
         """Return the trial with the content of files that fluid, fill and path name. Raises InputError if unusable."""

@@ -9,10 +9,11 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Outline, Profile, Run, Sample, Trajectory
+from sealtwin.core.records import Outline, Profile, Run, Trajectory
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import FastFill, RunHealth
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, doubts_of_run, particle_volume
+from simulate.pour import Pour
+from simulate.settings import Fluid, Nozzle, Solver, particle_volume
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import dynamic_viscosity
 from simulate.setup.signed_distance import CM
@@ -34,16 +35,7 @@ PARTICLES_RUB = 0.0065
 model replaces particles, so it has the same friction."""
 
 
-def pour(
-    sample: Sample,
-    fluid: Fluid,
-    solver: Solver,
-    nozzle: Nozzle,
-    *,
-    seed: int,
-    slope: SampleSlope = LEVEL,
-    advise: bool = False,
-) -> tuple[Run, Profile]:
+def pour(inputs: Pour, *, advise: bool = False) -> tuple[Run, Profile]:
     """Follow the trajectory and let the sealant settle for ``solver.settle_s``; return the run and its level.
 
     With ``advise``, the last sentence on an unfit run proposes settings that are fit. At most a dozen more fills are
@@ -51,8 +43,9 @@ def pour(
 
     Raises InputError for a sealant with a setting that is not in READ, such as one that freezes.
     """
-    solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
-    solver = sized(outline, solid, solver, nozzle)
+    solid, outline, trajectory = inputs.sample.solid, inputs.sample.outline, inputs.sample.trajectory
+    fluid, nozzle, seed, slope = inputs.fluid, inputs.nozzle, inputs.seed, inputs.slope
+    solver = sized(outline, solid, inputs.solver, nozzle)
     if trajectory.dispensed_mm3 <= 0:
         raise InputError("trajectory: its flow gives no sealant. Check flow_mm3_s and t_s.")
     paste = paste_of(fluid, solver, nozzle, trajectory, seed)
@@ -91,7 +84,6 @@ def pour(
     settings = {"fluid": fluid.model_dump(exclude_none=True), "solver": solver.model_dump(include=used)}
     s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
     level_mm = np.interp(s_mm, filled.sections.s_mm, filled.level_mm)
-    doubts = doubts_of_run(outline, solid, fluid, nozzle, slope)
     level = Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
     none = np.zeros((0, 3))
     run = Run(
@@ -117,7 +109,7 @@ def pour(
             unfit=_unfit(fitness, fluid, outline, paste, changes),
         ),
         level=level,
-        doubts=doubts,
+        doubts=inputs.doubts,
     )
     return run, level
 

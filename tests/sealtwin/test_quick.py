@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -42,7 +43,7 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     trial, sample = load_trial(out / "trial.toml"), read_sample(out / "run")
     assert 0 < answer.stderr.index(fast := fast_answer(trial, sample)) < answer.stderr.index("Simulating")
     solver = trial.solver.model_copy(update={"model": "slot"})
-    _, profile = pour(sample, trial.given_fluid, solver, trial.nozzle, seed=trial.seed)
+    _, profile = pour(replace(trial.pour(sample), solver=solver))
     assert f"{profile.level_mm.mean():.2f} mm" in fast
     freezing = trial.given_fluid.model_copy(update={"freeze_after_s": 3.0})
     assert "fluid.freeze_after_s" in fast_answer(trial.model_copy(update={"fluid": freezing}), sample)

@@ -5,6 +5,7 @@ import pytest
 
 from benchmarks.channels import Channel
 from sealtwin.core.records import Floats
+from sealtwin.core.facts import texts
 from simulate.injection import Injection
 from simulate.loose_fluid import filled_box_mm
 from simulate.setup.rheology import added_viscosity
@@ -73,7 +74,7 @@ def injection_of(settle_s: float = 2.0, **fluid) -> Injection:
 
 
 def remarks_of(settle_s: float = 2.0, **fluid) -> tuple[str, ...]:
-    return injection_of(settle_s, **fluid).remarks_on(0)
+    return texts(injection_of(settle_s, **fluid).remarks_on(0))
 
 
 SINKS = "between walls 3.1 mm apart the sealant sinks by its own weight at up to"
@@ -119,7 +120,7 @@ def test_the_remark_on_a_thin_fluid_has_the_viscosity_that_particles_add():
     """Water of 1 mm2/s, at particles of 0.6 mm."""
     water = injection_of(viscosity_pa_s=0.001)
     added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
-    assert f"flows as if it had about {1 + added_mm2_s:.3g} mm2/s" in water.remarks_on(0)[0]
+    assert f"flows as if it had about {1 + added_mm2_s:.3g} mm2/s" in water.remarks_on(0)[0].text
     # Shorter substeps and larger particles add more.
     assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)
 

@@ -12,10 +12,11 @@ from sealtwin.core.errors import NumericalError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
 from sealtwin.study.kept_fill import KeptFill
-from simulate.injection import Injection
-from simulate.run import fill, fill_each, ready
-from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
-from simulate.watchers import Checkpoint, FrameFiles, HealthLog, Moments, Watcher
+from simulate.injection import ComputeOptions, Injection, Watcher, prepare
+from simulate.pour import Pour
+from simulate.run import fill, fill_each
+from simulate.settings import Fluid, SampleSlope, Solver
+from simulate.watchers import Checkpoint, FrameFiles, HealthLog, Moments
 from tests.fluids import path, pour, sample_of, sealant, slot
 from tests.narration import Narration
 
@@ -49,7 +50,8 @@ class Begun(Watcher):
 
 
 def filled(fluid: Fluid = STIFF, solver: Solver = SOLVER, progress: Progress | None = None, *watchers: Watcher) -> Run:
-    return fill(SAMPLE, fluid, solver, Nozzle(), seed=0, progress=progress, watchers=watchers)[0]
+    options = ComputeOptions(progress=progress or Progress(), watchers=watchers)
+    return fill(Pour(SAMPLE, (fluid,), solver), options)[0]
 
 
 @cache
@@ -68,7 +70,7 @@ def test_a_collapsed_run_is_computed_anew_with_twice_the_substeps(tmp_path):
     assert run.settings["solver"]["substeps"] == 4
     assert (run.health.substeps, run.health.finer) == (4, 2)
     assert "finer" not in four_substeps().health.recorded(), "a given number of substeps is no second attempt"
-    assert run.remarks[-1].startswith("solver.substeps: the run failed with 2 substeps a frame")
+    assert run.remarks[-1].key == "fluid.computed-anew"
     assert heard.notes == [f"note: {remark}" for remark in run.remarks], "each once"
     second = moments[next(place for place in range(1, len(moments)) if moments[place] < moments[place - 1]) :]
     assert len(second) == 5, "every moment of the second run is taken, from the first on"
@@ -81,7 +83,7 @@ def test_a_given_number_of_substeps_is_kept():
     given = SOLVER.model_copy(update={"substeps": 2})
     with pytest.raises(NumericalError, match="128 neighbours"):
         filled(STIFF, given)
-    (stiff,) = fill_each(SAMPLE, [STIFF], given, Nozzle(), seed=0, device="cpu")
+    (stiff,) = fill_each(Pour(SAMPLE, (STIFF,), given), ComputeOptions())
     assert isinstance(stiff, NumericalError)
 
 
@@ -90,7 +92,8 @@ def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch):
 
     def collapses(self: Injection) -> None:
         tried.append(self.engine.substeps)
-        raise NumericalError("collapsed")
+        self.failed[0] = NumericalError("collapsed")
+        raise self.failed[0]
 
     monkeypatch.setattr(Injection, "advance", collapses)
     with pytest.raises(NumericalError, match="collapsed"):
@@ -100,12 +103,13 @@ def test_a_run_that_collapses_with_eight_times_the_substeps_fails(monkeypatch):
 
 def test_in_a_launch_only_the_collapsed_run_is_computed_anew():
     """With its seed and slope; pictures of the first run, which is watched, begin again."""
-    how, kept = {"seed": 3, "slope": SampleSlope(gradient_deg=13.0)}, KeptFill((0.1, 0.2))
-    runs = fill_each(SAMPLE, [STIFF, THIN], SOLVER, Nozzle(), device="cpu", watchers=[kept], **how)
-    for run, fluid, substeps in zip(runs, (STIFF, THIN), (4, 2), strict=True):
+    kept = KeptFill((0.1, 0.2))
+    inputs = Pour(SAMPLE, (STIFF, THIN), SOLVER, seed=3, slope=SampleSlope(gradient_deg=13.0))
+    runs = fill_each(inputs, ComputeOptions(watchers=[kept], in_study=True))
+    for run, single, substeps in zip(runs, inputs.each, (4, 2), strict=True):
         assert not isinstance(run, NumericalError)
         assert run[0].settings["solver"]["substeps"] == substeps
-        alone = fill(SAMPLE, fluid, SOLVER, Nozzle(), **how)[0]
+        alone = fill(single)[0]
         assert np.array_equal(run[0].position_mm, alone.position_mm)
         assert run[0].doubts == alone.doubts != ()
     with np.load(io.BytesIO(kept.content())) as arrays:
@@ -118,7 +122,7 @@ def test_an_error_that_no_run_failed_with_is_no_result(monkeypatch):
 
     monkeypatch.setattr(Injection, "advance", fails)
     with pytest.raises(NumericalError, match="of the host"):
-        fill_each(SAMPLE, [THIN], SOLVER, Nozzle(), seed=0, device="cpu")
+        fill_each(Pour(SAMPLE, (THIN,), SOLVER), ComputeOptions())
 
 
 @pytest.mark.parametrize("finer", [2, 3, [2, 2]])
@@ -134,7 +138,7 @@ def test_a_checkpoint_of_another_run_or_with_no_such_factor_begins_nothing(tmp_p
 
 def test_a_run_of_fewer_substeps_does_not_continue_a_checkpoint_of_more(tmp_path):
     sentences, checkpoint = list[str](), tmp_path / "checkpoint.npz"
-    few, many = (ready(SAMPLE, [THIN], SOLVER, Nozzle(), seed=0, device="cpu", finer=finer) for finer in (1, 2))
+    few, many = (prepare(Pour(SAMPLE, (THIN,), SOLVER), finer=finer) for finer in (1, 2))
     many.advance()
     Checkpoint(checkpoint, "key", sentences.append).keep(many)
     Checkpoint(checkpoint, "key", sentences.append).begin(few)
@@ -145,10 +149,7 @@ def test_a_run_of_fewer_substeps_does_not_continue_a_checkpoint_of_more(tmp_path
 def test_remarks_are_of_the_substeps_of_the_run():
     """Of thin liquid: how much viscosity particles add grows with the number of substeps."""
     liquid = sealant(viscosity_pa_s=0.001, density_kg_m3=1000.0)
-    of_four, of_sixteen = (
-        next(iter(ready(SAMPLE, [liquid], SOLVER, Nozzle(), seed=0, device="cpu", finer=finer).remarks_on(0)))
-        for finer in (2, 8)
-    )
+    of_four, of_sixteen = (prepare(Pour(SAMPLE, (liquid,), SOLVER), finer=finer).remarks_on(0)[0] for finer in (2, 8))
     assert of_four != of_sixteen
 
 

@@ -185,7 +185,7 @@ def test_a_course_is_what_a_run_then_has_in_every_frame(freeze_after_s):
     """To the particle: nothing spills here. It bounds the room that is made for those that move."""
     fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s=freeze_after_s)
     run = _ready(fluid)
-    course = course_of(run.schedule, fluid, run.solver.settle_s)
+    course = course_of(run.schedule, fluid, run.pour.solver.settle_s)
     assert course.frames == run.frames
     assert course.out[-1] == run.schedule.particles
     for out, moving in zip(course.out, course.moving, strict=True):
@@ -201,7 +201,7 @@ def test_paste_that_sleeps_freezes_by_its_age_like_paste_that_moves():
     """
     fluid = Fluid(U=30.0, D_cm=0.3, yield_stress_pa=2.0, freeze_after_s=0.2)
     run = _ready(fluid)
-    course = course_of(run.schedule, fluid, run.solver.settle_s)
+    course = course_of(run.schedule, fluid, run.pour.solver.settle_s)
     while run.done < 15:
         run.advance()
     status = run.engine.state.status.numpy().copy()

@@ -15,7 +15,9 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline, Profile, Run, Solid
 from simulate import run as run_module
 from simulate import setup_checks
+from simulate.injection import ComputeOptions
 from simulate.kernels import status
+from simulate.pour import Pour
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import Fluid, Nozzle, Solver, particle_volume
 from simulate.setup import signed_distance
@@ -156,7 +158,7 @@ def test_a_run_is_titled_as_other_stages_are_and_says_remarks_as_it_starts_and_e
     monkeypatch.setattr(signed_distance.Barrier, "exact_mm", lambda self, points: exact(self, points - LOWER))
     crack = slot(12.0)
     sample = sample_of(crack, path(crack[1], 0.05, speed_mm_s=20.0))
-    run, _ = run_module.fill(sample, LIKE_THE_PAPER, Solver(settle_s=0.2), Nozzle(), seed=0, progress=ear)
+    run, _ = run_module.fill(Pour(sample, (LIKE_THE_PAPER,), Solver(settle_s=0.2)), ComputeOptions(progress=ear))
     assert ear.titles == ["Simulating"]
     assert run.remarks
     *remarks, fault = ear.warnings

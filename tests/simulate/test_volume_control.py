@@ -153,20 +153,13 @@ def spread() -> Injection:
 
 
 def figures(injection: Injection, solid: Solid, slope: SampleSlope) -> list[BedFigures]:
-    control = VolumeControl(
-        solid,
-        injection.schedule,
-        injection.engine.state,
-        radius_mm=injection.solver.size_mm,
-        factor=1.0,
-        yields=[True] * len(RUNS),
-        down=slope.down,
-    )
+    pour, state = injection.pour, injection.engine.state
+    control = VolumeControl(solid, injection.schedule, state, pour.solver, injection.pastes, slope.down)
     return list(control.figures())
 
 
 def figures_by_host(injection: Injection, solid: Solid, slope: SampleSlope, run: int) -> BedFigures:
-    state, radius_mm = injection.engine.state, injection.solver.size_mm
+    state, radius_mm = injection.engine.state, injection.pour.solver.size_mm
     own = state.own(run)
     status, place_mm, speed_mm_s = state.status_of()[own], state.position_mm()[own], state.velocity_mm_s()[own]
     here = (status <= int(FROZEN)) & np.isfinite(place_mm).all(axis=1)
@@ -206,6 +199,6 @@ def test_the_device_measures_the_beds_that_the_host_measures(spread, tilt, slope
 
 
 def test_each_run_has_the_bits_that_it_has_in_any_company(spread, monkeypatch):
-    together = figures(spread, spread.solid, LEVEL)
+    together = figures(spread, spread.pour.sample.solid, LEVEL)
     monkeypatch.setattr("simulate.volume_control.MOST_TOPS", 1)
-    assert figures(spread, spread.solid, LEVEL) == together
+    assert figures(spread, spread.pour.sample.solid, LEVEL) == together

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sealtwin.core.progress import Progress
 from sealtwin.core.vtk_files import ParticleState
-from simulate.injection import Injection
+from simulate.injection import ComputeOptions, Injection
 from simulate.kernels import status
 from simulate.run import follow
 from simulate.settings import Fluid
@@ -158,9 +157,9 @@ def test_a_checkpoint_has_behind_it_what_others_wrote_of_its_frame(tmp_path, mon
         kept, log = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
         fates = {"before": (kept, log, Dies(20)), "between": (kept, Dies(20), log), "after": (Dies(20), kept, log)}
         with pytest.raises(KeyboardInterrupt):
-            follow(brief(), Progress(), fates[dies])
+            follow(brief(), ComputeOptions(watchers=fates[dies]))
         again = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
-        follow(brief(), Progress(), again)
+        follow(brief(), ComputeOptions(watchers=again))
         rows = (folder / "health.csv").read_text().splitlines()[1:]
         assert [int(row.split(",")[0]) for row in rows] == list(range(10, 10 * len(rows) + 1, 10))
 

@@ -21,6 +21,7 @@ from simulate.bead_law import laid_section, slumped_stress
 from simulate.device import start_warp
 from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.injection import prepare
+from simulate.pour import Pour
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.release_schedule import plan_releases
@@ -163,7 +164,7 @@ def _fluids(nudge: Nudge) -> dict[str, Any]:
     arrays: dict[str, Any] = {}
     for name, table in FLUIDS.items():
         fluid = Fluid.model_validate({**table, "freeze_after_s": "never"})
-        run = prepare(sample_of(crack, _trajectory(nudge)), [fluid], solver, nozzle, seed=1, device="cpu")
+        run = prepare(Pour(sample_of(crack, _trajectory(nudge)), (fluid,), solver, nozzle, seed=1))
         for _ in range(FRAMES):
             run.advance()
         state = run.engine.state
@@ -190,9 +191,7 @@ def _fast_model(nudge: Nudge) -> dict[str, Any]:
     way = path(outline, 0.5, speed_mm_s=6.0, trim_mm=4.0)
     way = replace(way, flow_mm3_s=nudge(way.flow_mm3_s))
     fluid = Fluid(viscosity_pa_s=2.0, yield_stress_pa=8.0, freeze_after_s="never")
-    run, level = fast_model.pour(
-        Sample(outline, solid, way), fluid, Solver(model="slot", settle_s=1.0), Nozzle(), seed=0
-    )
+    run, level = fast_model.pour(Pour(Sample(outline, solid, way), (fluid,), Solver(model="slot", settle_s=1.0)))
     bed = run.fast_fill
     assert bed is not None
     figures = [bed.in_crack_mm3, bed.above_face_mm3, bed.held_slope, bed.mound_mm, run.health.volume_ratio]

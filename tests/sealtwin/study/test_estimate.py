@@ -22,8 +22,7 @@ from sealtwin.study.estimate import (
 )
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import load_trial
-from simulate.injection import prepare
-from simulate.setup.wall_particles import enclose
+from simulate.injection import enclosure_of, prepare
 from tests.fluids import path, slot
 from tests.places import FIXTURE
 
@@ -101,12 +100,12 @@ def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_afte
     solver = trial.solver.model_copy(update={"radius_mm": 0.6, "settle_s": 0.5, "volume_factor": 1.1})
     trial = trial.model_copy(update={"fluid": fluid, "solver": solver})
     trajectory = path(outline, 2.4, trim_mm=5.0)
-    enclosure = enclose(solid, outline, 0.6, "cpu")
+    sample = Sample(outline, solid, trajectory)
+    enclosure_of(sample, 0.6, "cpu")
     before = _arrays()
-    physics = [fluid] * runs, trial.solver, trial.nozzle
-    injection = prepare(Sample(outline, solid, trajectory), *physics, seed=0, device="cpu", enclosure=enclosure)
+    injection = prepare(replace(trial.pour(sample), fluids=(fluid,) * runs))
     taken = sum(array.capacity for number, array in _arrays().items() if number not in before)
-    size = size_of(trial, Sample(outline, solid, trajectory))
+    size = size_of(trial.pour(sample))
     assert size.particles * runs == injection.engine.state.count
     assert size.moving * runs == len(injection.engine.lists.fluid_count)
     assert runs * size.bytes == pytest.approx(taken, rel=0.15)

@@ -259,10 +259,10 @@ def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault
     stiff = TRIAL.replace("readings.csv", "inputs/readings.csv").replace("U = 30.0", "viscosity_pa_s = 1000")
     (own_run / "trial.toml").write_text(stiff)
     trial, sample = load_trial(own_run / "trial.toml"), record_files.read_sample(own_run)
-    size_of(trial, sample)
+    size_of(trial.pour(sample))
     finer = trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 / 1.3})})
     with pytest.raises(InputError, match=r"fluid\.viscosity_pa_s is 1000"):
-        size_of(finer, sample)
+        size_of(finer.pour(sample))
     with job_in(own_run) as job:
         assert time_of_extra_runs(job) == ""
 

@@ -20,7 +20,7 @@ from sealtwin.core.run_folder import holding
 from sealtwin.study import runner
 from sealtwin.study.study_folder import OUTCOME, profile_path, read_plan, run_path
 from sealtwin.study.sweep import sweep
-from simulate.run import ready
+from simulate.injection import prepare
 from tests.labs import sealtwin
 from tests.narration import Narration
 from tests.studies import HERE, compute_here, results_of, tiny_lab
@@ -140,8 +140,7 @@ def _first(out):
 
 
 def _prepared(at, trial):
-    fluid, solver, nozzle = trial.physics
-    return ready(at, [fluid], solver, nozzle, seed=trial.seed, device="cpu", slope=trial.sample)
+    return prepare(trial.pour(at))
 
 
 def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):

@@ -41,7 +41,7 @@ def test_a_draft_has_the_trials_viscosity_and_drag_per_time(fluid):
     assert seen[0] == pytest.approx(seen[1], rel=1e-6)
     crack = poured.solid, poured.outline
     run = injected(crack, poured.trajectory, trial.given_fluid, preset="draft", radius_mm=0.4)
-    assert run.solver == draft.solver
+    assert run.pour.solver == draft.solver
     assert run.pastes[0].viscosity_pa_s == pytest.approx(seen[0][0])
     assert draft.model_dump(exclude={"fluid", "solver"}) == trial.model_dump(exclude={"fluid", "solver"})
 

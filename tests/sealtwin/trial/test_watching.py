@@ -9,7 +9,8 @@ import pytest
 from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.run_folder import MANIFEST
 from simulate.injection import Injection, prepare
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.pour import Pour
+from simulate.settings import Fluid, Solver
 from simulate.watchers import FrameFiles, ProgressFile, StillThere
 from tests.fluids import path, sample_of, slot
 from tests.vtk_reader import read_polydata, read_pvd
@@ -19,7 +20,7 @@ def injection() -> Injection:
     crack, solver = slot(12.0), Solver.model_validate({"radius_mm": 0.6, "settle_s": 0.1})
     fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
     poured = sample_of(crack, path(crack[1], 0.12, 20.0))
-    return prepare(poured, [fluid], solver, Nozzle(), seed=1, device="cpu")
+    return prepare(Pour(poured, (fluid,), solver, seed=1))
 
 
 def go_on(run: Injection, watcher: FrameFiles, frames: int) -> None:

@@ -11,9 +11,10 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.trial.trial_file import FluidOfFile
-from simulate.injection import prepare
+from simulate.injection import ComputeOptions, prepare
+from simulate.pour import Pour
 from simulate.run import fill, fill_each
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import LEVEL, Fluid, SampleSlope, Solver
 from simulate.slot.fitness import FULLEST, fitness_of
 from simulate.slot.flux import HerschelBulkley
 from simulate.slot.run import READ, pour
@@ -24,7 +25,7 @@ PASTE: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_
 
 
 def poured(volume_ml: float = 1.2, solver: Solver = FAST, **fluid: Any) -> tuple[Run, Profile]:
-    return pour(sample(volume_ml), Fluid.model_validate(PASTE | fluid), solver, Nozzle(), seed=0, advise=True)
+    return pour(Pour(sample(volume_ml), (Fluid.model_validate(PASTE | fluid),), solver), advise=True)
 
 
 def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
@@ -51,7 +52,7 @@ def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
 def test_a_case_outside_the_domain_says_why(change: dict[str, Any], why: str):
     run, _ = poured(**change)
     assert run.fast_fill is not None
-    assert any(why in sentence for sentence in run.unfit)
+    assert any(why in sentence.text for sentence in run.unfit)
 
 
 def test_a_level_over_the_face_is_outside_and_what_it_asks_for_is_inside():
@@ -60,10 +61,10 @@ def test_a_level_over_the_face_is_outside_and_what_it_asks_for_is_inside():
     assert run.fast_fill is not None
     assert run.fast_fill.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
     assert run.fast_fill.fill < FULLEST
-    assert any("above the face" in sentence for sentence in run.unfit)
-    stress = re.search(r"yield_stress_pa = ([\d.]+) or less", run.unfit[-1])
+    assert any("above the face" in sentence.text for sentence in run.unfit)
+    stress = re.search(r"yield_stress_pa = ([\d.]+) or less", run.unfit[-1].text)
     assert stress is not None
-    share = re.search(r"path\.fill = ([\d.]+)", run.unfit[-1])
+    share = re.search(r"path\.fill = ([\d.]+)", run.unfit[-1].text)
     volume_ml = 1.6 * float(share[1]) / run.fast_fill.fill if share else 1.6
     again, _ = poured(volume_ml=volume_ml, yield_stress_pa=float(stress[1]))
     assert again.fast_fill is not None
@@ -115,7 +116,7 @@ def test_no_setting_of_a_fluid_is_left_out_in_silence(name: str):
             poured(**{**beside, name: value})
         return
     run, level = poured(**{**beside, name: value})
-    named = any(f"fluid.{name} " in sentence for sentence in run.unfit)
+    named = any(f"fluid.{name} " in sentence.text for sentence in run.unfit)
     assert named or np.abs(level.level_mm - poured(**beside)[1].level_mm).max() > 0.05
 
 
@@ -125,9 +126,9 @@ class Casson(FluidOfFile):
 
 def test_a_setting_that_is_new_is_refused_until_the_fast_model_reads_it():
     same, new = (Casson(**PASTE, shear_law=law) for law in ("bingham", "casson"))
-    pour(sample(1.2), same, FAST, Nozzle(), seed=0)
+    pour(Pour(sample(1.2), (same,), FAST))
     with pytest.raises(InputError, match=r"fluid\.shear_law: .*particles"):
-        pour(sample(1.2), new, FAST, Nozzle(), seed=0)
+        pour(Pour(sample(1.2), (new,), FAST))
 
 
 @pytest.mark.parametrize(
@@ -153,7 +154,7 @@ def test_particles_are_not_run_in_its_place():
     crack = slot(40.0)
     fluid = Fluid(viscosity_pa_s=0.3, freeze_after_s="never")
     with pytest.raises(InputError, match="only particles"):
-        prepare(sample_of(crack, path(crack[1], 1.0)), [fluid], FAST, Nozzle(), seed=0, device="cpu")
+        prepare(Pour(sample_of(crack, path(crack[1], 1.0)), (fluid,), FAST))
 
 
 def stiff(yield_stress_pa: float) -> Fluid:
@@ -167,8 +168,8 @@ def sample(volume_ml: float) -> Sample:
 
 def one_of_each(fluid: Fluid, volume_ml: float, slope: SampleSlope = LEVEL) -> list[tuple[Run, Profile]]:
     """Filled alone, and as one of a study."""
-    alone = fill(sample(volume_ml), fluid, FAST, Nozzle(), seed=0, slope=slope)
-    (each,) = fill_each(sample(volume_ml), [fluid], FAST, Nozzle(), seed=0, device="cpu", slope=slope)
+    inputs = Pour(sample(volume_ml), (fluid,), FAST, slope=slope)
+    alone, (each,) = fill(inputs), fill_each(inputs, ComputeOptions(in_study=True))
     assert isinstance(each, tuple)
     return [alone, each]
 
@@ -187,6 +188,6 @@ def test_the_fast_model_fills_a_sample_that_does_not_lie_level():
 def test_a_fill_alone_is_advised_and_one_of_a_study_is_not():
     """A dozen fills more for each of hundreds of runs would be read by nobody."""
     alone, each = ([*run.unfit] for run, _ in one_of_each(stiff(11.0), 1.6))
-    assert alone[-1].startswith("The case is within")
+    assert alone[-1].key == "unfit.remedy"
     assert each == alone[:-1]
     assert each
