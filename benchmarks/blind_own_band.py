@@ -35,8 +35,7 @@ from benchmarks.table import Row, run_benchmark
 from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
-from sealtwin.study.drawn_runs import draw
-from sealtwin.study.moved_inputs import Base
+from sealtwin.study.moved_inputs import Base, draw
 from validate.metrics.volumes import balance_profile
 from validate.result import PredictedLevel
 from validate.uncertainty.bed_ends import BedEnds

@@ -30,9 +30,9 @@ from sealtwin.core.progress import Progress, progress_for_stderr
 from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.estimate import size_of
+from sealtwin.study.pipeline import run_stages
 from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.trial.job import start_job
-from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial
 from simulate.device import choose_device, describe_device
 from simulate.injection import ComputeOptions, prepare

@@ -33,7 +33,7 @@ import cv2
 cv2.setNumThreads(1)
 from sealtwin.core.run_folder import open_folder
 from sealtwin.trial.job import start_job
-from sealtwin.trial.pipeline import run_stages
+from sealtwin.study.pipeline import run_stages
 from sealtwin.core.progress import Progress
 from sealtwin.trial.trial_file import load_trial
 import sealtwin.trial.digitise_stage, digitise.outline, digitise.walls.overlay, digitise.crack_path.find_path

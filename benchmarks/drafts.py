@@ -23,10 +23,9 @@ from sealtwin.core import record_files
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Sample
 from sealtwin.core.run_folder import open_folder
-from sealtwin.trial.draft import drafted
+from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import start_job
-from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.trial_file import Trial, load_trial
+from sealtwin.trial.trial_file import Trial, drafted, load_trial
 from simulate.profile import volume_ratio
 from simulate.run import fill
 from validate.wording.headline import DRAFTED_MM

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from benchmarks.against import HERE
 from sealtwin.core.files import write_text
 from sealtwin.core.stage_keys import number_words, other_numbers
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.job import NUMBERS
 
 PAGE = HERE / "docs" / "figures.md"
 README, RESULTS = HERE / "README.md", HERE / "reports" / "results.json"

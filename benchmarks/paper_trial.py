@@ -22,8 +22,8 @@ from sealtwin.core import record_files
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import open_folder
+from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import STAGES, start_job
-from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import readings_of
 from validate.metrics.baselines import best_curves

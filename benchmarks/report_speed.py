@@ -29,8 +29,8 @@ from benchmarks.paper_trial import FIXTURE
 from benchmarks.table import Row, finish, run_benchmark
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.run_folder import open_folder
+from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import start_job
-from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 
 REPORTS = 3
@@ -81,7 +81,7 @@ import cv2
 cv2.setNumThreads(1)
 from sealtwin.core.run_folder import open_folder
 from sealtwin.trial.job import resume_job
-from sealtwin.trial.pipeline import run_stages
+from sealtwin.study.pipeline import run_stages
 from sealtwin.core.progress import Progress
 import scipy.stats, similaritymeasures, trimesh.exchange.load
 import validate.compare, validate.readings.read_readings, validate.report.write_report

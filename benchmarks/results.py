@@ -27,7 +27,7 @@ from benchmarks.against import HERE, processor
 from benchmarks.table import ROWS_TO, one_of, run_benchmark
 from sealtwin.core.files import write_json
 from sealtwin.core.progress import in_words
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.job import NUMBERS
 
 COMMANDS = {
     "paper_trial": "benchmarks/paper_trial.py",

@@ -30,7 +30,7 @@ fixture = before / "fixtures/paper-trial"
 text = re.sub('file = "(.+)"', lambda match: f'file = "{fixture / match[1]}"', (fixture / "trial.toml").read_text())
 """
 DRAFTED = """
-if Path("sealtwin/trial/draft.py").exists():
+if "def drafted" in Path("sealtwin/trial/trial_file.py").read_text():
     text = text.replace('preset = "accurate"', 'preset = "draft"')
     assert 'preset = "draft"' in text
 """

@@ -36,7 +36,7 @@ PAST_THE_READER = {
     "digitise/image/decoding.py": "asks for a plain file and its size itself, with words for photos",
     "digitise/drawing/read_dxf.py": "asks for a plain file and its size itself, with words for drawings",
     "simulate/watchers.py": "hands NumPy what the reader has opened",
-    "sealtwin/study/kept_fill.py": "hands NumPy what the reader has opened",
+    "sealtwin/study/study_map.py": "hands NumPy what the reader has opened",
     "sealtwin/cli/answer.py": "opens the null device",
     "sealtwin/cli/photo_tools.py": "opens a browser",
 }

@@ -9,17 +9,16 @@ import pytest
 from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
-from sealtwin.study.runner import Computing, compute
+from sealtwin.study.pipeline import run_stages
+from sealtwin.study.runner import StudyOptions, compute
 from sealtwin.study.study_folder import profile_path, read_plan
-from sealtwin.study.sweep import SweepOptions
 from sealtwin.trial.job import Job, resume_job, start_job
-from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
 from tests.pages import leave_out_pages
 from tests.pictures import mortar, with_crack, write_png
 
-HERE = SweepOptions(device="cpu", jobs=0, batch=1, drafts=False)
+HERE = StudyOptions(device="cpu", jobs=0, batch=1, drafts=False)
 """Runs one by one in this process: starting others takes seconds."""
 TRIAL = """
 name = "tiny"
@@ -107,7 +106,7 @@ def job_in(path: Path, progress: Progress | None = None) -> Iterator[Job]:
 
 def compute_here(out: Path, *, batch: int = 1, keep_runs: bool = False) -> None:
     """Compute the waiting runs of a planned study in this process: starting others takes seconds."""
-    compute(out, read_plan(out).runs, Computing("cpu", 0, batch, keep_runs), "", Progress())
+    compute(out, read_plan(out).runs, StudyOptions("cpu", 0, batch, keep_runs), "", Progress())
 
 
 def results_of(out: Path) -> dict[int, tuple[bytes, dict]]:

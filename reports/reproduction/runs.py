@@ -18,7 +18,7 @@ from sealtwin.core.stage_keys import number_words, stage_key
 from sealtwin.study.study_file import load_study
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study, watch_runs
-from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
+from sealtwin.trial.job import NUMBERS, numbers_up_to
 from sealtwin.trial.trial_file import load_trial
 from validate.figures.drawing import as_svg
 from validate.figures.levels import draw_histogram

@@ -17,8 +17,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
 from sealtwin.core.settings import checked
-from sealtwin.trial.job import OVERLAY, STRAIGHT
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.job import NUMBERS, OVERLAY, STRAIGHT
 
 if TYPE_CHECKING:
     from digitise.robots.cell import Format, RobotCell

@@ -144,9 +144,8 @@ def run_trial(
         ``fluid.warnings``. The photo or the readings are in doubt, or a file was edited; with ``progress`` these are
         printed on stderr instead.
     """
-    from sealtwin.study.extra_runs import by_studies
+    from sealtwin.study.pipeline import run_trial
     from sealtwin.trial.job import STAGES
-    from sealtwin.trial.pipeline import run_trial
     from sealtwin.trial.trial_file import Trial, load_trial
 
     if isinstance(trial, Trial | Mapping):
@@ -164,7 +163,7 @@ def run_trial(
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     warned = WarnedProgress()
     with progress_for_stderr(quiet=False) if wanted(progress) else warned as shown:
-        outcome = run_trial(settings, home, target, STAGES, device, shown, threads, by_studies())
+        outcome = run_trial(settings, home, target, STAGES, device, shown, threads)
     warn(dict.fromkeys([*warned.sentences, *texts(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 

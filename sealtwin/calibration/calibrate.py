@@ -26,11 +26,9 @@ from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.material.paste import material_text
-from sealtwin.study.sweep import SweepOptions
-from sealtwin.trial.draft import sets_resolution
-from sealtwin.trial.job import shown
-from sealtwin.trial.stage_numbers import NUMBERS
-from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced
+from sealtwin.study.runner import StudyOptions
+from sealtwin.trial.job import NUMBERS, shown
+from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced, sets_resolution
 from simulate.material_file import Material
 from validate.calibration.free import Free, Marginal
 from validate.calibration.posterior import SMOOTH_ERRORS_MM
@@ -59,7 +57,7 @@ def calibrate(
     trials: Sequence[Path],
     ranges: Mapping[str, tuple[float, float]],
     out: Path | None,
-    how: SweepOptions,
+    how: StudyOptions,
     progress: Progress,
     *,
     held_out: Sequence[Path] = (),

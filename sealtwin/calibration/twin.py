@@ -15,11 +15,11 @@ from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
+from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_file import PlannedRun
-from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
-from sealtwin.trial.draft import as_run
+from sealtwin.study.sweep import adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
-from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, refuse_seeds, with_settings
+from sealtwin.trial.trial_file import SETTINGS, Trial, as_run, load_trial, refuse_seeds, with_settings
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels, smooth_errors_mm2
 from validate.metrics.baselines import are_compared
@@ -42,7 +42,7 @@ class Twin:
         self,
         file: Path,
         library: Path,
-        how: SweepOptions,
+        how: StudyOptions,
         progress: Progress,
         settings: Mapping[str, Any] | None = None,
     ) -> None:

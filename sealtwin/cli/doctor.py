@@ -11,7 +11,7 @@ def doctor(command: Command) -> None:
     """Print versions, stage numbers, devices and the results of self-tests, which take about a second."""
     from sealtwin.core.run_folder import versions
     from sealtwin.core.stage_keys import number_words
-    from sealtwin.trial.stage_numbers import NUMBERS
+    from sealtwin.trial.job import NUMBERS
 
     checks: dict[str, str] = {}
     healthy = True

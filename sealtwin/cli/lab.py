@@ -87,11 +87,11 @@ def _run(command: Command, folder: Path, jobs: int | None) -> Answer:
     from sealtwin.cli.folder_answer import samples_answer
     from sealtwin.core.cluster import cores
     from sealtwin.lab.run_samples import run_samples
-    from sealtwin.study.runner import Computing
+    from sealtwin.study.runner import StudyOptions
     from simulate.device import choose_device, describe_device
 
     device = choose_device(command.device)
     command.say(f"Device: {describe_device(device)}")
-    how = Computing(device, jobs or (cores() if device == "cpu" else 1))
+    how = StudyOptions(device, jobs or (cores() if device == "cpu" else 1))
     with command.progress() as progress:
         return samples_answer(folder, run_samples(folder, how, progress))

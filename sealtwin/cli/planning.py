@@ -66,7 +66,7 @@ def plan(
     """
     from sealtwin.plan.make_plan import RESERVE_MM, Options, make_plan
     from sealtwin.plan.rest import plan_rest
-    from sealtwin.trial.draft import sets_resolution
+    from sealtwin.trial.trial_file import sets_resolution
     from simulate.device import choose_device
 
     drafts = not (accurate or sets_resolution(settings))

@@ -143,6 +143,7 @@ def sweep(
     if not targets:
         raise typer.BadParameter("give a study; --example FILE writes one to start from")
     from sealtwin.study import sweep as sweeps
+    from sealtwin.study.runner import StudyOptions
 
     if str(targets[0]) == "status":
         if len(targets) != 2:
@@ -158,7 +159,7 @@ def sweep(
     chosen = choose_device(command.device)
     command.say(f"Device: {describe_device(chosen)}")
     on_cpu = chosen == "cpu"
-    options = sweeps.SweepOptions(
+    options = StudyOptions(
         device=chosen,
         jobs=jobs or (cores() if on_cpu else 1),
         batch=batch or (1 if on_cpu else LAUNCH),
@@ -208,7 +209,7 @@ def calibrate(
     """
     from sealtwin.calibration.calibrate import calibrate as find
     from sealtwin.core.cluster import cores
-    from sealtwin.study.sweep import SweepOptions
+    from sealtwin.study.runner import StudyOptions
     from simulate.device import choose_device, describe_device
 
     ranges = _ranges(free)
@@ -218,7 +219,7 @@ def calibrate(
     command.say(f"Device: {describe_device(chosen)}")
     count = jobs or (cores() if chosen == "cpu" else 1)
     # A worker process takes seconds to start, in each round.
-    how = SweepOptions(device=chosen, jobs=0 if count == 1 else count, drafts=not accurate)
+    how = StudyOptions(device=chosen, jobs=0 if count == 1 else count, drafts=not accurate)
     when = day.today() if date is None else day_of(date)
     content = find(
         trials,

@@ -11,8 +11,8 @@ from sealtwin.core.facts import of_keys, texts, without
 
 if TYPE_CHECKING:
     from sealtwin.core.facts import Fact
+    from sealtwin.study.pipeline import FinishedStages
     from sealtwin.trial.job import StageName
-    from sealtwin.trial.pipeline import FinishedStages
     from sealtwin.trial.trial_file import Trial
     from validate.comparison import ErrorUncertainty
     from validate.result import Comparison, FluidFigures, PredictedLevel, SampleFigures, TrialResult
@@ -41,14 +41,12 @@ def run_trial(
     warnings ``warned`` before.
     """
     from sealtwin.core.cluster import cores
-    from sealtwin.study.extra_runs import by_studies
-    from sealtwin.trial import pipeline
+    from sealtwin.study import pipeline
     from sealtwin.trial.trial_file import load_trial
 
     made, trial = trial is not None, trial or load_trial(file, settings)
     with command.progress() as progress:
-        above = by_studies(cores())
-        done = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, above)
+        done = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, cores())
     _reply(command, done, stages, (*warned, *progress.warned), "TRIAL" if made else file.as_posix())
 
 
@@ -67,13 +65,13 @@ def resume(
     """
     from sealtwin.core.cluster import cores
     from sealtwin.core.run_folder import open_folder
-    from sealtwin.study.extra_runs import by_studies, vary
+    from sealtwin.study.extra_runs import vary
+    from sealtwin.study.pipeline import run_stages
     from sealtwin.trial.job import resume_job
-    from sealtwin.trial.pipeline import run_stages
 
     with open_folder(path, create=False) as folder, command.progress() as progress:
         job = resume_job(folder, command.device, progress, settings)
-        job = replace(job, above=by_studies(cores()), threads=threads)
+        job = replace(job, jobs=cores(), threads=threads)
         if uncertainty:
             vary(job)
         done = run_stages(job, (stage,))

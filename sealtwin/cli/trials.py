@@ -34,8 +34,8 @@ def film(
     Shows a section along the crack and the crack from above, coloured by speed, in real time, as a GIF.
     """
     from sealtwin.core.run_folder import look_into
+    from sealtwin.trial.exports import make_film
     from sealtwin.trial.job import other_versions, shown
-    from sealtwin.trial.pipeline import make_film
 
     path = out or folder / "fill.gif"
     with command.progress() as progress:
@@ -141,7 +141,7 @@ def quick(
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
     from sealtwin.core.record_files import read_outline, read_sample
-    from sealtwin.trial import pipeline
+    from sealtwin.study import pipeline
     from sealtwin.trial.quick_trial import fast_answer, quick_trial, write_quick_trial
     from sealtwin.trial.trial_file import load_trial
 
@@ -184,8 +184,7 @@ def demo(
 
 
 def _compare_dam_breaks(command: Command, folder: Path) -> None:
-    from sealtwin.study.measured_blocks import SHOWN, computed_mm, course_of, dam_breaks, fluid_of
-    from sealtwin.study.measured_page import measured_sheet
+    from sealtwin.study.measured_blocks import SHOWN, computed_mm, course_of, dam_breaks, fluid_of, measured_sheet
     from sealtwin.trial.job import shown
     from simulate.device import choose_device
     from validate.figures.figure_sheet import write_sheet_of_figures

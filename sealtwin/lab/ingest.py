@@ -21,9 +21,9 @@ from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults
 from sealtwin.lab.pairing import pair, pairing_text, read_decisions
 from sealtwin.lab.sample import PAIRING, Fate, LabSample, gather, prepare, read_sheets
 from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
+from sealtwin.study.pipeline import check_run
 from sealtwin.study.study_folder import PROFILE
 from sealtwin.trial.job import start_job
-from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
 from validate.readings.grid import listed
 from validate.units import counted

@@ -13,12 +13,11 @@ from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
 from sealtwin.lab.files import TRIAL
 from sealtwin.study.estimate import SETUP_S, size_of
-from sealtwin.study.extra_runs import by_studies
 from sealtwin.study.photos import write_trace
-from sealtwin.study.runner import Computing, launch
+from sealtwin.study.pipeline import run_trial
+from sealtwin.study.runner import StudyOptions, launch
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.job import STAGES
-from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.simulate_stage import PROGRESS
 from sealtwin.trial.trial_file import load_trial
 from validate.readings.names import sample_key
@@ -42,7 +41,7 @@ class SampleRun:
     wall_s: float = 0.0
 
 
-def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun]:
+def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[SampleRun]:
     """Run the latest trial of each sound sample, and return the results of all samples.
 
     Finished runs are not computed again. Samples with open questions are left out. A run that fails does not stop the
@@ -71,8 +70,8 @@ def run_samples(lab: Path, how: Computing, progress: Progress) -> list[SampleRun
         StudyRun(number, key, {}, {}, key, key, _work_s(lab, record))
         for number, (key, record) in enumerate(records.items(), start=1)
     ]
-    work = run_in_worker, lambda group: (lab, records[group[0].key], how.device), keep
-    launch(runs, how, "Running", progress, work, left_s=left_s)
+    work = run_in_worker, lambda group: (lab, records[group[0].key], options.device), keep
+    launch(runs, options, "Running", progress, work, left_s=left_s)
     return sorted(results, key=lambda result: sample_key(result.name))
 
 
@@ -82,7 +81,7 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
     result = SampleRun(record.name, "failed", record.folder)
     try:
         trial = load_trial(folder / TRIAL)
-        finished = run_trial(trial, folder, folder / RUN, STAGES, device, progress, above=by_studies())
+        finished = run_trial(trial, folder, folder / RUN, STAGES, device, progress)
     except (SealtwinError, OSError) as fault:
         result = replace(result, reason=f"{fault}")
     except Exception as fault:

@@ -24,10 +24,9 @@ from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
 from sealtwin.plan.search import Case, Goal, Knots, discrepancy, limits_of, require_possible, target_of
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mean_of, misfit, require_plannable
-from sealtwin.trial.job import require_sample, shown, start_job
-from sealtwin.trial.pipeline import run_stages
+from sealtwin.study.pipeline import run_stages
+from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
-from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
 from simulate.slot.sections import Trapezoids
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different

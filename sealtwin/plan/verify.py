@@ -1,6 +1,5 @@
 """Judge paths over one crack with particle runs, in a folder like that of a sweep, and compute a level's misfit."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, astuple, dataclass, field, replace
 from itertools import groupby
@@ -11,18 +10,16 @@ import numpy as np
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Outline, Profile, Sample, Solid, Trajectory
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.plan.search import OVER_WEIGHT
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import Forecast, size_of, timings_of
-from sealtwin.study.runner import Computing, compute
-from sealtwin.trial.draft import drafted
-from sealtwin.trial.job import stage_settings
-from sealtwin.trial.stage_numbers import numbers_up_to
-from sealtwin.trial.trial_file import Trial, refuse_seeds
+from sealtwin.study.runner import StudyOptions, WantedRun, bring_up_to_date, require_done, schedule, write_sample
+from sealtwin.trial.job import numbers_up_to
+from sealtwin.trial.trial_file import Trial, drafted, refuse_seeds
 from simulate.slot.sections import sections_of
 
 LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Least depth and length of a low stretch that a plan's sentence names
@@ -155,37 +152,28 @@ class Verifier:
         ``sealtwin.study.estimate``.
         Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
-        sample, asked = self.sample, list[study_folder.StudyRun]()
-        for label, path, seed in paths:
+        sample, wanted = self.sample, list[WantedRun]()
+        for number, (label, path, seed) in enumerate(paths, start=len(self._runs) + 1):
             trial = self.trial.model_copy(update={"path": path, "seed": seed})
             trajectory = plan_trajectory(sample.outline, path, sample.solid.cavity_volume_mm3, sample.solid.sections)
             poured = replace(sample, trajectory=trajectory)
             if drafts:
                 trial = drafted(trial, poured)
-            settings = {**stage_settings(trial, "simulate"), "path": path.model_dump(mode="json", exclude_none=True)}
-            name = stage_key({}, {"path": settings["path"]}, numbers_up_to("digitise"))[:12]
-            home = self.folder / "samples" / name
-            if not (home / "trajectory.csv").is_file():
-                record_files.write_sample(home, poured)
-            inputs = {file: files.sha256(home / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
-            key = stage_key(inputs, {**settings, "device": self.device}, numbers_up_to("simulate"))
-            content = json.loads(trial.model_dump_json(exclude_none=True))
-            work_s = size_of(trial.pour(poured)).work_s
-            number = len(self._runs) + len(asked) + 1
-            varied = {"path": label, "seed": seed}
-            asked.append(study_folder.StudyRun(number, key, varied, content, name, key, work_s))
+            depends = {"path": path.model_dump(mode="json", exclude_none=True)}
+            home = stage_key({}, depends, numbers_up_to("digitise"))[:12]
+            wanted.append(WantedRun(number, {"path": label, "seed": seed}, trial, poured, home, {}, depends))
+            write_sample(self.folder, wanted[-1])
+            digitised = self.folder / "samples" / home
+            inputs = {file: files.sha256(digitised / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
+            wanted[-1] = replace(wanted[-1], inputs=inputs)
+        asked, largest, _ = schedule(wanted, self.device, numbers_up_to("simulate"))
         earlier = {run.key for run in self._runs}
         self._runs += {run.key: run for run in asked if run.key not in earlier}.values()
         plan = study_folder.Plan("verification", self._runs, numbers=numbers_up_to("simulate"))
-        self._runs = study_folder.resume(self.folder, plan, self.progress.note, retry=True)
-        if any(run.state == "waiting" for run in self._runs):
-            waiting = sum(run.state == "waiting" for run in self._runs)
-            jobs = min(self.jobs, waiting) if self.jobs > 1 else 0
-            how = Computing(self.device, jobs, later_s=later_s)
-            self._runs = compute(self.folder, self._runs, how, title, self.progress)
-        for run in self._runs:
-            if run.state == "failed":
-                raise NumericalError(f"{self.folder}: the run of {run.settings['path']} failed: {run.reason}")
+        jobs = min(self.jobs, len(asked)) if self.jobs > 1 else 0
+        options = StudyOptions(self.device, jobs, later_s=later_s, retry=True)
+        self._runs = bring_up_to_date(self.folder, plan, largest, options, self.progress, title).runs
+        require_done(self.folder, self._runs, "there is no plan")
         return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
 
     def corrected_s(self, model_s: float) -> float:

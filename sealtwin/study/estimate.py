@@ -15,6 +15,7 @@ from simulate.pour import Pour
 SETUP_S = 0.2
 """Time to set up walls and distances and to measure the profile. This and the next two times are for one core of the
 machine in docs/accuracy.md."""
+REPORT_S = 5.0  # Time of pictures and report after the last frame
 FAST_S = 0.2  # Time of a run of the fast model
 PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done some runs
 WALLS_BYTES = 18e3

@@ -1,34 +1,67 @@
-"""Extra runs for the uncertainty of a simulated level: three of each particle size, and runs with inputs moved.
+"""Extra runs of a finished trial: with other seeds, for the mean level, and for the uncertainty of its level.
 
-A design moves the inputs of particle runs, and random draws move those of the fast model. Results are written to
-RUN/uncertainty, a folder like a sweep's. They are computed once: if the process is killed, the same command computes
-the remaining runs.
+For the uncertainty there are three runs of each particle size, and runs with inputs moved: a design moves the inputs of
+particle runs, and random draws move those of the fast model. The runs are in RUN/seeds and RUN/uncertainty, folders
+like a sweep's. They are computed once: if the process is killed, the same command computes the remaining runs.
 """
 
+import math
 import shutil
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import Fact, without
+from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
-from sealtwin.study import study_folder
-from sealtwin.study.drawn_runs import PLACES, draw, fast_level, level_of, takes_draws
-from sealtwin.study.estimate import estimate, in_words, size_of
-from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
-from sealtwin.study.runner import Computing
-from sealtwin.study.seed_runs import announce_seeds, compute_other_seeds
-from sealtwin.study.variants import Variant, compute_variants, inputs_of, own_timing, with_seed
-from sealtwin.trial.job import Above, Job
-from sealtwin.trial.pipeline import REPORT_S
+from sealtwin.study.estimate import REPORT_S, Timing, estimate, in_words, size_of
+from sealtwin.study.moved_inputs import (
+    PLACES,
+    Base,
+    draw,
+    fast_level,
+    level_of,
+    moved_paste,
+    moved_sample,
+    refuse_immovable,
+    takes_draws,
+)
+from sealtwin.study.runner import (
+    StudyOptions,
+    WantedRun,
+    bring_up_to_date,
+    require_done,
+    schedule,
+    words_of,
+    write_sample,
+)
+from sealtwin.study.study_folder import Plan, StudyRun, holds_study, remove_temporary_files, run_path
+from sealtwin.trial.job import DIGITISED, SEEDS, Job, clear, made_by, numbers_up_to, stage_settings
 from sealtwin.trial.trial_file import Trial
-from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
-from validate.uncertainty.computed import RUNS, Effect, InputDraws, SizeRuns, Spread, effects_of, two_level_design
+from sealtwin.trial.validate_stage import OF_SEEDS, SEED_RUNS, SPREAD, UNCERTAINTY, varied_settings
+from validate.result import SeedRuns
+from validate.uncertainty.computed import (
+    RUNS,
+    Z_95,
+    Effect,
+    InputDraws,
+    SizeRuns,
+    Spread,
+    effects_of,
+    further_run_mm2,
+    require_different,
+    two_level_design,
+)
+from validate.wording.headline import fluid_warnings
+from validate.wording.of_runs import facts_of_runs
 
 RATIO = 1.3
 """Ratio of neighbouring particle sizes. It is the least that Celik et al. 2008 recommend: a finer run already takes
@@ -37,14 +70,78 @@ REPLICATES = 3
 """Runs of each particle size, with different seeds. With two runs the error would have 4 instead of 7 degrees of
 freedom and sqrt(3/2) times the noise: an interval 1.4 times as wide."""
 A_LITTLE = 0.1  # Share of its standard uncertainty by which each input is moved in the timed run
+MOST_SEED = 2**31  # Seeds of a trial are below it
+
+Variant = tuple[dict[str, float], Trial, Sample]
+"""A variant: the settings in which it differs from the trial (particle size and seed, or steps of inputs), its own
+trial, and its sample."""
 
 
-def by_studies(jobs: int = 0) -> Above:
-    """Return what studies do for a run: its other seeds, and the time of its extra runs.
+def compute_other_seeds(job: Job) -> bool:
+    """Bring the mean level of the trial's seeds up to date; return True if anything was computed.
 
-    ``jobs`` is the number of worker processes of the other seeds; 0 computes them in this process.
+    Raises:
+        InputError: The trial's own run is not finished, or other stage numbers than this version's computed it; or two
+            seeds gave the same level.
+        NumericalError: A run failed. The message names it, and the same command tries it again.
     """
-    return Above(time_of_extra_runs, compute_other_seeds, announce_seeds, jobs)
+    from simulate.device import choose_device
+
+    count, inputs = job.trial.seeds or 1, inputs_of(job)
+    settings: dict[str, Any] = {**stage_settings(job.trial, "simulate"), "seeds": count}
+    numbers = numbers_up_to("simulate")
+    # Without the device: a report written on another machine keeps the levels that it finds.
+    key = stage_key(inputs, settings, numbers)
+    if job.folder.is_current(SEEDS, key):
+        return False
+    alone = job.trial.model_copy(update={"seeds": None, "readings": None, "gate": None})
+    base, folder, device = Base.of(replace(job, trial=alone)), job.path / "seeds", choose_device(job.device)
+    others: list[Variant] = [({"seed": number}, with_seed(alone, number), base.sample) for number in range(1, count)]
+    options = StudyOptions(device, min(job.jobs, len(others) if device == "cpu" else 1), later_s=REPORT_S, retry=True)
+    why = f"the mean of {count} seeds"
+    runs = compute_variants(folder, SEEDS, others, base, inputs, options, job.progress, why)
+    seeds = [job.trial.seed, *(int(run.trial["seed"]) for run in runs)]
+    profiles = [base.profile, *(record_files.read_profile(run_path(folder, run.key)) for run in runs)]
+    s_mm = base.profile.s_mm
+    levels_mm = np.array([np.interp(s_mm, profile.s_mm, profile.level_mm) for profile in profiles])
+    require_different(levels_mm, [f"with seed = {seed}" for seed in seeds], str(job.path))
+    half_mm = Z_95 * float(np.sqrt(further_run_mm2(levels_mm, count)))
+    record = SeedRuns(
+        seeds=tuple(seeds),
+        mean_level_mm=float(np.trapezoid(levels_mm.mean(axis=0), s_mm) / np.ptp(s_mm)),
+        scatter_mm=float(np.sqrt(levels_mm.var(axis=0, ddof=1).mean())),
+        band_95_mm=half_mm,
+        warnings=tuple(_other_warnings(job, base, runs)),
+    )
+    clear(job, SEEDS)
+    record_files.write_level(job.path, s_mm, dict(zip(seeds, levels_mm, strict=True)), half_mm)
+    files.write_json(job.path / SEED_RUNS, record.model_dump())
+    wall_s = sum(run.wall_s or 0.0 for run in runs)
+    job.folder.record(SEEDS, key, settings, inputs, OF_SEEDS, wall_s, numbers=numbers)
+    return True
+
+
+def announce_seeds(job: Job) -> None:
+    """Note the expected time of the runs with all seeds, unless the first is finished."""
+    if "simulate" not in job.folder.finished():
+        whole_s = size_of(job.trial.pour(record_files.read_sample(job.path))).work_s * (1 + rounds_of_seeds(job))
+        job.progress.note(
+            f"{job.trial.seeds} runs, with seeds from {job.trial.seed}: about {in_words(whole_s + REPORT_S)} in all, "
+            "from a model; the first run will correct it."
+        )
+
+
+def _other_warnings(job: Job, base: Base, runs: list[StudyRun]) -> list[Fact]:
+    """Return the warnings of the other runs' fluid, without those that the own run has with other numbers."""
+    keys = [fact.key for fact in fluid_warnings(base.run, record_files.read_simulation(job.path).volume_ratio)]
+    others = {run.number + 1: without(run.figures.fluid_warnings, *keys) if run.figures else () for run in runs}
+    return facts_of_runs(others, len(runs) + 1)
+
+
+def rounds_of_seeds(job: Job) -> int:
+    """Return how many times the time of one run the other seeds take. They are computed side by side on a CPU."""
+    jobs = max(1, job.jobs) if job.device == "cpu" else 1
+    return 0 if job.trial.seeds is None else math.ceil((job.trial.seeds - 1) / jobs)
 
 
 def vary(job: Job) -> bool:
@@ -79,12 +176,12 @@ def vary(job: Job) -> bool:
     # Draws take seconds: an input that cannot be moved is refused before particles run for minutes.
     draws = draw(base, folder / f"drawn-{key[:12]}", cores(), job.progress) if drawn else None
     drew_s = time.monotonic() - began
-    runs = list[study_folder.StudyRun]()
+    runs = list[StudyRun]()
     if particles:
-        how = Computing(device, cores() if device == "cpu" else 1, later_s=REPORT_S)
+        options = StudyOptions(device, cores() if device == "cpu" else 1, later_s=REPORT_S, retry=True)
         variants = _variants(base, designed=not drawn)
-        runs = compute_variants(folder, variants, base, how, inputs, job.progress, UNCERTAINTY, "the uncertainty")
-    spread = _spread(base, [record_files.read_profile(study_folder.run_path(folder, run.key)) for run in runs], draws)
+        runs = compute_variants(folder, UNCERTAINTY, variants, base, inputs, options, job.progress, "the uncertainty")
+    spread = _spread(base, [record_files.read_profile(run_path(folder, run.key)) for run in runs], draws)
     job.folder.clear(UNCERTAINTY)
     files.write_json(job.path / SPREAD, spread.content())
     wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
@@ -108,13 +205,13 @@ def time_of_extra_runs(job: Job) -> str:
     if drawn:
         began_s = time.perf_counter()
         level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
-        drawn_s = RUNS * (time.perf_counter() - began_s) / cores()
+        drawn_s = RUNS * (time.perf_counter() - began_s) / max(1, cores())
     if not run.has_particles:
         return in_words(drawn_s) if drawn else ""
     designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
     # Some runs of the trial's own size are done.
     numbers = REPLICATES, max(0, REPLICATES - len(base.levels_mm)), REPLICATES + designed
-    runs, sizes = list[study_folder.StudyRun](), []
+    runs, sizes = list[StudyRun](), []
     for radius_mm, number in zip(_sizes_mm(base), numbers, strict=True):
         solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
         try:
@@ -122,7 +219,7 @@ def time_of_extra_runs(job: Job) -> str:
         except InputError:
             # There are too many particles, or the sealant is too stiff for them; 'sealtwin validate' reports which.
             return ""
-        runs += [study_folder.StudyRun(1, "", {}, {}, "", "", sizes[-1].work_s)] * number
+        runs += [StudyRun(1, "", {}, {}, "", "", sizes[-1].work_s)] * number
     jobs = cores() if run.device.startswith("CPU") else 1
     expected = estimate(runs, sizes[0], jobs, 1, keep_runs=False, timings=own_timing(base))
     return in_words(drawn_s + expected.time_s)
@@ -200,3 +297,77 @@ def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -
         scatter_mm = float(np.sqrt(coarser.var(axis=0, ddof=1).mean() / len(designed)))
     effects = (Effect(*declared, level_mm) for declared, level_mm in zip(inputs.items(), effects_mm, strict=True))
     return Spread(own.s_mm, sizes, tuple(effects), scatter_mm, radii_mm[-1], None, fast_mm, unfit)
+
+
+def inputs_of(job: Job) -> dict[str, str]:
+    """Return the hashes of the files of the trial's own run.
+
+    Raises InputError if it is not finished, or if other stage numbers than this version's computed it.
+    """
+    inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
+    if other := job.other_numbers("simulate"):
+        raise InputError(
+            f"{job.path}: its level was computed by {other}, so extra runs would come from another solver. Run "
+            f"'sealtwin run TRIAL --out {job.path}' first."
+        )
+    return inputs
+
+
+def with_seed(trial: Trial, number: int) -> Trial:
+    """Return the trial of one run, whose seed is larger by ``number``."""
+    return trial.model_copy(update={"seed": (trial.seed + number) % MOST_SEED, "seeds": None})
+
+
+def compute_variants(
+    folder: Path,
+    name: str,
+    variants: Sequence[Variant],
+    base: Base,
+    inputs: Mapping[str, str],
+    options: StudyOptions,
+    progress: Progress,
+    why: str,
+) -> list[StudyRun]:
+    """Compute the variants that are not done yet, and return the runs of all, those of a study called ``name``.
+
+    ``inputs`` are the hashes of the trial's own run; ``why`` completes "Extra runs for ". Raises InputError if
+    particles do not fit a crack, and NumericalError if a run failed.
+    """
+    if holds_study(folder):
+        remove_temporary_files(folder)
+    wanted = list[WantedRun]()
+    for number, (moved, trial, sample) in enumerate(variants, start=1):
+        # Runs of another particle size or seed have the trial's own sample.
+        steps = {} if moved.keys() & {"solver.radius_mm", "seed"} else moved
+        home = stage_key(inputs, {"moved": steps}, numbers_up_to("digitise"))[:12]
+        # The settings of a sloping sample have a table "sample" already.
+        depends = {"sample" if trial.sample.level else "bench": home}
+        wanted.append(WantedRun(number, moved, trial, sample, home, inputs, depends))
+        write_sample(folder, wanted[-1])
+    try:
+        runs, largest, doubts = schedule(wanted, options.device, numbers_up_to("simulate"))
+    except InputError as fault:
+        raise InputError(
+            f"{folder}: an extra run is not possible. {fault}\nExtra runs may have smaller and larger particles than "
+            "the trial's: give the trial another solver.radius_mm."
+        ) from None
+    plan = Plan(name, runs, numbers=numbers_up_to("simulate"))
+    announced = f"Extra runs for {why}:"
+    timings = own_timing(base)
+    plan = bring_up_to_date(folder, plan, largest, options, progress, "Extra runs", announced, doubts, timings)
+    require_done(folder, plan.runs, f"there is no result for {why}")
+    if finer := [words_of(run.settings) for run in plan.runs if run.figures and run.figures.health.finer]:
+        progress.warn(
+            f"note: {len(finer)} of {len(runs)} extra runs failed, and were computed anew with more substeps "
+            f"({finer[0]}). They may differ from the others by more than by the seed: give the trial a number of "
+            "solver.substeps with which none fails."
+        )
+    return plan.runs
+
+
+def own_timing(base: Base) -> list[Timing]:
+    """Return the time of the trial's own run if it was recorded, for the first estimate of the extra runs' time."""
+    health = base.run.health
+    if health.setup_s is None or health.frames_s is None:
+        return []
+    return [(size_of(base.trial.pour(base.sample)).work_s, health.setup_s + health.frames_s)]

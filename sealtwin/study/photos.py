@@ -16,15 +16,18 @@ from digitise.settings import CHOICE
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.doubts import ReadSheet
-from sealtwin.core.errors import InputError, SealtwinError, as_text
+from sealtwin.core.errors import InputError, SealtwinError, as_text, present
+from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
+from sealtwin.core.record_files import SolidFile, read_record
 from sealtwin.core.run_folder import MANIFEST, holding, open_folder
+from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
-from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
 from validate.readings.files import table_of
 from validate.readings.grid import letters
+from validate.result import SampleFigures
 
 BUG, SOME_FAILED = 1, 6
 REMEDY = "the same command digitises the remaining photos; give it fewer --jobs."
@@ -221,9 +224,9 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
     try:
         with open_folder(folder, create=True) as opened:
             trial = item.trial()
-            run_stages(start_job(trial, item.file.parent, opened, "cpu", Progress()), ("digitise",))
+            done = run_stages(start_job(trial, item.file.parent, opened, "cpu", Progress()), ("digitise",))
         (folder / FAULT).unlink(missing_ok=True)
-        return _done(item, folder, trial.shown_by.data)
+        return _done(item, folder, present(done.result.sample, "sample"))
     except SealtwinError as fault:
         where = CHOICE if _is_trial(item.file) else f"a 2 in the column crack of {out / CSV}"
         return _failed(item, str(fault).replace(CHOICE, where))
@@ -247,27 +250,28 @@ def write_trace(folder: Path) -> str:
     return str(folder / FAULT)
 
 
-def _done(item: PlannedPhoto, folder: Path, data: str) -> BatchRow:
-    with files.understood(folder):
-        outline = files.read_json(folder / "outline.json")
-        path_alone = outline["width_source"] == "none"
-        solid: dict[str, Any] = {"warnings": []} if path_alone else files.read_json(folder / "solid.json")
-        return BatchRow(
-            file=as_text(item.file),
-            folder=item.name,
-            status="ok",
-            mean_width_mm=None if path_alone else round(outline["mean_width_mm"], 3),
-            length_mm=round(outline["length_mm"], 2),
-            depth_mm=solid.get("depth_mm"),
-            cavity_ml=None if path_alone else round(solid["cavity_volume_mm3"] / 1000, 3),
-            sealant_ml=None if path_alone else round(solid["sealant_mm3"] / 1000, 3),
-            mm_per_px=round(outline["mm_per_px"], 5),
-            scale_source=outline["scale_source"],
-            path_source=outline["path_source"],
-            data=data,
-            crack=item.crack,
-            warnings=(*outline["warnings"], *solid["warnings"]),
-        )
+def _done(item: PlannedPhoto, folder: Path, sample: SampleFigures) -> BatchRow:
+    walls = sample.width_source != "none"
+    return BatchRow(
+        file=as_text(item.file),
+        folder=item.name,
+        status="ok",
+        mean_width_mm=_rounded(sample.mean_width_mm, 3),
+        length_mm=round(sample.length_mm, 2),
+        depth_mm=read_record(SolidFile, folder / "solid.json").depth_mm if walls else None,
+        cavity_ml=_rounded(sample.cavity_volume_mm3, 3, 1e-3),
+        sealant_ml=round(sample.sealant_mm3 / 1000, 3) if walls else None,
+        mm_per_px=_rounded(sample.mm_per_px, 5),
+        scale_source=sample.scale_source,
+        path_source=sample.path_source,
+        data=sample.data,
+        crack=item.crack,
+        warnings=texts(sample.warnings),
+    )
+
+
+def _rounded(value: float | None, digits: int, per: float = 1.0) -> float | None:
+    return None if value is None else round(value * per, digits)
 
 
 def _parts(trial_file: Path) -> set[Path]:

@@ -1,10 +1,11 @@
 """Compute runs of a study on digitised cracks: inject the sealant, measure the level, compare it, write the results."""
 
 import pickle
+import shutil
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -13,27 +14,42 @@ from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import Lost, run_tasks
-from sealtwin.core.errors import NumericalError, SealtwinError
+from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.facts import Fact
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Run, Sample
-from sealtwin.study.estimate import Forecast, Timing, timings_of
+from sealtwin.core.stage_keys import content_key, stage_key
+from sealtwin.study.estimate import (
+    Forecast,
+    RunSize,
+    Timing,
+    checked_size,
+    estimate,
+    require_disk,
+    require_memory,
+    timings_of,
+)
+from sealtwin.study.study_file import raise_faults
 from sealtwin.study.study_folder import (
     FILL,
     OUTCOME,
     PROFILE,
     STATES,
     Outcome,
+    Plan,
     RunErrors,
     RunFigures,
     StudyFigures,
     StudyRun,
+    resume,
     run_path,
     with_outcome,
     write_outcome,
 )
-from sealtwin.trial.stage_numbers import own_numbers
+from sealtwin.trial.job import DIGITISED, own_numbers, shown, stage_settings
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
+from validate.wording.of_runs import facts_of_runs
 
 SHOWN_EVERY_S = 2.0  # Time between two looks at the progress of runs
 MOST_NUMBERS = 8  # Most coefficients of a baseline curve; a sweep of more settings is compared with that curve
@@ -54,8 +70,8 @@ class Sealing:
 
 
 @dataclass(frozen=True)
-class Computing:
-    """Options for computing the waiting runs of a study."""
+class StudyOptions:
+    """Where the waiting runs of a study are computed, and what is kept of them."""
 
     device: str
     jobs: int  # Worker processes on this machine; 0 computes in the calling process
@@ -64,13 +80,114 @@ class Computing:
     keep_fills: bool = False  # Keep how the crack fills, of launches of one run by particles
     later_s: float = 0.0  # Expected time of what follows these runs in the command, by the model of ``estimate``
     scheduler: str | None = None  # Address of a Dask scheduler whose workers compute instead
+    retry: bool = False  # Compute failed runs again
+    dry_run: bool = False
+    drafts: bool = True  # Compute drafts of the trials, unless the study or the caller sets the solver's resolution
     traced: dict[str, Any] = field(default_factory=dict)  # Of ``Job``, shared by the study's samples
+
+
+@dataclass(frozen=True)
+class WantedRun:
+    """A run that a study wants. Its sample is in a folder below samples/."""
+
+    number: int  # Position in the study, from 1
+    settings: dict[str, Any]  # Varied settings
+    trial: Trial
+    sample: Sample
+    home: str  # Name of the sample's folder
+    inputs: Mapping[str, str]  # Hashes of the files that the run depends on
+    depends: Mapping[str, Any]  # What it depends on besides the files, the device and the settings of its stage
+
+
+def schedule(
+    wanted: Sequence[WantedRun], device: str, numbers: Mapping[str, int]
+) -> tuple[list[StudyRun], RunSize, list[Fact]]:
+    """Return the runs with their keys, the size of the largest, and doubts about them.
+
+    Raises InputError, with each fault and the numbers of its runs, if settings do not fit a crack.
+    """
+    runs, sizes = list[StudyRun](), list[RunSize]()
+    doubts, faults = dict[int, list[Fact]](), dict[str, list[int]]()
+    for run in wanted:
+        try:
+            size, doubts[run.number] = checked_size(run.trial.pour(run.sample))
+        except InputError as fault:
+            faults.setdefault(str(fault), []).append(run.number)
+            continue
+        settings = stage_settings(run.trial, "simulate")
+        key = stage_key(run.inputs, {**settings, **run.depends, "device": device}, numbers)
+        kin = content_key({**settings, "fluid": None, "bench": run.home, "substeps": size.substeps})
+        content = run.trial.model_dump(mode="json", exclude_none=True)
+        runs.append(StudyRun(run.number, key, run.settings, content, run.home, kin, size.work_s))
+        sizes.append(size)
+    raise_faults(faults)
+    largest = max(sizes, key=lambda size: (size.particles, size.bytes))
+    return runs, largest, facts_of_runs(doubts, len(runs))
+
+
+def write_sample(folder: Path, run: WantedRun) -> None:
+    """Write the sample of a run that was not digitised in its folder, unless it is there."""
+    home = folder / "samples" / run.home
+    if not all((home / file).is_file() for file in DIGITISED):
+        record_files.write_sample(home, run.sample)
+
+
+def bring_up_to_date(
+    folder: Path,
+    plan: Plan,
+    largest: RunSize,
+    options: StudyOptions,
+    progress: Progress,
+    title: str,
+    announced: str = "",
+    doubts: Sequence[Fact] = (),
+    timings: Sequence[Timing] = (),
+) -> Plan:
+    """Compute the runs of a plan that are not done, unless it is a dry run, and return the plan with all outcomes.
+
+    ``announced`` precedes a note on the resources that the runs need; nothing is noted if it is empty. ``timings`` of
+    other runs improve the estimate.
+
+    Raises InputError if disk or GPU are too small.
+    """
+    from simulate.device import free_bytes
+
+    runs = resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
+    expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs, timings=timings)
+    if announced and (expected.runs or options.dry_run):
+        progress.note(f"{announced} {expected.sentence}")
+    for doubt in doubts if expected.runs else ():
+        progress.warn(f"note: {doubt.text}")
+    require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
+    if options.scheduler is None and options.device:
+        require_memory(expected, free_bytes(options.device), options.device, options.batch)
+    if expected.runs and not options.dry_run:
+        runs = compute(folder, runs, options, title, progress, timings)
+    return replace(plan, runs=runs)
+
+
+def require_done(folder: Path, runs: Sequence[StudyRun], so: str) -> None:
+    """Raise NumericalError if a run failed, which names each with its reason. ``so`` is the consequence."""
+    if failed := [run for run in runs if run.state == "failed"]:
+        reasons = "\n".join(f"{words_of(run.settings)}: {run.reason}" for run in failed)
+        raise NumericalError(
+            f"{folder}: {len(failed)} of {len(runs)} runs failed, so {so}. The same command tries only these again.\n"
+            f"{reasons}"
+        )
+
+
+def words_of(settings: Mapping[str, Any]) -> str:
+    """Describe a run by the settings that vary: values, or how far a seed or an input is moved."""
+    return ", ".join(
+        f"{name} = {value}" if "." in name or isinstance(value, str) else f"{name} {value:+g} from the trial's"
+        for name, value in settings.items()
+    )
 
 
 def compute(
     folder: Path,
     runs: Sequence[StudyRun],
-    how: Computing,
+    options: StudyOptions,
     title: str,
     progress: Progress,
     timings: Sequence[Timing] = (),
@@ -80,14 +197,9 @@ def compute(
     If the process is killed, the next call computes the runs that were not finished. ``timings`` of other runs improve
     the estimate of the remaining time.
     """
-    return launch(
-        runs,
-        how,
-        title,
-        progress,
-        (seal_in_worker, lambda group: _arguments(folder, group, how), partial(_keep, folder)),
-        timings,
-    )
+    shared = replace(options, traced={})
+    work = seal_in_worker, lambda group: (*_inputs(folder, group), shared), partial(_keep, folder)
+    return launch(runs, options, title, progress, work, timings)
 
 
 Work = tuple[
@@ -101,7 +213,7 @@ function that writes an outcome, or that of a lost worker, and returns the run w
 
 def launch(
     runs: Sequence[StudyRun],
-    how: Computing,
+    options: StudyOptions,
     title: str,
     progress: Progress,
     work: Work,
@@ -118,23 +230,23 @@ def launch(
     work_s = sum(run.work_s for run in runs if run.state == "waiting")
     # In hundredths of a second, since a bar counts whole steps.
     progress.start(title, max(1, round(100 * work_s)))
-    launches = {group[0].key: group for group in _groups(runs, how.batch)}
-    jobs = min(how.jobs, len(launches))
+    launches = {group[0].key: group for group in _groups(runs, options.batch)}
+    jobs = min(options.jobs, len(launches))
     forecast = Forecast(jobs, [*timings, *timings_of(runs)])
-    progress.later(forecast.scaled_s(how.later_s))
+    progress.later(forecast.scaled_s(options.later_s))
 
     def tasks() -> Iterator[tuple[list[StudyRun], tuple[Any, ...]]]:
         for key, group in [*launches.items()]:
             # A task is read when a local worker takes it. A scheduler's workers, of unknown number, take some ahead.
-            if how.scheduler is None:
+            if options.scheduler is None:
                 forecast.begin(key, time.monotonic())
             yield group, arguments(group)
 
     def show() -> None:
         now_s = time.monotonic()
-        if how.scheduler is None:
+        if options.scheduler is None:
             progress.expect(forecast.left_s(launches.values(), now_s))
-            progress.later(forecast.scaled_s(how.later_s))
+            progress.later(forecast.scaled_s(options.later_s))
         waiting_s = sum(run.work_s for run in current.values() if run.state == "waiting")
         states = Counter(run.state for run in current.values())
         counts = ", ".join(f"{states[state]} {state}" for state in STATES if state in states)
@@ -154,7 +266,7 @@ def launch(
     showing, watching = Lock(), Thread(target=show_runs, daemon=True)
     watching.start()
     try:
-        for group, outcomes in run_tasks(function, tasks(), jobs, how.scheduler, own_numbers):
+        for group, outcomes in run_tasks(function, tasks(), jobs, options.scheduler, own_numbers):
             if isinstance(outcomes, Lost):
                 outcomes = [outcomes] * len(group)
             with showing:
@@ -170,16 +282,12 @@ def launch(
     return list(current.values())
 
 
-def seal_in_worker(
-    sample: bytes, trials: Sequence[Trial], device: str, keep_runs: bool, keep_fills: bool
-) -> list[Sealing | Outcome]:
+def seal_in_worker(sample: bytes, trials: Sequence[Trial], options: StudyOptions) -> list[Sealing | Outcome]:
     """Call ``seal`` with a pickled ``Sample``. A process caches the last sample, with its wall particles."""
-    return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs, keep_fills=keep_fills)
+    return seal(_unpickled(sample), trials, options)
 
 
-def seal(
-    sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool, keep_fills: bool = False
-) -> list[Sealing | Outcome]:
+def seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> list[Sealing | Outcome]:
     """Compute runs that differ only in the fluid, in one launch. A run's result is the same as in a launch of its own.
 
     If a launch raises an exception, its runs are computed one by one, and an exception fails only its own run.
@@ -188,12 +296,11 @@ def seal(
     # With the explicit solve the stiffest fluid sets the number of passes, which would change the other results.
     if len(trials) == 1 or trials[0].solver.viscosity_solve == "implicit":
         try:
-            return [*_seal(sample, trials, device, keep_runs, keep_fills)]
+            return [*_seal(sample, trials, options)]
         except Exception as fault:
             if len(trials) == 1:
                 return [_failure(fault, time.monotonic() - began)]
-    how: dict[str, Any] = {"device": device, "keep_runs": keep_runs, "keep_fills": keep_fills}
-    return [outcome for trial in trials for outcome in seal(sample, [trial], **how)]
+    return [outcome for trial in trials for outcome in seal(sample, [trial], options)]
 
 
 def _groups(runs: Sequence[StudyRun], batch: int) -> list[list[StudyRun]]:
@@ -206,11 +313,13 @@ def _groups(runs: Sequence[StudyRun], batch: int) -> list[list[StudyRun]]:
     return sorted(groups, key=lambda group: group[0].number)
 
 
-def _arguments(folder: Path, group: Sequence[StudyRun], how: Computing) -> tuple[Any, ...]:
+def _inputs(folder: Path, group: Sequence[StudyRun]) -> tuple[bytes, list[Trial]]:
+    """Return the pickled sample and the trials of a launch."""
     trials = [run.checked_trial for run in group]
     readings = trials[0].readings
-    sample = _pickled(folder / "samples" / group[0].sample, "" if readings is None else readings.model_dump_json())
-    return sample, trials, how.device, how.keep_runs, how.keep_fills
+    return _pickled(
+        folder / "samples" / group[0].sample, "" if readings is None else readings.model_dump_json()
+    ), trials
 
 
 @lru_cache(maxsize=1)
@@ -257,21 +366,17 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome | Lost) -> Stu
     return with_outcome(folder, run)
 
 
-def _seal(
-    sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool, keep_fills: bool
-) -> list[Sealing | Outcome]:
+def _seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> list[Sealing | Outcome]:
     """Compute one launch. Raises InputError if settings of a run cannot be used, and NumericalError if all diverge."""
-    from sealtwin.study.kept_fill import KeptFill
     from simulate.injection import ComputeOptions
     from simulate.run import fill_each
+    from simulate.watchers import KeptFill
 
     began, first = time.monotonic(), trials[0]
-    kept = (
-        KeptFill(first.output.snapshots_s) if keep_fills and len(trials) == 1 and first.solver.has_particles else None
-    )
+    kept = options.keep_fills and len(trials) == 1 and first.solver.has_particles
+    fills = [KeptFill(first.output.snapshots_s)] if kept else []
     pour = replace(first.pour(sample), fluids=tuple(trial.given_fluid for trial in trials))
-    watchers = () if kept is None else (kept,)
-    outcomes = fill_each(pour, ComputeOptions(device, watchers=watchers, in_study=True))
+    outcomes = fill_each(pour, ComputeOptions(options.device, watchers=fills, in_study=True))
     launch_s = (time.monotonic() - began) / len(trials)
     judged: list[Sealing | Outcome] = []
     for trial, outcome in zip(trials, outcomes, strict=True):
@@ -284,8 +389,9 @@ def _seal(
         except SealtwinError as fault:
             judged.append(_failure(fault, launch_s + time.monotonic() - began))
         else:
-            particles, fill = run if keep_runs else None, None if kept is None else kept.content()
-            judged.append(Sealing(profile, figures, launch_s + time.monotonic() - began, particles, fill))
+            content = next((fill.content() for fill in fills), None)
+            wall_s = launch_s + time.monotonic() - began
+            judged.append(Sealing(profile, figures, wall_s, run if options.keep_runs else None, content))
     return judged
 
 

@@ -19,8 +19,7 @@ from sealtwin.core.record_files import Amount, Count, Result, as_record, read_re
 from sealtwin.core.records import FROM_JSON
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
 from sealtwin.core.stage_keys import other_numbers
-from sealtwin.trial.job import shown
-from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
+from sealtwin.trial.job import NUMBERS, StageName, numbers_up_to, shown
 from sealtwin.trial.trial_file import Trial
 from validate.comparison import Baseline
 from validate.metrics.verdict import kept_volume

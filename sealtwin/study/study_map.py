@@ -1,5 +1,6 @@
 """Map a study: compare all its runs with one sheet of readings, and draw the figures of the paper."""
 
+import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,11 +13,12 @@ from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.facts import texts
+from sealtwin.core.plain_files import opened
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Profile
 from sealtwin.core.run_folder import holding
 from sealtwin.core.stage_keys import other_numbers
-from sealtwin.study.kept_fill import KeptFill, read_fill
+from sealtwin.core.vtk_files import Frame
 from sealtwin.study.runner import INPUTS
 from sealtwin.study.study_folder import (
     FILL,
@@ -30,10 +32,8 @@ from sealtwin.study.study_folder import (
     run_path,
 )
 from sealtwin.study.sweep import screening
-from sealtwin.trial.draft import as_run
-from sealtwin.trial.job import check_sheet, shown
-from sealtwin.trial.stage_numbers import numbers_up_to
-from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.job import check_sheet, numbers_up_to, shown
+from sealtwin.trial.trial_file import Trial, as_run
 from validate.figures.chart import (
     UNFIT,
     VOLUME_OFF,
@@ -60,6 +60,7 @@ WATCHED, SEEN = "watched", "again.json"
 """Folder in a run's folder with the fill of the repeated run, and the file that is written last in it."""
 DIGITS = {"mean_error_mm": 4, "bias_mm": 4, "worst_error_mm": 4, "worst_at_mm": 2, "share_under_1_mm": 4}
 """Decimals of a run's errors in map.json."""
+LARGEST_FILL_BYTES = 1_000_000_000  # Of a million particles at forty moments
 NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
 
 
@@ -168,6 +169,7 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
     """Compute a run again and write the files that ``_watched`` reads. Raises NumericalError if the run fails."""
     from simulate.injection import ComputeOptions
     from simulate.run import fill
+    from simulate.watchers import KeptFill
 
     home, trial = run_path(folder, run.key) / WATCHED, run.checked_trial
     sample = record_files.read_sample(folder / "samples" / run.sample)
@@ -179,6 +181,32 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
     differs_mm = float(np.abs(level_mm - before.level_mm).mean())
     files.write_bytes(home / FILL, kept.content())
     files.write_json(home / SEEN, {"version": 2, "differs_mm": differs_mm})
+
+
+def read_fill(path: Path, differs_mm: float | None = None) -> Watched:
+    """Read a file fill.npz. Speeds and densities are NaN, since no map shows them. Raises InputError if damaged."""
+    from simulate.watchers import GRAIN_MM
+
+    try:
+        with opened(path, LARGEST_FILL_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
+            content = {name: arrays[name] for name in arrays.files}
+        at = np.cumsum(content["particles"])[:-1]
+        places, ages, states = (np.split(content[name].T, at) for name in ("place", "age_s", "state"))
+        frames = tuple(
+            Frame(
+                t_s=float(t_s),
+                position_mm=place * GRAIN_MM,
+                velocity_mm_s=np.full(place.shape, np.nan),
+                age_s=age_s.astype(float),
+                density=np.full(len(place), np.nan),
+                state=state.astype(int),
+            )
+            for t_s, place, age_s, state in zip(content["t_s"], places, ages, states, strict=True)
+        )
+        moved = content["moving"] > 0
+        return Watched(frames, content["moving"][moved], content["frame_ms"][moved], differs_mm)
+    except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+        raise InputError(f"{path}: damaged ({fault}). Delete it; 'sealtwin map' then computes the run again.") from None
 
 
 def chart_of(

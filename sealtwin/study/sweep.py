@@ -3,31 +3,25 @@
 import hashlib
 import json
 import platform
-import shutil
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, texts
+from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
-from sealtwin.core.stage_keys import content_key, stage_key
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import RunSize, checked_size, estimate, require_disk, require_memory
-from sealtwin.study.runner import INPUTS, MOST_NUMBERS, Computing, compute
+from sealtwin.study.pipeline import run_stages
+from sealtwin.study.runner import INPUTS, MOST_NUMBERS, StudyOptions, WantedRun, bring_up_to_date, schedule
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
-from sealtwin.trial.draft import drafted, sets_resolution
-from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
-from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.stage_numbers import numbers_up_to
-from sealtwin.trial.trial_file import load_trial, refuse_seeds, replaced
+from sealtwin.trial.job import DIGITISED, numbers_up_to, require_sample, shown, stage_settings, start_job
+from sealtwin.trial.trial_file import drafted, load_trial, refuse_seeds, replaced, sets_resolution
 from validate.metrics.verdict import kept_volume
 from validate.wording.headline import DRAFTED_MM
-from validate.wording.of_runs import facts_of_runs
 
 BUG, SOME_FAILED = 1, 6
 DRAFTS = f"levels are within {DRAFTED_MM:g} mm of accurate ones at nine of ten places. --accurate computes these."
@@ -36,19 +30,10 @@ FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "sp
 """Figures of a run that are columns of runs.csv. The run's summary.json has all its figures."""
 
 
-@dataclass(frozen=True)
-class SweepOptions(Computing):
-    """Options for computing a sweep."""
-
-    retry: bool = False  # Compute failed runs again
-    dry_run: bool = False
-    drafts: bool = True  # Compute drafts of the trials, unless the study or the caller sets the solver's resolution
-
-
 def sweep(
     file: Path,
     out: Path | None,
-    options: SweepOptions,
+    options: StudyOptions,
     progress: Progress,
     settings: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
@@ -91,7 +76,7 @@ def brought_up_to_date(
     planned: Sequence[PlannedRun],
     source: Path,
     folder: Path,
-    options: SweepOptions,
+    options: StudyOptions,
     progress: Progress,
     *,
     part: bool = False,
@@ -101,28 +86,15 @@ def brought_up_to_date(
     File names in the trials are relative to ``source``. A later call may plan more runs; finished ones are not computed
     again. If they are ``part`` of a longer command, only that command announces a time. Raises as ``sweep`` does.
     """
-    from simulate.device import free_bytes
-
     # Each run compares its level with the readings.
     numbers = numbers_up_to("simulate" if planned[0].trial.readings is None else "validate")
     started_s = time.time()
     samples = _digitise(planned, source, folder, options, progress)
-    runs, largest, remarks = _runs(planned, samples, folder, options, numbers)
+    runs, largest, doubts = schedule(_wanted(planned, samples, folder, options), options.device, numbers)
     plan = study_folder.Plan(name, runs, started_s, numbers)
-    runs = study_folder.resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
-    expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
     size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
-    if not part:
-        progress.note(f"{name}: {len(runs)} runs of {size}. {expected.sentence}")
-    if expected.runs:
-        for remark in remarks:
-            progress.warn(f"note: {remark.text}")
-    require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
-    if options.scheduler is None:
-        require_memory(expected, free_bytes(options.device), options.device, options.batch)
-    if expected.runs and not options.dry_run:
-        runs = compute(folder, runs, options, "Sweeping", progress)
-    return replace(plan, runs=runs)
+    announced = "" if part else f"{name}: {len(runs)} runs of {size}."
+    return bring_up_to_date(folder, plan, largest, options, progress, "Sweeping", announced, doubts)
 
 
 def status(folder: Path) -> dict[str, Any]:
@@ -148,7 +120,7 @@ def adopt(folder: Path, study: str) -> None:
 
 
 def _digitise(
-    planned: Sequence[PlannedRun], source: Path, folder: Path, options: SweepOptions, progress: Progress
+    planned: Sequence[PlannedRun], source: Path, folder: Path, options: StudyOptions, progress: Progress
 ) -> dict[int, str]:
     """Digitise each crack once, and write it with each path into samples/.
 
@@ -171,48 +143,26 @@ def _digitise(
     return {run.number: name for name, alike in runs.items() for run in alike}
 
 
-def _runs(
-    planned: Sequence[PlannedRun],
-    samples: dict[int, str],
-    folder: Path,
-    options: SweepOptions,
-    numbers: Mapping[str, int],
-) -> tuple[list[study_folder.StudyRun], RunSize, list[Fact]]:
-    """Return the runs with their keys, the size of the largest run and remarks on the fluids.
-
-    Raises InputError if settings do not fit a crack.
-    """
+def _wanted(
+    planned: Sequence[PlannedRun], samples: Mapping[int, str], folder: Path, options: StudyOptions
+) -> list[WantedRun]:
+    """Return the runs with their digitised samples, as drafts unless the options or a run are accurate."""
     readings = planned[0].trial.readings
     names = [*DIGITISED, *([] if readings is None else [f"{INPUTS}/{readings.file.name}"])]
     homes = {name: folder / "samples" / name for name in dict.fromkeys(samples.values())}
-    samples_by_name = {name: record_files.read_sample(home) for name, home in homes.items()}
+    digitised = {name: record_files.read_sample(home) for name, home in homes.items()}
     inputs = {name: {file: files.sha256(home / file) for file in names} for name, home in homes.items()}
-    runs: list[study_folder.StudyRun] = []
-    faults: dict[str, list[int]] = {}
-    sizes: list[RunSize] = []
-    remarks: dict[int, list[Fact]] = {}
+    wanted = list[WantedRun]()
     for run in planned:
         name = samples[run.number]
-        sample = samples_by_name[name]
-        trial = drafted(run.trial, sample) if options.drafts and not run.accurate else run.trial
-        settings = stage_settings(trial, "simulate")
-        try:
-            size, remarks[run.number] = checked_size(trial.pour(sample))
-        except InputError as fault:
-            faults.setdefault(str(fault), []).append(run.number)
-            continue
-        validated = stage_settings(trial, "validate")["readings"]
-        if validated is not None:
+        trial = drafted(run.trial, digitised[name]) if options.drafts and not run.accurate else run.trial
+        compared = stage_settings(trial, "validate")["readings"]
+        if compared is not None:
             # It only names the fitted settings and changes no result.
-            validated.pop("fitted", None)
-        key = stage_key(inputs[name], {**settings, "readings": validated, "device": options.device}, numbers)
-        sizes.append(size)
-        kin = content_key({**settings, "fluid": None, "bench": name, "substeps": size.substeps})
-        content = trial.model_dump(mode="json", exclude_none=True)
-        runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, size.work_s))
-    raise_faults(faults)
-    largest = max(sizes, key=lambda size: (size.particles, size.bytes))
-    return runs, largest, facts_of_runs(remarks, len(runs))
+            compared.pop("fitted", None)
+        depends = {"readings": compared}
+        wanted.append(WantedRun(run.number, run.settings, trial, digitised[name], name, inputs[name], depends))
+    return wanted
 
 
 def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Files of digitised runs for other programs: masks and COCO annotations for training, drawings for CAD."""
+"""Files of runs for other programs: masks and COCO annotations for training, drawings for CAD, films."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -7,8 +7,11 @@ from typing import Literal, get_args
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import look_into, require_folder
+from sealtwin.core.vtk_files import read_collection, read_frame
 from sealtwin.trial.job import require_digitised
+from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import load_trial
 
 ExportKind = Literal["mask", "coco", "dxf"]
@@ -51,3 +54,28 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
         contents[out / COCO] = files.as_json(coco_of(list(outlines.items()))).encode()
     files.write_unless_other(contents)
     return list(contents)
+
+
+def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]:
+    """Write a film of a run folder's frames; return their number and the simulated time in seconds.
+
+    Raises InputError if frames are missing.
+    """
+    look_into(folder)
+    if not (folder / FRAMES).is_file():
+        raise InputError(
+            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
+            "frames, and computes the fluid run again."
+        )
+    from validate.figures.film import write_film
+    from validate.figures.snapshots import FillScene
+
+    outline, solid = record_files.read_outline(folder), record_files.read_solid(folder)
+    run = record_files.read_simulation(folder)
+    with files.understood(folder / "simulation.json"):
+        nozzle_mm = float(files.read_json(folder / "simulation.json")["settings"]["nozzle"]["diameter_mm"])
+    scene = FillScene(outline, solid, record_files.read_trajectory(folder), run.radius_mm, nozzle_mm)
+    frames = read_collection(folder / FRAMES)
+    progress.start("Filming", len(frames))
+    write_film(path, [t_s for t_s, _ in frames], lambda number: read_frame(frames[number][1]), scene, progress.advance)
+    return len(frames), frames[-1][0] - frames[0][0]

@@ -1,19 +1,29 @@
 """A trial in its run folder, and the inputs of each stage."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import digitise
+import simulate
+import validate
 from sealtwin.core import files, plain_files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, RunFolder
 from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
-from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
+
+StageName = Literal["digitise", "simulate", "validate"]
+
+NUMBERS: dict[str, int] = {
+    "digitise": digitise.STAGE_NUMBER,
+    "simulate": simulate.STAGE_NUMBER,
+    "validate": validate.STAGE_NUMBER,
+}
+"""Number of each stage, in the order of the pipeline."""
 
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
@@ -27,20 +37,15 @@ SEEDS = "simulate-seeds"
 LARGEST_SHEET_BYTES = 5_000_000
 
 
-@dataclass(frozen=True)
-class Above:
-    """Functions of sealtwin.study, which is above this package."""
-
-    extra_runs: "Callable[[Job], str]" = lambda _: ""
-    """Function that returns the time of 'sealtwin validate RUN --uncertainty' in words, or "" if it is unknown."""
-    other_seeds: "Callable[[Job], bool]" = lambda _: False
-    """Function that brings the runs with the other seeds up to date, and returns True if it computed any."""
-    announce_seeds: "Callable[[Job], None]" = lambda _: None
-    """Function that notes the expected time of the runs with all seeds before the first begins."""
-    jobs: int = 0  # Worker processes of the runs with the other seeds; 0 computes them in this process
+def numbers_up_to(stage: StageName) -> dict[str, int]:
+    """Return the number of a stage and those of the stages before it."""
+    order = list(NUMBERS)
+    return {name: NUMBERS[name] for name in order[: order.index(stage) + 1]}
 
 
-NOTHING_ABOVE = Above()
+def own_numbers() -> dict[str, int]:
+    """Return all stage numbers of this version. It is a function so that it can be called on another machine."""
+    return dict(NUMBERS)
 
 
 @dataclass(frozen=True)
@@ -54,18 +59,15 @@ class Job:
     device: str  # Device as the user gave it; the fluid run resolves "auto"
     progress: Progress
     threads: int = 1  # Number of CPU threads of a fluid run; it does not change the result
-    above: Above = NOTHING_ABOVE
+    jobs: int = 0  # Worker processes of the runs with the other seeds; 0 computes them in this process
+    extra_runs: str = ""
+    """Time of 'sealtwin validate RUN --uncertainty' in words, for the report; empty if it is unknown."""
     traced: dict[str, Any] = field(default_factory=dict)
     """The latest crack that this command digitised, by its key without the path: jobs that share it trace it once."""
 
     @property
     def path(self) -> Path:
         return self.folder.path
-
-    @cached_property
-    def extra_runs(self) -> str:
-        """Result of ``Above.extra_runs``. It is called once: it times a run, and all places must show the same time."""
-        return self.above.extra_runs(self)
 
     def numbers(self, stage: StageName) -> dict[str, int]:
         """Return the stage numbers that ``stage`` depends on: its present one, and recorded ones of earlier stages."""

@@ -175,6 +175,7 @@ class Trial(Settings):
         return folder_name(self.name)
 
 
+OF_ANY_DRAFT = ("solver.model", "solver.settle_s")  # Settings of the solver that a draft leaves as they are
 TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
 """Tables of a trial file with settings that a study may vary, and that may have been fitted to readings."""
 SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
@@ -323,3 +324,27 @@ def trial_text(trial: Trial) -> str:
     for key, value in json.loads(trial.model_dump_json(exclude_none=True)).items():
         document.add(key, value)
     return tomlkit.dumps(document)
+
+
+def sets_resolution(names: Iterable[str]) -> bool:
+    """Return True if ``names`` has a setting of the solver that a draft would replace."""
+    return any(name.startswith("solver.") and name not in OF_ANY_DRAFT for name in names)
+
+
+def drafted(trial: Trial, sample: Sample) -> Trial:
+    """Return a trial with preset "draft", as its run resolves it.
+
+    A trial of the fast model or of another preset is returned as it is.
+    """
+    if not trial.solver.has_particles or trial.solver.preset != "accurate":
+        return trial
+    changes = {"preset": "draft", "pressure": "local", "substeps": None, "iterations": None}
+    return as_run(trial.model_copy(update={"solver": trial.solver.model_copy(update=changes)}), sample)
+
+
+def as_run(trial: Trial, sample: Sample) -> Trial:
+    """Return a trial with the particle radius, U and D of its run. Raises InputError without a fluid."""
+    from simulate.setup_checks import resolved
+
+    fluid, solver = resolved(sample, trial.given_fluid, trial.solver, trial.nozzle)
+    return trial.model_copy(update={"fluid": fluid, "solver": solver})

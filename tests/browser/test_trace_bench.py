@@ -9,8 +9,8 @@ from digitise.geometry.polyline import signed_area
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import read_outline, read_solid
 from sealtwin.core.run_folder import open_folder
+from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import start_job
-from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 
 pytestmark = pytest.mark.browser

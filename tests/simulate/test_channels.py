@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from benchmarks.channels import Channel
-from sealtwin.core.records import Floats
 from sealtwin.core.facts import texts
+from sealtwin.core.records import Floats
 from simulate.injection import Injection
 from simulate.loose_fluid import filled_box_mm
 from simulate.setup.rheology import added_viscosity

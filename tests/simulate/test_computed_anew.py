@@ -11,12 +11,11 @@ import pytest
 from sealtwin.core.errors import NumericalError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
-from sealtwin.study.kept_fill import KeptFill
 from simulate.injection import ComputeOptions, Injection, Watcher, prepare
 from simulate.pour import Pour
 from simulate.run import fill, fill_each
 from simulate.settings import Fluid, SampleSlope, Solver
-from simulate.watchers import Checkpoint, FrameFiles, HealthLog, Moments
+from simulate.watchers import Checkpoint, FrameFiles, HealthLog, KeptFill, Moments
 from tests.fluids import path, pour, sample_of, sealant, slot
 from tests.narration import Narration
 

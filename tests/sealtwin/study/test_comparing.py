@@ -12,10 +12,9 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import open_folder
+from sealtwin.study.pipeline import run_stages
 from sealtwin.study.run_comparison import compare_runs
-from sealtwin.trial.job import stage_settings
-from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.stage_numbers import StageName
+from sealtwin.trial.job import StageName, stage_settings
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import edit, sealtwin
 from tests.pages import leave_out_pages

@@ -13,11 +13,10 @@ from digitise.settings import Dispensed
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.study import drawn_runs, extra_runs
-from sealtwin.study.drawn_runs import PART, draw, takes_draws
+from sealtwin.study import extra_runs, moved_inputs
 from sealtwin.study.extra_runs import vary
-from sealtwin.study.moved_inputs import Base, moved_sample, refuse_immovable
-from sealtwin.trial.pipeline import run_stages
+from sealtwin.study.moved_inputs import PART, Base, draw, moved_sample, refuse_immovable, takes_draws
+from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.validate_stage import SPREAD
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, job_in, run_tiny
@@ -73,7 +72,7 @@ def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch)
     assert inputs == [f"{name}, by the fast model" for name in ("volume given", "the crack's depth", "inputs together")]
     assert figures["input_draws"]["runs"] == RUNS
     assert figures["mean_level"]["numerics_mm"] is None
-    assert "the fast model" in figures["sentences"][0]
+    assert "the fast model" in figures["findings"][0]["text"]
     assert result.comparison is not None
     assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
     assert not list((fast / "uncertainty").glob("drawn-*")), "its parts are in uncertainty.json"
@@ -84,7 +83,7 @@ def test_a_part_that_was_done_before_a_kill_is_not_done_again(fast, linear, tmp_
     base, done = base_of(fast), []
     first = draw(base, tmp_path, 0, Progress(), 2 * PART)
     (tmp_path / f"{PART:04d}.json").unlink()
-    monkeypatch.setattr(drawn_runs, "level_of", lambda base, steps, s_mm: done.append(steps) or np.ones(len(s_mm)))
+    monkeypatch.setattr(moved_inputs, "level_of", lambda base, steps, s_mm: done.append(steps) or np.ones(len(s_mm)))
     again = draw(base, tmp_path, 0, Progress(), 2 * PART)
     assert len(done) == PART + 1, "the part and the inputs as they are"
     assert again.moved_mm[0] - first.moved_mm[0] == pytest.approx(again.moved_mm[1] - first.moved_mm[1])
@@ -95,16 +94,16 @@ def test_the_fast_model_itself_is_moved(fast):
     base = base_of(fast)
     outline = base.sample.outline
     s_mm = np.linspace(0, outline.length_mm, 101)
-    own = drawn_runs.level_of(base, {}, s_mm)
-    assert (drawn_runs.level_of(base, {"volume_ml": 0.01}, s_mm) - own).mean() == pytest.approx(
+    own = moved_inputs.level_of(base, {}, s_mm)
+    assert (moved_inputs.level_of(base, {"volume_ml": 0.01}, s_mm) - own).mean() == pytest.approx(
         10 / outline.length_mm / outline.mean_width_mm, rel=0.15
     )
-    assert (drawn_runs.level_of(base, {"depth_mm": 0.5}, s_mm) - own).mean() == pytest.approx(-0.5, abs=0.05)
+    assert (moved_inputs.level_of(base, {"depth_mm": 0.5}, s_mm) - own).mean() == pytest.approx(-0.5, abs=0.05)
     # Without yield stress there is none to draw below 0, and a viscosity is never below 0 either.
     unsure = _unsure(base, yield_stress_pa=50.0, viscosity_percent=80.0)
-    steps = drawn_runs._steps(unsure, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
+    steps = moved_inputs._steps(unsure, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
     assert steps == {"yield_stress_pa": -1.0, "viscosity_percent": pytest.approx(100 * (1.8**-3 - 1))}
-    drawn_runs.level_of(unsure, steps, s_mm)
+    moved_inputs.level_of(unsure, steps, s_mm)
 
 
 def test_walls_are_moved_to_take_up_less_stress_and_never_more_than_all_of_it(fast):
@@ -112,7 +111,7 @@ def test_walls_are_moved_to_take_up_less_stress_and_never_more_than_all_of_it(fa
     base = _unsure(base_of(fast), wall_share=0.2)
     s_mm = np.linspace(0, base.sample.outline.length_mm, 101)
     own_mm, slides_mm, sticks_mm = (
-        drawn_runs.level_of(base, steps, s_mm) for steps in ({}, {"wall_share": -0.4}, {"wall_share": 0.2})
+        moved_inputs.level_of(base, steps, s_mm) for steps in ({}, {"wall_share": -0.4}, {"wall_share": 0.2})
     )
     assert np.ptp(slides_mm) < 0.95 * np.ptp(own_mm)
     assert np.array_equal(sticks_mm, own_mm)
@@ -163,7 +162,7 @@ def _unsure(base: Base, **uncertainty: float) -> Base:
 
 
 def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
-    fault = drawn_runs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
+    fault = moved_inputs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
     assert isinstance(fault, str)
     assert "volume_ml -1" in fault
     assert "uncertainty.differences" in fault
@@ -174,7 +173,7 @@ def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
     [(None, None, (), True), (None, None, UNFIT, False), (None, "particles", (), False), ("slot", None, UNFIT, True)],
 )
 def test_the_fast_model_is_taken_in_its_domain_or_where_declared(fast, monkeypatch, own, declared, unfit, drawn):
-    monkeypatch.setattr(drawn_runs, "fast_level", lambda _: (None, unfit))
+    monkeypatch.setattr(moved_inputs, "fast_level", lambda _: (None, unfit))
     base = base_of(fast)
     changes = {"solver.model": own, "uncertainty.differences": declared}
     assert takes_draws(replace(base, trial=base.changed(changes))) is drawn

@@ -13,18 +13,18 @@ from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
-from sealtwin.study import extra_runs, runner, variants
+from sealtwin.study import extra_runs, runner
 from sealtwin.study.estimate import size_of
 from sealtwin.study.extra_runs import time_of_extra_runs, vary
+from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import Outcome, read_plan
-from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
 from tests.labs import edit
 from tests.narration import Narration
 from tests.pages import leave_out_pages
-from tests.studies import TRIAL, job_in, run_tiny
+from tests.studies import HERE, TRIAL, job_in, run_tiny
 from validate.result import read_comparison
 from validate.uncertainty.bed_ends import BedEnds
 from validate.wording.headline import headline
@@ -58,7 +58,7 @@ def varied(run_folder, tmp_path_factory) -> Path:
         assert _vary(folder, narration)
         (remark,) = [note for note in narration.notes if note.startswith("note: ")]
         assert "fluid.U is " in remark, "as of the trial's own run"
-        assert " runs (numbers of run 1): " in remark
+        assert " runs (as of run 1): " in remark
     return folder
 
 
@@ -122,7 +122,7 @@ def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
     with job_in(run_folder) as job:
         base = extra_runs.Base.of(job)
         trial = extra_runs._same_physics(base, base.sample, base.run.radius_mm, {})
-    (sealing,) = runner.seal(base.sample, [trial], device="cpu", keep_runs=False)
+    (sealing,) = runner.seal(base.sample, [trial], HERE)
     assert isinstance(sealing, Sealing)
     assert sealing.profile.level_mm == pytest.approx(base.profile.level_mm, abs=1e-6)
 
@@ -157,13 +157,13 @@ def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatc
     (path / SPREAD).unlink()
     lost = read_plan(path / "uncertainty").runs[9]
     shutil.rmtree(path / "uncertainty" / "runs" / lost.key[:16])
-    waiting = []
+    waiting, real = [], runner.compute
 
     def compute(folder, runs, *rest):
         waiting.extend(run.key for run in runs if run.state == "waiting")
-        return runner.compute(folder, runs, *rest)
+        return real(folder, runs, *rest)
 
-    monkeypatch.setattr(variants, "compute", compute)
+    monkeypatch.setattr(runner, "compute", compute)
     assert _vary(path)
     assert waiting == [lost.key]
     assert (path / SPREAD).read_bytes() == (varied / SPREAD).read_bytes()
@@ -175,7 +175,7 @@ def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatc
 
 def test_a_failed_run_is_named_and_nothing_is_said(path, monkeypatch, here):
     monkeypatch.setattr(runner, "seal", lambda *_, **__: [Outcome("failed", reason="diverged in frame 7.")])
-    with pytest.raises(NumericalError, match=r"12 of 12 extra runs failed.*\nsolver.radius_mm = 0.2769: diverged in"):
+    with pytest.raises(NumericalError, match=r"12 of 12 runs failed.*\nsolver.radius_mm = 0.2769: diverged in"):
         _vary(path)
     assert not (path / SPREAD).exists()
 
@@ -201,7 +201,7 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     parts = [np.array(predicted[name]) for name in ("numerics_mm", "inputs_mm", "model_mm")]
     assert parts[2].max() > 0.5
     assert [one["setting"] for one in predicted["missing"]] == ["uncertainty.surface_tension_n_m"]
-    assert (predicted["fast_level_mm"], predicted["unfit"][0][:21]) == (None, "fluid.freeze_after_s:")
+    assert (predicted["fast_level_mm"], predicted["unfit"][0]["text"][:21]) == (None, "fluid.freeze_after_s:")
     assert np.ptp(predicted["flat_level_mm"]) < 1e-3
     band_mm = np.array(predicted["band_95_mm"])
     assert band_mm == pytest.approx(2 * np.sqrt(np.sum(np.square(parts), axis=0)), rel=0.25)
@@ -216,7 +216,7 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
 def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(path, monkeypatch):
     monkeypatch.setattr(extra_runs, "RATIO", 1.6)
     with pytest.raises(
-        InputError, match=r"extra run with solver.radius_mm = 0.576 is not possible: .*fewer than 2 particles"
+        InputError, match=r"not possible. runs 6, 7, 8: solver.radius_mm is 0.576: fewer than 2 particles"
     ):
         _vary(path)
 
@@ -276,8 +276,8 @@ def test_an_extra_run_that_was_computed_anew_is_named(again, monkeypatch):
         health = figures.health.model_copy(update={"finer": 2})
         return [replace(first, figures=figures.model_copy(update={"health": health})), *others]
 
-    resume = variants.study_folder.resume
-    monkeypatch.setattr(variants.study_folder, "resume", resumed)
+    resume = runner.resume
+    monkeypatch.setattr(runner, "resume", resumed)
     monkeypatch.setattr("sealtwin.core.run_folder.RunFolder.is_current", lambda *_: False)
     narration = Narration()
     _vary(again, narration)

@@ -8,9 +8,10 @@ from sealtwin.api.shared import WarnedProgress
 from sealtwin.cli.studies import swept_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
+from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import chart_of
-from sealtwin.study.sweep import SweepOptions, sweep
+from sealtwin.study.sweep import sweep
 from tests.studies import tiny_lab
 from validate.figures.map_sheet import map_sheet
 
@@ -28,7 +29,7 @@ FAST = """
 
 def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
     study, out = tiny_lab(tmp_path, FAST), tmp_path / "out"
-    swept = sweep(study, out, SweepOptions("cpu", 0), Progress())
+    swept = sweep(study, out, StudyOptions("cpu", 0), Progress())
     assert swept["states"] == {"waiting": 0, "done": 6, "failed": 0}
     with (out / "runs.csv").open(newline="", encoding="utf-8") as table:
         rows = list(csv.DictReader(table))
@@ -49,7 +50,7 @@ def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
 
 def test_a_study_asks_about_a_slip_of_unit_before_it_begins(tmp_path):
     progress, slip = WarnedProgress(), FAST.replace("[0.05, 0.5]", "[0.5, 300.0]")
-    sweep(tiny_lab(tmp_path, slip), tmp_path / "out", SweepOptions("cpu", 0, dry_run=True), progress)
+    sweep(tiny_lab(tmp_path, slip), tmp_path / "out", StudyOptions("cpu", 0, dry_run=True), progress)
     assert [text for text in progress.sentences if "viscosity_pa_s is 300" in text]
 
 
@@ -63,7 +64,7 @@ def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):
         study, out = tiny_lab(folder, varies), folder / "out"
         with (folder / "trial.toml").open("a", encoding="utf-8") as trial:
             trial.write("\n[uncertainty]\nsurface_tension_n_m = 0.07\n")
-        sweep(study, out, SweepOptions("cpu", 0), Progress())
+        sweep(study, out, StudyOptions("cpu", 0), Progress())
         plan = read_plan(out)
         band_mm.append(chart_of(out, [run for run in plan.runs if run.ranked], plan).band_mm.mean())
     assert band_mm[0] > band_mm[1]
@@ -71,5 +72,5 @@ def test_the_meniscus_of_a_map_is_that_of_the_sealants_density(tmp_path):
 
 def test_particles_that_are_none_are_not_kept(tmp_path):
     with pytest.raises(InputError, match="--keep-runs: 6 of 6 runs"):
-        sweep(tiny_lab(tmp_path, FAST), tmp_path / "out", SweepOptions("cpu", 0, keep_runs=True), Progress())
+        sweep(tiny_lab(tmp_path, FAST), tmp_path / "out", StudyOptions("cpu", 0, keep_runs=True), Progress())
     assert not (tmp_path / "out").exists()

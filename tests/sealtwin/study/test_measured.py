@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from sealtwin.study import measured_blocks
-from sealtwin.study.measured_blocks import SHOWN, content, dam_break_of, dam_breaks, table
-from sealtwin.study.measured_page import measured_sheet
+from sealtwin.study.measured_blocks import SHOWN, content, dam_break_of, dam_breaks, measured_sheet, table
 from sealtwin.trial import starter_files
 from tests.pages import leave_out_figures
 from tests.places import ROOT

@@ -23,7 +23,7 @@ def test_progress_goes_on_during_a_run_and_is_of_all_runs(monkeypatch):
     monkeypatch.setattr(
         runner, "run_tasks", lambda function, tasks, *_: ((run, [function(*more)]) for run, more in tasks)
     )
-    runner.launch(runs, runner.Computing("cpu", 0), "Running", Steps(), work, left_s=lambda _: 0.1)
+    runner.launch(runs, runner.StudyOptions("cpu", 0), "Running", Steps(), work, left_s=lambda _: 0.1)
     within = [done for at_s, done in steps if at_s < 0.28]
     assert len(within) > 3
     assert 0 < within[-1] < 1000, "of 2,000 hundredths of a second"

@@ -14,13 +14,11 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_folder import look_into, open_folder
 from sealtwin.plan.verify import require_plannable
 from sealtwin.study import extra_runs, run_comparison, runner
-from sealtwin.study.extra_runs import by_studies
+from sealtwin.study.pipeline import FinishedStages, run_stages
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import sweep
-from sealtwin.trial.job import SEEDS, resume_job
-from sealtwin.trial.pipeline import FinishedStages, run_stages
-from sealtwin.trial.stage_numbers import StageName
+from sealtwin.trial.job import SEEDS, StageName, resume_job
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import OF_SEEDS, read_spread
 from tests.labs import edit
@@ -62,7 +60,7 @@ def _validate(
 ) -> FinishedStages:
     with open_folder(path, create=False) as folder:
         job = resume_job(folder, "cpu", progress or Narration(), settings)
-        return run_stages(replace(job, above=by_studies()), [stage])
+        return run_stages(job, [stage])
 
 
 def _levels(path: Path) -> dict[str, np.ndarray]:
@@ -77,7 +75,7 @@ def test_the_level_is_the_mean_of_runs_that_differ_in_the_seed_alone(single, thr
     assert np.array_equal(levels["seed_0_mm"], record_files.read_profile(single).level_mm)
     with job_in(single) as job:
         sample, trial = record_files.read_sample(job.path), job.trial.model_copy(update={"seed": 2, "readings": None})
-    (alone,) = runner.seal(sample, [trial], device="cpu", keep_runs=False)
+    (alone,) = runner.seal(sample, [trial], HERE)
     assert isinstance(alone, Sealing)
     assert levels["seed_2_mm"] == pytest.approx(alone.profile.level_mm, abs=5.1e-7), "as 'sealtwin run --seed 2'"
     runs_mm = np.array([levels[f"seed_{seed}_mm"] for seed in range(3)])
@@ -149,7 +147,6 @@ def test_the_numerical_errors_are_those_of_a_mean(path, monkeypatch):
     """The extra runs take the seeds' own for the trial's size; the level scatters by 1 / sqrt(3) of a single run."""
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
     with job_in(path) as job:
-        job = replace(job, above=by_studies())
         assert extra_runs.vary(job)
         spread = read_spread(job)
         assert spread is not None

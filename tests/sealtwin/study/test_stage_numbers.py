@@ -11,13 +11,12 @@ import pytest
 from sealtwin.api.trials import write_map
 from sealtwin.cli.studies import compared_lines, mapped_lines
 from sealtwin.core.progress import Progress
+from sealtwin.study.pipeline import run_stages
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
 from sealtwin.study.sweep import status, sweep
-from sealtwin.trial.job import shown
-from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.job import NUMBERS, shown
 from tests.labs import sealtwin
 from tests.narration import Narration
 from tests.studies import HERE, TRIAL, compute_here, job_in, run_tiny, tiny_lab

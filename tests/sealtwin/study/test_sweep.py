@@ -124,8 +124,8 @@ def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
     at, _ = _first(out)
     trials = [liquid.checked_trial, paste.checked_trial]
     assert [_prepared(at, each).engine.substeps for each in trials] == [6, 5]
-    alone = [runner.seal(at, [each], device="cpu", keep_runs=False)[0] for each in trials]
-    together = runner.seal(at, trials, device="cpu", keep_runs=False)
+    alone = [runner.seal(at, [each], HERE)[0] for each in trials]
+    together = runner.seal(at, trials, HERE)
     for one, other in zip(alone, together, strict=True):
         assert isinstance(one, runner.Sealing)
         assert isinstance(other, runner.Sealing)
@@ -164,7 +164,7 @@ def test_explicit_runs_of_a_claim_are_computed_one_by_one(fresh, monkeypatch):
     monkeypatch.setattr(runner, "_seal", noted)
     at, trial = _first(fresh)
     explicit = trial.model_copy(update={"solver": trial.solver.model_copy(update={"viscosity_solve": "explicit"})})
-    outcomes = runner.seal(at, [explicit] * 2, device="cpu", keep_runs=False)
+    outcomes = runner.seal(at, [explicit] * 2, HERE)
     assert launches == [1, 1]
     assert [type(outcome) for outcome in outcomes] == [runner.Sealing] * 2
 

@@ -13,16 +13,16 @@ from sealtwin.core.progress import Progress
 from sealtwin.study import runner
 from sealtwin.study.study_folder import profile_path, read_plan
 from sealtwin.study.sweep import sweep
-from sealtwin.trial.stage_numbers import NUMBERS, own_numbers
+from sealtwin.trial.job import NUMBERS, own_numbers
 from tests.labs import sealtwin
 from tests.studies import HERE, results_of
 
 
-def _killed_at_300(bench, trials, device, keep_runs, keep_fills):
+def _killed_at_300(bench, trials, options):
     """Kill the worker at two of the four runs, as the operating system does if memory runs out."""
     if trials[0].fluid.U == 300.0 and trials[0].fluid.D_cm == 0.3:
         os.kill(os.getpid(), signal.SIGKILL)
-    return runner.seal(runner._unpickled(bench), trials, device=device, keep_runs=keep_runs, keep_fills=keep_fills)
+    return runner.seal(runner._unpickled(bench), trials, options)
 
 
 def _lost_at_300(function, tasks, *_):

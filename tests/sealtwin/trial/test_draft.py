@@ -4,8 +4,7 @@ from typing import Any
 import pytest
 
 from sealtwin.core.records import Sample
-from sealtwin.trial.draft import drafted
-from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.trial_file import Trial, drafted
 from simulate.material_file import Material
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup_checks import rheology_of

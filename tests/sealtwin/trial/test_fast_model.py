@@ -9,8 +9,8 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.study.extra_runs import vary
+from sealtwin.study.pipeline import FinishedStages, run_trial
 from sealtwin.trial.job import STAGES, StageName
-from sealtwin.trial.pipeline import FinishedStages, run_trial
 from sealtwin.trial.trial_file import load_trial
 from tests.pages import leave_out_figures, leave_out_pdf
 from tests.studies import TRIAL, job_in, tiny_lab

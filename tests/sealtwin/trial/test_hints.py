@@ -6,10 +6,9 @@ import pytest
 
 from digitise.trace_page.session import Hints, Shape
 from sealtwin.core.errors import InputError, present
-from sealtwin.trial import photo_hints as hints_module
-from sealtwin.trial.photo_hints import NewTrial, TrialFile
+from sealtwin.trial import trace_sheets as hints_module
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trace_sheets import sheet_of
+from sealtwin.trial.trace_sheets import NewTrial, TrialFile, sheet_of
 from sealtwin.trial.trial_file import load_trial
 from tests.pictures import mortar, with_crack, write_png
 

@@ -13,9 +13,9 @@ from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.study.extra_runs import _variants
 from sealtwin.study.moved_inputs import Base
+from sealtwin.study.pipeline import run_stages, run_trial
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import sweep
-from sealtwin.trial.pipeline import run_stages, run_trial
 from sealtwin.trial.trial_file import load_trial
 from simulate.material_curve import CoolingCurve, MaterialCurve
 from simulate.material_file import Material

@@ -69,4 +69,5 @@ def test_a_level_from_settings_that_are_in_doubt_does_not_accuse_the_readings(ru
         for directions in (1, 0):
             readings = present(readings_of(job, turned), "readings")
             assert sum(doubt.kind == "direction" for doubt in readings.questions) == directions
-            simulation.write_text(simulation.read_text().replace("{", '{"doubts": ["is it in g/cm3?"],', 1))
+            doubts = '{"doubts": [{"key": "density", "text": "is it in g/cm3?"}],'
+            simulation.write_text(simulation.read_text().replace("{", doubts, 1))

@@ -9,10 +9,10 @@ import sealtwin as st
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
+from sealtwin.study.pipeline import run_stages, run_trial
 from sealtwin.study.study_folder import read_plan, run_path
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.job import stage_settings
-from sealtwin.trial.pipeline import run_stages, run_trial
 from sealtwin.trial.trial_file import load_trial
 from tests.studies import HERE, compute_here, job_in, tiny_lab
 

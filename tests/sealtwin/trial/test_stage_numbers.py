@@ -12,10 +12,9 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.extra_runs import vary
-from sealtwin.trial import pipeline, validate_stage
-from sealtwin.trial.job import STAGES, shown, start_job
-from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
+from sealtwin.study.pipeline import run_stages
+from sealtwin.trial import exports, validate_stage
+from sealtwin.trial.job import NUMBERS, STAGES, numbers_up_to, shown, start_job
 from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
 from tests.narration import Narration
@@ -96,7 +95,7 @@ def test_a_stage_that_goes_on_from_files_of_another_number_says_so_and_records_i
 def test_every_answer_on_a_run_of_another_version_says_so_once(run, tmp_path, monkeypatch, words, raised):
     """--quiet hides the narration, which alone said it."""
     (tmp_path / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"), encoding="utf-8")
-    monkeypatch.setattr(pipeline, "make_film", lambda folder, path, progress: (2, 0.5))
+    monkeypatch.setattr(exports, "make_film", lambda folder, path, progress: (2, 0.5))
     places = {"RUN": run, "CELL": tmp_path / "cell.toml", "OUT": tmp_path / "out"}
     command = [*(str(places.get(word, word)) for word in words.split()), "--quiet"]
     own = NUMBERS[raised]

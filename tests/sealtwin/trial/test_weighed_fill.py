@@ -14,7 +14,7 @@ from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.study.extra_runs import _variants
 from sealtwin.study.moved_inputs import Base
-from sealtwin.trial.pipeline import run_trial
+from sealtwin.study.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
 from tests.studies import job_in, tiny_lab
 

@@ -1,24 +1,24 @@
 """Run the stages of one trial, in order. A stage runs again only if its inputs, settings or number changed."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
-from sealtwin.core.run_folder import look_into, open_folder
+from sealtwin.core.run_folder import open_folder
 from sealtwin.core.solid_figures import SolidFigures
-from sealtwin.core.vtk_files import read_collection, read_frame
+from sealtwin.study.estimate import REPORT_S
+from sealtwin.study.extra_runs import announce_seeds, compute_other_seeds, rounds_of_seeds, time_of_extra_runs
 from sealtwin.trial import digitise_stage, simulate_stage, validate_stage
 from sealtwin.trial.job import (
-    NOTHING_ABOVE,
+    DIGITISED,
     SEEDS,
+    SIMULATED,
     STAGES,
-    Above,
     Job,
     StageName,
     adopt_trial,
@@ -29,7 +29,6 @@ from sealtwin.trial.job import (
     shown,
     start_job,
 )
-from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import read_seeds
 from validate.result import (
@@ -43,32 +42,7 @@ from validate.result import (
     read_comparison,
 )
 
-REPORT_S = 5.0  # Time of pictures and report after the last frame, on the machine in docs/accuracy.md
-
-
-def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]:
-    """Write a film of a run folder's frames; return their number and the simulated time in seconds.
-
-    Raises InputError if frames are missing.
-    """
-    look_into(folder)
-    if not (folder / FRAMES).is_file():
-        raise InputError(
-            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
-            "frames, and computes the fluid run again."
-        )
-    from validate.figures.film import write_film
-    from validate.figures.snapshots import FillScene
-
-    outline, solid = record_files.read_outline(folder), record_files.read_solid(folder)
-    run = record_files.read_simulation(folder)
-    with files.understood(folder / "simulation.json"):
-        nozzle_mm = float(files.read_json(folder / "simulation.json")["settings"]["nozzle"]["diameter_mm"])
-    scene = FillScene(outline, solid, record_files.read_trajectory(folder), run.radius_mm, nozzle_mm)
-    frames = read_collection(folder / FRAMES)
-    progress.start("Filming", len(frames))
-    write_film(path, [t_s for t_s, _ in frames], lambda number: read_frame(frames[number][1]), scene, progress.advance)
-    return len(frames), frames[-1][0] - frames[0][0]
+COMPUTED = (*DIGITISED, *SIMULATED)  # Files from which the time of the extra runs is estimated
 
 
 @dataclass(frozen=True)
@@ -87,13 +61,16 @@ def run_trial(
     device: str,
     progress: Progress,
     threads: int = 1,
-    above: Above = NOTHING_ABOVE,
+    jobs: int = 0,
 ) -> FinishedStages:
-    """Bring stages of a trial up to date in ``out``, by default reports/NAME. The trial's files are in ``source``."""
+    """Bring stages of a trial up to date in ``out``, by default reports/NAME. The trial's files are in ``source``.
+
+    ``jobs`` is the number of worker processes of the runs with other seeds; 0 computes them in this process.
+    """
     require_sample(trial, source)
     with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:
         job = start_job(trial, source, folder, device, progress)
-        return run_stages(replace(job, threads=threads, above=above), stages)
+        return run_stages(replace(job, threads=threads, jobs=jobs), stages)
 
 
 def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
@@ -114,9 +91,11 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
             validate_stage.note_doubts(job, readings)
         job.progress.later(REPORT_S if both else 0.0, rounds_of_seeds(job))
         if stage == "simulate" and stage in stages and job.trial.seeds is not None:
-            job.above.announce_seeds(job)
+            announce_seeds(job)
         if stage == "validate" and {"simulate", "validate"} & set(stages):
             more = _bring_seeds_up_to_date(job)
+        if stage == "validate" and stage in stages and all((job.path / name).is_file() for name in COMPUTED):
+            job = replace(job, extra_runs=time_of_extra_runs(job))
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)
@@ -131,13 +110,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     from simulate.slot.run import has_sealant
 
     can_be_planned = job.trial.fluid is not None and has_sealant(job.trial.fluid)
-    return FinishedStages(result, tuple(redone), can_be_planned, job.extra_runs if "validate" in stages else "")
-
-
-def rounds_of_seeds(job: Job) -> int:
-    """Return how many times the time of one run the other seeds take. They are computed side by side on a CPU."""
-    jobs = max(1, job.above.jobs) if job.device == "cpu" else 1
-    return 0 if job.trial.seeds is None else math.ceil((job.trial.seeds - 1) / jobs)
+    return FinishedStages(result, tuple(redone), can_be_planned, job.extra_runs)
 
 
 def _bring_seeds_up_to_date(job: Job) -> bool:
@@ -146,7 +119,7 @@ def _bring_seeds_up_to_date(job: Job) -> bool:
     Returns True if a file was changed.
     """
     if job.trial.seeds is not None:
-        return job.above.other_seeds(job)
+        return compute_other_seeds(job)
     was_there = SEEDS in job.folder.manifest["stages"]
     clear(job, SEEDS)
     return was_there
