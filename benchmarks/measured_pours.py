@@ -13,8 +13,9 @@ from benchmarks.table import Row
 from sealtwin.core.records import Floats
 from simulate.device import start_warp
 from simulate.hollow import Box, Hollow
-from simulate.loose_fluid import LooseFluid, fed
-from simulate.settings import Fluid, SampleSlope, Solver
+from simulate.loose_fluid import LooseFluid, substep_s
+from simulate.settings import Fluid, SampleSlope, Solver, particle_volume
+from simulate.setup.release_schedule import Outlet, Schedule
 from simulate.setup_checks import solved_as
 
 TUBE_MM = 12.0  # Height of the tube's end above the plate: over the fluid's surface
@@ -102,3 +103,26 @@ def rows_of(pours: Iterable[tuple[Pour, Floats]]) -> Iterator[Row]:
         yield Row(f"{of}: bias", float(np.exp(np.mean(logs))), "", *targets.get("bias", ()))
         worst = 100 * float(np.abs(np.expm1(logs)).max())
         yield Row(f"{of}: worst", worst, "%", 0.0, targets.get("worst_percent", np.inf))
+
+
+def fed(
+    flow_mm3_s: float, duration_s: float, radius_mm: float, *, height_mm: float, diameter_mm: float, seed: int = 0
+) -> Schedule:
+    """Return the schedule of a steady flow that leaves a vertical tube over x = y = 0, ``height_mm`` above the floor.
+
+    A release of several particles is spread evenly over the time in which the flow fills it.
+    """
+    outlet, frame_s = Outlet(radius_mm, diameter_mm, seed), substep_s(radius_mm)
+    count = round(flow_mm3_s * duration_s / particle_volume(radius_mm))
+    frame_of = np.floor(np.arange(count) * particle_volume(radius_mm) / flow_mm3_s / frame_s).astype(np.int64)
+    across_mm = outlet.places_mm(-(-count // outlet.release)).reshape(-1, 2)[:count]
+    down_mm_s = flow_mm3_s / (np.pi * (diameter_mm / 2) ** 2)
+    return Schedule(
+        position_mm=np.column_stack([across_mm, np.full(count, height_mm)]),
+        velocity_mm_s=np.tile([0.0, 0.0, -down_mm_s], (count, 1)),
+        frame_of=frame_of,
+        released=np.searchsorted(frame_of, np.arange(round(duration_s / frame_s)), side="right"),
+        frame_s=frame_s,
+        release=outlet.release,
+        dispensed_mm3=count * particle_volume(radius_mm),
+    )

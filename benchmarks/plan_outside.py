@@ -113,7 +113,7 @@ def _rows(sample: Sample) -> Iterator[Row]:
 
 
 def _plan(sample: Sample, reserve_mm: float) -> Trajectory:
-    case, knots = case_of(sample, OWN, sample.trajectory), Knots(sample.trajectory, 8)
+    case, knots = case_of(sample, OWN), Knots(sample.trajectory, 8)
     limits = limits_of(sample.trajectory, None, None, FLOW_MAX_MM3_S, keep_speed=False)
     sections = case.fill(sample.trajectory).sections
     target_mm2 = target_of(sections, reserve_mm)
@@ -135,7 +135,7 @@ def _poured(sample: Sample, path: Trajectory, flow_factor: float, stress_factor:
     # A waypoint's flow holds until the next one.
     times_s, flow = np.repeat(path.t_s, 2)[1:-1], flow_factor * np.repeat(path.flow_mm3_s[:-1], 2)
     bed = poured(cavity, paste, Pour(path.t_s, path.s_mm, times_s, flow), None, Numerics(settle_s=SETTLE_S))
-    own = misfit(outline, sample.solid, bed.s_mm, bed.middle_mm)
+    own = misfit(sample, bed.s_mm, bed.middle_mm)
     return Spilt(own.under_mm3, bed.above_face_mm3, own)
 
 

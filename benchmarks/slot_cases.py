@@ -78,7 +78,8 @@ class Case:
 
     @property
     def paste(self) -> HerschelBulkley:
-        return paste_of(self.fluid, self.solver, self.nozzle, self.trajectory, seed=0)
+        sample = Sample(self.outline, self.solid, self.trajectory)
+        return paste_of(Pour(sample, (self.fluid,), self.solver, self.nozzle))
 
     def filled(self, paste: HerschelBulkley | None = None, *, finer: int = 1) -> Filled:
         """The bed by the fast model, with the case's own sealant unless another one is given."""

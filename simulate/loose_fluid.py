@@ -1,4 +1,4 @@
-"""Fluid in a hollow, in particles: let go at once, or fed from a source. A frame is a substep."""
+"""Fluid in a hollow, in particles: released at once or by a schedule. A frame is a substep."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from simulate.fluid.solver import GRAVITY_CM_S2, Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.hollow import Hollow
 from simulate.settings import FINE, LEVEL, SampleSlope, Solver, particle_volume
-from simulate.setup.release_schedule import Outlet, Schedule
+from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CLEARANCE, CM
 from simulate.setup.wall_particles import enclose
@@ -75,7 +75,7 @@ class LooseFluid:
         slope: SampleSlope = LEVEL,
         device: str = "cpu",
     ) -> "LooseFluid":
-        """Put particles into a hollow: ``all_at_once``, or as they are ``fed``. Places have the floor at z = 0.
+        """Put particles into a hollow, as ``schedule`` releases them. Positions have the floor at z = 0.
 
         ``solver`` has the radius; it gets one substep a frame.
         """
@@ -176,28 +176,5 @@ def all_at_once(place_mm: Floats, radius_mm: float, frame_s: float | None = None
         released=np.array([count]),
         frame_s=frame_s or substep_s(radius_mm),
         release=count,
-        dispensed_mm3=count * particle_volume(radius_mm),
-    )
-
-
-def fed(
-    flow_mm3_s: float, duration_s: float, radius_mm: float, *, height_mm: float, diameter_mm: float, seed: int = 0
-) -> Schedule:
-    """Return the schedule of a steady flow that leaves a vertical tube over x = y = 0, ``height_mm`` above the floor.
-
-    A release of several particles is spread evenly over the time in which the flow fills it.
-    """
-    outlet, frame_s = Outlet(radius_mm, diameter_mm, seed), substep_s(radius_mm)
-    count = round(flow_mm3_s * duration_s / particle_volume(radius_mm))
-    frame_of = np.floor(np.arange(count) * particle_volume(radius_mm) / flow_mm3_s / frame_s).astype(np.int64)
-    across_mm = outlet.places_mm(-(-count // outlet.release)).reshape(-1, 2)[:count]
-    down_mm_s = flow_mm3_s / (np.pi * (diameter_mm / 2) ** 2)
-    return Schedule(
-        position_mm=np.column_stack([across_mm, np.full(count, height_mm)]),
-        velocity_mm_s=np.tile([0.0, 0.0, -down_mm_s], (count, 1)),
-        frame_of=frame_of,
-        released=np.searchsorted(frame_of, np.arange(round(duration_s / frame_s)), side="right"),
-        frame_s=frame_s,
-        release=outlet.release,
         dispensed_mm3=count * particle_volume(radius_mm),
     )

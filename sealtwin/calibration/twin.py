@@ -180,8 +180,8 @@ class Twin:
     def _level_mm(self, run: study_folder.StudyRun) -> Floats | None:
         if run.figures is None or not kept_volume(run.figures.volume_ratio):
             return None
-        profile = record_files.read_profile(study_folder.run_path(self.folder, run.key))
-        return np.interp(self.evidence.s_mm, profile.s_mm, profile.level_mm)
+        profile = study_folder.read_level(self.folder, run)
+        return profile.level_at_mm(self.evidence.s_mm)
 
 
 def fit_to_calibrate(file: Path, trial: Trial) -> Readings:

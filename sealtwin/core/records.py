@@ -515,6 +515,10 @@ class Profile(Shown):
             "data": self.data,
         }
 
+    def level_at_mm(self, s_mm: Floats) -> Floats:
+        """Return the level at other stations, (k,), which is linear between the profile's own."""
+        return np.interp(s_mm, self.s_mm, self.level_mm)
+
 
 @dataclass(frozen=True, eq=False)
 class Sample:

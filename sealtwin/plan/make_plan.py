@@ -1,6 +1,5 @@
 """Plan a trial: search a plan on the fast model, judge it by particles, and search again with their levels."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -27,7 +26,7 @@ from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, WithMore, mea
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
-from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
+from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text
 from simulate.slot.sections import Trapezoids
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
 
@@ -142,14 +141,12 @@ class PlanInputs:
         return {"robot": sorted(write_programs(folder / "robot", trajectory, *how)[0]["files"])}
 
 
-def case_of(sample: Sample, trial: Trial, trajectory: Trajectory) -> Case:
+def case_of(sample: Sample, trial: Trial) -> Case:
     """Return a trial as a case for the fast model. Raises InputError if the fast model does not support its paste."""
-    from simulate.setup_checks import sized
     from simulate.slot.run import paste_of
 
-    solver = sized(sample.outline, sample.solid, trial.solver, trial.nozzle)
-    paste = paste_of(trial.given_fluid, solver, trial.nozzle, trajectory, trial.seed)
-    return Case(sample.solid, sample.outline, paste, trial.nozzle.diameter_mm, solver.settle_s, trial.sample)
+    pour = trial.pour(sample)
+    return Case(pour, paste_of(pour))
 
 
 def plan_on(
@@ -169,8 +166,8 @@ def plan_on(
     own = sample.trajectory
     knots = Knots(own, options.knots)
     limits = limits_of(own, cell, pump, options.flow_max_mm3_s, options.keep_speed)
-    nominal = case_of(sample, trial, own)
-    cases = [case_of(sample, draw, own) for draw in draws] or [nominal]
+    nominal = case_of(sample, trial)
+    cases = [case_of(sample, draw) for draw in draws] or [nominal]
     few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
     sections = nominal.fill(own).sections
     filled = float(target_of(sections, options.margin_mm).sum() / sections.full_mm2.sum())
@@ -179,7 +176,7 @@ def plan_on(
     require_possible(limits, target_mm2, sections.s_mm, own, where)
 
     def missed(s_mm: Floats, level_mm: Floats) -> Misfit:
-        return misfit(sample.outline, sample.solid, s_mm, level_mm)
+        return misfit(sample, s_mm, level_mm)
 
     paths = {
         name: trial.path.model_copy(update={"volume_ml": "cavity", "fill": filled, "flow": flow})
@@ -217,7 +214,7 @@ def plan_on(
         predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
         title = f"Particles, {name}"
         (level,) = verifier.levels(title, [(name, path, trial.seed)], drafts=drafts, later_s=rest_s[1])
-        off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
+        off_mm = float(np.abs(level.level_at_mm(sections.s_mm) - predicted_mm).mean())
         it = missed(level.s_mm, level.level_mm)
         rounds.append(Round(name, path, level, it, off_mm))
         progress.note(
@@ -244,7 +241,7 @@ def plan_on(
         last_s = verifier.model_s([False] * options.accurate_runs)
         levels += verifier.levels("The plan with other seeds", seeds, drafts=options.drafts, later_s=last_s)
     s_mm = best.level.s_mm
-    levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
+    levels_mm = np.array([level.level_at_mm(s_mm) for level in levels])
     names = [f"with seed = {trial.seed + number}" for number in range(len(levels))]
     require_different(levels_mm, names, f"{where}: {best.name}")
     misfits = tuple(missed(s_mm, level_mm) for level_mm in levels_mm)
@@ -254,14 +251,14 @@ def plan_on(
         one_s, of_draft, corrected = verifier.model_s([False]), best.misfit, list[Round]()
         (level,) = verifier.levels("Accurate run of the plan", [(best.name, best.path, trial.seed)], later_s=one_s)
         judged = missed(level.s_mm, level.level_mm)
-        off_draft_mm = np.interp(s_mm, level.s_mm, level.level_mm) - best.level.level_mm
+        off_draft_mm = level.level_at_mm(s_mm) - best.level.level_mm
         if (start := next((plan for plan, one in zip(plans, rounds, strict=True) if one is best), None)) is not None:
             # A draft's particles are larger, and the plan suits them: the accurate run corrects it once.
             goal = goal_after(best.path, level)
             searched("corrected by the accurate run", goal, start, drafts=False, rest_s=(one_s, 0.0))
             corrected = [rounds.pop()]
         best = min([replace(best, level=level, misfit=judged), *corrected], key=lambda one: one.misfit.cost_mm3)
-        level_mm, runs = np.interp(s_mm, best.level.s_mm, best.level.level_mm), 1
+        level_mm, runs = best.level.level_at_mm(s_mm), 1
         it = missed(s_mm, level_mm)
     trajectory = plan_trajectory(sample.outline, best.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
     bed = nominal.fill(trajectory)
@@ -277,7 +274,7 @@ def plan_on(
 
     # Constant flow has only a draft: an accurate run of it would differ as that of the plan differs from its draft.
     constant = baselines[0]
-    steady_mm = np.interp(s_mm, constant.level.s_mm, constant.level.level_mm) + off_draft_mm
+    steady_mm = constant.level.level_at_mm(s_mm) + off_draft_mm
     steady = plan_trajectory(sample.outline, constant.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
     steady_apart_mm2 = discrepancy(nominal.fill(steady), s_mm, steady_mm)
     with_more = WithMore(over_with_more_mm3(trajectory, apart_mm2), over_with_more_mm3(steady, steady_apart_mm2))
@@ -328,9 +325,8 @@ def read_draws(path: Path, trial: Trial) -> list[Trial]:
     columns = read_columns(path, dict.fromkeys(names, (-1e9, 1e9)), [], (2, 100_000))
     columns.pop("row")
     draws = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    content = json.loads(trial.model_dump_json(exclude_none=True))
     return [
-        checked(Trial, Path(f"{path}, row {number + 2}"), with_settings(content, draws[number]))
+        trial.changed(draws[number], Path(f"{path}, row {number + 2}"))
         for number in np.linspace(0, len(draws) - 1, min(len(draws), JUDGED)).astype(int).tolist()
     ]
 

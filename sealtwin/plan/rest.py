@@ -38,7 +38,7 @@ class Continued(Case):
 
     def fill(self, trajectory: Trajectory) -> Filled:
         """Pour the first part, let it settle, and pour ``trajectory``."""
-        first, pause_s = self.poured, max(self.settle_s, LEAST_PAUSE_S)
+        first, pause_s = self.poured, max(self.pour.solver.settle_s, LEAST_PAUSE_S)
         later = replace(trajectory, t_s=trajectory.t_s - trajectory.t_s[0] + first.t_s[-1] + pause_s)
         names = vars(first).keys() - {"made_of"}
         joined = {name: np.concatenate([getattr(first, name), getattr(later, name)]) for name in names}
@@ -80,15 +80,14 @@ def rest_of(
     The rest begins at the first place that would stay low, and ends with the path. The pump is taken to give the same
     share of what it is asked as so far. Raises InputError if levels and path contradict each other.
     """
-    s_mm, level_mm = levels.T
-    part = path.giving
+    (s_mm, level_mm), sample, part = levels.T, case.pour.sample, path.giving
     onward = 1.0 if path.s_mm[part][-1] > path.s_mm[part][0] else -1.0
     way_mm = onward * np.array(path.s_mm[part])
     reached_mm = float(s_mm[-1] if onward > 0 else s_mm[0])
-    if s_mm[-1] > case.outline.length_mm or onward * reached_mm <= way_mm[0]:
+    if s_mm[-1] > sample.outline.length_mm or onward * reached_mm <= way_mm[0]:
         raise InputError(
             f"{where}: s_mm is from {s_mm[0]:g} to {s_mm[-1]:g}, but the path begins at {path.s_mm[part][0]:.1f} in a "
-            f"crack of {case.outline.length_mm:.1f} mm. Measure from the beginning of the pour up to the nozzle."
+            f"crack of {sample.outline.length_mm:.1f} mm. Measure from the beginning of the pour up to the nozzle."
         )
     poured = _until(path, float(np.interp(onward * reached_mm, np.maximum.accumulate(way_mm), path.t_s[part])))
     factor, bed, seen_mm = _flow_factor(case, poured, s_mm, level_mm, where)
@@ -111,7 +110,7 @@ def rest_of(
     start = knots.first_guess(lacks_mm2, it.s_mm, limits)
     trajectory = knots.trajectory(search([rest], knots, limits, Goal(target_mm2, apart_mm2), start))
     end_mm = level_of(rest.fill(trajectory))
-    planned, unchanged = (misfit(case.outline, case.solid, it.s_mm, level) for level in (end_mm, unchanged_mm))
+    planned, unchanged = (misfit(sample, it.s_mm, level) for level in (end_mm, unchanged_mm))
     return Rest(trajectory, reached_mm, factor, it.s_mm, end_mm, planned, unchanged)
 
 
@@ -182,7 +181,7 @@ def plan_rest(
         solid = sample.solid
         path = plan_trajectory(sample.outline, inputs.trial.path, solid.cavity_volume_mm3, solid.sections)
         limits = limits_of(path, inputs.cell, inputs.pump, options.flow_max_mm3_s, options.keep_speed)
-        rest = rest_of(case_of(sample, inputs.trial, path), path, rows, limits, options, where)
+        rest = rest_of(case_of(replace(sample, trajectory=path), inputs.trial), path, rows, limits, options, where)
         write_tables(folder, TABLE, rest.trajectory, rest.s_mm, rest.level_mm, np.nan)
         content = {
             "version": 1,

@@ -7,7 +7,6 @@ particle runs (space mapping, Bandler et al. 1994).
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,10 +14,11 @@ from digitise.robots.cell import RobotCell
 from digitise.robots.pump import PumpTable
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Solid, Trajectory
-from simulate.settings import LEVEL, SampleSlope
-from simulate.slot.fill import Filled, fill
+from sealtwin.core.records import Floats, Trajectory
+from simulate.pour import Pour
+from simulate.slot.fill import Filled
 from simulate.slot.flux import HerschelBulkley
+from simulate.slot.run import bed_of
 from simulate.slot.sections import Trapezoids
 
 CELLS, STEPS = 32, 60
@@ -156,18 +156,13 @@ def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory:
 
 @dataclass(frozen=True)
 class Case:
-    """A crack and its paste in the fast model."""
+    """A pour and its paste in the fast model, to be filled along other paths."""
 
-    solid: Solid
-    outline: Outline
+    pour: Pour
     paste: HerschelBulkley
-    nozzle_mm: float
-    settle_s: float
-    slope: SampleSlope = LEVEL
 
     def fill(self, trajectory: Trajectory) -> Filled:
-        how: dict[str, Any] = {"nozzle_mm": self.nozzle_mm, "settle_s": self.settle_s, "slope": self.slope}
-        return fill(self.solid, self.outline, trajectory, self.paste, **how, cells=CELLS, steps=STEPS)
+        return bed_of(self.pour, self.paste, trajectory, cells=CELLS, steps=STEPS)
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ import numpy as np
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
-from sealtwin.core import files, record_files
+from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Outline, Profile, Sample, Solid, Trajectory
+from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.plan.search import OVER_WEIGHT
 from sealtwin.study import study_folder
@@ -50,9 +50,9 @@ class Misfit:
         return {**asdict(self), "total_mm3": self.total_mm3}
 
 
-def misfit(outline: Outline, solid: Solid, s_mm: Floats, level_mm: Floats) -> Misfit:
+def misfit(sample: Sample, s_mm: Floats, level_mm: Floats) -> Misfit:
     """Return the volume that a level along a crack lacks below the face, and the volume that it has above the face."""
-    it = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
+    it = sections_of(sample.outline, sample.solid, CELLS, reach_per_mm=0.0)
     level_mm = np.interp(it.s_mm, s_mm, level_mm)
     filled_mm2, _ = it.area_mm2(np.minimum(level_mm, 0.0) - it.bottom_mm)
     under_mm2 = it.full_mm2 - np.maximum(filled_mm2, 0.0)
@@ -174,7 +174,7 @@ class Verifier:
         options = StudyOptions(self.device, jobs, later_s=later_s, retry=True)
         self._runs = bring_up_to_date(self.folder, plan, largest, options, self.progress, title).runs
         require_done(self.folder, self._runs, "there is no plan")
-        return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
+        return [study_folder.read_level(self.folder, run) for run in asked]
 
     def corrected_s(self, model_s: float) -> float:
         """Return a time by the model, corrected by the runs that are finished."""

@@ -43,7 +43,7 @@ from sealtwin.study.runner import (
     words_of,
     write_sample,
 )
-from sealtwin.study.study_folder import Plan, StudyRun, holds_study, remove_temporary_files, run_path
+from sealtwin.study.study_folder import Plan, StudyRun, holds_study, read_level, remove_temporary_files
 from sealtwin.trial.job import DIGITISED, SEEDS, Job, clear, made_by, numbers_up_to, stage_settings
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import OF_SEEDS, SEED_RUNS, SPREAD, UNCERTAINTY, varied_settings
@@ -101,9 +101,9 @@ def compute_other_seeds(job: Job) -> bool:
     why = f"the mean of {count} seeds"
     runs = compute_variants(folder, SEEDS, others, base, inputs, options, job.progress, why)
     seeds = [job.trial.seed, *(int(run.trial["seed"]) for run in runs)]
-    profiles = [base.profile, *(record_files.read_profile(run_path(folder, run.key)) for run in runs)]
+    profiles = [base.profile, *(read_level(folder, run) for run in runs)]
     s_mm = base.profile.s_mm
-    levels_mm = np.array([np.interp(s_mm, profile.s_mm, profile.level_mm) for profile in profiles])
+    levels_mm = np.array([profile.level_at_mm(s_mm) for profile in profiles])
     require_different(levels_mm, [f"with seed = {seed}" for seed in seeds], str(job.path))
     half_mm = Z_95 * float(np.sqrt(further_run_mm2(levels_mm, count)))
     record = SeedRuns(
@@ -181,7 +181,7 @@ def vary(job: Job) -> bool:
         options = StudyOptions(device, cores() if device == "cpu" else 1, later_s=REPORT_S, retry=True)
         variants = _variants(base, designed=not drawn)
         runs = compute_variants(folder, UNCERTAINTY, variants, base, inputs, options, job.progress, "the uncertainty")
-    spread = _spread(base, [record_files.read_profile(run_path(folder, run.key)) for run in runs], draws)
+    spread = _spread(base, [read_level(folder, run) for run in runs], draws)
     job.folder.clear(UNCERTAINTY)
     files.write_json(job.path / SPREAD, spread.content())
     wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
@@ -282,8 +282,8 @@ def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -
     fast, unfit = fast_level(base)
     if not profiles:
         return Spread(own.s_mm, None, (), None, None, draws, unfit=unfit)
-    fast_mm = None if fast is None or unfit else np.interp(own.s_mm, fast.s_mm, fast.level_mm)
-    levels_mm = np.array([np.interp(own.s_mm, profile.s_mm, profile.level_mm) for profile in profiles])
+    fast_mm = None if fast is None or unfit else fast.level_at_mm(own.s_mm)
+    levels_mm = np.array([profile.level_at_mm(own.s_mm) for profile in profiles])
     waiting = max(0, REPLICATES - len(base.levels_mm))
     finer, middle, coarser, designed = np.split(levels_mm, np.cumsum([REPLICATES, waiting, REPLICATES]))
     runs_mm = finer, np.vstack([base.levels_mm, middle]), coarser

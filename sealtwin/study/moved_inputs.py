@@ -20,9 +20,8 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import Floats, Numbers, Profile, Run, Sample
 from sealtwin.core.run_figures import PARTICLES
-from sealtwin.core.settings import checked
 from sealtwin.trial.job import Job
-from sealtwin.trial.trial_file import Trial, as_run, with_settings
+from sealtwin.trial.trial_file import Trial, as_run
 from sealtwin.trial.validate_stage import read_seeds
 from simulate.settings import LEAST_WALL_SHARE
 from validate.settings import ANGLE, OF_THE_WALLS
@@ -76,7 +75,7 @@ class Base:
     def changed(self, changes: Mapping[str, Any]) -> Trial:
         """Return the trial with ``changes`` by dotted name; None unsets a setting. Raises InputError if invalid."""
         where = Path(f"{self.path / 'trial.toml'}, moved by its [uncertainty]")
-        return checked(Trial, where, with_settings(self.trial.model_dump(mode="json", exclude_none=True), changes))
+        return self.trial.changed(changes, where)
 
 
 def refuse_immovable(base: Base) -> None:
@@ -294,13 +293,11 @@ def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Fl
 
 def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
     """Return the fast model's level at ``s_mm`` with inputs moved by ``steps``. Raises InputError if out of range."""
-    from simulate.slot.fill import STEPS, fill
-    from simulate.slot.run import paste_of
+    from simulate.slot.fill import STEPS
+    from simulate.slot.run import bed_of, paste_of
 
-    sample, trial = moved_sample(base, steps, meshed=False), base.changed(moved_paste(base, steps))
-    paste = paste_of(trial.given_fluid, trial.solver, trial.nozzle, sample.trajectory, trial.seed)
-    how = {"nozzle_mm": trial.nozzle.diameter_mm, "settle_s": trial.solver.settle_s, "steps": STEPS // COARSER}
-    bed = fill(sample.solid, sample.outline, sample.trajectory, paste, **how, slope=trial.sample)
+    pour = base.changed(moved_paste(base, steps)).pour(moved_sample(base, steps, meshed=False))
+    bed = bed_of(pour, paste_of(pour), pour.sample.trajectory, steps=STEPS // COARSER)
     return np.interp(s_mm, bed.sections.s_mm, bed.level_mm)
 
 

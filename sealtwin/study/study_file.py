@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import BeforeValidator, Field, model_validator
 
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
+from sealtwin.core.settings import MOST_FAULTS, Settings, read_settings
 from sealtwin.trial.trial_file import (
     PRINTABLE,
     SETTINGS,
@@ -18,7 +18,6 @@ from sealtwin.trial.trial_file import (
     Trial,
     folder_name,
     no_such_setting,
-    with_settings,
 )
 
 MOST_RUNS = 20_000  # At a second each, a night on one core; more is likely a mistake in a grid
@@ -188,12 +187,11 @@ def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
     Raises InputError if settings cannot be used, or if two runs are the same. Its message has each fault once, with the
     numbers of its runs.
     """
-    content = base.model_dump(mode="json", exclude_none=True)
     planned: list[PlannedRun] = []
     faults: dict[str, list[int]] = {}
     for number, settings in enumerate(study.combinations(), start=1):
         try:
-            trial = checked(Trial, path, with_settings(content, {**study.fixed, **settings}))
+            trial = base.changed({**study.fixed, **settings}, path)
         except InputError as fault:
             for sentence in str(fault).splitlines():
                 faults.setdefault(sentence, []).append(number)

@@ -15,8 +15,8 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator, with_co
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, texts
-from sealtwin.core.record_files import Amount, Count, Result, as_record, read_record
-from sealtwin.core.records import FROM_JSON
+from sealtwin.core.record_files import Amount, Count, Result, as_record, read_profile, read_record
+from sealtwin.core.records import FROM_JSON, Profile
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.trial.job import NUMBERS, StageName, numbers_up_to, shown
@@ -145,6 +145,11 @@ def profile_path(folder: Path, key: str) -> Path:
 
 def run_path(folder: Path, key: str) -> Path:
     return folder / "runs" / key[:16]
+
+
+def read_level(folder: Path, run: StudyRun) -> Profile:
+    """Read the level of a finished run."""
+    return read_profile(run_path(folder, run.key))
 
 
 def holds_study(folder: Path) -> bool:

@@ -28,6 +28,7 @@ from sealtwin.study.study_folder import (
     is_intact,
     other_versions,
     profile_path,
+    read_level,
     read_plan,
     run_path,
 )
@@ -175,9 +176,9 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
     sample = record_files.read_sample(folder / "samples" / run.sample)
     kept = KeptFill(trial.output.snapshots_s)
     _, again = fill(trial.pour(sample), ComputeOptions(device, watchers=[kept], in_study=True))
-    before = record_files.read_profile(run_path(folder, run.key))
+    before = read_level(folder, run)
     # profile.csv is rounded to 1e-6 mm.
-    level_mm = np.round(np.interp(before.s_mm, again.s_mm, again.level_mm), 6)
+    level_mm = np.round(again.level_at_mm(before.s_mm), 6)
     differs_mm = float(np.abs(level_mm - before.level_mm).mean())
     files.write_bytes(home / FILL, kept.content())
     files.write_json(home / SEEN, {"version": 2, "differs_mm": differs_mm})

@@ -161,6 +161,15 @@ class Trial(Settings):
         loaded = {"crack": crack, "path": self.path.loaded(folder), "fluid": fluid, "uncertainty": uncertainty}
         return self.model_copy(update=loaded)
 
+    @property
+    def content(self) -> dict[str, Any]:
+        """The tables of the trial file, without settings that are not set."""
+        return self.model_dump(mode="json", exclude_none=True)
+
+    def changed(self, settings: Mapping[str, Any], where: Path) -> "Trial":
+        """Return the trial with settings by dotted name; None unsets one. Raises InputError, which names ``where``."""
+        return checked(Trial, where, with_settings(self.content, settings))
+
     def known_inputs(self, outline: Outline, solid: Solid) -> Uncertainty:
         """Return the uncertainties that are declared, and those that follow from photo, fill and weighed volume."""
         inputs = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
@@ -305,7 +314,7 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
 
 def replaced(trial: Trial, settings: Mapping[str, Any], names: Iterable[str]) -> list[str]:
     """Return those of ``settings`` that would be removed from a trial if all of ``names`` were given."""
-    content = trial.model_dump(mode="json", exclude_none=True)
+    content = trial.content
     removed = names_in(content) - names_in(with_settings(content, dict.fromkeys(names, 0)))
     return [name for name in settings if ".".join(name.split(".")[:2]) in removed]
 

@@ -13,12 +13,12 @@ from sealtwin.core.records import Outline, Profile, Run, Trajectory
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import FastFill, RunHealth
 from simulate.pour import Pour
-from simulate.settings import Fluid, Nozzle, Solver, particle_volume
+from simulate.settings import Fluid, particle_volume
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import dynamic_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import sized
-from simulate.slot.fill import Filled, fill
+from simulate.slot.fill import CELLS, STEPS, Filled, fill
 from simulate.slot.fitness import FULLEST, Fitness, fitness_of
 from simulate.slot.flux import HerschelBulkley
 
@@ -44,17 +44,15 @@ def pour(inputs: Pour, *, advise: bool = False) -> tuple[Run, Profile]:
     Raises InputError for a sealant with a setting that is not in READ, such as one that freezes.
     """
     solid, outline, trajectory = inputs.sample.solid, inputs.sample.outline, inputs.sample.trajectory
-    fluid, nozzle, seed, slope = inputs.fluid, inputs.nozzle, inputs.seed, inputs.slope
+    fluid, nozzle = inputs.fluid, inputs.nozzle
     solver = sized(outline, solid, inputs.solver, nozzle)
     if trajectory.dispensed_mm3 <= 0:
         raise InputError("trajectory: its flow gives no sealant. Check flow_mm3_s and t_s.")
-    paste = paste_of(fluid, solver, nozzle, trajectory, seed)
+    paste = paste_of(inputs)
     began = time.perf_counter()
 
     def poured(trajectory: Trajectory, paste: HerschelBulkley) -> tuple[Filled, Fitness]:
-        filled = fill(
-            solid, outline, trajectory, paste, nozzle_mm=nozzle.diameter_mm, settle_s=solver.settle_s, slope=slope
-        )
+        filled = bed_of(inputs, paste, trajectory)
         above_mm = max(0.0, float(filled.level_mm.max()))
         return filled, replace(fitness_of(solid, outline, trajectory, paste), above_mm=above_mm)
 
@@ -95,7 +93,7 @@ def pour(inputs: Pour, *, advise: bool = False) -> tuple[Run, Profile]:
         particle_volume_mm3=particle_volume(solver.size_mm),
         escaped_particles=0,
         device="CPU, without particles",
-        settings={**settings, "nozzle": nozzle.model_dump(), "seed": seed, **slope.table},
+        settings={**settings, "nozzle": nozzle.model_dump(), "seed": inputs.seed, **inputs.slope.table},
         health=health,
         fast_fill=FastFill(
             dispensed_mm3=filled.dispensed_mm3,
@@ -126,8 +124,19 @@ def has_sealant(fluid: Fluid) -> bool:
     return not _unread(fluid) and (fluid.yields or fluid.fresh.viscosity_pa_s is not None)
 
 
-def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajectory, seed: int) -> HerschelBulkley:
+def bed_of(
+    inputs: Pour, paste: HerschelBulkley, trajectory: Trajectory, *, cells: int = CELLS, steps: int = STEPS
+) -> Filled:
+    """Return the bed of a paste along a trajectory, with crack, nozzle, slope and settling time of ``inputs``."""
+    sample, nozzle_mm = inputs.sample, inputs.nozzle.diameter_mm
+    resolution = {"cells": cells, "steps": steps}
+    crack, settle_s = (sample.solid, sample.outline), inputs.solver.settle_s
+    return fill(*crack, trajectory, paste, nozzle_mm=nozzle_mm, settle_s=settle_s, slope=inputs.slope, **resolution)
+
+
+def paste_of(inputs: Pour) -> HerschelBulkley:
     """Return the sealant in this model. U is replaced by its equivalent viscosity at the trial's radius."""
+    fluid, sample = inputs.fluid, inputs.sample
     for key, default in _unread(fluid).items():
         raise InputError(
             f'fluid.{key}: the fast model, solver.model = "slot", does not have it. Give solver.model = "particles", '
@@ -141,13 +150,14 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
         )
     if viscosity_pa_s is None:
         try:
-            frame_s = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed).frame_s
+            radius_mm = sized(sample.outline, sample.solid, inputs.solver, inputs.nozzle).size_mm
+            frame_s = plan_releases(sample.trajectory, radius_mm, inputs.nozzle.diameter_mm, inputs.seed).frame_s
         except InputError as fault:
             raise InputError(
                 "fluid.U: its equivalent viscosity is that of particles, but particles cannot be released here "
                 f"({fault}). Give fluid.viscosity_pa_s instead."
             ) from None
-        viscosity_pa_s = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * solver.size_mm * CM, frame_s)
+        viscosity_pa_s = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * radius_mm * CM, frame_s)
     if viscosity_pa_s == 0:
         raise InputError('solver.model = "slot" needs a viscosity; give fluid.viscosity_pa_s above 0.')
     index = fluid.flow_index or 1.0

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.measured_pours import fed
 from simulate.device import start_warp
 from simulate.hollow import Box, Hollow
-from simulate.loose_fluid import LooseFluid, fed
+from simulate.loose_fluid import LooseFluid
 from simulate.settings import Solver, particle_volume
 from simulate.setup_checks import solved_as
 from tests.fluids import sealant

@@ -15,19 +15,24 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.cli.app import app
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Trajectory
+from sealtwin.core.records import Sample, Trajectory
 from sealtwin.plan import search
 from sealtwin.plan.make_plan import Options
 from sealtwin.plan.rest import Continued, Rest, read_levels, rest_of
 from sealtwin.plan.search import Case, Knots, Limits
 from sealtwin.plan.verify import Misfit, misfit
+from simulate.pour import Pour
+from simulate.settings import Fluid, Solver
 from simulate.slot.flux import HerschelBulkley
 from tests.shapes import straight_slot
 from tests.studies import plannable_lab
 
 OUTLINE = straight_slot(40.0, 4.0)
 SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))
-CASE = Case(SOLID, OUTLINE, HerschelBulkley(1690, 5.0, 1.0), 2.4, 2.0)
+WAY = plan_trajectory(OUTLINE, NozzlePath(trim_mm=3.0), SOLID.cavity_volume_mm3)
+SAMPLE = Sample(OUTLINE, SOLID, WAY)
+FLUID = Fluid(viscosity_pa_s=1.0, yield_stress_pa=5.0, freeze_after_s="never")
+CASE = Case(Pour(SAMPLE, (FLUID,), Solver(settle_s=2.0)), HerschelBulkley(1690, 5.0, 1.0))
 LIMITS = Limits((10.0, 500.0), (1.0, 6.0))
 FLOWS = (221.0, 132.0, 125.0, 61.0, 18.0)
 """Flow at knots of a plan that the fast model finds for this slot at 3 mm/s, rounded."""
@@ -46,7 +51,7 @@ def with_flow(path, factor) -> Trajectory:
 
 
 def judged(bed) -> Misfit:
-    return misfit(OUTLINE, SOLID, bed.sections.s_mm, bed.level_mm)
+    return misfit(SAMPLE, bed.sections.s_mm, bed.level_mm)
 
 
 def paused(path) -> Trajectory:

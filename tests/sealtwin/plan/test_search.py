@@ -23,6 +23,8 @@ from sealtwin.plan.pages import plan_cautions
 from sealtwin.plan.search import Case, Goal, Knots, Limits, discrepancy, limits_of, require_possible, search, target_of
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
 from sealtwin.trial.trial_file import load_trial
+from simulate.pour import Pour
+from simulate.settings import Fluid, Solver
 from simulate.slot.flux import HerschelBulkley
 from tests.shapes import straight_slot
 from tests.studies import plannable_lab
@@ -30,7 +32,9 @@ from tests.studies import plannable_lab
 OUTLINE = straight_slot(40.0, 4.0)
 SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))
 OWN = plan_trajectory(OUTLINE, NozzlePath(trim_mm=3.0, speed_mm_s=3.0, lead_in_mm=4.0), SOLID.cavity_volume_mm3)
-CASE = Case(SOLID, OUTLINE, HerschelBulkley(1690, 5.0, 1.0), 2.4, 2.0)
+SAMPLE = Sample(OUTLINE, SOLID, OWN)
+FLUID = Fluid(viscosity_pa_s=1.0, yield_stress_pa=5.0, freeze_after_s="never")
+CASE = Case(Pour(SAMPLE, (FLUID,), Solver(settle_s=2.0)), HerschelBulkley(1690, 5.0, 1.0))
 KNOTS = Knots(OWN, 4)
 LIMITS = Limits((10.0, 500.0), (1.0, 6.0))
 
@@ -73,8 +77,8 @@ def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
     """Four times better on the model that is searched; particles judge it elsewhere."""
     own, path = CASE.fill(OWN), KNOTS.trajectory(searched())
     bed = CASE.fill(path)
-    planned = misfit(OUTLINE, SOLID, bed.sections.s_mm, bed.level_mm).total_mm3
-    assert planned < 0.25 * misfit(OUTLINE, SOLID, own.sections.s_mm, own.level_mm).total_mm3
+    planned = misfit(SAMPLE, bed.sections.s_mm, bed.level_mm).total_mm3
+    assert planned < 0.25 * misfit(SAMPLE, own.sections.s_mm, own.level_mm).total_mm3
     giving = path.flow_mm3_s[path.giving][:-1]
     assert giving.min() >= 9.99
     assert giving.max() <= 500.01
@@ -97,7 +101,7 @@ def test_a_discrepancy_moves_the_goal():
 
 
 def test_under_and_over_are_volumes_at_the_face():
-    volumes = misfit(OUTLINE, SOLID, np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5]))
+    volumes = misfit(SAMPLE, np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5]))
     assert volumes.under_mm3 == pytest.approx(80.0, rel=0.01)
     assert volumes.over_mm3 == pytest.approx(40.0, rel=0.01)
 
@@ -127,7 +131,10 @@ class FastModelItself(Verifier):
     """Stands for particles that do what the fast model says."""
 
     def levels(self, title, paths, *, drafts=False, later_s=0.0):
-        case, solid = case_of(self.sample, self.trial, OWN), (SOLID.cavity_volume_mm3, SOLID.sections)
+        case, solid = (
+            case_of(replace(self.sample, trajectory=OWN), self.trial),
+            (SOLID.cavity_volume_mm3, SOLID.sections),
+        )
         beds = [case.fill(plan_trajectory(OUTLINE, path, *solid)) for _, path, _ in paths]
         return [Profile(bed.sections.s_mm, bed.level_mm) for bed in beds]
 

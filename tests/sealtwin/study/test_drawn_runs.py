@@ -18,6 +18,7 @@ from sealtwin.study.extra_runs import vary
 from sealtwin.study.moved_inputs import PART, Base, draw, moved_sample, refuse_immovable, takes_draws
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.validate_stage import SPREAD
+from simulate.slot import run as slot_run
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, job_in, run_tiny
 
@@ -43,13 +44,15 @@ def fast(tmp_path_factory) -> Path:
 def linear(monkeypatch):
     """A level that is linear in the volume given and in the depth, in place of the fast model's."""
 
-    def fill(solid, outline, trajectory, *_, **__):
-        level_mm = MM_PER_ML * trajectory.dispensed_mm3 / 1e3 - MM_PER_MM * solid.sections.depth_mm.mean()
-        return SimpleNamespace(
-            sections=SimpleNamespace(s_mm=np.array([0.0, outline.length_mm])), level_mm=np.full(2, level_mm)
-        )
+    def bed_of(pour, paste, trajectory, **coarser):
+        if not coarser:
+            return whole(pour, paste, trajectory)
+        depth_mm, ends_mm = pour.sample.solid.sections.depth_mm.mean(), np.array([0.0, pour.sample.outline.length_mm])
+        level_mm = MM_PER_ML * trajectory.dispensed_mm3 / 1e3 - MM_PER_MM * depth_mm
+        return SimpleNamespace(sections=SimpleNamespace(s_mm=ends_mm), level_mm=np.full(2, level_mm))
 
-    monkeypatch.setattr("simulate.slot.fill.fill", fill)
+    whole = slot_run.bed_of
+    monkeypatch.setattr(slot_run, "bed_of", bed_of)
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
     monkeypatch.setattr(extra_runs, "draw", partial(draw, runs=RUNS))
 

@@ -209,8 +209,8 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeyp
     assert [one["name"] for one in predicted["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
     (sentence,), outcome = headline(given[0])
     assert outcome == "open"
-    assert sentence in "\n".join(result_lines(result, "validate"))
-    assert sentence.startswith("Predicted, with no setting fitted to this sample: the mean level is ")
+    assert str(sentence) in "\n".join(result_lines(result, "validate"))
+    assert sentence.text.startswith("Predicted, with no setting fitted to this sample: the mean level is ")
 
 
 def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(path, monkeypatch):
