@@ -9,7 +9,6 @@ particles of another seed and size, or the second reality in several worlds, a c
 particles two are judged that cost nothing: the flat line of the poured volume, and the fast model.
 """
 
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -122,8 +121,7 @@ class _Prediction(NamedTuple):
 
 def _predicted(base: Base, sizes: Sizes) -> _Prediction:
     unfit, fast = base.run.unfit, base.profile
-    with tempfile.TemporaryDirectory() as folder:
-        draws = draw(base, Path(folder), 0, Progress(), DRAWS)
+    draws = draw(base, 0, Progress(), DRAWS)
     fast_mm = None if unfit else np.interp(STATIONS_MM, fast.s_mm, fast.level_mm)
     return _Prediction(base, Spread(STATIONS_MM, sizes, (), None, None, draws, fast_mm, unfit))
 

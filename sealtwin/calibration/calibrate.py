@@ -57,7 +57,7 @@ def calibrate(
     trials: Sequence[Path],
     ranges: Mapping[str, tuple[float, float]],
     out: Path | None,
-    how: StudyOptions,
+    options: StudyOptions,
     progress: Progress,
     *,
     held_out: Sequence[Path] = (),
@@ -78,14 +78,15 @@ def calibrate(
     """
     frees = _checked(trials, ranges, held_out, settings)
     if sets_resolution((*ranges, *(settings or {}))):
-        how = replace(how, drafts=False)
+        options = replace(options, drafts=False)
     folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
     require_folder(folder)
     if folder.is_dir() and not (folder / LIBRARY).is_dir():
         refuse_foreign(folder, "calibration")
     with holding(folder), progress:
         twins, others = (
-            [Twin(file, folder / LIBRARY, how, progress, settings) for file in group] for group in (trials, held_out)
+            [Twin(file, folder / LIBRARY, options, progress, settings) for file in group]
+            for group in (trials, held_out)
         )
         _require_different([*twins, *others])
         frees = [Free(free.name, free.low, free.high, _measured(free, twins)) for free in frees]
@@ -100,7 +101,7 @@ def calibrate(
             launches |= {twin: [PREDICTING] for twin in others}
             # A launch begins when all runs of the one before are done. The last of each trial is accurate.
             return sum(
-                twin.work_s(accurate=number == len(counts)) * ceil(count / max(1, how.jobs))
+                twin.work_s(accurate=number == len(counts)) * ceil(count / max(1, options.jobs))
                 for twin, counts in launches.items()
                 for number, count in enumerate(counts, start=1)
             )

@@ -42,7 +42,7 @@ class Twin:
         self,
         file: Path,
         library: Path,
-        how: StudyOptions,
+        options: StudyOptions,
         progress: Progress,
         settings: Mapping[str, Any] | None = None,
     ) -> None:
@@ -51,7 +51,7 @@ class Twin:
         from validate.uncertainty.meniscus import Mouth
         from validate.uncertainty.reading_errors import budget_of
 
-        self.file, self._how, self._progress = file, how, progress
+        self.file, self._options, self._progress = file, options, progress
         trial = load_trial(file, settings)
         sheet_settings = fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
@@ -122,7 +122,7 @@ class Twin:
         ``wanted`` begins with those of the last call. The first ``drafts`` of them may be drafts. ``later_s`` is the
         expected time of the runs of the calibration after these.
         """
-        self._how = replace(self._how, later_s=later_s)
+        self._options = replace(self._options, later_s=later_s)
         planned = [
             self._planned(number, setting, seed, accurate=number > drafts)
             for number, (setting, seed) in enumerate(wanted, start=1)
@@ -165,8 +165,8 @@ class Twin:
         return figures[-1].health if figures else RunHealth()
 
     def _plan(self, planned: Sequence[PlannedRun], *, dry_run: bool = False) -> study_folder.Plan:
-        how = replace(self._how, dry_run=dry_run)
-        return brought_up_to_date(self.name, planned, self.file.parent, self.folder, how, self._progress, part=True)
+        options = replace(self._options, dry_run=dry_run)
+        return brought_up_to_date(self.name, planned, self.file.parent, self.folder, options, self._progress, part=True)
 
     def _planned(self, number: int, settings: Setting, seed: int, *, accurate: bool = False) -> PlannedRun:
         changes: dict[str, Any] = dict(settings)

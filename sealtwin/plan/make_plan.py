@@ -137,8 +137,9 @@ class PlanInputs:
             "inputs": {path.name: files.sha256(path) for path in (folder / table, self.cell_file)},
             "edited_by_hand": [],
         }
-        how = self.cell, self.cell_file.name, (), origin, None, self.pump
-        return {"robot": sorted(write_programs(folder / "robot", trajectory, *how)[0]["files"])}
+        cell = self.cell, self.cell_file.name
+        report, *_ = write_programs(folder / "robot", trajectory, *cell, (), origin, None, self.pump)
+        return {"robot": sorted(report["files"])}
 
 
 def case_of(sample: Sample, trial: Trial) -> Case:

@@ -6,7 +6,6 @@ like a sweep's. They are computed once: if the process is killed, the same comma
 """
 
 import math
-import shutil
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -161,9 +160,9 @@ def vary(job: Job) -> bool:
     particles = job.trial.solver.has_particles
     device = choose_device(job.device) if particles else ""
     drawn = bool(base.inputs) and takes_draws(base)
-    how = {"replicates": REPLICATES, "device": device, **({"drawn": RUNS} if drawn else {})}
+    numerics = {"replicates": REPLICATES, "device": device, **({"drawn": RUNS} if drawn else {})}
     numbers = job.numbers("validate")
-    key = stage_key(inputs, {**settings, **how}, numbers)
+    key = stage_key(inputs, {**settings, **numerics}, numbers)
     if job.folder.is_current(UNCERTAINTY, key):
         return False
     if not (particles or drawn):
@@ -174,7 +173,7 @@ def vary(job: Job) -> bool:
     began, folder = time.monotonic(), job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
     # Draws take seconds: an input that cannot be moved is refused before particles run for minutes.
-    draws = draw(base, folder / f"drawn-{key[:12]}", cores(), job.progress) if drawn else None
+    draws = draw(base, cores(), job.progress) if drawn else None
     drew_s = time.monotonic() - began
     runs = list[StudyRun]()
     if particles:
@@ -186,8 +185,6 @@ def vary(job: Job) -> bool:
     files.write_json(job.path / SPREAD, spread.content())
     wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
     job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], wall_s, numbers=numbers)
-    for parts in folder.glob("drawn-*"):
-        shutil.rmtree(parts)
     return True
 
 

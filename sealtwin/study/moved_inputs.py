@@ -1,7 +1,4 @@
-"""Move the uncertain inputs of a trial: crack, path and paste for other values, and runs of the fast model with them.
-
-Random draws of the inputs are computed in parts, so that a killed process loses few.
-"""
+"""Move the uncertain inputs of a trial: crack, path and paste for other values, and draws of them by the fast model."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,16 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ConfigDict, RootModel
 
 from digitise.weighing.moved_walls import moved_depth, shape_by_weight, walls_apart, widened
-from sealtwin.core import files, record_files
+from sealtwin.core import record_files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.progress import Progress
-from sealtwin.core.record_files import read_record
-from sealtwin.core.records import Floats, Numbers, Profile, Run, Sample
+from sealtwin.core.records import Floats, Profile, Run, Sample
 from sealtwin.core.run_figures import PARTICLES
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import Trial, as_run
@@ -28,12 +23,11 @@ from validate.settings import ANGLE, OF_THE_WALLS
 from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")
-PART = 50  # Runs in a part
+PART = 50  # Runs of the fast model in a task
 COARSER = 2
 """Number of usual time steps of the fast model that one step replaces here. The error of longer steps cancels, since
 only differences of levels are used."""
 PLACES = 121  # Places of a level: twice the cells of the fast model and one, which resolves all of its level
-AGAIN = "Delete it, and give the same command again."
 LONGEST_DELAY = 0.25
 """Largest uncertainty of the pump's delay over the time of flow. Draws reach nearly four times it."""
 
@@ -204,12 +198,6 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
     return changes | {"fluid.curve": columns}
 
 
-class Drawn(RootModel[Numbers]):
-    """Levels of the runs in one part, (runs, PLACES)."""
-
-    model_config = ConfigDict(arbitrary_types_allowed=True)
-
-
 def takes_draws(base: Base) -> bool:
     """Return True if the fast model runs the moved inputs.
 
@@ -240,10 +228,8 @@ def fast_level(base: Base) -> tuple[Profile | None, tuple[Fact, ...]]:
     return level, run.unfit
 
 
-def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
+def draw(base: Base, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
     """Return the change of level that each draw of the inputs causes, computed by the fast model.
-
-    Finished parts are files in ``folder``.
 
     Raises:
         InputError: The fast model does not support the paste, or an input cannot be moved as far as a draw moves it.
@@ -252,29 +238,20 @@ def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RU
     refuse_immovable(base)
     inputs = base.inputs
     s_mm = np.linspace(0.0, base.sample.outline.length_mm, PLACES)
-    own_mm = level_of(base, {}, s_mm)
     steps = [_steps(base, dict(zip(inputs, row, strict=True))) for row in drawn_inputs(inputs, runs).tolist()]
-    parts = {folder / f"{first:04d}.json": steps[first : first + PART] for first in range(0, runs, PART)}
-    waiting = {path: part for path, part in parts.items() if not path.is_file()}
-    progress.start("Moved inputs", len(parts), len(parts) - len(waiting))
-    tasks = ((path, (base, part, s_mm)) for path, part in waiting.items())
-    for done, (path, levels_mm) in enumerate(run_tasks(levels_of, tasks, min(jobs, len(waiting))), start=1):
-        if isinstance(levels_mm, Lost):
-            raise NumericalError(f"{folder}: {levels_mm.reason}. The same command computes the remaining runs.")
-        if isinstance(levels_mm, str):
-            raise InputError(levels_mm)
-        files.write_json(path, levels_mm)
-        progress.advance(len(parts) - len(waiting) + done, f"{PART} runs of the fast model each")
-    levels_mm = np.vstack([_read_levels(path, len(part)) for path, part in parts.items()])
+    parts = range(0, runs, PART)
+    progress.start("Moved inputs", len(parts))
+    tasks = ((first, (base, steps[first : first + PART], s_mm)) for first in parts)
+    levels_mm = np.empty((runs, PLACES))
+    for done, (first, part_mm) in enumerate(run_tasks(levels_of, tasks, min(jobs, len(parts))), start=1):
+        if isinstance(part_mm, Lost):
+            raise NumericalError(f"{base.path}: {part_mm.reason}. Give the same command again.")
+        if isinstance(part_mm, str):
+            raise InputError(part_mm)
+        levels_mm[first : first + PART] = part_mm
+        progress.advance(done, f"{PART} runs of the fast model each")
     # Tenths of a micrometre keep the file small.
-    return InputDraws(s_mm, inputs, np.round(levels_mm - own_mm, 4))
-
-
-def _read_levels(path: Path, runs: int) -> Floats:
-    levels_mm = read_record(Drawn, path, AGAIN).root
-    if levels_mm.shape != (runs, PLACES):
-        raise InputError(f"{path}: has levels of shape {levels_mm.shape}, expected {(runs, PLACES)}. {AGAIN}")
-    return levels_mm
+    return InputDraws(s_mm, inputs, np.round(levels_mm - level_of(base, {}, s_mm), 4))
 
 
 def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Floats | str:
