@@ -53,7 +53,7 @@ class Injection:
     """A prepared run, or several in one launch, and its progress. ``prepare`` returns it."""
 
     pour: Pour
-    """What is computed, with the particle radius in mm and with the tables of the fluids."""
+    """Its inputs, with the particle radius in mm and with the tables of the fluids."""
     pastes: tuple[Rheology, ...]  # The fluids in the solver's units
     schedule: Schedule
     engine: FluidSolver
@@ -301,7 +301,7 @@ class Watcher:
 
 @dataclass(frozen=True)
 class ComputeOptions:
-    """Where a run is computed and who follows it. On one CPU its result depends on none of these."""
+    """Options for computing a run: device, and who follows it. On one CPU its result depends on none of them."""
 
     device: str = "cpu"
     threads: int = 1

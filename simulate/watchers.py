@@ -311,19 +311,20 @@ class HealthLog(Watcher):
         error = np.maximum(engine.state.density.numpy()[mover] - 1.0, 0.0)
         status = engine.state.status.numpy()
         solves = statistics.solves[self._solves :]
-        values: dict[str, Any] = {
-            "frame": injection.done,
-            "t_s": f"{injection.t_s:.4f}",
-            "particles": injection.out,
-            "moving": moving,
-            "density_error_mean": f"{error.mean():.6f}" if moving else "",
-            "density_error_p95": f"{np.quantile(error, 0.95):.6f}" if moving else "",
-            "escaped": int((status == int(ParticleState.ESCAPED)).sum()),
-            "spilled": int((status == int(ParticleState.SPILLED)).sum()),
-            "viscosity_iterations": f"{np.mean(solves):.2f}" if solves else "",
-            "ms_a_frame": f"{1000 * (statistics.frames_s - self._frames_s) / (injection.done - self._frame):.3f}",
-        }
-        return [str(values[name]) for name in COLUMNS]
+        # In the order of COLUMNS.
+        values = (
+            injection.done,
+            f"{injection.t_s:.4f}",
+            injection.out,
+            moving,
+            f"{error.mean():.6f}" if moving else "",
+            f"{np.quantile(error, 0.95):.6f}" if moving else "",
+            (status == int(ParticleState.ESCAPED)).sum(),
+            (status == int(ParticleState.SPILLED)).sum(),
+            f"{np.mean(solves):.2f}" if solves else "",
+            f"{1000 * (statistics.frames_s - self._frames_s) / (injection.done - self._frame):.3f}",
+        )
+        return [str(value) for value in values]
 
     def _look_back(self, injection: Injection) -> None:
         """Begin the means of the next row."""

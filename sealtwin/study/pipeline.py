@@ -1,12 +1,13 @@
 """Run the stages of one trial, in order. A stage runs again only if its inputs, settings or number changed."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import NumericalError
+from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import open_folder
@@ -15,9 +16,7 @@ from sealtwin.study.estimate import REPORT_S
 from sealtwin.study.extra_runs import announce_seeds, compute_other_seeds, rounds_of_seeds, time_of_extra_runs
 from sealtwin.trial import digitise_stage, simulate_stage, validate_stage
 from sealtwin.trial.job import (
-    DIGITISED,
     SEEDS,
-    SIMULATED,
     STAGES,
     Job,
     StageName,
@@ -41,8 +40,6 @@ from validate.result import (
     TrialResult,
     read_comparison,
 )
-
-COMPUTED = (*DIGITISED, *SIMULATED)  # Files from which the time of the extra runs is estimated
 
 
 @dataclass(frozen=True)
@@ -94,8 +91,10 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
             announce_seeds(job)
         if stage == "validate" and {"simulate", "validate"} & set(stages):
             more = _bring_seeds_up_to_date(job)
-        if stage == "validate" and stage in stages and all((job.path / name).is_file() for name in COMPUTED):
-            job = replace(job, extra_runs=time_of_extra_runs(job))
+        if stage == "validate" and stage in stages:
+            # What is wrong with the run is for the stage to tell, and with extra runs for --uncertainty.
+            with suppress(InputError):
+                job = replace(job, extra_runs=time_of_extra_runs(job))
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)

@@ -71,7 +71,7 @@ class Sealing:
 
 @dataclass(frozen=True)
 class StudyOptions:
-    """Where the waiting runs of a study are computed, and what is kept of them."""
+    """Options for computing the waiting runs of a study."""
 
     device: str
     jobs: int  # Worker processes on this machine; 0 computes in the calling process
