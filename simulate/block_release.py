@@ -6,11 +6,11 @@ from dataclasses import astuple
 import numpy as np
 
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
 from simulate.block import BlockRelease, FluidBlock
 from simulate.device import start_warp
 from simulate.hollow import Box, Hollow
+from simulate.injection import ON_CPU, ComputeOptions
 from simulate.loose_fluid import LooseFluid, all_at_once, filled_box_mm, substep_s
 from simulate.settings import LEVEL, Fluid, SampleSlope, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
@@ -64,10 +64,9 @@ def release(
     fluid: Fluid,
     solver: Solver,
     *,
+    options: ComputeOptions = ON_CPU,
     slope: SampleSlope = LEVEL,
     seed: int = 0,
-    device: str = "cpu",
-    progress: Progress | None = None,
 ) -> BlockRelease:
     """Compute a block of fluid from the moment at which its gate is gone. It sticks to floor and walls.
 
@@ -80,7 +79,7 @@ def release(
         raise InputError(f"solver.{unread[0]}: a block that is let go has no use for it. Leave it out.")
     if solver.radius_mm == "auto":
         raise InputError('solver.radius_mm is "auto", which needs the width of a crack: give a number.')
-    radius_mm, progress = solver.size_mm, progress or Progress()
+    radius_mm, device, progress = solver.size_mm, options.device, options.progress
     sides = block.length_mm, block.width_mm, block.height_mm
     across, count = min(sides) / (2 * radius_mm), math.prod(sides) / particle_volume(radius_mm)
     if across < LEAST_ACROSS or count > MOST_PARTICLES:

@@ -277,11 +277,12 @@ def release_block(
     slope = settings_from(SampleSlope, "release_block", locals())
     from simulate.block_release import release
     from simulate.device import choose_device
+    from simulate.injection import ComputeOptions
 
     _require_kinds("release_block", (fluid, Fluid), (solver, Solver), seed=seed)
     with progress_for_stderr(quiet=not wanted(progress)) as shown:
-        how = {"slope": slope, "seed": seed, "device": choose_device(device), "progress": shown}
-        return release(block, fluid.loaded(Path()), solver, **how)
+        options = ComputeOptions(choose_device(device), progress=shown)
+        return release(block, fluid.loaded(Path()), solver, options=options, slope=slope, seed=seed)
 
 
 def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:

@@ -22,6 +22,7 @@ from sealtwin.material.paste import PasteOnPlate
 from sealtwin.trial.starter_files import shipped_measured
 from simulate.block import FluidBlock
 from simulate.block_release import release
+from simulate.injection import ComputeOptions
 from simulate.settings import Fluid, Solver
 from validate.figures.figure_sheet import FigureSheet, FigureTable, Plot, SheetSection, wide_axes
 from validate.figures.theme import MEASURED, SIMULATED, label_axes, themed
@@ -121,7 +122,8 @@ def course_of(
         every_s=outline_s / 4,
     )
     solver = solver or Solver(radius_mm=case.radius_mm)
-    run = release(block, fluid, solver, seed=seed, device=device, progress=progress)
+    options = ComputeOptions(device, progress=progress or Progress())
+    run = release(block, fluid, solver, options=options, seed=seed)
     return run.t_s, run.front_mm
 
 
