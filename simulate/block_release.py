@@ -10,7 +10,7 @@ from sealtwin.core.records import Floats
 from simulate.block import BlockRelease, FluidBlock
 from simulate.device import start_warp
 from simulate.hollow import Box, Hollow
-from simulate.injection import ON_CPU, ComputeOptions
+from simulate.injection import ComputeOptions
 from simulate.loose_fluid import LooseFluid, all_at_once, filled_box_mm, substep_s
 from simulate.settings import LEVEL, Fluid, SampleSlope, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
@@ -64,7 +64,7 @@ def release(
     fluid: Fluid,
     solver: Solver,
     *,
-    options: ComputeOptions = ON_CPU,
+    options: ComputeOptions | None = None,
     slope: SampleSlope = LEVEL,
     seed: int = 0,
 ) -> BlockRelease:
@@ -79,6 +79,7 @@ def release(
         raise InputError(f"solver.{unread[0]}: a block that is let go has no use for it. Leave it out.")
     if solver.radius_mm == "auto":
         raise InputError('solver.radius_mm is "auto", which needs the width of a crack: give a number.')
+    options = options or ComputeOptions()
     radius_mm, device, progress = solver.size_mm, options.device, options.progress
     sides = block.length_mm, block.width_mm, block.height_mm
     across, count = min(sides) / (2 * radius_mm), math.prod(sides) / particle_volume(radius_mm)

@@ -312,9 +312,6 @@ class ComputeOptions:
     that is faster."""
 
 
-ON_CPU = ComputeOptions()
-
-
 @dataclass(frozen=True)
 class SetupCase:
     """A pour of particles, checked for its crack, before walls and particles exist."""
@@ -364,7 +361,7 @@ def enclosure_of(sample: Sample, radius_mm: float, device: str) -> Enclosure:
     return enclose(sample.solid, sample.outline, radius_mm, device)
 
 
-def prepare(pour: Pour, options: ComputeOptions = ON_CPU, finer: int = 1) -> Injection:
+def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -> Injection:
     """Prepare schedule, walls and particles for the first frame.
 
     Several fluids with the same number of substeps are computed at once, with the results of single runs. File names of
@@ -376,7 +373,7 @@ def prepare(pour: Pour, options: ComputeOptions = ON_CPU, finer: int = 1) -> Inj
             'solver.model = "slot": this function computes only particles. Leave solver.model out, or call fill.'
         )
     start_warp()
-    began = time.perf_counter()
+    began, options = time.perf_counter(), options or ComputeOptions()
     case = case_of(pour, finer)
     pour, schedule, pastes = case.pour, case.schedule, case.pastes
     sample, solver, down = pour.sample, pour.solver, pour.slope.down

@@ -12,7 +12,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.progress import in_words
 from sealtwin.core.records import Profile, Run
 from simulate.device import start_warp
-from simulate.injection import FINER, ON_CPU, ComputeOptions, Injection, case_of, prepare
+from simulate.injection import FINER, ComputeOptions, Injection, case_of, prepare
 from simulate.pour import Pour
 from simulate.profile import CELL_MM, measure_profile, over_cavity, volume_ratio
 from simulate.setup.release_schedule import PARTICLE_S, frames_to_freeze
@@ -29,7 +29,7 @@ WORTH_SAYING_S = 20.0  # Time above which a run says at its start how long it ta
 Filled = tuple[Run, Profile]  # A run, with its volume ratio, and its level
 
 
-def fill(pour: Pour, options: ComputeOptions = ON_CPU) -> Filled:
+def fill(pour: Pour, options: ComputeOptions | None = None) -> Filled:
     """Follow the trajectory, let the only fluid settle for ``solver.settle_s`` and measure its level.
 
     ``solver.model`` is the method. The fast model ignores the options. On one CPU, the same input, seed and number of
@@ -37,7 +37,7 @@ def fill(pour: Pour, options: ComputeOptions = ON_CPU) -> Filled:
 
     Raises InputError if the settings do not fit the crack, and NumericalError if the run has a numerical fault.
     """
-    (outcome,) = fill_each(pour, options)
+    (outcome,) = fill_each(pour, options or ComputeOptions())
     if isinstance(outcome, NumericalError):
         raise outcome
     return outcome
@@ -71,7 +71,7 @@ def check(pour: Pour) -> None:
     check_outlet(case.schedule, sample.trajectory, sample.outline, surface, diameter_mm=pour.nozzle.diameter_mm)
 
 
-def follow(injection: Injection, options: ComputeOptions = ON_CPU) -> None:
+def follow(injection: Injection, options: ComputeOptions) -> None:
     """Compute the remaining frames, until the last one or until nothing moves.
 
     Raises NumericalError if every run was given up.
