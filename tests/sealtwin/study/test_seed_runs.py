@@ -136,7 +136,7 @@ def test_new_particles_clear_the_old_mean(path):
 def test_copies_are_refused(single, tmp_path, monkeypatch):
     path = shutil.copytree(single, tmp_path / "run")
     own = record_files.read_profile(path)
-    monkeypatch.setattr(record_files, "read_profile", lambda _: own)
+    monkeypatch.setattr(extra_runs, "read_level", lambda *_: own)
     with pytest.raises(InputError, match="the runs with seed = 0 and with seed = 1 have the same level"):
         _validate(path, settings={"seeds": 3})
     assert SEEDS not in look_into(path).finished()
