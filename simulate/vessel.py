@@ -92,41 +92,30 @@ def _turned(point_mm: Floats) -> Floats:
 def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers) -> tuple[Integers, Floats, Mask]:
     """Return the crossings of the cells' vertical lines with the facets: cell, height, and mask of upward facets."""
     a, b, c = triangle_mm.transpose(1, 0, 2)
-    doubled_area = cross(b - a, c - a)
-    has_area = np.abs(doubled_area) >= 1e-12
-    a, b, c, doubled_area = a[has_area], b[has_area], c[has_area], doubled_area[has_area]
+    triangle_mm = triangle_mm[np.abs(cross(b - a, c - a)) >= 1e-12]
     # Row by row along y, so that the cost of an oblique needle is in proportion to its length.
-    row, owner = whole_numbers(*_cells_between(*_ends((a, b, c), 0), cell_mm, low[0], shape[0]))
-    first, last = _cells_between(*_stretch((a, b, c), owner, (row + low[0] + 0.5) * cell_mm), cell_mm, low[1], shape[1])
-    column, which = whole_numbers(first, last)
-    row, owner = row[which], owner[which]
-    middle = (np.column_stack([row, column]) + low + 0.5) * cell_mm
-    a, b, c, doubled_area = a[owner], b[owner], c[owner], doubled_area[owner]
-    hit = in_triangle((a[:, :2], b[:, :2], c[:, :2]), middle)
-    a, b, c, doubled_area, middle = a[hit], b[hit], c[hit], doubled_area[hit], middle[hit]
-    beside = middle - a[:, :2]
-    to_b, to_c = cross(beside, c - a) / doubled_area, cross(b - a, beside) / doubled_area
+    x_mm = triangle_mm[:, :, 0]
+    row, owner = whole_numbers(*_cells_between(x_mm.min(axis=1), x_mm.max(axis=1), cell_mm, low[0], shape[0]))
+    ends_mm = _stretch(triangle_mm[owner], (row + low[0] + 0.5) * cell_mm)
+    column, which = whole_numbers(*_cells_between(*ends_mm, cell_mm, low[1], shape[1]))
+    row, triangle_mm = row[which], triangle_mm[owner[which]]
+    middle_mm = (np.column_stack([row, column]) + low + 0.5) * cell_mm
+    hit = in_triangle(triangle_mm[:, :, :2].transpose(1, 0, 2), middle_mm)
+    (a, b, c), middle_mm = triangle_mm[hit].transpose(1, 0, 2), middle_mm[hit]
+    beside_mm, doubled_area = middle_mm - a[:, :2], cross(b - a, c - a)
+    to_b, to_c = cross(beside_mm, c - a) / doubled_area, cross(b - a, beside_mm) / doubled_area
     height_mm = a[:, 2] + to_b * (b - a)[:, 2] + to_c * (c - a)[:, 2]
     return row[hit] * shape[1] + column[hit], height_mm, doubled_area > 0
 
 
-def _ends(corners: Sequence[Floats], axis: int) -> tuple[Floats, Floats]:
-    """Return the least and the greatest coordinate of each triangle, (f,) each."""
-    places = np.stack([corner[:, axis] for corner in corners])
-    return places.min(axis=0), places.max(axis=0)
-
-
-def _stretch(corners: Sequence[Floats], owner: Integers, x_mm: Floats) -> tuple[Floats, Floats]:
-    """Return the ends in y of the line at ``x_mm`` inside the triangle ``owner``, (n,) each."""
-    low, high = np.full(len(owner), np.inf), np.full(len(owner), -np.inf)
-    least, greatest = (end[owner] for end in _ends(corners, 0))
-    x_mm = np.clip(x_mm, least, greatest)
-    for one, other in ((0, 1), (1, 2), (2, 0)):
-        (x0, y0), (x1, y1) = corners[one][owner, :2].T, corners[other][owner, :2].T
-        crosses = (np.minimum(x0, x1) <= x_mm) & (x_mm <= np.maximum(x0, x1)) & (x0 != x1)
-        y = y0 + (x_mm - x0) / np.where(crosses, x1 - x0, 1.0) * (y1 - y0)
-        low, high = np.where(crosses, np.minimum(low, y), low), np.where(crosses, np.maximum(high, y), high)
-    return low, high
+def _stretch(triangle_mm: Floats, x_mm: Floats) -> tuple[Floats, Floats]:
+    """Return the ends in y of the line at ``x_mm`` inside each triangle, (n,) each."""
+    x0, y0 = triangle_mm[:, :, 0], triangle_mm[:, :, 1]
+    x1, y1 = np.roll(x0, -1, axis=1), np.roll(y0, -1, axis=1)
+    x_mm = np.clip(x_mm, x0.min(axis=1), x0.max(axis=1))[:, np.newaxis]
+    crosses = (np.minimum(x0, x1) <= x_mm) & (x_mm <= np.maximum(x0, x1)) & (x0 != x1)
+    y_mm = y0 + (x_mm - x0) / np.where(crosses, x1 - x0, 1.0) * (y1 - y0)
+    return np.where(crosses, y_mm, np.inf).min(axis=1), np.where(crosses, y_mm, -np.inf).max(axis=1)
 
 
 def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, count: int) -> tuple[Integers, Integers]:
@@ -146,7 +135,7 @@ def whole_numbers(first: Integers, last: Integers) -> tuple[Integers, Integers]:
     return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count), index
 
 
-def in_triangle(corners: Sequence[Floats], point: NDArray[np.floating]) -> Mask:
+def in_triangle(corners: Sequence[Floats] | Floats, point: NDArray[np.floating]) -> Mask:
     """Return the mask of points in a triangle of the plane, edges included, (n,); empty for one without area."""
     a, b, c = corners
     sign = np.sign(cross(b - a, c - a))
