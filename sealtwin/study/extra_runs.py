@@ -8,6 +8,7 @@ like a sweep's. They are computed once: if the process is killed, the same comma
 import math
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from sealtwin.core.facts import Fact, without
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
-from sealtwin.study.estimate import REPORT_S, Timing, estimate, in_words, size_of
+from sealtwin.study.estimate import REPORT_S, Timing, expected_time, in_words, size_of, time_of_all
 from sealtwin.study.moved_inputs import (
     PLACES,
     Base,
@@ -195,31 +196,26 @@ def time_of_extra_runs(job: Job) -> str:
     """
     if job.trial.readings is None and not job.trial.uncertainty.moved:
         return ""
-    base = Base.of(job)
-    trial, run = base.trial, base.run
-    drawn = bool(base.inputs) and takes_draws(base)
-    drawn_s = 0.0
-    if drawn:
-        began_s = time.perf_counter()
-        level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
-        drawn_s = RUNS * (time.perf_counter() - began_s) / max(1, cores())
-    if not run.has_particles:
-        return in_words(drawn_s) if drawn else ""
-    designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
-    # Some runs of the trial's own size are done.
-    numbers = REPLICATES, max(0, REPLICATES - len(base.levels_mm)), REPLICATES + designed
-    runs, sizes = list[StudyRun](), []
-    for radius_mm, number in zip(_sizes_mm(base), numbers, strict=True):
-        solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
-        try:
-            sizes.append(size_of(replace(trial.pour(base.sample), solver=solver)))
-        except InputError:
-            # There are too many particles, or the sealant is too stiff for them; 'sealtwin validate' reports which.
-            return ""
-        runs += [StudyRun(1, "", {}, {}, "", "", sizes[-1].work_s)] * number
-    jobs = cores() if run.device.startswith("CPU") else 1
-    expected = estimate(runs, sizes[0], jobs, 1, keep_runs=False, timings=own_timing(base))
-    return in_words(drawn_s + expected.time_s)
+    # A fault of the run is for its stages to report, and one of the extra runs for --uncertainty.
+    with suppress(InputError):
+        base = Base.of(job)
+        drawn, drawn_s = bool(base.inputs) and takes_draws(base), 0.0
+        if drawn:
+            began_s = time.perf_counter()
+            level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
+            drawn_s = RUNS * (time.perf_counter() - began_s) / max(1, cores())
+        if not base.run.has_particles:
+            return in_words(drawn_s) if drawn else ""
+        designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
+        # Some runs of the trial's own size are done.
+        numbers = REPLICATES, max(0, REPLICATES - len(base.levels_mm)), REPLICATES + designed
+        pour, timings, expected_s = base.trial.pour(base.sample), own_timing(base), list[float]()
+        for radius_mm, number in zip(_sizes_mm(base), numbers, strict=True):
+            sized = pour.solver.model_copy(update={"radius_mm": radius_mm})
+            expected_s += [expected_time(size_of(replace(pour, solver=sized)).work_s, timings)] * number
+        jobs = min(cores(), len(expected_s)) if base.run.device.startswith("CPU") else 1
+        return in_words(drawn_s + time_of_all(expected_s, [0.0] * max(1, jobs)))
+    return ""
 
 
 def _variants(base: Base, *, designed: bool) -> list[Variant]:

@@ -1,13 +1,12 @@
 """Run the stages of one trial, in order. A stage runs again only if its inputs, settings or number changed."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import open_folder
@@ -92,9 +91,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         if stage == "validate" and {"simulate", "validate"} & set(stages):
             more = _bring_seeds_up_to_date(job)
         if stage == "validate" and stage in stages:
-            # What is wrong with the run is for the stage to tell, and with extra runs for --uncertainty.
-            with suppress(InputError):
-                job = replace(job, extra_runs=time_of_extra_runs(job))
+            job = replace(job, extra_runs=time_of_extra_runs(job))
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)
