@@ -11,7 +11,8 @@ from sealtwin.core.records import Floats, Integers
 
 CONTACT_MM = 1e-5  # Overlap that is rounding, not crossing: a float32 file moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds its vertices
-AT_ONCE = 32  # Faces that are compared with all others in reach at a time, for little memory
+AT_ONCE = 100_000  # Pairs of boxes that are compared at a time, for little memory
+STRIP = 4.0  # Width of a strip in mean widths of a face's box
 
 
 def directed_edges(faces: Integers) -> Integers:
@@ -39,47 +40,66 @@ def mesh_volume_mm3(vertices_mm: Floats, faces: Integers) -> float:
 
 def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
     """Return pairs of faces that cross along a segment, (n, 2). Coplanar overlap is not searched for."""
+    corners = vertices_mm[faces]
+    normal = normals(corners)
+    area = np.linalg.norm(normal, axis=1)
+    # A needle has no plane: its normal is NaN, and all comparisons are false.
+    normal /= np.where(area < CONTACT_MM**2, np.nan, area)[:, None]
     crossing = [
-        pairs[_pierces(vertices_mm, faces, pairs) | _pierces(vertices_mm, faces, pairs[:, ::-1])]
-        for pairs in _close_pairs(vertices_mm[faces])
+        np.sort(pairs[_pierces(corners, normal, *pairs.T) | _pierces(corners, normal, *pairs.T[::-1])], axis=1)
+        for pairs in _close_pairs(corners)
     ]
     return np.concatenate(crossing)
 
 
 def _close_pairs(corners: Floats) -> Iterator[Integers]:
-    """Yield pairs of faces whose boxes overlap, (n, 2), the smaller index first, by a sweep along the longest side."""
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    axis = int(np.ptp(low, axis=0).argmax())
-    order = np.argsort(low[:, axis])
-    ends = np.searchsorted(low[order, axis], high[order, axis], side="right")
-    for begin in range(0, len(order), AT_ONCE):
-        some, rows = order[begin : begin + AT_ONCE], order[begin : ends[begin : begin + AT_ONCE].max()]
-        near = np.ones((len(some), len(rows)), dtype=bool)
-        for lower, upper in zip(low.T, high.T, strict=True):
-            near &= (lower[some, None] <= upper[rows]) & (lower[rows] <= upper[some, None])
-        one, other = np.triu(near, 1).nonzero()
-        yield np.sort(np.column_stack([some[one], rows[other]]), axis=1)
+    """Yield pairs of faces whose boxes overlap, (n, 2), by a sweep along the longest side in each of many strips.
+
+    Boxes that only touch are not yielded: their faces are on two sides of a plane, or both in it.
+    """
+    low, high = corners.min(axis=1).T, corners.max(axis=1).T
+    least, across, along = np.ptp(low, axis=1).argsort()
+    order = low[along].argsort()
+    low, high = low[:, order], high[:, order]
+    reach = np.searchsorted(low[along], high[along])
+    width_mm = STRIP * (high - low)[across].mean() + CONTACT_MM
+    first, last = (((edge - low.min(axis=1, keepdims=True))[across] // width_mm).astype(int) for edge in (low, high))
+    face, number = _repeated(last - first + 1)
+    # Faces in the order of strips, and within a strip in that of the sweep.
+    key = np.sort((first[face] + number) * len(order) + face)
+    strip, face = np.divmod(key, len(order))
+    count = np.maximum(np.searchsorted(key, strip * len(order) + reach[face]) - np.arange(len(key)) - 1, 0)
+    total = count.cumsum()
+    for part in np.split(np.arange(len(key)), np.searchsorted(total, np.arange(AT_ONCE, total[-1], AT_ONCE))):
+        entry, number = _repeated(count[part])
+        one, other = face[part[entry]], face[part[entry] + 1 + number]
+        near = strip[part[entry]] == np.maximum(first[one], first[other])
+        for axis in (across, least):
+            one, other = one[near], other[near]
+            near = (low[axis, one] < high[axis, other]) & (low[axis, other] < high[axis, one])
+        yield order[np.column_stack([one[near], other[near]])]
 
 
-def _pierces(vertices_mm: Floats, faces: Integers, pairs: Integers) -> NDArray[np.bool_]:
-    """Return True for each pair in which an edge of the first face pierces the second by more than a contact, (n,)."""
-    start, triangle = vertices_mm[faces[pairs.T]]
-    normal = normals(triangle)
-    area = np.linalg.norm(normal, axis=1)
-    # A needle has no plane: its normal is NaN, and all comparisons are false.
-    normal /= np.where(area < CONTACT_MM**2, np.nan, area)[:, None]
-    height = np.einsum("nij,nj->ni", start - triangle[:, :1], normal)
-    end_height = np.roll(height, -1, axis=1)
+def _repeated(counts: Integers) -> tuple[Integers, Integers]:
+    """Return each index as many times as its count, and a number from 0 for each time."""
+    index = np.repeat(np.arange(len(counts)), counts)
+    return index, np.arange(len(index)) - (counts.cumsum() - counts)[index]
+
+
+def _pierces(corners: Floats, normal: Floats, one: Integers, other: Integers) -> NDArray[np.bool_]:
+    """Return True for each pair in which an edge of ``one`` pierces ``other`` by more than a contact, (n,)."""
+    height = np.einsum("nij,nj->ni", corners[one] - corners[other, :1], normal[other])
+    end_height = height[:, [1, 2, 0]]
     # An edge that shares a vertex with the triangle has a height of 0 there.
     through = (np.minimum(height, end_height) < -CONTACT_MM) & (np.maximum(height, end_height) > CONTACT_MM)
     pair, edge = through.nonzero()
     share = height[pair, edge] / (height - end_height)[pair, edge]
-    start, triangle, end = start[pair, edge], triangle[pair], start[pair, (edge + 1) % 3]
+    start, end, triangle = corners[one[pair], edge], corners[one[pair], (edge + 1) % 3], corners[other[pair]]
     point = start + share[:, None] * (end - start)
     side = np.roll(triangle, -1, axis=1) - triangle
-    inward = np.cross(normal[pair, None], side)
+    inward = np.cross(normal[other[pair], None], side)
     inside = ((point[:, None] - triangle) * inward).sum(axis=2) > CONTACT_MM * np.linalg.norm(side, axis=2)
-    return np.isin(np.arange(len(pairs)), pair[inside.all(axis=1)])
+    return np.isin(np.arange(len(one)), pair[inside.all(axis=1)])
 
 
 @dataclass(frozen=True)
