@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Integers
 
 CONTACT_MM = 1e-5  # Overlap that is rounding, not crossing: a float32 file moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds its vertices
-AT_ONCE = 100_000  # Pairs of boxes that are compared at a time, for little memory
-STRIP = 4.0  # Width of a strip in mean widths of a face's box
+FEW = 128  # Faces that are not halved, and that are compared with all others in reach at a time, for little memory
+WORTH = 0.75  # Largest number of pairs in both halves, over that in the whole, for which faces are halved
 
 
 def directed_edges(faces: Integers) -> Integers:
@@ -46,50 +45,38 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
     # A needle has no plane: its normal is NaN, and all comparisons are false.
     normal /= np.where(area < CONTACT_MM**2, np.nan, area)[:, None]
     crossing = [
-        np.sort(pairs[_pierces(corners, normal, *pairs.T) | _pierces(corners, normal, *pairs.T[::-1])], axis=1)
-        for pairs in _close_pairs(corners)
+        pairs[_piercing(corners, normal, *pairs.T)]
+        for close in _close_pairs(corners.min(axis=1), corners.max(axis=1), np.arange(len(faces)))
+        for pairs in (close, close[:, ::-1])
     ]
-    return np.concatenate(crossing)
+    return np.unique(np.sort(np.concatenate(crossing), axis=1), axis=0)
 
 
-def _close_pairs(corners: Floats) -> Iterator[Integers]:
-    """Yield pairs of faces whose boxes overlap, (n, 2), by a sweep along the longest side in each of many strips.
+def _close_pairs(low: Floats, high: Floats, some: Integers) -> Iterator[Integers]:
+    """Yield pairs of faces whose boxes overlap, (n, 2). A pair may come twice.
 
-    Boxes that only touch are not yielded: their faces are on two sides of a plane, or both in it.
+    The faces are halved at a plane as long as few are on both sides of it. Boxes that only touch are not yielded: their
+    faces are on two sides of a plane, or both in it.
     """
-    low, high = corners.min(axis=1).T, corners.max(axis=1).T
-    least, across, along = np.ptp(low, axis=1).argsort()
-    order = low[along].argsort()
-    low, high = low[:, order], high[:, order]
-    reach = np.searchsorted(low[along], high[along])
-    width_mm = STRIP * (high - low)[across].mean() + CONTACT_MM
-    first, last = (((edge - low.min(axis=1, keepdims=True))[across] // width_mm).astype(int) for edge in (low, high))
-    face, number = _repeated(last - first + 1)
-    # Faces in the order of strips, and within a strip in that of the sweep.
-    key = np.sort((first[face] + number) * len(order) + face)
-    strip, face = np.divmod(key, len(order))
-    count = np.maximum(np.searchsorted(key, strip * len(order) + reach[face]) - np.arange(len(key)) - 1, 0)
-    total = count.cumsum()
-    for part in np.split(np.arange(len(key)), np.searchsorted(total, np.arange(AT_ONCE, total[-1], AT_ONCE))):
-        entry, number = _repeated(count[part])
-        one, other = face[part[entry]], face[part[entry] + 1 + number]
-        near = strip[part[entry]] == np.maximum(first[one], first[other])
-        for axis in (across, least):
-            one, other = one[near], other[near]
-            near = (low[axis, one] < high[axis, other]) & (low[axis, other] < high[axis, one])
-        yield order[np.column_stack([one[near], other[near]])]
+    middle = (low[some] + high[some]).mean(axis=0) / 2
+    below, above = low[some] <= middle, high[some] > middle
+    work = below.sum(axis=0) ** 2 + above.sum(axis=0) ** 2
+    if len(some) > FEW and work.min() < WORTH * len(some) ** 2:
+        for side in (below, above):
+            yield from _close_pairs(low, high, some[side[:, work.argmin()]])
+        return
+    for rows in np.array_split(some, len(some) // FEW + 1):
+        near = rows[:, None] < some
+        for lower, upper in zip(low.T, high.T, strict=True):
+            near &= (lower[rows, None] < upper[some]) & (lower[some] < upper[rows, None])
+        one, other = near.nonzero()
+        yield np.column_stack([rows[one], some[other]])
 
 
-def _repeated(counts: Integers) -> tuple[Integers, Integers]:
-    """Return each index as many times as its count, and a number from 0 for each time."""
-    index = np.repeat(np.arange(len(counts)), counts)
-    return index, np.arange(len(index)) - (counts.cumsum() - counts)[index]
-
-
-def _pierces(corners: Floats, normal: Floats, one: Integers, other: Integers) -> NDArray[np.bool_]:
-    """Return True for each pair in which an edge of ``one`` pierces ``other`` by more than a contact, (n,)."""
+def _piercing(corners: Floats, normal: Floats, one: Integers, other: Integers) -> Integers:
+    """Return the indices of the pairs in which an edge of ``one`` pierces ``other`` by more than a contact."""
     height = np.einsum("nij,nj->ni", corners[one] - corners[other, :1], normal[other])
-    end_height = height[:, [1, 2, 0]]
+    end_height = np.roll(height, -1, axis=1)
     # An edge that shares a vertex with the triangle has a height of 0 there.
     through = (np.minimum(height, end_height) < -CONTACT_MM) & (np.maximum(height, end_height) > CONTACT_MM)
     pair, edge = through.nonzero()
@@ -99,7 +86,7 @@ def _pierces(corners: Floats, normal: Floats, one: Integers, other: Integers) ->
     side = np.roll(triangle, -1, axis=1) - triangle
     inward = np.cross(normal[other[pair], None], side)
     inside = ((point[:, None] - triangle) * inward).sum(axis=2) > CONTACT_MM * np.linalg.norm(side, axis=2)
-    return np.isin(np.arange(len(one)), pair[inside.all(axis=1)])
+    return pair[inside.all(axis=1)]
 
 
 @dataclass(frozen=True)
