@@ -70,7 +70,7 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
         alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
         clear = float(np.mean(np.asarray(alpha) < 255))
         doubt = f"{clear:.2%} of the photo is transparent; its hidden colours were used"
-        pixels = np.asarray(photo.convert("RGB"))
+        pixels = np.asarray(photo if photo.mode == "RGB" else photo.convert("RGB"))
         return Decoded(image=pixels, focal_px=focal_px, warnings=(doubt,) if clear else ())
 
 
