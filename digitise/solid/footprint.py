@@ -180,7 +180,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     # A funnel's run-out closes from its far end too, and that of a lean moves.
     least_reach_mm = CLEAR_MM + spread_mm * (not opens)
     # Farther from an end than this and its width, the tilt moves no part of a straight crack into its stopper.
-    near_mm = spread_mm * (1 + opens)
+    near_mm = max(spread_mm * (1 + opens), 5 * CLEAR_MM)
     grown_mm = spread_mm * opens + CLEAR_MM / 2
     steps_mm = np.arange(0.0, spread_mm * (shape.tilt == "lean") + CLEAR_MM / 2, CLEAR_MM / 2)
 
