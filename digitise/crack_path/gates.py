@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from scipy.spatial import KDTree
 
+from digitise.crack_path.candidates import straight_legs
 from digitise.crack_path.hints import listed, snap_px
 from digitise.crack_path.line_map import CLEAR, LineMap, cheapest_legs, map_lines
 from digitise.crack_path.medial_axis import distance_outside
@@ -34,9 +35,7 @@ LIGHT = 0.5  # Step from ground to the light line over that from path to ground:
 NOT_DARK, BRIGHT = 0.9, 1.25  # Light of the path and of the light line over the ground's, above which it is refused
 LIGHT_CLEAR = 5.0  # Least median clearness of a light line that a refusal names
 
-STRAIGHT = 1.5  # Largest distance in cells of a straight leg from its chord
-LEAST_LEG, LEG_SHARE = 24.0, 0.15  # Least length of a leg along a joint: cells, and share of the path
-LEG_WIDTHS = 4.0  # The same in widths of the crack
+LEG_SHARE = 0.15  # Least length of a leg along a joint over the path's
 SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
 ONWARD = 28.0  # Cells beyond the corner, plus two widths, at which the joint goes on
 LEAST_APART, APART = 5.0, 1.5  # Distance from the path at which a place is not the path: cells, and widths
@@ -163,10 +162,10 @@ def along_joint(route: Route) -> PathFinding | None:
     """Find a straight leg of the path that goes on straight where the path turns off it, as a joint does."""
     cells = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED)
     width = max(route.width_px * route.field.scale, 1.0)
-    corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
+    corners, least = straight_legs(cells, width)
     places = np.asarray(KDTree(cells).query(corners)[1])
     s = arc_length(cells)
-    least, beyond = max(LEAST_LEG, LEG_SHARE * float(s[-1]), LEG_WIDTHS * width), ONWARD + 2 * width
+    least, beyond = max(least, LEG_SHARE * float(s[-1])), ONWARD + 2 * width
     clear = cv2.dilate(np.minimum(route.field.clear, CLEAR), np.ones((3, 3), np.uint8))
     path, joints = KDTree(cells), list[tuple[float, int, int]]()
     for first, last in pairwise(places.tolist()):

@@ -174,6 +174,8 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
             bar = length_mm * mm if colour == INK else swatch - pad
+            if colour == NOZZLE:  # Dark around it, as around the beads
+                canvas.panel(np.subtract(base, (unit, 8 * unit)), np.add(base, (bar + unit, -2 * unit)), INK, 1)
             canvas.panel(np.subtract(base, (0, 7 * unit)), np.add(base, (bar, -3 * unit)), colour, 1)
             base = base + np.array([swatch, 0])
         canvas.text(base, text, INK)
