@@ -259,10 +259,9 @@ def _beyond(
         filled = swept(run_out) ^ stopper
         parts = [(part, swept(part)) for part in (*(traced ^ stopper).decompose(), rest)]
         apart = [room for _, room in parts if (room ^ filled).is_empty()]
-        touching = [(part.area(), (room ^ filled).area()) for part, room in parts if not (room ^ filled).is_empty()]
-        if sum(area_mm2 for area_mm2, _ in touching) <= width_mm**2:
+        if sum(part.area() for part, room in parts if room not in apart) <= width_mm**2:
             return run_out, CrossSection.batch_boolean([stopper, *apart], OpType.Subtract)
-        touching_mm2 = sum(taken_mm2 for _, taken_mm2 in touching)
+        touching_mm2 = sum((room ^ filled).area() for _, room in parts)
     raise InputError(
         f"The crack is cut at ({x:.1f}, {y:.1f}) mm, and its other parts, with their tilt, take {touching_mm2:.1f} mm² "
         "of the ground that closes that end: it bends back there. Move the end away from the crack's other parts: in "
