@@ -17,7 +17,7 @@ from digitise.crack_path.hints import listed, snap_px
 from digitise.crack_path.line_map import CLEAR, LineMap, cheapest_legs, map_lines
 from digitise.crack_path.medial_axis import distance_outside
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
-from digitise.geometry.polyline import smoothed
+from digitise.geometry.polyline import extended, smoothed
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
@@ -188,12 +188,15 @@ def along_joint(route: Route) -> PathFinding | None:
 
 
 def moved_click(route: Route) -> PathFinding | None:
-    """Find a clicked end or point that is farther from the path than the crack is wide, or outside a wide crack."""
-    away_px, nearest = KDTree(route.points_px).query(route.clicks_px)
+    """Find a clicked end or point that is farther beside the path than the crack is wide, or outside a wide crack."""
+    # A crack fades at its tip: there a click may be ahead of the path.
+    ahead_px = snap_px(route.photo)
+    line_px = extended(route.points_px, ahead_px, ahead_px, 2 * route.width_px, 1.0)
+    away_px, nearest = KDTree(line_px).query(route.clicks_px)
     farthest = int(np.argmax(away_px))
     if away_px[farthest] <= max(route.width_px / 2, min(route.width_px, BESIDE_PX), 1 / route.field.scale):
         return None
-    places = listed(np.array([route.clicks_px[farthest], route.points_px[np.asarray(nearest)[farthest]]]))
+    places = listed(np.array([route.clicks_px[farthest], line_px[np.asarray(nearest)[farthest]]]))
     return PathFinding(f"a click was moved by {away_px[farthest]:.0f} px onto the nearest line, from {places} px")
 
 

@@ -20,7 +20,7 @@ Colour = tuple[int, int, int]
 # RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers
 LEFT, RIGHT, CENTRE = (0, 222, 160), (60, 170, 255), (250, 235, 60)
 ENDS, INK, PAPER = (255, 90, 20), (24, 24, 24), (255, 255, 255)
-NOZZLE = PAPER
+NOZZLE = (200, 120, 255)
 BEADS = 11.0  # Spacing of beads of the nozzle's path, in thousandths of the picture's longer side
 LONGER_SIDE_PX = 2400  # Longer side of the picture, to which photos are scaled, enlarged by ``MOST_ENLARGED`` at most
 MOST_ENLARGED = 4.0
@@ -174,8 +174,6 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
             bar = length_mm * mm if colour == INK else swatch - pad
-            if colour == NOZZLE:  # Dark around it, as around the beads
-                canvas.panel(np.subtract(base, (unit, 8 * unit)), np.add(base, (bar + unit, -2 * unit)), INK, 1)
             canvas.panel(np.subtract(base, (0, 7 * unit)), np.add(base, (bar, -3 * unit)), colour, 1)
             base = base + np.array([swatch, 0])
         canvas.text(base, text, INK)
