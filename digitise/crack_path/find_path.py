@@ -79,9 +79,9 @@ class CrackSearch:
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:
-            where = " inside the edges of the sample" if EDGES_FOUND in self.warnings else ""
             raise InputError(
-                f"{photo.file}: no crack found{where}: nothing dark, thin and long stands out; give ends_px."
+                f"{photo.file}: no crack found: nothing dark, thin and long stands out; "
+                f"{'; '.join(('give ends_px', *self.warnings))}."
             )
         if number is not None and number > len(ranked):
             raise InputError(

@@ -107,23 +107,26 @@ def lighter_line_between(photo: Photo, clicks_px: Floats) -> str:
 
 
 def bare_stretch(route: Route) -> PathFinding | None:
-    """Find the longest stretch that is as bright as the ground. Clicks at both of its ends confirm it."""
+    """Find the longest stretch that is as bright as the ground. Clicks at both of its ends confirm it.
+
+    A click that was moved to the beginning of such a stretch is beside the crack.
+    """
     count = int(max(STRETCH, STRETCH_WIDTHS * route.width_px * route.field.scale))
-    if len(route.clear) < 2 * count:
-        return None
     mean = _means(route.clear, count)
     bounds = np.flatnonzero(np.diff(np.concatenate([[0], mean < NEAR_GROUND, [0]]))).reshape(-1, 2)
-    if len(bounds) == 0:
+    if len(bounds) == 0 or len(route.clear) < 2 * count:
         return None
     first, last = max(bounds.tolist(), key=lambda stretch: stretch[1] - stretch[0])
     ends = [first, min(last + count - 1, len(route.clear) - 1)]
     where = f"{route.s_px[ends[1]] - route.s_px[ends[0]]:.0f} px from {listed(route.points_px[ends])} px"
+    if (first == 0 or last == len(mean)) and moved_click(route):
+        return PathFinding(f"an end is not on a crack: beside it are {where} of plain ground; check ends_px", True)
     clicked_px = np.linalg.norm(route.points_px[ends][:, None] - route.clicks_px, axis=2).min(axis=1)
     if _means(route.clear, int(LONG * count)).min() < AS_GROUND and clicked_px.max() > snap_px(route.photo):
         return PathFinding(
             f"the path crosses plain ground: {where} are as bright as the ground. Give a point of the crack between "
             "the ends in photo.via_px. If the crack runs there, give both of these places",
-            refuses=True,
+            True,
         )
     return PathFinding(
         f"part of the path shows hardly any crack and may cross plain ground: {where}. Look there, and give a point of "

@@ -242,8 +242,7 @@ def _beyond(
     that only the tilt takes there. The shorter of the reaches is for those just beyond the end. Raises InputError if
     the crack touches its own end.
     """
-    touching_mm2, width_mm = 0.0, float(np.linalg.norm(end.left_mm - end.right_mm))
-    x, y = end.centre_mm.tolist()
+    (x, y), touching_mm2, width_mm = end.centre_mm, 0.0, float(np.linalg.norm(end.left_mm - end.right_mm))
     for reach_mm in reaches_mm:
         run_out = _strip(end.right_mm, end.left_mm, reach_mm * end.run_out)
         if end.kind == "open":

@@ -186,7 +186,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
             f"{share:.0%} of the crack is under {limit_px:g} px wide, so that its width and volume are uncertain: "
             f"{places}"
         )
-        if share > MOST_MISSING and most == MOST_MISSING:
+        if share > most == MOST_MISSING:
             refusal = TooThinError if np.percentile(width_px, 75) < FITTED * MIN_WIDTH_PX else InputError
             raise refusal(f"{photo.file}: {fault}; give ends_px of only the wide part, or move the camera closer.")
         if share > most:

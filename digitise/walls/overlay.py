@@ -156,8 +156,6 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
         (INK, f"{length_mm} mm"),
         (CENTRE, "centreline"),
     ]
-    if outline.path_source == "automatic":
-        lines.insert(0, (None, "found automatically: check that it is right"))
     if outline.width_source != "none":
         lines += [(LEFT, "left wall"), (RIGHT, "right wall"), (ENDS, "rest of the rim")]
     if outline.bands_mm:
