@@ -24,7 +24,7 @@ plain: to be read with the result; caution: to be read before it; fault: there i
 """
 
 
-@with_config(ConfigDict(extra="forbid", strict=True))
+@with_config(ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
 class Fact:
     """A statement about a result, in parts and as a sentence."""
@@ -33,7 +33,7 @@ class Fact:
     """Subject, with dots, such as "walls.band"; the same for all values."""
     text: str
     """The sentence, with its numbers and units."""
-    value: float | str | None = None
+    value: int | float | str | None = None
     """Main number or name in the sentence; None if there is none."""
     unit: str = ""
     """Unit of a number; empty for a pure number or a name."""
@@ -44,7 +44,7 @@ class Fact:
         return self.text
 
 
-def doubt(key: str, text: str, value: float | str | None = None, unit: str = "") -> Fact:
+def doubt(key: str, text: str, value: int | float | str | None = None, unit: str = "") -> Fact:
     """Return a doubt, to be read before the result."""
     return Fact(key, text, value, unit, "doubt", "caution")
 
