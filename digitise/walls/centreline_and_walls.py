@@ -117,7 +117,7 @@ def trace(
     width_px = walls.usual_width_mm / photo.mm_per_px
     seen = (walls.clear_step | walls.covered).all(axis=0) & (walls.open_line | walls.covered.any(axis=0))
     # At a corner or a chip a wall has no step for a few px, which is not worth a word.
-    seen = np.asarray(binary_closing(seen, np.ones(1 + round(width_px / 2 / STATION_PX))))
+    seen = np.asarray(binary_closing(seen, np.ones(1 + round(width_px / 2 / STATION_PX))), dtype=bool)
     missing = _check_found(photo, strip, seen, span_mm, MOST_MISSING)
     least_px = max(least_px, walls.blur_px / MOST_BLUR)
     if width_px < least_px:
