@@ -65,7 +65,7 @@ def test_a_drawing_is_read_as_the_command_reads_it(tmp_path):
     same = st.build_solid(st.crack_from_polyline(LINE_MM, 3), 16, tilt="vertical")
     assert solid.cavity_volume_mm3 == pytest.approx(same.cavity_volume_mm3, rel=1e-9)
     assert solid.cavity_volume_mm3 == pytest.approx(16 * 3 * length_mm, rel=5e-3)
-    assert any("mm (by the drawing)" in warning for warning in crack.warnings)
+    assert any("mm (by the drawing)" in warning.text for warning in crack.warnings)
     for given, words in (
         ({"line": "MIDDLE", "width_mm": 3, "outline": "EDGE"}, "only one of outline, walls and line"),
         ({"line": "OTHER", "width_mm": 3}, "crack.dxf: the layer OTHER has no lines to read"),

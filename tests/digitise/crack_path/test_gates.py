@@ -37,7 +37,7 @@ def test_a_short_one_is_doubted(tmp_path):
 def test_a_path_in_the_shade_of_a_light_crack_is_doubted(tmp_path):
     shade = with_crack(mortar(), [(x, y + 5) for x, y in WAVE], 3)
     path = path_in(tmp_path, light_line(shade, WAVE, 6), (WAVE[0], WAVE[-1]))
-    assert any("times as bright as the ground" in warning for warning in path.warnings)
+    assert any("times as bright as the ground" in warning.text for warning in path.warnings)
 
 
 @pytest.mark.parametrize("width_px", [6, 16])
@@ -73,7 +73,7 @@ def test_a_click_on_a_faint_crack_that_is_moved_to_a_line_beside_it_is_named(tmp
     joint = with_crack(mortar(), [(-10, 140), (510, 140)], 7)
     faint = 0.85 * joint + 0.15 * with_crack(joint, [(x, y) for x, y in [(60, 152), (250, 153), (440, 152)]], 2)
     path = path_in(tmp_path, faint, ((60.0, 152.0), (440.0, 152.0)))
-    assert any("moved" in warning or "joint" in warning for warning in path.warnings)
+    assert any("moved" in warning or "joint" in warning.text for warning in path.warnings)
 
 
 @pytest.mark.parametrize("ahead_px", [0.0, 12.0])

@@ -82,5 +82,5 @@ def test_a_tip_goes_over_from_left_to_right(tip_x, out):
 def test_a_cavity_that_a_sharp_bend_and_its_tilt_make_smaller_is_said():
     outline, _ = outline_of_line(np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0)]), np.array([[0.0, 1.0]]), None, "bend")
     leaning = build_solid(outline, CrackShape(depth_mm=10.0, tilt="lean", wall_angle_deg=11.0))
-    assert any("times the volume of its sections" in text for text in leaning.figures.warnings)
+    assert any("times the volume of its sections" in text.text for text in leaning.figures.warnings)
     assert build_solid(outline, CrackShape(depth_mm=10.0, tilt="vertical")).figures.warnings == ()

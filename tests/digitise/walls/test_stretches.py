@@ -94,7 +94,7 @@ def test_if_the_fit_takes_the_joint_for_the_crack_both_widths_are_doubted(tmp_pa
     assert outline.width_source == "walls"
     assert low_mm < 0.8
     assert high_mm == outline.mean_width_mm > 3.5
-    assert any("between the walls" in warning for warning in outline.warnings)
+    assert any("between the walls" in warning.text for warning in outline.warnings)
     assert {wall.doubt_mm for wall in outline.walls} == {(low_mm / 2, high_mm / 2)}
 
 
@@ -106,7 +106,7 @@ def test_a_dark_crack_in_a_grey_joint_is_measured_and_both_widths_are_named(tmp_
     assert outline.mean_width_mm == pytest.approx(0.1 * (width_px + 1), abs=0.2)
     assert low_mm < 0.8
     assert high_mm > 3.5
-    assert any("a joint: the interval covers both" in warning for warning in outline.warnings)
+    assert any("a joint: the interval covers both" in warning.text for warning in outline.warnings)
 
 
 def test_a_painted_crack_lighter_than_the_ground_is_as_wide_as_its_paint(tmp_path):
@@ -119,5 +119,5 @@ def test_a_painted_crack_lighter_than_the_ground_is_as_wide_as_its_paint(tmp_pat
     photo = with_paint(evenly_scaled(write_png(tmp_path / "light.png", picture)), drawn)
     outline = trace_outline(photo, CrackPath(np.array([(42.0, 150.0), (458.0, 150.0)]), 5.0, "mask"))
     assert outline.mean_width_mm == pytest.approx(0.5, abs=0.1)
-    assert any("that of the paint" in warning for warning in outline.warnings)
+    assert any("that of the paint" in warning.text for warning in outline.warnings)
     assert {stretch.method for stretch in outline.walls} <= {"drawn", "bridged"}

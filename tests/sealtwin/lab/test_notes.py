@@ -50,7 +50,7 @@ def test_a_text_is_read_if_each_of_its_lines_is_a_setting_and_is_open_if_not(tmp
     (tmp_path / "P01.txt").write_bytes(text if isinstance(text, bytes) else text.encode())
     read_note(tmp_path / "P01.txt", "p01", note := Note())
     assert note.values.get("crack.depth_mm") == depth_mm
-    assert ["is not read" in fault for fault in note.faults] == [True] * (depth_mm is None)
+    assert ["is not read" in fault.text for fault in note.faults] == [True] * (depth_mm is None)
 
 
 @pytest.mark.parametrize("text", ["Kante ausgebrochen", "Probe P-01", "Wetter = 'trocken'"])

@@ -51,7 +51,7 @@ def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
 def test_a_case_outside_the_domain_says_why(change: dict[str, Any], why: str):
     run, _ = poured(**change)
     assert run.fast_fill is not None
-    assert any(why in sentence for sentence in run.unfit)
+    assert any(why in sentence.text for sentence in run.unfit)
 
 
 def test_a_level_over_the_face_is_outside_and_what_it_asks_for_is_inside():
@@ -60,7 +60,7 @@ def test_a_level_over_the_face_is_outside_and_what_it_asks_for_is_inside():
     assert run.fast_fill is not None
     assert run.fast_fill.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
     assert run.fast_fill.fill < FULLEST
-    assert any("above the face" in sentence for sentence in run.unfit)
+    assert any("above the face" in sentence.text for sentence in run.unfit)
     stress = re.search(r"yield_stress_pa = ([\d.]+) or less", run.unfit[-1])
     assert stress is not None
     share = re.search(r"path\.fill = ([\d.]+)", run.unfit[-1])
@@ -115,7 +115,7 @@ def test_no_setting_of_a_fluid_is_left_out_in_silence(name: str):
             poured(**{**beside, name: value})
         return
     run, level = poured(**{**beside, name: value})
-    named = any(f"fluid.{name} " in sentence for sentence in run.unfit)
+    named = any(f"fluid.{name} " in sentence.text for sentence in run.unfit)
     assert named or np.abs(level.level_mm - poured(**beside)[1].level_mm).max() > 0.05
 
 
