@@ -18,7 +18,7 @@ from digitise.crack_path.hints import listed, snap_px
 from digitise.crack_path.line_map import CLEAR, LineMap, cheapest_legs, map_lines
 from digitise.crack_path.medial_axis import distance_outside
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
-from digitise.geometry.polyline import extended, smoothed
+from digitise.geometry.polyline import extended, runs, smoothed
 from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
@@ -106,7 +106,7 @@ def bare_stretch(route: Route) -> Fact | None:
     """
     count = int(max(STRETCH, STRETCH_WIDTHS * route.width_px * route.field.scale))
     mean = _means(route.clear, count)
-    bounds = np.flatnonzero(np.diff(np.concatenate([[0], mean < NEAR_GROUND, [0]]))).reshape(-1, 2)
+    bounds = runs(mean < NEAR_GROUND)
     if len(bounds) == 0 or len(route.clear) < 2 * count:
         return None
     first, last = max(bounds.tolist(), key=lambda stretch: stretch[1] - stretch[0])

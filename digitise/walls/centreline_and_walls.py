@@ -9,7 +9,7 @@ from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.sample_mask import EDGE_PX
-from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed, unit
+from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed, unit
 from digitise.image.raster import sampled
 from digitise.photo import Photo
 from digitise.walls.ends import PathEnd, Traced, find_tip, judge_end
@@ -25,7 +25,7 @@ from digitise.walls.straightened import (
     sample_step_mm,
     straighten,
 )
-from digitise.walls.wall_profile import Walls, find_walls, runs
+from digitise.walls.wall_profile import Walls, find_walls
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats

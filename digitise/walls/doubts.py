@@ -10,12 +10,12 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
-from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.geometry.polyline import left_normals, resampled, runs, smoothed
 from digitise.image.raster import lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, MOST_MISSING, TooThinError
 from digitise.walls.straightened import patch_around, straighten
-from digitise.walls.wall_profile import cheapest_way, follow, outward, runs, steadied
+from digitise.walls.wall_profile import cheapest_way, follow, outward, steadied
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt

@@ -215,11 +215,6 @@ def refined_to_subpixel(
     return np.where(stepped, step_px, place_px), stepped & (outer - inner >= LEAST_STEP * contrast)
 
 
-def runs(where: NDArray[np.bool_]) -> Integers:
-    """Return the first index of each run of True and one past its last, (runs, 2)."""
-    return np.flatnonzero(np.diff(np.concatenate([[0], where.astype(int), [0]]))).reshape(-1, 2)
-
-
 def outward(strip: Strip, values: NDArray) -> NDArray:
     """Return the left and right half of a strip, both from the line outward, (2, stations, samples)."""
     return np.stack([values[:, strip.middle :], values[:, strip.middle :: -1]])
