@@ -11,7 +11,6 @@ from pydantic import ConfigDict, with_config
 from sealtwin.core.records import Floats
 
 NOT_RECORDED = "not recorded"
-NOT_COMPUTED = "not computed by the fast model"
 
 
 @with_config(ConfigDict(extra="forbid"))

@@ -33,18 +33,20 @@ class Fact:
     """Subject, with dots, such as "walls.band"; the same for all values."""
     text: str
     """The sentence, with its numbers and units."""
-    value: float | str | None = None
+    value: float | int | str | None = None
     """Main number or name in the sentence; None if there is none."""
     unit: str = ""
     """Unit of a number; empty for a pure number or a name."""
     kind: Kind = "finding"
+    """figure, finding, doubt, assumption or remedy."""
     level: Level = "plain"
+    """plain; caution: to be read before the result; fault: there is no valid result."""
 
     def __str__(self) -> str:
         return self.text
 
 
-def doubt(key: str, text: str, value: float | str | None = None, unit: str = "") -> Fact:
+def doubt(key: str, text: str, value: float | int | str | None = None, unit: str = "") -> Fact:
     """Return a doubt, to be read before the result."""
     return Fact(key, text, value, unit, "doubt", "caution")
 

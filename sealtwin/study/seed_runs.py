@@ -22,8 +22,7 @@ from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.validate_stage import OF_SEEDS, SEED_RUNS
 from validate.result import SeedRuns
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
-from validate.wording.headline import fluid_warnings
-from validate.wording.of_runs import facts_of_runs
+from validate.wording.run_facts import facts_of_runs, fluid_warnings
 
 FOLDER = "seeds"
 

@@ -27,7 +27,7 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
-from validate.report_input import ReadingsSheet, provenance
+from validate.result import ReadingsSheet, provenance
 from validate.result import COMPARISON, PREDICTION, SeedRuns
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.compare import assess
     from validate.metrics.volumes import balance_profile, gained_level_mm
     from validate.report.write_report import REPORT, write_report
-    from validate.report_input import Evidence
-    from validate.uncertainty.bed_ends import BedEnds
+    from validate.result import Evidence
+    from validate.uncertainty.validation import BedEnds
     from validate.uncertainty.meniscus import Mouth
     from validate.uncertainty.validation import predict
 

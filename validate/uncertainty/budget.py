@@ -12,9 +12,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Integers
-from validate.comparison import BudgetPart, BudgetSummary
+from validate.intervals import BudgetPart, BudgetSummary
+from validate.sentences import doubted
 from validate.settings import PASS_MM
 
 DRAWS = 4_000
@@ -226,12 +227,7 @@ class Budget:
             for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not one))
         )
         times = with_it / max(without, 1e-9)
-        text = (
-            f"The intervals include a shift of {PASS_MM:g} mm between passes, which so few repeats cannot exclude. If "
-            f"the repeats are not separate passes, set {one.setting} = 0; the interval of the mean level is then "
-            f"{times:.1f} times narrower."
-        )
-        return doubt("readings.allowed-for", text, times)
+        return doubted("readings.allowed-for", times, pass_mm=PASS_MM, setting=one.setting)
 
     def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:
         alone = replace(self, components=(one,))

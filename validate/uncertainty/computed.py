@@ -12,7 +12,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
-from validate.comparison import InputEffect, SizeSeries
+from validate.intervals import InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 

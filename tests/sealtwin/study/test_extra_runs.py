@@ -26,7 +26,7 @@ from tests.narration import Narration
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, job_in, run_tiny
 from validate.result import read_comparison
-from validate.uncertainty.bed_ends import BedEnds
+from validate.uncertainty.validation import BedEnds
 from validate.wording.headline import headline
 
 DECLARED = """

@@ -27,7 +27,7 @@ from tests.labs import edit
 from tests.narration import Narration
 from tests.pages import leave_out_pages
 from tests.studies import HERE, TRIAL, job_in, run_tiny, tiny_lab
-from validate.report.report_data import report_data
+from validate.report.write_report import report_data
 from validate.uncertainty.computed import numerical_errors
 
 DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\n"

@@ -1,24 +1,20 @@
-"""Sentences that several runs have in common."""
+"""Facts that several runs have in common."""
 
 import pytest
 
-from validate.wording.of_runs import sentences_of_runs
+from sealtwin.core.facts import doubt, texts
+from validate.wording.run_facts import facts_of_runs
 
-LOST, GAINED = "The fluid lost {} % of its volume ({}).", "The fluid gained 6 % of its volume (1.06)."
-
-
-ONE, OTHER = LOST.format(19, 0.81), LOST.format(6, 9.4e-1)
+LOST, OTHER = (doubt("fluid.volume", f"The fluid lost {percent} % of its volume.") for percent in (19, 6))
+BED = doubt("fluid.compressed", "The bed is compressed.")
 
 
 @pytest.mark.parametrize(
     ("by_run", "sentences"),
     [
-        ({1: [GAINED, GAINED]}, [f"1 of 1 runs: {GAINED}"]),
-        (
-            {4: [ONE, GAINED], 7: [OTHER], 9: [GAINED]},
-            [f"2 of 3 runs (numbers of run 4): {ONE}", f"2 of 3 runs: {GAINED}"],
-        ),
+        ({1: [BED, BED]}, [f"1 of 1 runs: {BED}"]),
+        ({4: [LOST, BED], 7: [OTHER], 9: [BED]}, [f"2 of 3 runs (as of run 4): {LOST}", f"2 of 3 runs: {BED}"]),
     ],
 )
-def test_a_sentence_is_said_once_with_its_runs(by_run, sentences):
-    assert sentences_of_runs(by_run, len(by_run)) == sentences
+def test_a_fact_is_stated_once_with_its_runs(by_run, sentences):
+    assert list(texts(facts_of_runs(by_run, len(by_run)))) == sentences

@@ -10,19 +10,14 @@ import pytest
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
+from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.run_figures import RunHealth
 from tests.fluids import path, pour, slot
 from validate.compare import assess
 from validate.settings import Readings, Uncertainty
 from validate.wording.first_page import first_page
-from validate.wording.sample_and_run import (
-    HEALTH_LABELS,
-    assumptions,
-    hidden_width,
-    left_out,
-    path_table,
-    settings_table,
-)
+from validate.wording.report_facts import HEALTH_LABELS, assumptions, left_out, walls
+from validate.wording.tables import path_table, settings_table
 
 
 def with_settings(evidence, **groups):
@@ -33,7 +28,7 @@ def with_settings(evidence, **groups):
 
 
 def assumed(evidence, **groups) -> str:
-    return " ".join(assumptions(with_settings(evidence, **groups)))
+    return " ".join(texts(assumptions(with_settings(evidence, **groups))))
 
 
 def nozzle_speed_mm_s(evidence) -> float:
@@ -42,7 +37,7 @@ def nozzle_speed_mm_s(evidence) -> float:
 
 def test_reynolds_and_bond_numbers_are_those_of_the_trial(evidence):
     """By hand: Bo = 1690 * 9.81 * 0.0031² / 0.072 = 2.2; Re = v d / nu with v = Q / (pi d² / 4)."""
-    sentence = next(text for text in assumptions(evidence) if text.startswith("Surface tension"))
+    sentence = " ".join(texts(of_keys(assumptions(evidence), "assumed.surface-tension")))
     assert "Bond number 2.2" in sentence
     assert f"Reynolds number {nozzle_speed_mm_s(evidence) * 2.4 / 32.6:.2g}" in sentence
     assert f"{nozzle_speed_mm_s(evidence):.0f} mm/s" in sentence
@@ -59,10 +54,9 @@ def test_reynolds_and_bond_numbers_are_those_of_the_trial(evidence):
 )
 def test_the_other_width_of_a_tilted_crack_is_told_beside_that_in_the_photo(evidence, tilt, words):
     """By hand: 3.1 mm and twice 10 mm times the tangent of 11 degrees are 6.99 mm."""
-    assert hidden_width(evidence) == ()
+    assert walls(evidence) == ""
     solid = build_solid(evidence.outline, CrackShape(depth_mm=10.0, tilt=tilt, wall_angle_deg=11.0))
-    (sentence,) = hidden_width(replace(evidence, solid=solid))
-    assert words in sentence
+    assert words in walls(replace(evidence, solid=solid))
 
 
 def test_paste_that_yields_is_told_with_its_stress_and_its_number(evidence):
@@ -106,7 +100,7 @@ def test_a_sample_that_slopes_is_told_with_both_angles_and_a_level_one_is_not(ev
     assert "slopes" not in assumed(evidence)
     sloping = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
     assert "rises towards +x by 5° and towards +y by -2.5°" in assumed(evidence, sample=sloping)
-    rows = dict(settings_table(with_settings(evidence, sample=sloping)).rows)
+    rows = dict(settings_table(with_settings(evidence, sample=sloping).run.settings).rows)
     assert rows["sample"] == "crossfall (°) -2.5, gradient (°) 5"
 
 
@@ -116,7 +110,7 @@ def test_sealant_with_a_table_is_told_with_its_ends_and_its_columns_are_not_list
     words = assumed(evidence, fluid=ageing)
     assert "its age since it left the nozzle, 0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa" in words
     assert "Shrinkage is not modelled" in words
-    rows = dict(settings_table(with_settings(evidence, fluid=ageing)).rows)
+    rows = dict(settings_table(with_settings(evidence, fluid=ageing).run.settings).rows)
     assert "curve viscosity (Pa s) 3 rows, 0.05 to 30" in rows["fluid"]
     assert "temperature" not in rows["fluid"]
     assert "cooling" not in rows["fluid"]
@@ -129,18 +123,19 @@ def test_sealant_with_a_table_is_told_with_its_ends_and_its_columns_are_not_list
 
 def test_what_counts_in_no_metric_is_told_by_its_number(evidence):
     """Seen to fail with the stations counted from the comparison alone."""
-    assert left_out(evidence)[0].startswith("1 particle (1 mm³) ran over the edge of the sample")
+    assert left_out(evidence)[0].text.startswith("1 particle (1 mm³) ran over the edge of the sample")
     repeats_mm = np.array(evidence.readings.repeats_mm)
     repeats_mm[0, :2] = np.nan
-    fewer = evidence.comparison.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
+    fewer = evidence.comparison.basis.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
     outline = replace(evidence.outline, branches_mm=(np.zeros((2, 2)),))
     readings = replace(evidence.readings, repeats_mm=repeats_mm)
-    first, second, _, last = left_out(replace(evidence, readings=readings, comparison=fewer, outline=outline))
+    fewer = evidence.comparison.model_copy(update={"basis": fewer})
+    first, second, _, last = texts(left_out(replace(evidence, readings=readings, comparison=fewer, outline=outline)))
     assert "2 stations of 9 (s = 38, 40.5 mm) beyond the stretch that both curves cover, 0.0 to 40.0" in first
     assert "2 single readings" in second
     assert "1 side crack" in last
     run = replace(evidence.run, spilled=np.zeros(len(evidence.run.spilled), dtype=bool))
-    assert left_out(replace(evidence, run=run)) == ["Left out: nothing."]
+    assert [fact.key for fact in left_out(replace(evidence, run=run))] == ["left-out.nothing"]
 
 
 def assessed(evidence, **declared):
