@@ -131,7 +131,7 @@ def make_run(outline: Outline, solid: Solid) -> Run:
             "nozzle": {"diameter_mm": 2.4},
             "seed": 0,
         },
-        health=RunHealth(density_error_mean=0.02, viscosity_m2_s=3.26e-5, frame_s=0.00714),
+        health=RunHealth(density_error_mean=0.02, viscosity_m2_s=3.26e-5, frame_s=0.00714, bond=2.2),
     )
 
 

@@ -27,8 +27,7 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
-from validate.result import ReadingsSheet, provenance
-from validate.result import COMPARISON, PREDICTION, SeedRuns
+from validate.result import COMPARISON, PREDICTION, ReadingsSheet, SeedRuns, provenance
 
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
@@ -77,9 +76,8 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.metrics.volumes import balance_profile, gained_level_mm
     from validate.report.write_report import REPORT, write_report
     from validate.result import Evidence
-    from validate.uncertainty.validation import BedEnds
     from validate.uncertainty.meniscus import Mouth
-    from validate.uncertainty.validation import predict
+    from validate.uncertainty.validation import BedEnds, predict
 
     outline, solid = _crack(job)
     run, (profile, seeds) = record_files.read_run(job.path), read_level(job)

@@ -7,7 +7,7 @@ import numpy as np
 
 from sealtwin.core.facts import Fact, of_keys, texts
 from sealtwin.core.records import Run
-from sealtwin.core.regime import SURFACE_TENSION_N_M, regime_of
+from sealtwin.core.regime import SURFACE_TENSION_N_M
 from sealtwin.core.run_figures import FAST
 from validate.comparison import Comparison, Outcome
 from validate.intervals import ErrorUncertainty, PredictedLevel, StationErrors
@@ -207,46 +207,37 @@ def stretches_off(stations: StationErrors) -> str:
 
 
 def assumptions(evidence: Evidence) -> tuple[Fact, ...]:
-    """Return the assumptions, with the numbers that show how much depends on them."""
+    """Return the assumptions, with the numbers that show how much depends on them.
+
+    The block of an assumption that does not apply is empty.
+    """
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     fluid: dict[str, Any] = run.settings.get("fluid", {})
-    facts = [
-        assumed(
-            "assumed.tilt",
-            solid.cavity_volume_mm3 / run.dispensed_volume_mm3,
-            e=evidence,
-            weighed=solid.figures.weighed,
-            tilt=tilt_words(evidence),
-        )
-    ]
-    if (slope := run.settings.get("sample")) is not None:
-        facts.append(assumed("assumed.slope", slope=slope))
-    facts += [_surface_tension(evidence), *_meniscus(evidence)]
-    curve, paste = fluid.get("curve"), fluid.get("material")
-    if curve:
-        facts.append(assumed("assumed.curve", curve=curve, cooling=fluid.get("cooling")))
-    if paste:
-        facts += [assumed("assumed.paste", paste=paste), *_notes("assumed.paste-doubt", paste.get("doubts", ()))]
-    curing_pa_s, stress_pa = fluid.get("structuration_pa_per_s", 0.0), fluid.get("yield_stress_pa", 0.0)
-    if stress_pa or curing_pa_s:
-        parts = {"stress_pa": stress_pa, "curing_pa_s": curing_pa_s, "wall_share": fluid.get("wall_share")}
-        facts.append(assumed("assumed.bingham", stress_pa, "Pa", **parts))
-    if fluid.get("D_from") == "no slip":
-        facts.append(assumed("assumed.no-slip", fluid["D_cm"], "cm"))
-    as_read = _as_read(evidence.comparison)
-    parts = {"settled": _settled(evidence), "curing_modelled": bool(curing_pa_s or curve), "as_read": as_read}
-    facts += [assumed("assumed.profile", **parts), assumed("assumed.beside")]
-    if outline.scale_residual_mm is not None:
-        facts.append(assumed("assumed.scale", outline.scale_residual_mm, "mm"))
-    if outline.path_source == "automatic":
-        facts.append(assumed("assumed.automatic"))
-    facts += [assumed("assumed.doubt", text=doubt.text) for doubt in run.doubts]
-    return (*facts, *(assumed("assumed.note", text=fact.text) for fact in (*outline.warnings, *solid.figures.warnings)))
-
-
-def _notes(key: str, sentences: Iterable[str]) -> Iterable[Fact]:
-    """Yield doubts whose sentences come from a file."""
-    return (Fact(key, text, kind="doubt") for text in sentences)
+    numbers = {
+        "tilt": (solid.cavity_volume_mm3 / run.dispensed_volume_mm3, ""),
+        "slope": (None, ""),
+        "surface-tension": (run.health.bond, ""),
+        "meniscus": (_meniscus_mm(evidence), "mm"),
+        "curve": (None, ""),
+        "paste": (None, ""),
+        "bingham": (fluid.get("yield_stress_pa"), "Pa"),
+        "no-slip": (fluid.get("D_cm"), "cm"),
+        "profile": (None, ""),
+        "beside": (None, ""),
+        "scale": (outline.scale_residual_mm, "mm"),
+        "automatic": (None, ""),
+    }
+    parts = {"fluid": fluid, "slope": run.settings.get("sample"), "tension_n_m": SURFACE_TENSION_N_M}
+    parts |= {"tilt": tilt_words(evidence), "settled": _settled(evidence), "as_read": _as_read(evidence.comparison)}
+    facts = [assumed(f"assumed.{name}", value, unit, e=evidence, **parts) for name, (value, unit) in numbers.items()]
+    paste = fluid.get("material") or {}
+    others = {
+        "paste-doubt": paste.get("doubts", ()),
+        "doubt": texts(run.doubts),
+        "note": texts((*outline.warnings, *solid.figures.warnings)),
+    }
+    facts += [assumed(f"assumed.{name}", text=text) for name, sentences in others.items() for text in sentences]
+    return tuple(fact for fact in facts if fact.text)
 
 
 def left_out(evidence: Evidence) -> tuple[Fact, ...]:
@@ -310,33 +301,10 @@ def _settled(evidence: Evidence) -> str:
     return sentence("settled", settle_s=settle_s, at_rest_s=at_rest_s)
 
 
-def _meniscus(evidence: Evidence) -> tuple[Fact, ...]:
-    """Return the fact on the meniscus, unless the uncertainty includes or names it."""
+def _meniscus_mm(evidence: Evidence) -> float | None:
+    """Return the largest depth of a meniscus of water, or None if the uncertainty includes or names it."""
     profile, comparison = evidence.profile, evidence.comparison
     if evidence.prediction is not None or (comparison is not None and comparison.uncertainty is not None):
-        return ()
+        return None
     mouth = Mouth.of(evidence.outline, evidence.solid, evidence.run.density_kg_m3)
-    return (assumed("assumed.meniscus", float(mouth.sag_mm(profile.s_mm, profile.level_mm).max()), "mm"),)
-
-
-def _surface_tension(evidence: Evidence) -> Fact:
-    run, key = evidence.run, "assumed.surface-tension"
-    nozzle_mm = run.settings.get("nozzle", {}).get("diameter_mm")
-    if run.density_kg_m3 is None or nozzle_mm is None or not run.health.viscosity_m2_s:
-        return assumed(key, regime=None, U=run.health.U)
-    # The mean flow over the time in which sealant flows; each waypoint's flow holds until the next.
-    trajectory, fluid = evidence.trajectory, run.settings["fluid"]
-    flowing_s = np.diff(trajectory.t_s)[trajectory.flow_mm3_s[:-1] > 0].sum()
-    speed_mm_s = float(trajectory.given_mm3.sum() / flowing_s) / (np.pi / 4 * nozzle_mm**2)
-    regime = regime_of(
-        viscosity_m2_s=run.health.viscosity_m2_s,
-        density_kg_m3=run.density_kg_m3,
-        yield_stress_pa=fluid.get("yield_stress_pa", 0.0),
-        speed_mm_s=speed_mm_s,
-        nozzle_mm=nozzle_mm,
-        width_mm=evidence.outline.mean_width_mm,
-        flow_index=fluid.get("flow_index") or 1.0,
-    )
-    flowing_mm2_s = speed_mm_s * nozzle_mm / regime.reynolds if regime.reynolds else run.health.viscosity_m2_s * 1e6
-    parts = {"speed_mm_s": speed_mm_s, "nozzle_mm": nozzle_mm, "flowing_mm2_s": flowing_mm2_s}
-    return assumed(key, regime.bond, e=evidence, regime=regime, tension_n_m=SURFACE_TENSION_N_M, **parts)
+    return float(mouth.sag_mm(profile.s_mm, profile.level_mm).max())
