@@ -19,8 +19,7 @@ from sealtwin.core.run_figures import FastFill, RunHealth
 from tests.shapes import straight_slot
 from validate.compare import compare
 from validate.metrics.baselines import flat_levels
-from validate.result import Evidence
-from validate.result import SeedRuns
+from validate.result import Evidence, SeedRuns
 from validate.settings import Gate
 
 FAST_FILL = FastFill(
@@ -99,9 +98,8 @@ def make_evidence(
     return Evidence(**content | changes)
 
 
-SEEDS = SeedRuns(
-    seeds=(0, 1, 2), mean_level_mm=-3.5, scatter_mm=0.33, band_95_mm=0.75, warnings=(doubt("fluid.volume", "1 of 3 runs: lost."),)
-)
+LOST = doubt("fluid.volume", "1 of 3 runs: lost.")
+SEEDS = SeedRuns(seeds=(0, 1, 2), mean_level_mm=-3.5, scatter_mm=0.33, band_95_mm=0.75, warnings=(LOST,))
 
 
 def slope(s_mm):

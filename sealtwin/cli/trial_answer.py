@@ -129,8 +129,8 @@ def result_lines(
 
 def _made(result: "TrialResult", last: "StageName") -> Rows:
     """Yield rows on the sample, and on the fluid if ``last`` is a later stage than digitising."""
+    from validate.run_facts import mean_sentence
     from validate.sentences import sentence
-    from validate.wording.run_facts import mean_sentence
 
     sample, fluid = result.sample, None if last == "digitise" else result.fluid
     if sample is not None:
@@ -167,8 +167,8 @@ def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]
 
 def _concluded(result: "TrialResult") -> Rows:
     """Yield rows on the comparison or the prediction."""
+    from validate.report.report_facts import predicted
     from validate.sentences import sentence
-    from validate.wording.report_facts import predicted
 
     if (m := result.comparison) is not None:
         yield from (("Result", text) for text in _compared(m))
@@ -215,8 +215,8 @@ def _adds(result: "TrialResult") -> str:
 
 def _details(result: "TrialResult", last: "StageName", *, compared: bool) -> Iterator[str]:
     """Yield sentences with the figures that the other lines leave out."""
+    from validate.report.report_facts import prediction_facts
     from validate.sentences import sentence
-    from validate.wording.report_facts import prediction_facts
 
     if (sample := result.sample) is not None:
         yield sentence("terminal_path_source", sample=sample)

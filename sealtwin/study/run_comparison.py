@@ -30,7 +30,7 @@ from validate.figures.compare_sheet import MOST, compare_sheet
 from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
 from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.result import COMPARISON, Comparison, read_comparison
-from validate.wording.run_facts import facts_of_runs, run_warnings
+from validate.run_facts import facts_of_runs, run_warnings
 
 PAGE, CONTENT = "compare.html", "compare.json"
 LISTED = (

@@ -290,7 +290,7 @@ def _seal(
 
 def _figures(run: Run) -> dict[str, Any]:
     """Return the figures of a run. Raises NumericalError if a particle went through a wall."""
-    from validate.wording.run_facts import fluid_warnings
+    from validate.run_facts import fluid_warnings
 
     if run.escaped_particles:
         raise NumericalError(

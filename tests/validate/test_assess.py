@@ -12,10 +12,10 @@ from sealtwin.core.files import as_json
 from tests.evidence import axes_of, heights, make_evidence, slope
 from validate.compare import assess
 from validate.figures.levels import draw_uncertainty
+from validate.report.chapters import uncertainty_tables
 from validate.result import Evidence
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
-from validate.wording.tables import uncertainty_tables
 
 SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", limit_mm=0.0)
 NO_PASSES = Uncertainty(pass_mm=0.0)

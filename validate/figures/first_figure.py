@@ -13,8 +13,8 @@ from validate.figures.particles import cut_rings, plane_at
 from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
+from validate.run_facts import levels_in_words
 from validate.units import signed
-from validate.wording.run_facts import levels_in_words
 
 
 @dataclass(frozen=True)

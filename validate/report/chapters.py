@@ -1,18 +1,24 @@
-"""Content of a report, chapter by chapter. The page has all of it, the PDF its pictures."""
+"""Content of a report, chapter by chapter: figures, tables and text. The page has all of it, the PDF its pictures.
+
+The words are in templates/report_words.j2; a figure is a ``Plate`` with a caption there.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, groupby
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from matplotlib.figure import Figure
 
 from sealtwin.core import files
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.records import Outline, Pixels
+from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.run_folder import versions
 from validate.figures.first_figure import FirstFigure
 from validate.figures.levels import (
@@ -24,11 +30,21 @@ from validate.figures.levels import (
 from validate.figures.snapshots import FillScene, draw_fill
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
+from validate.intervals import ErrorUncertainty
+from validate.report.report_facts import (
+    HEALTH_LABELS,
+    assumptions,
+    facts_of_seeds,
+    left_out,
+    stretches_off,
+    tilt_words,
+    uncertainty_facts,
+    volumes,
+)
 from validate.result import Evidence
 from validate.sentences import sentence, table
-from validate.units import PageTable
-from validate.wording import tables
-from validate.wording.report_facts import assumptions, facts_of_seeds, left_out, stretches_off, uncertainty_facts
+from validate.uncertainty.budget import UNDECLARED_MM
+from validate.units import PageTable, plain, words
 
 
 @dataclass(frozen=True)
@@ -134,10 +150,10 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     comparison, prediction = evidence.comparison, evidence.prediction
     yield "Assumed and left out", "assumptions", [Paragraph(texts((*assumptions(evidence), *left_out(evidence))))]
     if comparison is not None:
-        yield "Agreement and readings", "agreement", list(tables.comparison_tables(evidence))
+        yield "Agreement and readings", "agreement", list(comparison_tables(evidence))
         if comparison.uncertainty is not None:
-            yield "Uncertainty in figures", "budget", tables.uncertainty_tables(comparison.uncertainty)
-    balance = [tables.balance_table(evidence)]
+            yield "Uncertainty in figures", "budget", uncertainty_tables(comparison.uncertainty)
+    balance = [balance_table(evidence)]
     if comparison is not None and comparison.volumes is not None:
         balance.append(table("table_volumes", m=comparison))
     yield "Mass balance", "mass-balance", balance
@@ -150,14 +166,14 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
         shown.append(Plate(sentence("figure_sections"), lambda: draw_sections(*parts)))
     if (weighed := evidence.solid.figures.weighed) is not None:
         shown.append(Plate(sentence("figure_weighed"), lambda: draw_weighed_fill(weighed)))
-    yield "Geometry", "geometry", [*shown, tables.geometry_table(evidence), tables.path_table(evidence)]
-    yield "Health of the run", "health", [tables.health_table(evidence.run.health)]
+    yield "Geometry", "geometry", [*shown, geometry_table(evidence), path_table(evidence)]
+    yield "Health of the run", "health", [health_table(evidence.run.health)]
     again = Paragraph((sentence("again_by_script"),))
     if evidence.commands:
         again = CommandLines(evidence.commands, sentence("again_by_command"))
     packages = versions().keys() - {"sealtwin"}  # In report.json
     origin = {name: text for name, text in evidence.provenance.items() if name not in packages}
-    of_settings = tables.settings_table(evidence.run.settings)
+    of_settings = settings_table(evidence.run.settings)
     yield "Provenance", "provenance", [again, table("table_origin", origin=origin), of_settings]
 
 
@@ -222,3 +238,85 @@ def _model(evidence: Evidence) -> Model:
         "The sealant in the crack, seen from one side and from above, coloured by age",
         build_turntable(evidence.run, evidence.solid),
     )
+
+
+SHOWN_HEALTH = (
+    *("density_error_p95", "density_error_max", "moving_most", "viscosity_iterations_mean", "finer"),
+    *("particles_across", "viscosity_m2_s", "viscosity_pa_s", "viscosity_added_m2_s", "reynolds", "bond", "bingham"),
+    *("flat_mm", "to_rest_mm", "setup_s", "frames_s"),
+)
+"""Figures of a run's health on the page. report.json has all of them."""
+
+
+def comparison_tables(evidence: Evidence) -> Iterator[PageTable]:
+    """Yield the tables of the error's metrics, and of the readings: their file, format and scatter."""
+    parts = {"m": evidence.comparison, "readings": evidence.readings, "sheet": evidence.sheet}
+    yield table("table_agreement", **parts)
+    yield table("table_readings", **parts)
+
+
+def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
+    """Return the tables of the intervals, the error budget, the alignment, the particle size and the inputs."""
+    names = "intervals", "budget", "missing", "alignment", "sizes", "inputs"
+    tables = (table(f"table_{name}", u=uncertainty, undeclared_mm=UNDECLARED_MM) for name in names)
+    return [each for each in tables if each.rows]
+
+
+def balance_table(evidence: Evidence) -> PageTable:
+    """Return the table of the dispensed sealant's volume at each place."""
+    return table("table_places", e=evidence, places=volumes(evidence))
+
+
+def geometry_table(evidence: Evidence) -> PageTable:
+    return table("table_geometry", e=evidence, tilt=tilt_words(evidence))
+
+
+def path_table(evidence: Evidence) -> PageTable:
+    trajectory = evidence.trajectory
+    giving = trajectory.giving
+    begins_mm, ends_mm = trajectory.s_mm[giving][[0, -1]]
+    leads = trajectory.position_mm[: giving.start + 1], trajectory.position_mm[giving.stop - 1 :]
+    before_mm, after_mm = (arc_length(points)[-1] for points in leads)
+    return table(
+        "table_path",
+        e=evidence,
+        begins_mm=begins_mm,
+        ends_mm=ends_mm,
+        before_mm=before_mm,
+        after_mm=after_mm,
+        speed_mm_s=trajectory.speed_mm_s[:-1],
+        flow_mm3_s=trajectory.flow_mm3_s[giving.start : giving.stop - 1],
+        height_mm=trajectory.position_mm[:, 2].mean(),
+    )
+
+
+def health_table(health: RunHealth) -> PageTable:
+    """Return the figures of the page that the run recorded, in the run's order."""
+    figures = []
+    for key, value in health.recorded().items():
+        if key in SHOWN_HEALTH and value is not None:
+            label, factor, shape = HEALTH_LABELS[key]
+            figures.append((label, shape.format(factor * value)))
+    return table("table_health", health=health, figures=figures)
+
+
+def settings_table(settings: dict[str, Any]) -> PageTable:
+    """Return the settings in effect, a row for each table; the seed is in the table of versions."""
+    groups: dict[str, list[str]] = {}
+    for group, content in settings.items():
+        if isinstance(content, dict):
+            tables = {key: value if isinstance(value, dict) else {"": value} for key, value in content.items()}
+            groups[group] = [
+                f"{words(key)} {words(name)} ".replace("  ", " ") + _in_short(value)
+                for key, part in tables.items()
+                for name, value in part.items()
+                if value is not None
+            ]
+    return table("table_settings", groups=groups)
+
+
+def _in_short(value: Any) -> str:
+    """Return a setting as text. A list of numbers becomes its length and its first and last value."""
+    if not isinstance(value, list | tuple) or not value or not all(isinstance(one, int | float) for one in value):
+        return plain(value)
+    return f"{len(value)} rows, {value[0]:.4g} to {value[-1]:.4g}"

@@ -30,12 +30,9 @@ from validate.report.chapters import (
     chapters,
     first_figure,
 )
+from validate.report.first_page import first_caption, first_page, station_rows
 from validate.report.pdf import write_pdf
-from validate.result import Evidence, ReadingsFile, ReportData
-from validate.sentences import sentence
-from validate.units import PageTable
-from validate.wording.first_page import first_caption, first_page, station_rows
-from validate.wording.report_facts import (
+from validate.report.report_facts import (
     assumptions,
     cautions,
     headline,
@@ -45,6 +42,9 @@ from validate.wording.report_facts import (
     uncertainty_facts,
     volumes,
 )
+from validate.result import Evidence, ReadingsFile, ReportData
+from validate.sentences import sentence
+from validate.units import PageTable
 
 DPI = 200  # Resolution of the pixels inside a figure of the page, and of a figure of the PDF
 QUALITY = 85  # Quality of photos and stills, from 0 to 100

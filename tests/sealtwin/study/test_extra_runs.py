@@ -25,9 +25,9 @@ from tests.labs import edit
 from tests.narration import Narration
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, job_in, run_tiny
+from validate.report.report_facts import headline
 from validate.result import read_comparison
 from validate.uncertainty.validation import BedEnds
-from validate.wording.report_facts import headline
 
 DECLARED = """
 [uncertainty]

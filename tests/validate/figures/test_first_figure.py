@@ -13,10 +13,10 @@ from tests.evidence import SEEDS
 from validate.compare import assess
 from validate.figures.first_figure import NARROW, WIDE
 from validate.report.chapters import first_figure
+from validate.report.first_page import first_caption
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
-from validate.wording.first_page import first_caption
 
 
 def test_all_rows_have_the_crack_as_their_axis_and_errors_are_bars_at_the_readings(evidence):

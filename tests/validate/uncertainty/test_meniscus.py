@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Profile
+from validate.report.report_facts import prediction_facts
 from validate.result import PredictedLevel
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Budget
@@ -13,7 +14,6 @@ from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import predict
-from validate.wording.report_facts import prediction_facts
 
 S_MM = np.linspace(0.0, 80.0, 17)
 MOUTH = Mouth(S_MM, np.full(17, 3.0), 1690.0)

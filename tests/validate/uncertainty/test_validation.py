@@ -8,10 +8,10 @@ import pytest
 from sealtwin.core.facts import doubt, texts
 from sealtwin.core.records import Profile
 from validate.intervals import BudgetPart, StationErrors
+from validate.report.report_facts import predicted, prediction_facts
 from validate.settings import Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import level_findings, mean_level_budget, predict
-from validate.wording.report_facts import predicted, prediction_facts
 
 ALL_KNOWN = (0.3, 0.4, 0.0)  # Of readings, numerics and inputs
 

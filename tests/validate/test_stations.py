@@ -5,7 +5,7 @@ import pytest
 
 from validate.compare import worst_at_a_station
 from validate.intervals import StationError, StationErrors
-from validate.wording.report_facts import stretches_off
+from validate.report.report_facts import stretches_off
 
 S_MM = np.arange(0.0, 45.0, 5.0)
 

@@ -5,11 +5,11 @@ import numpy as np
 from validate.comparison import Comparison
 from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
+from validate.report.report_facts import faults, freezing, not_measured, parts_of, walls
 from validate.result import ErrorBar, Evidence, FirstPage, Tile
+from validate.run_facts import mean_sentence
 from validate.sentences import sentence, tile
 from validate.units import signed
-from validate.wording.report_facts import faults, freezing, not_measured, parts_of, walls
-from validate.wording.run_facts import mean_sentence
 
 FLUSH_MM = 0.5  # Distance from the face up to which the level is called flush
 

@@ -13,10 +13,10 @@ from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.run_figures import RunHealth
 from tests.fluids import path, pour, slot
 from validate.compare import assess
+from validate.report.chapters import path_table, settings_table
+from validate.report.first_page import first_page
+from validate.report.report_facts import HEALTH_LABELS, assumptions, left_out, walls
 from validate.settings import Readings, Uncertainty
-from validate.wording.first_page import first_page
-from validate.wording.report_facts import HEALTH_LABELS, assumptions, left_out, walls
-from validate.wording.tables import path_table, settings_table
 
 
 def with_settings(evidence, **groups):

@@ -11,10 +11,10 @@ from sealtwin.core.facts import doubt
 from tests.evidence import FAST_FILL, make_evidence
 from validate.compare import assess
 from validate.figures.first_figure import BAND_NEXT, BAND_READ
+from validate.report.first_page import first_caption, first_page, station_rows
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
-from validate.wording.first_page import first_caption, first_page, station_rows
 
 FITTED = ("fluid.U", "fluid.yield_stress_pa")
 

@@ -8,9 +8,9 @@ from sealtwin.core.facts import doubt, of_keys, texts
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import WeighedCavity
 from tests.evidence import SEEDS, make_evidence
+from validate.report.report_facts import cautions, facts_of_seeds, headline, short_facts, uncertainty_facts
+from validate.run_facts import facts_of_runs, names_of, run_warnings
 from validate.settings import Gate
-from validate.wording.report_facts import cautions, facts_of_seeds, headline, short_facts, uncertainty_facts
-from validate.wording.run_facts import names_of, run_warnings
 
 GATE = Gate(mean_error_mm=1.0)
 FILL = doubt("weighed.contradicts", "The fill contradicts.")
@@ -135,3 +135,21 @@ def test_files_that_somebody_edited_come_before_everything(run, evidence):
         "Files were edited by hand after the run (profile.csv, simulation.json): "
     )
     assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
+
+
+FAR, NEAR = (doubt("fluid.volume", f"The fluid lost {percent} % of its volume.") for percent in (19, 6))
+PRESSED = doubt("fluid.compressed", "The bed is compressed.")
+
+
+@pytest.mark.parametrize(
+    ("by_run", "sentences"),
+    [
+        ({1: [PRESSED, PRESSED]}, [f"1 of 1 runs: {PRESSED}"]),
+        (
+            {4: [FAR, PRESSED], 7: [NEAR], 9: [PRESSED]},
+            [f"2 of 3 runs (as of run 4): {FAR}", f"2 of 3 runs: {PRESSED}"],
+        ),
+    ],
+)
+def test_a_fact_is_stated_once_with_its_runs(by_run, sentences):
+    assert list(texts(facts_of_runs(by_run, len(by_run)))) == sentences

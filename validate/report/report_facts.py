@@ -13,11 +13,11 @@ from validate.comparison import Comparison, Outcome
 from validate.intervals import ErrorUncertainty, PredictedLevel, StationErrors
 from validate.metrics.verdict import SCREENING, case_of
 from validate.result import NOT_A_VALIDATION, Evidence
+from validate.run_facts import is_draft, levels_in_words, run_warnings, seed_facts
 from validate.sentences import assumed, doubted, sentence, stated
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.validation import MEAN_LEVEL
 from validate.units import LABELS, unit_of, words
-from validate.wording.run_facts import is_draft, levels_in_words, run_warnings, seed_facts
 
 ML = 1000.0  # mm³
 HEALTH_LABELS: dict[str, tuple[str, float, str]] = LABELS["health"]
