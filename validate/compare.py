@@ -22,7 +22,7 @@ from validate.result import Evidence
 from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
-from validate.uncertainty.computed import Spread, numerical_errors, size_series
+from validate.uncertainty.computed import Spread, size_series
 from validate.uncertainty.contradictions import repeats_of
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
@@ -175,9 +175,7 @@ def error_uncertainty(
     numerics, budget, inputs, together = None, of_readings, (), 0.0
     if spread is not None:
         numerics = _numerics(spread, measured, error.x)
-        sizes = spread.at(measured.s_mm)
-        computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
-        budget = of_readings.joined(*computed, *spread.inputs_at(measured.s_mm).errors())
+        budget = of_readings.joined(*spread.errors(measured.s_mm, volume_level_mm))
         inputs, together = spread.inputs_at(error.x).reported(error.x)
 
     def standard_mm(*kinds: Kind) -> float:

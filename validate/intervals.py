@@ -48,13 +48,15 @@ class BudgetPart:
     source: str
     """Origin of the error's size: repeats, detected, declared, allowed for, assumed or computed."""
     kind: str
-    """Kind of the error: readings, numerics or inputs."""
+    """Kind of the error: readings, numerics, inputs or model."""
     mean_level_mm: float
     """Standard uncertainty of the mean level, which is also that of the bias."""
-    mean_error_mm: float
-    """Standard uncertainty of the mean error, provided that the level's error has the same sign with and without it."""
+    mean_error_mm: float | None
+    """Standard uncertainty of the mean error, provided that the level's error has the same sign with and without it.
+    None for a predicted level."""
     station_mm: float
-    """Standard uncertainty of the level at a station: the root mean square over all stations."""
+    """Standard uncertainty of the level at a station, or at a place of a predicted level: the root mean square over
+    all."""
 
 
 class BudgetSummary(JsonRecord):
@@ -252,21 +254,6 @@ class ErrorUncertainty(JsonRecord):
     """Particle radius of the runs that computed the effects of the inputs; None if there are no such runs."""
 
 
-class PredictedPart(JsonRecord):
-    """One error of a predicted level, and its standard uncertainty: half the half-width of its 95 % interval."""
-
-    name: str
-    """Name of the error, in words."""
-    kind: str
-    """Kind of the error: numerics, inputs or model."""
-    setting: str
-    """Key of the trial file that declares the error; empty if there is no such key."""
-    mean_level_mm: float
-    """Standard uncertainty of the mean level."""
-    place_mm: float
-    """Standard uncertainty of the level at one place: root mean square along the crack."""
-
-
 class PredictedLevel(JsonRecord):
     """Level of a run without readings, with its band, which is due to the numerics and the declared inputs."""
 
@@ -293,9 +280,9 @@ class PredictedLevel(JsonRecord):
     """Mean level along the crack."""
     mean_level_95_mm: tuple[float, float]
     """Ends of the mean level's 95 % interval."""
-    parts: tuple[PredictedPart, ...]
+    parts: tuple[BudgetPart, ...]
     """All errors included in the band, one by one."""
-    missing: tuple[PredictedPart, ...] = ()
+    missing: tuple[BudgetPart, ...] = ()
     """Undeclared errors of the model, which the band does not include."""
     inputs: tuple[InputEffect, ...]
     """Effects of the varied inputs."""

@@ -40,12 +40,13 @@ def assumed(key: str, value: Value = None, unit: str = "", **parts: Any) -> Fact
 def table(key: str, **parts: Any) -> PageTable:
     """Return the table of a block, which calls ``title`` once and ``row`` for each row."""
     _, (title, *_), rows = _rendered(key, parts)
-    return PageTable(title, tuple(rows))
+    return PageTable(title, tuple((label, text) for label, text in rows))
 
 
 def tile(key: str, **parts: Any) -> tuple[str, str, str]:
     """Return title, figure and text of a block, which calls ``tile`` once."""
-    return _rendered(key, parts)[2][0]
+    ((title, figure, text),) = _rendered(key, parts)[2]
+    return title, figure, text
 
 
 def _rendered(key: str, parts: dict[str, Any]) -> tuple[str, list[str], list[tuple[str, ...]]]:

@@ -30,7 +30,7 @@ SOUND = (0.95, 1.05)
 
 
 Case = Literal["leak", "edited", "predicted", "alone", "screening", "too-few-readings", "judged"]
-"""Why there is a verdict, or none: the first that holds.
+"""Reason for a verdict, or for none. The first that holds is taken.
 
 leak: a particle escaped; edited: files were edited by hand; predicted: no readings, but a band; alone: neither;
 screening: the fast model computed the level; too-few-readings; judged: the mean error is compared with a gate.

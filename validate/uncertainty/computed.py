@@ -308,6 +308,15 @@ class Spread:
         levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
         return Replicates([size.radius_mm for size in self.sizes], levels_mm, self.mean_of)
 
+    def errors(self, s_mm: Floats, volume_level_mm: float | None) -> list[Component]:
+        """Return the errors of the level at stations by the numerics and by the declared inputs.
+
+        ``volume_level_mm`` is the change of level due to volume that the numerics gained; None if it is unknown.
+        """
+        sizes = self.at(s_mm)
+        computed = [] if sizes is None else numerical_errors(sizes, volume_level_mm)
+        return [*computed, *self.inputs_at(s_mm).errors()]
+
     def inputs_at(self, s_mm: Floats) -> Inputs:
         """Return the effects of the inputs, interpolated at ``s_mm``."""
         if self.draws is not None:

@@ -1,6 +1,6 @@
 """Conclusions from the errors of a level: with readings, after ASME V&V 20 (2009); else the band of a prediction."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +8,11 @@ import numpy as np
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile, Run, Trajectory
 from sealtwin.core.regime import GRAVITY_M_S2
-from validate.intervals import BudgetPart, MeanLevelBudget, PredictedLevel, PredictedPart, StationErrors
+from validate.intervals import BudgetPart, MeanLevelBudget, PredictedLevel, StationErrors
 from validate.sentences import stated
 from validate.settings import Uncertainty
-from validate.uncertainty.budget import Budget, Component, Curve, Kind, draws_for, half_width, normals, rms
-from validate.uncertainty.computed import Spread, numerical_errors
+from validate.uncertainty.budget import Budget, Component, Curve, Kind, draws_for, normals
+from validate.uncertainty.computed import Spread
 from validate.uncertainty.meniscus import Mouth
 
 MEAN_LEVEL = "validation.mean-level"  # Key of the conclusion according to ASME V&V 20
@@ -155,8 +155,6 @@ def predict(
     # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
     level_mm = np.interp(s_mm, simulated.s_mm, simulated.level_mm)
-    sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)
-    computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
     of_model = [] if ends is None else [ends.errors(s_mm)]
     fast_mm, missing = None, []
     if spread.fast_mm is not None:
@@ -167,27 +165,16 @@ def predict(
     tension_n_m = declared.surface_tension_n_m
     if mouth is not None and (meniscus := mouth.meniscus(s_mm, level_mm, tension_n_m, "model")) is not None:
         (missing if tension_n_m is None else of_model).append(meniscus)
-    budget = Budget(PLACES, (*computed, *moved.errors(), *of_model))
-    weights = Curve.of(s_mm, level_mm, s_mm).weights()
+    budget = Budget(PLACES, (*spread.errors(s_mm, volume_level_mm), *of_model), tuple(missing))
+    curve = Curve.of(s_mm, level_mm, s_mm)
+    weights = curve.weights()
     mean_mm, half_mm = float(weights[0] @ level_mm), budget.mean_mm(weights)
 
     def standard_mm(kind: Kind) -> Floats | None:
         alone = budget.of(kind)
         return np.round(alone.band_mm / COVERAGE, DIGITS) if alone.components else None
 
-    def parts(components: Iterable[Component]) -> tuple[PredictedPart, ...]:
-        return tuple(
-            PredictedPart(
-                name=one.name,
-                kind=one.kind,
-                setting=one.setting,
-                mean_level_mm=Budget(PLACES, (one,)).mean_mm(weights) / COVERAGE,
-                place_mm=rms(half_width(one.draws_mm)) / COVERAGE,
-            )
-            for one in components
-        )
-
-    effects, _ = moved.reported(s_mm)
+    effects, _ = spread.inputs_at(s_mm).reported(s_mm)
     return PredictedLevel(
         s_mm=s_mm,
         level_mm=np.round(level_mm, DIGITS),
@@ -198,8 +185,8 @@ def predict(
         model_mm=standard_mm("model"),
         mean_level_mm=mean_mm,
         mean_level_95_mm=(mean_mm - half_mm, mean_mm + half_mm),
-        parts=parts(budget.components),
-        missing=parts(missing),
+        parts=tuple(budget.part(one, curve) for one in budget.components),
+        missing=tuple(budget.part(one, curve) for one in budget.missing),
         inputs=effects,
         inputs_left_out=declared.left_out,
         fast_level_mm=None if fast_mm is None else np.round(fast_mm, DIGITS),
