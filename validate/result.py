@@ -309,8 +309,6 @@ class ReportData(JsonRecord):
     result."""
     cautions: tuple[Fact, ...]
     """Warnings to be read before any number."""
-    short: tuple[Fact, ...]
-    """The error, if there are readings, the runs of a mean, and where the sealant is."""
     photo_data: DataKind
     """Origin of the photo or the mesh; only measured data can validate."""
     readings: ReadingsFile | None
@@ -322,7 +320,7 @@ class ReportData(JsonRecord):
     seeds: SeedRuns | None = IF_SEVERAL
     """Runs that differ only in the seed, whose mean is the level; left out if there is one run."""
     uncertainty: tuple[Fact, ...]
-    """Findings on the uncertainty, and on what the intervals do not include."""
+    """Several runs whose mean is the level; findings on the uncertainty, and on what the intervals do not include."""
     assumptions: tuple[Fact, ...]
     """Assumptions of the model, and data that no metric includes."""
     figures: tuple[Fact, ...]
@@ -333,11 +331,6 @@ class ReportData(JsonRecord):
     """Commands that make this report again, in order."""
     tables: tuple[PageTable, ...]
     """All tables of the page."""
-
-    @property
-    def findings(self) -> tuple[Fact, ...]:
-        """Conclusions according to ASME V&V 20, or a sentence that it was not assessed; empty without readings."""
-        return () if self.comparison is None else self.comparison.findings
 
     @property
     def faults(self) -> tuple[Fact, ...]:

@@ -8,7 +8,7 @@ from sealtwin.core.facts import doubt, of_keys, texts
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import WeighedCavity
 from tests.evidence import SEEDS, make_evidence
-from validate.report.report_facts import cautions, facts_of_seeds, headline, short_facts, uncertainty_facts
+from validate.report.report_facts import cautions, headline, uncertainty_facts
 from validate.run_facts import facts_of_runs, names_of, run_warnings
 from validate.settings import Gate
 
@@ -95,11 +95,10 @@ def test_a_mean_of_drafts_says_that_its_runs_are_drafts_and_what_the_first_alone
     assert f"{run.radius_mm:g} mm radius (accurate: 0.25 mm)" in draft
     assert "solver." not in " ".join(texts(run_warnings(drafts.run, 0.775)[1:])), "preset is the cure"
     assert SEEDS.warnings[0] in cautions(drafts), "of another run"
-    for facts in (short_facts(drafts), facts_of_seeds(drafts)):
-        assert {"seeds.mean", "seeds.first", "seeds.drafts"} <= {fact.key for fact in facts}
-    assert not of_keys(short_facts(replace(evidence, seeds=SEEDS)), "seeds.drafts")
+    assert {"seeds.mean", "seeds.first", "seeds.drafts"} <= {fact.key for fact in uncertainty_facts(drafts)}
+    assert not of_keys(uncertainty_facts(replace(evidence, seeds=SEEDS)), "seeds.drafts")
     assert (names_of(SEEDS), names_of(SEEDS.model_copy(update={"seeds": (5, 6)}))) == ("0 to 2", "5 and 6")
-    assert "these are 3 runs" in uncertainty_facts(replace(drafts, comparison=None, readings=None))[0].text
+    assert "these are 3 runs" in uncertainty_facts(replace(drafts, comparison=None, readings=None))[-1].text
 
 
 def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):

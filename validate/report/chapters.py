@@ -34,8 +34,6 @@ from validate.intervals import ErrorUncertainty
 from validate.report.report_facts import (
     HEALTH_LABELS,
     assumptions,
-    facts_of_seeds,
-    left_out,
     stretches_off,
     tilt_words,
     uncertainty_facts,
@@ -142,13 +140,12 @@ def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Ite
     if evidence.run.has_particles:
         yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
     yield "Photo", "answer", [_photo(evidence)]
-    facts = *facts_of_seeds(evidence), *uncertainty_facts(evidence)
-    yield "Uncertainty", "uncertainty", [Paragraph(texts(facts))]
+    yield "Uncertainty", "uncertainty", [Paragraph(texts(uncertainty_facts(evidence)))]
 
 
 def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     comparison, prediction = evidence.comparison, evidence.prediction
-    yield "Assumed and left out", "assumptions", [Paragraph(texts((*assumptions(evidence), *left_out(evidence))))]
+    yield "Assumed and left out", "assumptions", [Paragraph(texts(assumptions(evidence)))]
     if comparison is not None:
         yield "Agreement and readings", "agreement", list(comparison_tables(evidence))
         if comparison.uncertainty is not None:

@@ -134,25 +134,14 @@ def health_facts(evidence: Evidence) -> tuple[Fact, ...]:
     )
 
 
-def short_facts(evidence: Evidence) -> tuple[Fact, ...]:
-    """Return facts on the error, if there are readings, on several runs, and on the places of the sealant."""
-    parts, m = parts_of(evidence), evidence.comparison
-    errors = () if m is None else (stated("short.errors", m.mean_error_mm, "mm", m=m),)
-    return (*errors, *facts_of_seeds(evidence), stated("short.volumes", **parts))
-
-
-def facts_of_seeds(evidence: Evidence) -> tuple[Fact, ...]:
-    return seed_facts(evidence.seeds, draft=is_draft(evidence.run))
-
-
 def uncertainty_facts(evidence: Evidence) -> tuple[Fact, ...]:
-    """Return facts on the uncertainty; that it was not assessed, if it was not."""
-    comparison = evidence.comparison
+    """Return facts on several runs, and on the uncertainty; that it was not assessed, if it was not."""
+    comparison, seeds = evidence.comparison, seed_facts(evidence.seeds, draft=is_draft(evidence.run))
     if evidence.prediction is not None:
-        return prediction_facts(evidence.prediction)
+        return *seeds, *prediction_facts(evidence.prediction)
     if comparison is not None and comparison.uncertainty is not None:
-        return _included(comparison.uncertainty)
-    return (stated("uncertainty.not-assessed", e=evidence),)
+        return *seeds, *_included(comparison.uncertainty)
+    return *seeds, stated("uncertainty.not-assessed", e=evidence)
 
 
 def _included(uncertainty: ErrorUncertainty) -> tuple[Fact, ...]:
@@ -207,42 +196,12 @@ def stretches_off(stations: StationErrors) -> str:
 
 
 def assumptions(evidence: Evidence) -> tuple[Fact, ...]:
-    """Return the assumptions, with the numbers that show how much depends on them.
+    """Return the assumptions, with numbers that show how much depends on them, and the data that no metric includes.
 
-    The block of an assumption that does not apply is empty.
+    The block of what does not apply is empty.
     """
-    outline, solid, run = evidence.outline, evidence.solid, evidence.run
-    fluid: dict[str, Any] = run.settings.get("fluid", {})
-    numbers = {
-        "tilt": (solid.cavity_volume_mm3 / run.dispensed_volume_mm3, ""),
-        "slope": (None, ""),
-        "surface-tension": (run.health.bond, ""),
-        "meniscus": (_meniscus_mm(evidence), "mm"),
-        "curve": (None, ""),
-        "paste": (None, ""),
-        "bingham": (fluid.get("yield_stress_pa"), "Pa"),
-        "no-slip": (fluid.get("D_cm"), "cm"),
-        "profile": (None, ""),
-        "beside": (None, ""),
-        "scale": (outline.scale_residual_mm, "mm"),
-        "automatic": (None, ""),
-    }
-    parts = {"fluid": fluid, "slope": run.settings.get("sample"), "tension_n_m": SURFACE_TENSION_N_M}
-    parts |= {"tilt": tilt_words(evidence), "settled": _settled(evidence), "as_read": _as_read(evidence.comparison)}
-    facts = [assumed(f"assumed.{name}", value, unit, e=evidence, **parts) for name, (value, unit) in numbers.items()]
-    paste = fluid.get("material") or {}
-    others = {
-        "paste-doubt": paste.get("doubts", ()),
-        "doubt": texts(run.doubts),
-        "note": texts((*outline.warnings, *solid.figures.warnings)),
-    }
-    facts += [assumed(f"assumed.{name}", text=text) for name, sentences in others.items() for text in sentences]
-    return tuple(fact for fact in facts if fact.text)
-
-
-def left_out(evidence: Evidence) -> tuple[Fact, ...]:
-    """Return the data that no metric includes, and why; one fact if all data are included."""
-    run, outline, readings, m = evidence.run, evidence.outline, evidence.readings, evidence.comparison
+    outline, solid, run, readings = evidence.outline, evidence.solid, evidence.run, evidence.readings
+    m, fluid = evidence.comparison, run.settings.get("fluid", {})
     repeats_mm = None if readings is None else readings.repeats_mm
     counts = {
         "stations": 0 if m is None or readings is None else len(m.basis.stations_beyond_mm),
@@ -251,8 +210,34 @@ def left_out(evidence: Evidence) -> tuple[Fact, ...]:
         "branches": 0 if outline.branches_kept else len(outline.branches_mm),
         "fast": int(not run.has_particles),
     }
-    facts = [assumed(f"left-out.{name}", count, e=evidence, m=m) for name, count in counts.items() if count]
-    return tuple(facts) or (assumed("left-out.nothing"),)
+    counts["nothing"] = sum(counts.values())
+    numbers: dict[str, tuple[Any, ...]] = {
+        "assumed.tilt": (solid.cavity_volume_mm3 / run.dispensed_volume_mm3,),
+        "assumed.slope": (),
+        "assumed.surface-tension": (run.health.bond,),
+        "assumed.meniscus": (_meniscus_mm(evidence), "mm"),
+        "assumed.curve": (),
+        "assumed.paste": (),
+        "assumed.bingham": (fluid.get("yield_stress_pa"), "Pa"),
+        "assumed.no-slip": (fluid.get("D_cm"), "cm"),
+        "assumed.profile": (),
+        "assumed.beside": (),
+        "assumed.scale": (outline.scale_residual_mm, "mm"),
+        "assumed.automatic": (),
+    }
+    others = {
+        "assumed.paste-doubt": (fluid.get("material") or {}).get("doubts", ()),
+        "assumed.doubt": texts(run.doubts),
+        "assumed.note": texts((*outline.warnings, *solid.figures.warnings)),
+    }
+    parts = {"e": evidence, "m": m, "fluid": fluid, "slope": run.settings.get("sample"), "tilt": tilt_words(evidence)}
+    parts |= {"tension_n_m": SURFACE_TENSION_N_M, "settled": _settled(evidence), "as_read": _as_read(m)}
+    facts = [
+        *(assumed(key, *number, **parts) for key, number in numbers.items()),
+        *(assumed(key, text=text) for key, sentences in others.items() for text in sentences),
+        *(assumed(f"left-out.{name}", count, **parts) for name, count in counts.items()),
+    ]
+    return tuple(fact for fact in facts if fact.text)
 
 
 def tilt_words(evidence: Evidence) -> str:

@@ -15,7 +15,7 @@ from tests.fluids import path, pour, slot
 from validate.compare import assess
 from validate.report.chapters import path_table, settings_table
 from validate.report.first_page import first_page
-from validate.report.report_facts import HEALTH_LABELS, assumptions, left_out, walls
+from validate.report.report_facts import HEALTH_LABELS, assumptions, walls
 from validate.settings import Readings, Uncertainty
 
 
@@ -24,6 +24,10 @@ def with_settings(evidence, **groups):
     settings = evidence.run.settings
     changed = {name: settings.get(name, {}) | more for name, more in groups.items()}
     return replace(evidence, run=replace(evidence.run, settings=settings | changed))
+
+
+def left_out(evidence):
+    return of_keys(assumptions(evidence), "left-out")
 
 
 def assumed(evidence, **groups) -> str:
