@@ -64,7 +64,7 @@ def _judged(out: Path) -> list[Row]:
         Row("flare 5.5, accurate: particles", first.fluid.particles, "", 14_527, 14_527),
         Row("flare 5.5, accurate: wall time of all stages", first.wall_time_s, "s", 0, 240),
         Row("flare 5.5: the cavity", first.sample.cavity_volume_mm3 / 1e3, "ml"),
-        Row("flare 5.5: the readings hold", first.comparison.measured_sealant_mm3 / 1e3, "ml"),
+        Row("flare 5.5: the readings hold", first.comparison.measured_volumes.sealant_mm3 / 1e3, "ml"),
         *(Row(f"{curve.name}: mean error", curve.mean_error_mm, "mm") for curve in curves),
         Row("lean 11, paper: mean error", leaning.comparison.mean_error_mm, "mm", 0, 1.8, f"<= {PAPER_MM}"),
         Row("lean 11, paper: escaped particles", leaning.fluid.escaped_particles, "", 0, 0),

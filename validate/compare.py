@@ -7,7 +7,7 @@ import numpy as np
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.comparison import Baseline, Comparison, CurveDistances, ReadingsScatter, VolumeComparison
 from validate.intervals import ErrorUncertainty, InputDrawsRecord, SizeStudy, StationBands, StationError, StationErrors
-from validate.metrics.baselines import ALWAYS, are_compared, beaten, best_curves, flat_levels
+from validate.metrics.baselines import ALWAYS, POOL, are_compared, beaten, best_curves
 from validate.metrics.curve_distances import (
     PiecewiseLinear,
     alignment,
@@ -110,10 +110,12 @@ def assess(
         raise ValueError(f"{evidence.name}: there are no readings to compare with.")
     gained_mm = gained_level_mm(evidence.run, simulated, outline, solid, evidence.volume_ratio)
     mouth = Mouth.of(outline, solid, evidence.run.density_kg_m3)
-    other = ()
+    pool = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)
+    pool_error_mm = level_difference(pool, measured).mean_error
+    unseen = [Baseline(POOL, 0, pool_error_mm)]
     if spread is not None and spread.fast_mm is not None:
         fast = level_difference(Profile(spread.s_mm, spread.fast_mm), measured)
-        other = (Baseline("the fast model", 0, fast.mean_error),)
+        unseen.append(Baseline("the fast model", 0, fast.mean_error))
     comparison = compare(
         simulated,
         measured,
@@ -127,14 +129,12 @@ def assess(
         edited=evidence.edited,
         fitted=settings.fitted,
         screening=not evidence.run.has_particles,
-        unseen=(*flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3), *other),
+        unseen=unseen,
     )
-    baseline = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)
-    baseline_error_mm = level_difference(baseline, measured).mean_error
     volumes = VolumeComparison(
-        volume_balance_level_mm=float(baseline.level_mm.max()),
-        volume_balance_error_mm=baseline_error_mm,
-        beats_volume_balance=comparison.mean_error_mm < baseline_error_mm,
+        volume_balance_level_mm=float(pool.level_mm.max()),
+        volume_balance_error_mm=pool_error_mm,
+        beats_volume_balance=comparison.mean_error_mm < pool_error_mm,
         mass_balance=mass_balance(
             evidence.run, solid, evidence.volume_ratio, comparison.measured_volumes.sealant_mm3, settings
         ),

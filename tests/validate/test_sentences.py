@@ -3,18 +3,13 @@
 import jinja2
 import pytest
 
-from validate.sentences import assumed, sentence, table
+from validate.sentences import sentence, table
 
 
 def test_a_text_of_a_user_is_no_template_and_stays_on_one_line():
     hostile = "{{ 7 * 7 }} {% raw %}\n</p> | a"
     assert sentence("assumed.note", text=hostile) == "Note of the digitising stage: {{ 7 * 7 }} {% raw %} </p> | a"
     assert table("table_origin", origin={hostile: hostile}).rows == ((hostile, "{{ 7 * 7 }} {% raw %} </p> | a"),)
-
-
-def test_a_fact_has_the_number_that_its_sentence_has():
-    fact = assumed("assumed.scale", 0.0214, "mm")
-    assert (fact.text, fact.value, fact.unit) == ("RMS misfit of the scale: 0.021 mm.", 0.0214, "mm")
 
 
 def test_a_name_that_is_missing_is_an_error_and_no_gap_in_a_sentence():

@@ -125,7 +125,7 @@ def against_baselines(
     is the number of compared stations, or None if it is unknown.
     """
     return sentence(
-        "verdict.baselines",
+        "beside_baselines",
         error_mm=error_mm,
         baselines=baselines,
         role=role,

@@ -1,15 +1,16 @@
 """The verdict on a comparison, and the minimum of readings that it needs."""
 
+import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Level
 from sealtwin.core.records import Floats
 from validate.comparison import Basis, Comparison, Outcome
 from validate.metrics.baselines import against_baselines
-from validate.sentences import doubted, sentence, stated
+from validate.sentences import sentence, stated
 from validate.settings import Gate
 
 FEWEST_STATIONS = 7
@@ -87,6 +88,23 @@ def case_of(
     return "judged" if comparison.basis.enough_readings else "too-few-readings"
 
 
+HEADLINES: dict[Case, tuple[str, ...]] = {
+    "leak": ("verdict.leak",),
+    "edited": ("verdict.edited",),
+    "screening": (SCREENING, "verdict.mean-error", BASELINES, "verdict.role"),
+    "too-few-readings": ("verdict.too-few-readings", "verdict.role"),
+    "judged": (BASELINES, "verdict.role", "verdict.gate"),
+}
+"""Keys of the facts of a headline."""
+LEVELS: dict[str, Level] = {
+    "verdict.leak": "fault",
+    "verdict.edited": "fault",
+    SCREENING: "caution",
+    "verdict.too-few-readings": "caution",
+}
+LIMITS = {"fewest_stations": FEWEST_STATIONS, "least_coverage": LEAST_COVERAGE, "widest_gap": WIDEST_GAP}
+
+
 def judged(
     comparison: Comparison, gate: Gate | None = None, edited: tuple[str, ...] = (), *, screening: bool = False
 ) -> Comparison:
@@ -98,43 +116,37 @@ def judged(
     """
     m, uncertainty = comparison, comparison.uncertainty
     case = case_of(m, m.escaped_particles, edited, fast=screening)
+    passed, outcome = _outcome(m, case, gate)
+    texts = {name: sentence(name, m=m) for name in ("interval", "covers")} | {"beside": beside_baselines(m)}
+    parts = {"m": m, "gate": gate, "edited": edited, "outcome": outcome, "nearly_all": NEARLY_ALL, **texts, **LIMITS}
+    mean_error = m.mean_error_mm, "mm"
+    numbers: dict[str, tuple[Any, ...]] = {
+        "verdict.leak": (m.escaped_particles,),
+        "verdict.edited": (len(edited),),
+        "verdict.role": (m.role,),
+    }
+    numbers |= dict.fromkeys((BASELINES, "verdict.mean-error", "verdict.gate"), mean_error)
+    headline = tuple(
+        stated(key, *numbers.get(key, ()), level=LEVELS.get(key, "plain"), in_full=True, **parts)
+        for key in HEADLINES[case]
+    )
     # Unused declarations are reported with any verdict.
-    findings = () if uncertainty is None else uncertainty.unused
-    interval, covers = (sentence(name, m=m) for name in ("interval", "covers"))
-    role = stated("verdict.role", m.role, m=m, in_full=True)
-    figures = Fact(BASELINES, beside_baselines(m), m.mean_error_mm, "mm"), role
-    passed: bool | None = None if gate is None else False
-    outcome: Outcome = "undecided"
-    headline: tuple[Fact, ...]
-    if case == "leak":
-        passed, outcome = False, "failed"
-        headline = (stated("verdict.leak", m.escaped_particles, level="fault", m=m),)
-    elif case == "edited":
-        headline = (stated("verdict.edited", len(edited), level="fault", m=m, edited=edited),)
-    elif case == "screening":
-        passed, outcome = None, "open"
-        error = stated("verdict.mean-error", m.mean_error_mm, "mm", interval=interval)
-        headline = doubted(SCREENING, m=m, gate=gate), error, *figures
-        gate = None
-    elif case == "too-few-readings":
-        outcome = "open" if gate is None else "undecided"
-        needed = {"least_coverage": LEAST_COVERAGE, "fewest_stations": FEWEST_STATIONS, "widest_gap": WIDEST_GAP}
-        headline = doubted("verdict.too-few-readings", m=m, covers=covers, **needed), role
-    else:
-        passed, outcome = _against_gate(m, gate)
-        parts = {"gate": gate, "outcome": outcome, "covers": covers, "nearly_all": NEARLY_ALL}
-        headline = *figures, stated("verdict.gate", m.mean_error_mm, "mm", m=m, interval=interval, **parts)
-        findings = () if uncertainty is None else uncertainty.findings
-    verdict = {"headline": headline, "outcome": outcome, "passed": passed, "gate": gate, "findings": findings}
-    return comparison.model_copy(update=verdict)
+    findings = () if uncertainty is None else uncertainty.findings if case == "judged" else uncertainty.unused
+    verdict = {"headline": headline, "outcome": outcome, "passed": passed, "findings": findings}
+    return m.model_copy(update={**verdict, "gate": None if case == "screening" else gate})
 
 
-def _against_gate(m: Comparison, gate: Gate | None) -> tuple[bool | None, Outcome]:
+def _outcome(m: Comparison, case: Case, gate: Gate | None) -> tuple[bool | None, Outcome]:
     """Return whether the mean error is within the gate, and the outcome by its interval."""
-    if gate is None:
+    if case == "leak":
+        return False, "failed"
+    if case == "screening":
         return None, "open"
-    passed = m.mean_error_mm <= gate.mean_error_mm
-    if m.interval_95_mm is not None and m.interval_95_mm[0] <= gate.mean_error_mm <= m.interval_95_mm[1]:
+    if gate is None:
+        return None, "undecided" if case == "edited" else "open"
+    low_mm, high_mm = m.interval_95_mm or (math.inf, 0.0)
+    passed = case == "judged" and m.mean_error_mm <= gate.mean_error_mm
+    if case != "judged" or low_mm <= gate.mean_error_mm <= high_mm:
         return passed, "undecided"
     return passed, "passed" if passed else "failed"
 

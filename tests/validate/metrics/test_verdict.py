@@ -127,12 +127,3 @@ def test_what_cannot_be_told_is_neither_passed_nor_failed(case, outcome, passed,
     assert (judgement.outcome, judgement.passed) == (outcome, passed)
     assert words in judgement.verdict
     assert not judgement.verdict.startswith(("Gate", "No gate"))
-
-
-@pytest.mark.parametrize("gate", [GATE, None])
-@pytest.mark.parametrize(("basis", "interval_mm"), [(ENOUGH, (0.05, 0.15)), (ENOUGH, (0.05, 2.0)), (FEW, None)])
-def test_every_verdict_says_whether_its_readings_were_held_out(gate, basis, interval_mm):
-    for role, words in (("held-out", "Held out"), ("calibrated-on", "Calibrated on these readings")):
-        verdict = judgement_of(basis, gate, role=role, interval_mm=interval_mm).verdict
-        assert words in verdict
-        assert "onsistent" not in verdict
