@@ -182,16 +182,13 @@ def _inputs(left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing:
 def stretches_off(stations: StationErrors) -> str:
     """Return a sentence on stretches of stations that are outside the band on one side, if any, the worst first."""
     sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)
-    ends = np.flatnonzero(np.diff(sides, append=2))
-    stretches, first = [], 0
-    for last in ends.tolist():
-        part = np.arange(first, last + 1)
-        worst = int(part[np.abs(stations.error_mm[part]).argmax()])
-        if sides[last]:
-            places_mm = {"from_mm": stations.s_mm[first], "to_mm": stations.s_mm[last], "at_mm": stations.s_mm[worst]}
-            size_mm = abs(float(stations.error_mm[worst]))
-            stretches.append({"side": int(sides[last]), "worst_mm": size_mm, **places_mm})
-        first = last + 1
+    stretches = []
+    for part in np.split(np.arange(len(sides)), np.flatnonzero(np.diff(sides)) + 1):
+        worst = part[np.abs(stations.error_mm[part]).argmax()]
+        first_mm, last_mm, at_mm = stations.s_mm[[part[0], part[-1], worst]]
+        size_mm = abs(float(stations.error_mm[worst]))
+        places_mm = {"from_mm": first_mm, "to_mm": last_mm, "at_mm": at_mm}
+        stretches += [{"side": sides[worst], "worst_mm": size_mm, **places_mm}] if sides[worst] else []
     return sentence("stretches_off", stretches=sorted(stretches, key=lambda stretch: -stretch["worst_mm"]))
 
 

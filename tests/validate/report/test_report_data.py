@@ -76,7 +76,8 @@ def test_green_is_for_held_out_readings(outcome, role, colour):
 
 
 def test_a_number_that_does_not_exist_is_null_and_an_unknown_key_is_refused(evidence):
-    distances = CurveDistances(**dict(evidence.comparison.distances) | {"frechet_mm": float("nan")})
+    changed: dict[str, Any] = dict(evidence.comparison.distances) | {"frechet_mm": float("nan")}
+    distances = CurveDistances(**changed)
     broken = evidence.comparison.model_copy(update={"distances": distances})
     content = report_data(replace(evidence, comparison=broken)).model_dump(mode="json")
     assert content["comparison"]["distances"]["frechet_mm"] is None
