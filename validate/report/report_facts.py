@@ -182,8 +182,8 @@ def _inputs(left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing:
 def stretches_off(stations: StationErrors) -> str:
     """Return a sentence on stretches of stations that are outside the band on one side, if any, the worst first."""
     sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)
-    stretches = []
-    for part in np.split(np.arange(len(sides)), np.flatnonzero(np.diff(sides)) + 1):
+    stretches, parts = [], np.split(np.arange(len(sides)), np.flatnonzero(np.diff(sides)) + 1)
+    for part in parts if len(sides) else ():
         worst = part[np.abs(stations.error_mm[part]).argmax()]
         first_mm, last_mm, at_mm = stations.s_mm[[part[0], part[-1], worst]]
         size_mm = abs(float(stations.error_mm[worst]))
