@@ -106,7 +106,9 @@ def test_every_reader_shows_the_mean(three):
     assert report["seeds"] == result["seeds"]
     assert report["provenance"]["seed"] == "0, 1, 2"
     half = f"± {result['seeds']['band_95_mm']:.2f} mm"
-    assert any("mean of 3 runs, with seeds 0 to 2" in one["text"] and half in one["text"] for one in report["uncertainty"])
+    assert any(
+        "mean of 3 runs, with seeds 0 to 2" in one["text"] and half in one["text"] for one in report["uncertainty"]
+    )
     with job_in(three) as job:
         side = run_comparison._side(job, "three")
     assert side.profile.level_mm == pytest.approx(levels["level_mm"])
