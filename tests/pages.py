@@ -8,7 +8,7 @@ from PIL import Image
 from validate.figures import figure_sheet, snapshots
 from validate.figures.drawing import DrawnFigure
 from validate.report import write_report as report_module
-from validate.report_input import Evidence
+from validate.result import Evidence
 
 
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:

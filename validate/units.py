@@ -11,7 +11,6 @@ from pydantic import ConfigDict, with_config
 from sealtwin.core.records import Floats
 
 NOT_RECORDED = "not recorded"
-NOT_COMPUTED = "not computed by the fast model"
 
 
 @with_config(ConfigDict(extra="forbid"))
@@ -58,20 +57,24 @@ def percent(share: float, decimals: int = 1) -> str:
 
 def words(key: str) -> str:
     """Return a name in the code as words, its unit in brackets: "frame_s" is "frame (s)"."""
-    ending = next((ending for ending in UNITS if key.endswith(ending)), "")
-    name = key.removesuffix(ending).replace("_", " ")
-    return f"{name} ({UNITS[ending]})" if ending else name
+    name, unit = _name_and_unit(key)
+    return f"{name} ({unit})" if unit else name
 
 
 def setting_name(setting: str) -> str:
     """Return a setting of a trial, given by dotted name, in words without a unit: "yield stress"."""
     own: dict[str, str] = LABELS["settings"]
-    return own.get(setting) or words(setting.rpartition(".")[2]).partition(" (")[0]
+    return own.get(setting) or _name_and_unit(setting.rpartition(".")[2])[0]
 
 
 def unit_of(key: str) -> str:
     """Return the unit that a name in the code ends with; "1" for a pure number."""
-    return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")
+    return _name_and_unit(key)[1] or "1"
+
+
+def _name_and_unit(key: str) -> tuple[str, str]:
+    ending = next((ending for ending in UNITS if key.endswith(ending)), "")
+    return key.removesuffix(ending).replace("_", " "), UNITS.get(ending, "")
 
 
 def plain(value: Any) -> str:

@@ -64,7 +64,7 @@ def write_report(
     from validate.compare import assess
     from validate.report.write_report import REPORT
     from validate.report.write_report import write_report as write_pages
-    from validate.report_input import Evidence, ReadingsSheet, provenance
+    from validate.result import Evidence, ReadingsSheet, provenance
 
     run = run.run if isinstance(run, SimulatedLevel) else run
     for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath), ("run", run, Run)):

@@ -155,7 +155,7 @@ def inject(
     made_of = of_one_crack("inject", crack, solid, path)
     from simulate.device import choose_device
     from simulate.run import fill
-    from validate.wording.headline import run_warnings
+    from validate.run_facts import run_warnings
 
     solver = solver or Solver(radius_mm="auto", settle_s=2.0)
     nozzle = nozzle or Nozzle()

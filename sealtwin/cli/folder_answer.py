@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.cli.answer import BAD_INPUT, BUG, GATE_FAILED, SOME_FAILED, Answer
-from sealtwin.cli.trial_answer import SAY_ORIGIN
 from sealtwin.core.doubts import CONFIRMS
 from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import (
@@ -46,7 +45,8 @@ def batch_answer(batch: Batch) -> Answer:
     if proposals := sum(row.path_source == "automatic" for row in batch.done):
         lines.append(f"{proposals} cracks were found automatically: check these proposals.")
     if undeclared := sum(row.data == "undeclared" for row in batch.done):
-        lines.append(f"{counted(undeclared, 'photo')} of undeclared origin; photo{SAY_ORIGIN}")
+        origins = "photo.data declares it (measured, reconstructed, synthetic)"
+        lines.append(f"{counted(undeclared, 'photo')} of undeclared origin; {origins}.")
     lines += [f"failed: {row.fault}" for row in batch.failed]
     return Answer(batch.content(), lines, batch.exit_code)
 

@@ -30,8 +30,7 @@ from validate.figures.compare_sheet import MOST, compare_sheet
 from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
 from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.result import COMPARISON, Comparison, read_comparison
-from validate.wording.headline import run_warnings
-from validate.wording.of_runs import facts_of_runs
+from validate.run_facts import facts_of_runs, run_warnings
 
 PAGE, CONTENT = "compare.html", "compare.json"
 LISTED = (
@@ -110,7 +109,11 @@ def compare_runs(
 
 
 def _listed(comparison: Comparison | None) -> dict[str, Any]:
-    return dict.fromkeys(LISTED) if comparison is None else comparison.model_dump(mode="json", include=set(LISTED))
+    if comparison is None:
+        return dict.fromkeys(LISTED)
+    content = comparison.model_dump(mode="json", include=set(LISTED))
+    figures = {**vars(comparison.errors), "beats_flat_level": comparison.beats_flat_level, **content}
+    return {name: figures[name] for name in LISTED}
 
 
 def _finished(folder: Path) -> Job:

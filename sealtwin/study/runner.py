@@ -290,7 +290,7 @@ def _seal(
 
 def _figures(run: Run) -> dict[str, Any]:
     """Return the figures of a run. Raises NumericalError if a particle went through a wall."""
-    from validate.wording.headline import fluid_warnings
+    from validate.run_facts import fluid_warnings
 
     if run.escaped_particles:
         raise NumericalError(
@@ -313,9 +313,10 @@ def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
 
     crack, role = (sample.outline, sample.solid), trial.readings.role
     comparison = compare(profile, sample.readings, *crack, role=role, photo_data=trial.shown_by.data)
-    stretch_mm = comparison.covered_from_mm, comparison.covered_to_mm
+    stretch_mm = comparison.basis.covered_from_mm, comparison.basis.covered_to_mm
     curves = best_curves(sample.readings, *stretch_mm, range(1, MOST_NUMBERS + 1))
-    return {**{name: getattr(comparison, name) for name in RunErrors.model_fields}, "baselines": curves}
+    figures = vars(comparison.errors) | {"stations_compared": comparison.basis.stations_compared, "baselines": curves}
+    return {name: figures[name] for name in RunErrors.model_fields}
 
 
 def _failure(fault: Exception, wall_s: float) -> Outcome:

@@ -21,9 +21,8 @@ from sealtwin.trial.pipeline import REPORT_S, rounds_of_seeds
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.validate_stage import OF_SEEDS, SEED_RUNS
 from validate.result import SeedRuns
+from validate.run_facts import facts_of_runs, fluid_warnings
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
-from validate.wording.headline import fluid_warnings
-from validate.wording.of_runs import facts_of_runs
 
 FOLDER = "seeds"
 

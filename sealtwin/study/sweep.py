@@ -26,8 +26,7 @@ from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import load_trial, refuse_seeds, replaced
 from validate.metrics.verdict import kept_volume
-from validate.wording.headline import DRAFTED_MM
-from validate.wording.of_runs import facts_of_runs
+from validate.run_facts import DRAFTED_MM, facts_of_runs
 
 BUG, SOME_FAILED = 1, 6
 DRAFTS = f"levels are within {DRAFTED_MM:g} mm of accurate ones at nine of ten places. --accurate computes these."

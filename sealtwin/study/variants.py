@@ -19,7 +19,7 @@ from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
-from validate.wording.of_runs import facts_of_runs
+from validate.run_facts import facts_of_runs
 
 SEEDS = 2**31  # Number of seeds that a trial may have
 

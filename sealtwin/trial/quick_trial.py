@@ -116,8 +116,8 @@ def fast_answer(trial: Trial, sample: Sample) -> str:
     unfit = f" It is UNFIT for this case, so wait for the particles: {run.unfit[0]}" if run.unfit else ""
     return (
         f"By the fast model, for screening: level {level_mm.mean():.2f} mm on average, {level_mm.min():.2f} to "
-        f"{level_mm.max():.2f} mm; {volumes['underfill_mm3']:.0f} mm3 are missing below the face and "
-        f"{volumes['overfill_mm3']:.0f} mm3 are above it.{unfit}"
+        f"{level_mm.max():.2f} mm; {volumes.underfill_mm3:.0f} mm3 are missing below the face and "
+        f"{volumes.overfill_mm3:.0f} mm3 are above it.{unfit}"
     )
 
 

@@ -222,10 +222,10 @@ def test_a_report_says_what_nobody_declared(way, result, tmp_path, monkeypatch):
     assert report["name"] == "P01"
     compared = report["comparison"]
     assert report["photo_data"] == compared["readings_data"] == compared["role"] == "undeclared"
-    assert "alidated" not in " ".join(report["headline"])
-    (caution,) = [text for text in report["cautions"] if text.startswith("Not a validation")]
+    assert "alidated" not in str(report["headline"])
+    (caution,) = [fact["text"] for fact in report["cautions"] if fact["key"] == "data.not-a-validation"]
     assert caution.count("not declared") == 3
-    assert compared["mean_error_mm"] == pytest.approx(result.mean_error_mm)
+    assert compared["errors"]["mean_error_mm"] == pytest.approx(result.mean_error_mm)
     assert compared["uncertainty"]["mean_error_interval_mm"] == pytest.approx(result.interval_95_mm)
     assert crack.sha256 in str(report["provenance"])
 
@@ -301,7 +301,7 @@ def test_declared_data_can_validate(lab, way):
     level = st.measure_level(way[4], crack, solid)
     table = np.column_stack([s_mm, np.interp(s_mm, level.s_mm, level.level_mm)])
     readings = st.read_readings(table, crack, solid, data="measured", role="held-out")
-    assert st.compare(level, readings, crack, solid, gate_mm=50.0).headline[-1].startswith("Gate passed: ")
+    assert st.compare(level, readings, crack, solid, gate_mm=50.0).headline[-1].text.startswith("Gate passed: ")
 
 
 def test_levels_are_drawn_on_a_figure(result):

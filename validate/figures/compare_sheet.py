@@ -1,6 +1,7 @@
 """Page that compares finished runs, and its figures. Figures and tables name a run by its number."""
 
 from collections.abc import Callable, Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -24,16 +25,16 @@ from validate.metrics.verdict import beside_baselines
 from validate.units import signed
 
 FIGURES = {
-    "mean error (mm)": ("mean_error_mm", "{:.3f}"),
-    "bias (mm)": ("bias_mm", "{:.3f}"),
-    "RMS error (mm)": ("rmse_mm", "{:.3f}"),
-    "worst error (mm)": ("worst_error_mm", "{:.2f}"),
-    "at s (mm)": ("worst_at_mm", "{:.1f}"),
-    "share of the length under 1 mm": ("share_under_1_mm", "{:.2f}"),
-    "Fréchet distance (mm)": ("frechet_mm", "{:.2f}"),
-    "mean error of the best flat line (mm)": ("flat_level_error_mm", "{:.3f}"),
+    "mean error (mm)": ("errors.mean_error_mm", "{:.3f}"),
+    "bias (mm)": ("errors.bias_mm", "{:.3f}"),
+    "RMS error (mm)": ("distances.rmse_mm", "{:.3f}"),
+    "worst error (mm)": ("errors.worst_error_mm", "{:.2f}"),
+    "at s (mm)": ("errors.worst_at_mm", "{:.1f}"),
+    "share of the length under 1 mm": ("errors.share_under_1_mm", "{:.2f}"),
+    "Fréchet distance (mm)": ("distances.frechet_mm", "{:.2f}"),
+    "mean error of the best flat line (mm)": ("errors.flat_level_error_mm", "{:.3f}"),
     "mean error of the dispensed volume's flat level (mm)": ("volume_balance_error_mm", "{:.3f}"),
-    "share of the crack that is filled": ("simulated_fill_ratio", "{:.3f}"),
+    "share of the crack that is filled": ("simulated_volumes.fill_ratio", "{:.3f}"),
 }
 """Key and format of each figure of a comparison, by label."""
 
@@ -161,7 +162,7 @@ def _figure(side: Side, key: str) -> float | None:
         return None
     if key == "volume_balance_error_mm":
         return comparison.volumes and comparison.volumes.volume_balance_error_mm
-    return getattr(comparison, key)
+    return attrgetter(key)(comparison)
 
 
 def _held_out_words(sides: Sequence[Side]) -> str:

@@ -13,8 +13,8 @@ from validate.figures.particles import cut_rings, plane_at
 from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
+from validate.run_facts import levels_in_words
 from validate.units import signed
-from validate.wording.of_runs import levels_in_words
 
 
 @dataclass(frozen=True)
@@ -201,7 +201,7 @@ class FirstFigure:
             bands = comparison.uncertainty.levels
             theme.draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, theme.MUTED, 0.28)
         axes.fill_between(error.x, 0.0, error.value, color=theme.SIMULATED, alpha=0.3, linewidth=0)
-        inside = are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)
+        inside = are_compared(readings, comparison.basis.covered_from_mm, comparison.basis.covered_to_mm)
         s_mm = readings.s_mm[inside]
         error_mm = np.interp(s_mm, error.x, error.value)
         axes.bar(s_mm, error_mm, 0.011 * self.outline.length_mm, color=theme.INK)

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 
 from sealtwin.core.records import Profile, Sections
 from sealtwin.core.solid_figures import WeighedCavity
-from validate.comparison import StationErrors
 from validate.figures import theme
+from validate.intervals import StationErrors
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison
 from validate.uncertainty.validation import COVERAGE
@@ -52,7 +52,7 @@ def draw_levels(
     if readings is not None:
         _draw_readings(axes, readings, comparison)
     if comparison is not None and any(one.numbers for one in comparison.baselines):
-        flat_mm = comparison.flat_level_mm
+        flat_mm = comparison.errors.flat_level_mm
         name = f"best flat level, {flat_mm:.1f} mm"
         axes.axhline(flat_mm, color=theme.THIRD, linewidth=1.2, linestyle=DOTTED, label=name)
     if profile is not None:
@@ -82,7 +82,7 @@ def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison | None)
 def draw_histogram(comparison: Comparison) -> Figure:
     """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
     axes = theme.plate(2.9).add_subplot()
-    bins = [part for part in comparison.error_by_bin if part.covered_mm > 0]
+    bins = [part for part in comparison.distances.by_bin if part.covered_mm > 0]
     begins_mm = np.array([part.from_mm for part in bins])
     widths_mm = np.array([part.to_mm for part in bins]) - begins_mm
     errors_mm = np.array([part.mean_error_mm for part in bins])

@@ -101,7 +101,7 @@ class Filling:
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
         """Return the volume of sealant below a level. Beyond the outer stations the level is constant."""
         profile = Profile(s_mm, np.maximum(level_mm, -self.solid.depth_at_mm(s_mm)))
-        return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm)["sealant_mm3"]
+        return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm).sealant_mm3
 
 
 class SheetAndCrack(NamedTuple):

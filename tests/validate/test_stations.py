@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from validate.comparison import StationError, StationErrors
-from validate.wording.comparison import stretches_off, worst_at_a_station
+from validate.compare import worst_at_a_station
+from validate.intervals import StationError, StationErrors
+from validate.report.report_facts import stretches_off
 
 S_MM = np.arange(0.0, 45.0, 5.0)
 
@@ -32,7 +33,7 @@ LARGEST_FIRST = (
     ],
 )
 def test_stretches_off_are_named(errors_mm, named, absent):
-    text = " ".join(stretches_off(stations(*errors_mm)))
+    text = stretches_off(stations(*errors_mm))
     assert named in text
     assert absent not in text
     assert bool(text) == bool(named)

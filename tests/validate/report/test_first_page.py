@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sealtwin.core.facts import doubt
 from tests.evidence import FAST_FILL, make_evidence
 from validate.compare import assess
 from validate.figures.first_figure import BAND_NEXT, BAND_READ
-from validate.report.chapters import first_caption
+from validate.report.first_page import first_caption, first_page, station_rows
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
-from validate.wording.first_page import first_page, station_rows
 
 FITTED = ("fluid.U", "fluid.yield_stress_pa")
 
@@ -102,7 +102,10 @@ def test_faults_and_unmeasured_data_are_named_before_the_figure(evidence, tmp_pa
     labels = dict(first_page(judged(drawn)).labels)
     assert {"synthetic", "reconstructed"} <= set(labels["Not a validation:"].replace(",", "").replace(".", "").split())
     assert first_page(judged(evidence)).labels == ()
-    fast = replace(evidence.run, fast_fill=FAST_FILL.model_copy(update={"unfit": ("A mound stays; it is large.",)}))
+    fast = replace(
+        evidence.run,
+        fast_fill=FAST_FILL.model_copy(update={"unfit": (doubt("unfit.mound", "A mound stays; it is large."),)}),
+    )
     unfit = dict(first_page(replace(evidence, run=fast, comparison=None, readings=None)).labels)
     assert "UNFIT" in unfit["Check first:"]
 
