@@ -6,7 +6,7 @@ from typing import Any
 from sealtwin.core.records import DataKind, Profile
 from tests.charts import S_MM, line, make_readings
 from validate.comparison import Baseline
-from validate.figures.side_by_side import Side
+from validate.figures.compare_page import Side
 from validate.result import Comparison
 
 COMPARISON = Comparison.model_construct(

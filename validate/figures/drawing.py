@@ -13,7 +13,7 @@ from matplotlib.backends.backend_mixed import MixedModeRenderer
 from matplotlib.backends.backend_svg import FigureCanvasSVG, RendererSVG
 from matplotlib.figure import Figure
 from matplotlib.path import Path
-from matplotlib.transforms import Affine2D, Bbox, TransformedPath
+from matplotlib.transforms import Affine2D, Bbox, Transform, TransformedPath
 from PIL import Image
 
 from validate.figures.theme import themed
@@ -75,7 +75,7 @@ def _opaque(pixels: RendererAgg) -> Image.Image:
 
 
 class _BothRenderer:
-    """Draws as SVG and as pixels. Widths of lines are in points, so only places differ by a factor."""
+    """Draws as SVG and as pixels. Widths of lines are in points, so only positions differ by a factor."""
 
     def __init__(self, vector: RendererSVG, pixels: RendererAgg) -> None:
         self._vector, self._pixels = vector, pixels
@@ -86,39 +86,30 @@ class _BothRenderer:
         pixels.draw_path(paper, Path.unit_rectangle(), whole, (1.0, 1.0, 1.0))
 
     def __getattr__(self, name: str) -> Any:
-        """Return what is not drawn, for example the size of a text."""
-        return getattr(self._vector, name)
+        """Return what draws in both, or what does not draw, for example the size of a text."""
+        draw = getattr(self._vector, name)
+        if not name.startswith("draw_"):
+            return draw
 
-    def draw_path(self, gc: Any, path: Any, place: Any, *colour: Any) -> None:
-        self._vector.draw_path(gc, path, place, *colour)
-        self._pixels.draw_path(self._clipped(gc), path, place + self._larger, *colour)
+        numbers = 2 if name in ("draw_image", "draw_text") else 0  # Their first two values are a position
 
-    def draw_markers(self, gc: Any, marker: Any, size: Any, path: Any, place: Any, *colour: Any) -> None:
-        self._vector.draw_markers(gc, marker, size, path, place, *colour)
-        larger = size + self._larger, path, place + self._larger
-        self._pixels.draw_markers(self._clipped(gc), marker, *larger, *colour)
+        def larger(index: int, value: Any) -> Any:
+            if isinstance(value, Transform):
+                return (value + self._larger).frozen()
+            return value * self._factor if index < numbers else value
 
-    def draw_path_collection(
-        self, gc: Any, size: Any, paths: Any, sizes: Any, offsets: Any, place: Any, *style: Any, **more: Any
-    ) -> None:
-        self._vector.draw_path_collection(gc, size, paths, sizes, offsets, place, *style, **more)
-        larger = (size + self._larger).frozen(), paths, sizes, offsets, (place + self._larger).frozen()
-        self._pixels.draw_path_collection(self._clipped(gc), *larger, *style, **more)
+        def draw_in_both(gc: Any, *values: Any, **more: Any) -> None:
+            draw(gc, *values, **more)
+            getattr(self._pixels, name)(self._clipped(gc), *(larger(*each) for each in enumerate(values)), **more)
 
-    def draw_image(self, gc: Any, x: float, y: float, pixels: Any) -> None:
-        self._vector.draw_image(gc, x, y, pixels)
-        self._pixels.draw_image(self._clipped(gc), x * self._factor, y * self._factor, pixels)
-
-    def draw_text(self, gc: Any, x: float, y: float, *text: Any, **more: Any) -> None:
-        self._vector.draw_text(gc, x, y, *text, **more)
-        self._pixels.draw_text(self._clipped(gc), x * self._factor, y * self._factor, *text, **more)
+        return draw_in_both
 
     def _clipped(self, gc: Any) -> GraphicsContextBase:
         larger = self._pixels.new_gc()
         larger.copy_properties(gc)
         if (box := gc.get_clip_rectangle()) is not None:
             larger.set_clip_rectangle(Bbox(box.get_points() * self._factor))
-        path, place = gc.get_clip_path()
+        path, transform = gc.get_clip_path()
         if path is not None:
-            larger.set_clip_path(TransformedPath(path, place + self._larger))
+            larger.set_clip_path(TransformedPath(path, transform + self._larger))
         return larger

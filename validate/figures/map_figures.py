@@ -1,9 +1,6 @@
-"""Figures of a mapped study, as in the paper: levels (Fig.
+"""Figures of a mapped study, as in the paper: levels (7), error over two settings (8, 10), fills (6), cost (11)."""
 
-7), error over two settings (8, 10), fills (6), cost (11).
-"""
-
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from string import ascii_lowercase
 from typing import Any, Literal
@@ -14,14 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from sealtwin.core.records import Floats
 from sealtwin.core.vtk_files import Frame
 from validate.figures import theme
-from validate.figures.chart import Axis, Chart, HeldRun
-from validate.figures.figure_sheet import wide_axes
+from validate.figures.chart import Axis, Chart, Excluded, HeldRun
 from validate.figures.particles import ColourScale, add_bar, ages_of
 from validate.figures.snapshots import FillScene
 
@@ -37,24 +32,21 @@ FEWEST = 3  # Least number of frames in a step, and of steps with a median for a
 @theme.themed()
 def draw_levels_of_study(chart: Chart) -> Figure:
     """Draw the levels of all runs and the readings, with the nearest run in bold."""
-    figure, axes = wide_axes(4.2, face=True)
-    curves = [np.column_stack([run.profile.s_mm, run.profile.level_mm]) for run in chart.runs]
-    axes.add_collection(LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
+    _, axes = theme.wide_axes(4.2, face=True)
     readings, best = chart.readings, chart.best
-    theme.draw_band(axes, readings.s_mm, readings.level_mm, chart.band_mm, theme.MEASURED, 0.3)
-    (caliper,) = axes.plot(readings.s_mm, readings.level_mm, "--o", color=theme.MEASURED, markersize=3.5)
-    (nearest,) = axes.plot(best.profile.s_mm, best.profile.level_mm, color=theme.SIMULATED, linewidth=3.0)
+    curves = [np.column_stack([profile.s_mm, profile.level_mm]) for profile in (run.profile for run in chart.runs)]
+    thin = LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True, label="a run")
+    axes.add_collection(thin)
+    kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
+    read = {"color": theme.MEASURED, "markersize": 3.5, "label": f"caliper{kind}, 95 % band"}
+    theme.draw_curve(axes, readings.s_mm, readings.level_mm, "--o", chart.band_mm, **read)
+    bold = {"color": theme.SIMULATED, "linewidth": 3.0, "label": f"{chart.nearest} off"}
+    theme.draw_curve(axes, best.profile.s_mm, best.profile.level_mm, **bold)
     s_mm, level_mm = np.vstack([*curves, np.column_stack([readings.s_mm, readings.level_mm])]).T
     axes.set_xlim(0, s_mm.max())
     axes.set_ylim(level_mm.min() - 1, level_mm.max() + 1)
-    theme.label_axes(axes, theme.ALONG, theme.LEVEL, f"Levels of {len(chart.runs)} runs")
-    kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
-    axes.legend(
-        [Line2D([], [], color=theme.MUTED, linewidth=0.7), nearest, caliper],
-        ["a run", f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm off", f"caliper{kind}, 95 % band"],
-        loc="lower right",
-    )
-    return figure
+    axes.legend(loc="lower right")
+    return theme.label_axes(axes, theme.ALONG, theme.LEVEL, f"Levels of {len(chart.runs)} runs")
 
 
 def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
@@ -68,17 +60,14 @@ def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
 def draw_influence(chart: Chart, of: int) -> Figure:
     """Draw the mean error over axis ``of``: a line for each value of the other axis on a grid of runs, else points."""
     along, other = chart.axes[of], chart.axes[1 - of]
-    figure, axes = wide_axes(4.2)
-    places, values = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
+    figure, axes = theme.wide_axes(4.2)
+    places, values = chart.pairs[:, of], chart.pairs[:, 1 - of]
     norm = (LogNorm if other.logarithmic else Normalize)(other.values[0], other.values[-1])
-    if other.is_graded(len(chart.runs)):
-        for value in other.values:
-            here = np.flatnonzero(values == value)
-            here = here[np.argsort(places[here])]
-            colour = LINE_COLOURS(norm(value))
-            axes.plot(places[here], chart.errors_mm[here], "o-", color=colour, markersize=3, linewidth=1.2)
-    else:
-        axes.scatter(places, chart.errors_mm, c=values, cmap=LINE_COLOURS, norm=norm, s=18)
+    axes.scatter(places, chart.errors_mm, c=values, cmap=LINE_COLOURS, norm=norm, s=12)
+    for value in other.values if other.is_graded(len(chart.runs)) else ():
+        line = np.flatnonzero(values == value)
+        line = line[np.argsort(places[line])]
+        axes.plot(places[line], chart.errors_mm[line], color=LINE_COLOURS(norm(value)), linewidth=1.2)
     if along.is_graded(len(chart.runs)):
         mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
         axes.plot(along.values, mean_mm, color=theme.INK, linewidth=3.0, label=f"mean over {other.name}")
@@ -86,91 +75,74 @@ def draw_influence(chart: Chart, of: int) -> Figure:
     add_bar(figure, ColourScale(other.label, LINE_COLOURS, norm), [axes], pad=0.01)
     scale_axis(axes, "x", along)
     axes.set_ylim(0, None)
-    theme.label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
-    return figure
+    return theme.label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
 
 
 @theme.themed()
-def draw_points(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
-    """Draw each run as a point in the colour of its mean error, with its number and error, and no surface between.
+def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
+    """Draw the mean error over the two settings: each run in the colour of its error, over a surface between them.
 
-    Runs that are not ranked are empty squares. ``chosen`` runs have their letters.
+    If the runs are too few for a surface, each has its number and, if there is room, its error. ``chosen`` runs have
+    their letters. Runs that are not ranked are empty squares.
     """
-    figure, axes = wide_axes(5.0)
-    at, best = np.array([run.at for run in chart.runs]), chart.best
-    drawn = axes.scatter(
-        *at.T, c=chart.errors_mm, cmap=LINE_COLOURS, s=130, edgecolors=theme.INK, label="a run", zorder=3
-    )
+    figure, axes = theme.wide_axes(5.4)
+    surface, errors_mm = chart.has_surface, chart.errors_mm
+    colours: Any = {"cmap": "viridis" if surface else LINE_COLOURS, "norm": Normalize(errors_mm.min(), errors_mm.max())}
+    if surface:
+        axes.pcolormesh(*heat(chart), **colours, shading="auto", rasterized=True)
+        axes.grid(visible=False)
+    point = {
+        "s": 24 if surface else 130,
+        "edgecolors": theme.MEASURED if surface else theme.INK,
+        "clip_on": False,
+        "zorder": 3,
+    }
+    drawn = axes.scatter(*chart.pairs.T, c=errors_mm, **colours, **point, label="a run")
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
-    label = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
-    ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": theme.INK, "linestyle": "none"}
-    axes.plot(*best.at, "o", **ring, markersize=18, markeredgewidth=1.6, label=label)
-    letters = {run.number: f"{letter}, " for letter, run in zip(ascii_lowercase, chosen, strict=False)}
-    names = [
-        (run.at, f"{letters.get(run.number, '')}run {run.number}", f": {run.mean_error_mm:.2f} mm")
-        for run in chart.runs
-    ]
-    across, up = (axis.setting for axis in chart.axes)
-    pairs = [(each.number, (each.settings.get(across), each.settings.get(up))) for each in chart.excluded]
-    unranked = [(number, pair) for number, pair in pairs if all(map(_has_place, chart.axes, pair))]
+    ring: Any = {"color": "white", "markerfacecolor": "none", "clip_on": False, "zorder": 3, "path_effects": HALO}
+    near = chart.pairs[np.array(chart.as_near) & (chart.replicates is not None)]
+    for pairs, size, label in ((near, 9, "fit equally well"), (np.array([chart.best.at]), 18, chart.nearest)):
+        if len(pairs):
+            axes.plot(*pairs.T, "o", **ring, markersize=size, label=label)
+    unranked = {run.number: pair for run in chart.excluded if (pair := _pair(chart, run)) is not None}
     if unranked:
-        axes.plot(*zip(*(pair for _, pair in unranked), strict=True), "s", **ring, markersize=9, label="not ranked")
-    names += [(pair, f"run {number}", ": not ranked") for number, pair in unranked]
-    for pair, name, result in names:
-        text = f"{name}{result}" if len(names) <= MOST_LABELS else name.replace("run ", "")
-        axes.annotate(text, pair, (0, 13), textcoords="offset points", ha="center", fontsize=8.0)
-    scale_axis(axes, "x", chart.axes[0])
-    scale_axis(axes, "y", chart.axes[1])
+        square = {"markerfacecolor": "none", "markeredgecolor": theme.INK, "linestyle": "none", "markersize": 9}
+        axes.plot(*np.array([*unranked.values()]).T, "s", **square, label="not ranked")
+    _name_runs(
+        axes, chart, unranked, {run.number: letter for letter, run in zip(ascii_lowercase, chosen, strict=False)}
+    )
+    for name, axis in zip(("x", "y"), chart.axes, strict=True):
+        scale_axis(axes, name, axis)
     # Space for labels at the edges.
-    axes.margins(0.14, 0.16)
-    theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error of each run against the readings")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, fontsize=8.0)
+    axes.margins(*((0.0, 0.0) if surface else (0.14, 0.16)))
+    title = "Mean error against the readings" if surface else "Mean error of each run against the readings"
+    theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "")
+    axes.set_title(title, pad=24.0)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=4, fontsize=8.0)
     return figure
 
 
-def _has_place(axis: Axis, value: Any) -> bool:
-    """Return True if a setting of any run, also of one that failed, can be drawn on the axis."""
-    return isinstance(value, int | float) and (value > 0 or not axis.logarithmic)
+def _name_runs(axes: Axes, chart: Chart, unranked: Mapping[int, Floats], letters: Mapping[int, str]) -> None:
+    """Write letters above the runs that have them, and numbers if there is no surface."""
+    results = {run.number: (run.at, f"{run.mean_error_mm:.2f} mm") for run in chart.runs}
+    results |= {number: (pair, "not ranked") for number, pair in unranked.items()}
+    style: Any = {"fontsize": 8.0}
+    if chart.has_surface:
+        style = {"fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
+    for number, (pair, result) in results.items():
+        name = f"run {number}: {result}" if len(results) <= MOST_LABELS else str(number)
+        parts = [letters.get(number), None if chart.has_surface else name]
+        axes.annotate(", ".join(filter(None, parts)), pair, (0, 13), textcoords="offset points", ha="center", **style)
 
 
-@theme.themed()
-def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
-    """Draw the map of the mean error, with the runs as crosses and a letter at each of the ``chosen`` runs."""
-    figure, axes = wide_axes(5.4)
-    across, up, error_mm = heat(chart)
-    drawn = axes.pcolormesh(across, up, error_mm, cmap="viridis", shading="auto", rasterized=True)
-    figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
-    at, near, best = np.array([run.at for run in chart.runs]), np.array(chart.as_near), chart.best
-    axes.plot(*at.T, "x", color=theme.MEASURED, markersize=5, markeredgewidth=1.1, label="a run", clip_on=False)
-    label = "fit equally well"
-    ring = {"color": "white", "markerfacecolor": "none", "markersize": 9, "path_effects": HALO}
-    axes.plot(*at[near].T, "o", **ring, label=label, clip_on=False)
-    label = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
-    star = {"color": "white", "markeredgecolor": theme.INK, "markersize": 16, "linestyle": "none"}
-    axes.plot(*best.at, "*", **star, label=label, clip_on=False)
-    numbers = [run.number for run in chart.runs]
-    for letter, run in zip(ascii_lowercase, chosen, strict=False):
-        # Toward the middle, since title and colour bar are at the edges.
-        right, above = chart.places[numbers.index(run.number)] > 0.5
-        axes.annotate(
-            letter,
-            run.at,
-            (-9 if right else 9, -12 if above else 8),
-            textcoords="offset points",
-            ha="right" if right else "left",
-            color="white",
-            fontsize=11,
-            fontweight="bold",
-            path_effects=HALO,
-        )
-    scale_axis(axes, "x", chart.axes[0])
-    scale_axis(axes, "y", chart.axes[1])
-    axes.grid(visible=False)
-    theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error against the readings")
-    # Space for the marks of runs on the upper edge.
-    axes.set_title(axes.get_title(loc="left"), pad=12.0)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8.0)
-    return figure
+def _pair(chart: Chart, run: Excluded) -> Floats | None:
+    """Return the two settings of a run; None if they are not set, as in a run that failed, or not on the map's axes."""
+    pair = [run.settings.get(axis.setting) for axis in chart.axes]
+    shown = [
+        isinstance(value, int | float) and (value > 0 or not axis.logarithmic)
+        for axis, value in zip(chart.axes, pair, strict=True)
+    ]
+    return np.array(pair, dtype=float) if all(shown) else None
 
 
 def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
@@ -181,8 +153,7 @@ def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
     """
     from scipy.interpolate import griddata
 
-    values = np.array([run.at for run in chart.runs]).T
-    places = [axis.spaced(each) for axis, each in zip(chart.axes, values, strict=True)]
+    places = [axis.spaced(each) for axis, each in zip(chart.axes, chart.pairs.T, strict=True)]
     lines = [np.linspace(each.min(), each.max(), CELLS) for each in places]
     grid = tuple(np.meshgrid(*lines))
     error_mm = griddata(np.column_stack(places), chart.errors_mm, grid, method="linear", rescale=True)
@@ -216,21 +187,16 @@ class Fill:
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
     moments = max(len(fill.course.frames) for fill in fills)
-    figure = theme.wide_figure(0.8 + 0.95 * len(fills))
-    grid = figure.subplots(len(fills), moments, squeeze=False, sharex=True, sharey=True)
-    scale = _ages(fills)
-    for row, fill in zip(grid, fills, strict=True):
-        for axes, frame in zip(row, fill.course.frames, strict=False):
-            fill.scene.draw_side(axes, frame, frame.age_s, scale)
-            axes.annotate(
-                f"{frame.t_s:.1f} s", (1.0, 1.0), (0, 3), "axes fraction", "offset points", ha="right", fontsize=7.5
-            )
-        row[0].set_title(fill.title, fontsize=8.5)
-        for axes in row[len(fill.course.frames) :]:
-            axes.set_axis_off()
-    for axes in grid[-1]:
+    frames = [[*fill.course.frames, *[None] * (moments - len(fill.course.frames))] for fill in fills]
+    panels = [(fill, frame) for fill, row in zip(fills, frames, strict=True) for frame in row]
+    figure, grid = _draw_sections(0.8 + 0.95 * len(fills), (len(fills), moments), panels)
+    for axes, (fill, frame) in zip(grid, panels, strict=True):
+        if frame is not None:
+            time = f"{frame.t_s:.1f} s"
+            axes.annotate(time, (1.0, 1.0), (0, 3), "axes fraction", "offset points", ha="right", fontsize=7.5)
+            axes.set_title(fill.title if frame is fill.course.frames[0] else "", fontsize=8.5)
+    for axes in grid[-moments:]:
         axes.set_xlabel("s (mm)")
-    _add_bar(figure, scale)
     return figure
 
 
@@ -239,27 +205,33 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     """Draw the end of each chosen run, with the level measured from its particles."""
     columns = min(3, len(fills))
     rows = -(-len(fills) // columns)
-    figure = theme.wide_figure(0.5 + 1.3 * rows)
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
-    scale = _ages(fills)
+    figure, grid = _draw_sections(0.5 + 1.3 * rows, (rows, columns), [(fill, fill.course.frames[-1]) for fill in fills])
     for axes, fill in zip(grid, fills, strict=False):
-        end, profile = fill.course.frames[-1], fill.run.profile
-        fill.scene.draw_side(axes, end, end.age_s, scale)
-        axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=2.4)
-        axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.1)
+        profile = fill.run.profile
+        theme.draw_curve(axes, profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=2.4)
+        theme.draw_curve(axes, profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.1)
         axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
-    for axes in grid[len(fills) :]:
-        axes.set_axis_off()
-    _add_bar(figure, scale)
     return figure
 
 
-def _add_bar(figure: Figure, scale: ColourScale) -> None:
+def _draw_sections(
+    height_in: float, shape: tuple[int, int], panels: Sequence[tuple[Fill, Frame | None]]
+) -> tuple[Figure, Sequence[Axes]]:
+    """Draw sections along the crack by age in a grid, and one colour bar; return the figure and the grid, row by row.
+
+    A panel without a frame stays empty.
+    """
+    figure = theme.wide_figure(height_in)
+    grid = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True).ravel()
+    scale = ages_of(frame for fill, _ in panels for frame in fill.course.frames)
+    for axes in grid:
+        axes.set_axis_off()
+    for axes, (fill, frame) in zip(grid, panels, strict=False):
+        if frame is not None:
+            axes.set_axis_on()
+            fill.scene.draw_side(axes, frame, frame.age_s, scale)
     add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
-
-
-def _ages(fills: Sequence[Fill]) -> ColourScale:
-    return ages_of(frame for fill in fills for frame in fill.course.frames)
+    return figure, grid
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
@@ -269,7 +241,7 @@ def medians(particles: Floats, frame_ms: Floats) -> Floats:
     """
     step = np.minimum((particles / particles.max() * STEPS).astype(int), STEPS - 1)
     inside = [step == number for number in range(STEPS) if (step == number).sum() >= FEWEST]
-    return np.array([[np.median(values[one]) for one in inside] for values in (particles, frame_ms)])
+    return np.array([[np.median(values[part]) for part in inside] for values in (particles, frame_ms)])
 
 
 def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
@@ -294,7 +266,7 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
     row = figure.subplots(1, 3 if fills else 2)
     wall_s = [run.wall_s for run in chart.runs]
     for index, (axis, axes) in enumerate(zip(chart.axes, row[-2:], strict=True)):
-        axes.plot([run.at[index] for run in chart.runs], wall_s, "o", color=theme.SIMULATED, markersize=3.5, alpha=0.6)
+        axes.plot(chart.pairs[:, index], wall_s, "o", color=theme.SIMULATED, markersize=3.5, alpha=0.6)
         scale_axis(axes, "x", axis)
         axes.set_ylim(0, None)
         theme.label_axes(axes, axis.label, "time of a run (s)", f"Whole runs, over {axis.name}")
@@ -317,4 +289,6 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
 def frame_times(fills: Sequence[Fill]) -> tuple[Floats, Floats]:
     """Return the number of moving particles and the time in ms of each frame of all fills, (k,) each."""
     courses = [fill.course for fill in fills]
-    return np.concatenate([one.particles for one in courses]), np.concatenate([one.frame_ms for one in courses])
+    return np.concatenate([course.particles for course in courses]), np.concatenate(
+        [course.frame_ms for course in courses]
+    )

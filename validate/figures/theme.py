@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 from matplotlib import font_manager, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from sealtwin.core.records import Floats
 
@@ -102,6 +103,15 @@ def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
     return Picture(figsize=(width_in, height_in), layout="constrained")
 
 
+def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
+    """Return a figure of a page's width and its axes, with a line at 0 if ``face`` is True."""
+    figure = wide_figure(height_in)
+    axes = figure.add_subplot()
+    if face:
+        draw_face(axes)
+    return figure, axes
+
+
 def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figure:
     """Label axes, with a legend of up to ``legend`` columns under the title; return their figure."""
     axes.set(xlabel=x, ylabel=y, title=title)
@@ -125,6 +135,26 @@ def draw_band(
     label: str | None = None,
 ) -> None:
     axes.fill_between(x, middle - half, middle + half, color=colour, alpha=alpha, linewidth=0, label=label)
+
+
+def draw_curve(
+    axes: Axes,
+    s_mm: Floats,
+    level_mm: Floats,
+    style: str = "-",
+    half_mm: Floats | None = None,
+    alpha: float = 0.3,
+    band: str | None = None,
+    **line: Any,
+) -> Line2D:
+    """Draw a level along the crack, over its band of half-width ``half_mm`` with the label ``band``; return its line.
+
+    ``line`` has the colour, and other properties of the line.
+    """
+    if half_mm is not None:
+        draw_band(axes, s_mm, level_mm, half_mm, line["color"], alpha, band)
+    (drawn,) = axes.plot(s_mm, level_mm, style, **line)
+    return drawn
 
 
 def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) -> None:
