@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from sealtwin.core.records import Floats, Outline, Pixels, Profile, Solid, Trajectory
 from validate.figures import theme
-from validate.figures.particles import cut_rings, plane_at
+from validate.figures.particles import draw_solid_across, plane_at
 from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
@@ -230,8 +229,7 @@ class FirstFigure:
         axes.axhspan(-self.solid.depth_mm, level_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
         axes.axhline(level_mm, color=theme.SIMULATED, linewidth=2.0)
         # The solid is drawn over the sealant, which is seen in the cavity alone.
-        for ring in cut_rings(self.solid.vertices_mm, self.solid.faces, *plane_at(self.outline, s_mm)):
-            axes.add_patch(Polygon(ring, facecolor=theme.GROUND, edgecolor=theme.ON_GROUND, linewidth=0.8, zorder=3))
+        draw_solid_across(axes, self.solid, *plane_at(self.outline, s_mm), zorder=3)
         axes.set_xlim(-shown_mm / 2, shown_mm / 2)
         axes.set_ylim(*self._ends_mm)
         axes.axis("off")

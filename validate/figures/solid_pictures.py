@@ -5,24 +5,12 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory
 from validate.figures import theme
-from validate.figures.particles import (
-    SECTIONS_AT,
-    ColourScale,
-    add_bar,
-    age_scale,
-    draw_across,
-    draw_discs,
-    draw_walls,
-    show_from_above,
-    show_to_scale,
-)
+from validate.figures.particles import OVER, SECTIONS_AT, ColourScale, Views, add_bar, age_scale
 from validate.figures.rendering import render
 
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (theme.GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
@@ -64,48 +52,33 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
 
 @theme.themed()
 def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -> Figure:
-    """Draw the particles from the side, coloured by age, with the level that was measured from them."""
-    figure = theme.plate(2.7)
-    axes = figure.add_subplot()
-    s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
-    shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
-    along_mm = np.linspace(-6, outline.length_mm + 6, 500)
-    theme.draw_ground(axes, along_mm, -solid.depth_at_mm(along_mm), -solid.depth_mm - 2)
-    axes.axhline(0.0, color=theme.ON_GROUND, linewidth=0.8)
-    axes.set_facecolor(theme.AIR)
-    place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
-    draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
+    """Draw the section along the crack, particles coloured by age, with the level that was measured from them."""
+    figure, stays = theme.plate(2.7), ~run.spilled
+    axes, position_mm = figure.add_subplot(), run.position_mm[stays]
+    Views(outline, solid, run.radius_mm).draw_along(axes, position_mm, run.age_s[stays], _ages(run))
     add_bar(figure, _ages(run), [axes], **BELOW)
     axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=3.0)
     label = "profile read from the particles"
     axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.4, label=label)
-    top_mm = max(4.0, float(run.position_mm[shown, 2].max(initial=0.0)) + 1.5)
-    show_to_scale(axes, (-6, outline.length_mm + 6), (-solid.depth_mm - 2, top_mm))
+    axes.set_ylim(top=max(4.0, float(position_mm[:, 2].max(initial=0.0)) + 1.5))
     return theme.label_axes(axes, theme.ALONG, "z (mm)", "From the side: particles by age", legend=1)
 
 
 @theme.themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> Figure:
     """Draw the sample from above: particles coloured by height, the traced walls and the nozzle's path."""
-    figure = theme.plate(3.6)
-    axes = figure.add_subplot()
-    x_min, y_min, x_max, y_max = solid.block_mm
-    face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=theme.GROUND, edgecolor="none")
-    axes.add_artist(face)
-    shown = ~run.spilled
-    position_mm = run.position_mm[shown][np.argsort(run.position_mm[shown, 2])]
-    heights = ColourScale("z (mm)", theme.HEIGHTS, Normalize())
-    draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
+    figure, position_mm = theme.plate(3.6), run.position_mm[~run.spilled]
+    axes, heights = figure.add_subplot(), ColourScale("z (mm)", theme.HEIGHTS, Normalize())
+    Views(outline, solid, run.radius_mm).draw_from_above(axes, 14, position_mm, position_mm[:, 2], heights)
     add_bar(figure, heights, [axes], **BELOW)
-    draw_walls(axes, outline, face)
-    axes.plot(*trajectory.position_mm[:, :2].T, color=theme.MEASURED, linewidth=1.2, label="nozzle path from the dot")
-    axes.plot(*trajectory.position_mm[0, :2], "o", color=theme.MEASURED, markersize=5)
+    path = {"color": theme.MEASURED, "zorder": OVER}
+    axes.plot(*trajectory.position_mm[:, :2].T, **path, linewidth=1.2, label="nozzle path from the dot")
+    axes.plot(*trajectory.position_mm[0, :2], "o", **path, markersize=5)
     # The legend shows the line on mortar, since it would be invisible on a dark page.
     on_mortar = [withStroke(linewidth=5.0, foreground=theme.GROUND)]
     label = f"walls in the {outline.seen_in}"
     axes.plot([], [], color=theme.ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=label)
-    show_from_above(axes, outline, solid, 14, "From above: particles by height", legend=2)
-    return figure
+    return theme.label_axes(axes, "x (mm)", "y (mm)", "From above: particles by height", legend=2)
 
 
 @theme.themed()
@@ -113,7 +86,7 @@ def draw_sections(run: Run, outline: Outline, solid: Solid) -> Figure:
     """Draw sections across the crack at three places, with particles coloured by age."""
     figure, stays = theme.plate(3.6), ~run.spilled
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
-    draw_across(row, outline, solid, run.position_mm[stays], run.radius_mm, run.age_s[stays], _ages(run))
+    Views(outline, solid, run.radius_mm).draw_across(row, run.position_mm[stays], run.age_s[stays], _ages(run))
     return figure
 
 
