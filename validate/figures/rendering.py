@@ -13,7 +13,7 @@ LIGHT = np.array([-0.36, 0.48, 0.8])
 DARKEST = 0.55  # Brightness without light; the colour can still be compared with its scale
 SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
 MOST_AT_ONCE = 1_000_000  # Samples in the bounding boxes of facets that are computed together, in 100 MB
-FLAT = 1e-9  # Doubled area, in samples, below which a triangle is regarded as a line
+FLAT = 1e-9  # Least width of a row, in samples, over which nearness may change
 
 
 def render(
@@ -31,35 +31,32 @@ def render(
     1; ``face_normal`` (f, 3) replaces the facets' own normals in the shading. Facets that face away are drawn too.
     """
     right, up, toward = view_axes(azimuth_deg, elevation_deg)
-    vertices_mm = vertices_mm - vertices_mm[np.unique(faces)].mean(axis=0)
-    place = np.column_stack([vertices_mm @ right, -(vertices_mm @ up)])
-    shown = place[np.unique(faces)]
-    place = (place - shown.min(axis=0)) * (width_px * SMOOTHING / np.ptp(shown[:, 0]))
-    nearness = vertices_mm @ toward
-    width, height = np.ceil(place[np.unique(faces)].max(axis=0) / SMOOTHING).astype(int) * SMOOTHING
+    used, corner = np.unique(faces, return_inverse=True)
+    # To the right and down in the picture, and toward the viewer, in samples.
+    place = vertices_mm[used] @ np.column_stack([right, -up, toward])
+    place -= place.min(axis=0)
+    place *= width_px * SMOOTHING / place[:, 0].max()
+    width, height = width_px * SMOOTHING, int(np.ceil(place[:, 1].max() / SMOOTHING)) * SMOOTHING
 
     normal = facet_normals(vertices_mm, faces) if face_normal is None else face_normal
     # Facets that face away are lit from their back.
-    normal = normal * np.where(normal @ toward < 0, -1.0, 1.0)[:, None]
+    normal = np.copysign(1.0, normal @ toward)[:, None] * normal
     shade = DARKEST + (1 - DARKEST) * np.clip(normal @ (LIGHT @ np.array([right, up, toward])), 0.0, 1.0)
+    triangle, owner = place[corner.reshape(faces.shape)], np.full(height * width, -1)
     nearest = np.full(height * width, -np.inf)
-    owner = np.full(height * width, -1)
-    samples = np.cumsum(np.prod(np.ptp(place[faces], axis=1) + 1, axis=1))
+    samples = np.cumsum(np.prod(np.ptp(triangle[..., :2], axis=1) + 1, axis=1))
     batches = np.searchsorted(samples, np.arange(MOST_AT_ONCE, samples[-1], MOST_AT_ONCE))
     for part in np.split(np.arange(len(faces)), np.unique(batches)):
-        index, pixel, depth = _covered(place[faces[part]], nearness[faces[part]], width, height)
-        in_front = np.flatnonzero(depth > nearest[pixel])
-        np.maximum.at(nearest, pixel[in_front], depth[in_front])
-        # The value that is written last remains, so the order is reversed: of equally near facets the first one wins.
-        last = in_front[depth[in_front] == nearest[pixel[in_front]]][::-1]
-        owner[pixel[last]] = part[index[last]]
+        facet, sample, nearness = _covered(triangle[part], width, height)
+        np.maximum.at(nearest, sample, nearness)
+        front = nearness == nearest[sample]
+        owner[sample[front]] = part[facet[front]]
     # The last row is the colour of samples that no facet covers.
     colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
     colour[:-1, :3] = face_colour * shade[:, None]
     colour[:-1, 3] = 1.0
-    owner = owner.reshape(height, width)
-    corners = [colour[owner[row::SMOOTHING, column::SMOOTHING]] for row, column in np.ndindex(SMOOTHING, SMOOTHING)]
-    mean = np.mean(corners, axis=0)
+    shape = height // SMOOTHING, SMOOTHING, width // SMOOTHING, SMOOTHING
+    mean = colour[owner].reshape(*shape, 4).mean(axis=(1, 3))
     # The average is over covered samples only, or edges would darken.
     mean[..., :3] /= np.where(mean[..., 3:] > 0, mean[..., 3:], 1.0)
     return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)
@@ -92,33 +89,30 @@ def unit(vectors: Floats) -> Floats:
     return vectors / np.where(size > 0, size, 1.0)
 
 
-def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
-    """Return triangle index, sample index and nearness for each sample that a triangle (f, 3, 2) covers.
+def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
+    """Return triangle, sample and nearness, (n,) each, for the samples that triangles cover.
 
-    Triangles are filled row by row, so that slivers cost little.
+    ``corner`` is (f, 3, 3): the corners' places to the right, down and toward the viewer. Triangles are filled row by
+    row, so that slivers cost little.
     """
-    first = np.maximum(np.ceil(corner[:, :, 1].min(axis=1) - 0.5), 0).astype(int)
-    last = np.minimum(np.floor(corner[:, :, 1].max(axis=1) - 0.5), height - 1).astype(int)
-    (ax, ay), (bx, by), (cx, cy) = corner.transpose(1, 2, 0)
-    doubled_area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    flat = np.abs(doubled_area) < FLAT
-    owner, row = _counted_up(np.where(flat, 0, np.maximum(last - first + 1, 0)), first)
-    begin, end = np.full(len(row), np.inf), np.full(len(row), -np.inf)
-    for one, other in ((0, 1), (1, 2), (2, 0)):
-        (x0, y0), (x1, y1) = corner[owner, one].T, corner[owner, other].T
-        along = (row + 0.5 - y0) / np.where(y0 == y1, np.nan, y1 - y0)
-        x = np.where((along >= 0) & (along <= 1), x0 + along * (x1 - x0), np.nan)
-        begin, end = np.fmin(begin, x), np.fmax(end, x)
-    begin = np.clip(np.nan_to_num(np.ceil(begin - 0.5), posinf=width), 0, width).astype(int)
-    end = np.clip(np.nan_to_num(np.floor(end - 0.5), neginf=-1), -1, width - 1).astype(int)
-    # Nearness is linear on a triangle: one number at the beginning of each row, and one slope along it.
-    a, to_b, to_c = nearness[:, 0], nearness[:, 1] - nearness[:, 0], nearness[:, 2] - nearness[:, 0]
-    scale = 1 / np.where(flat, 1.0, doubled_area)
-    across, down = scale * (to_b * (cy - ay) - to_c * (by - ay)), scale * (to_c * (bx - ax) - to_b * (cx - ax))
-    at_begin = a[owner] + across[owner] * (begin + 0.5 - ax[owner]) + down[owner] * (row + 0.5 - ay[owner])
-    count = np.maximum(end - begin + 1, 0)
-    span, step = _counted_up(count, np.zeros_like(begin))
-    return owner[span], (row * width + begin)[span] + step, at_begin[span] + across[owner][span] * step
+    y = corner[..., 1]
+    first = np.maximum(np.ceil(y.min(axis=1) - 0.5), 0).astype(int)
+    last = np.minimum(np.floor(y.max(axis=1) - 0.5), height - 1).astype(int)
+    triangle, row = _counted_up(np.maximum(last - first + 1, 0), first)
+    # A row's middle crosses two of the three edges of its triangle, or ends at a corner of two edges.
+    start, step = corner[triangle], np.roll(corner, -1, axis=1)[triangle] - corner[triangle]
+    share = (row[:, None] + 0.5 - start[..., 1]) / np.where(step[..., 1] == 0, np.nan, step[..., 1])
+    crosses = (share >= 0) & (share <= 1)
+    crossing = start + np.where(crosses, share, 0.0)[..., None] * step
+    rows = np.arange(len(row))
+    left = crossing[rows, np.where(crosses, crossing[..., 0], np.inf).argmin(axis=1)]
+    right = crossing[rows, np.where(crosses, crossing[..., 0], -np.inf).argmax(axis=1)]
+    begin = np.clip(np.ceil(left[:, 0] - 0.5), 0, width).astype(int)
+    end = np.clip(np.floor(right[:, 0] - 0.5), -1, width - 1).astype(int)
+    span, column = _counted_up(np.where(crosses.any(axis=1), np.maximum(end - begin + 1, 0), 0), begin)
+    slope = (right[:, 2] - left[:, 2]) / np.maximum(right[:, 0] - left[:, 0], FLAT)
+    nearness = left[span, 2] + slope[span] * (column + 0.5 - left[span, 0])
+    return triangle[span], row[span] * width + column, nearness
 
 
 def _counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
