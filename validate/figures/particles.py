@@ -11,7 +11,6 @@ from matplotlib.colors import Colormap, LogNorm, Normalize
 from matplotlib.figure import FigureBase
 from matplotlib.patches import PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from sealtwin.core.mesh_file import load_trimesh
@@ -28,8 +27,6 @@ ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip
 MARGIN_MM = 4.0  # Width shown past the sample's edges
 BEYOND_MM = 30.0  # Length by which the centreline is continued straight past its ends, for sealant on the face
 FINE_MM = 0.1  # Spacing of the points of a centreline: an eighth of a particle of the paper
-CELLS = 6  # Cells of a disc's radius in the search for hidden discs
-DISCS_AT_ONCE = 20_000  # Discs that are searched together, in 20 MB
 SLOWEST_MM_S, FASTEST_MM_S = 1.0, 1000.0  # Ends of the scale of speeds: creeping paste, and a fall of 50 mm
 UNDER, FACE, WALLS, OVER = 1.0, 1.1, 3.9, 4.0
 """Drawing order from above: sealant under the face, the face, which hides it, the crack's walls, sealant over it."""
@@ -58,15 +55,14 @@ def ages_of(frames: Iterable[Frame]) -> ColourScale:
 def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
     """Draw particles at (n, 2) as discs to scale. They become pixels, since 15,000 outlines would take megabytes."""
     scale.norm.autoscale_None(value)
-    visible = not_hidden(place_mm, radius_mm)
     discs = EllipseCollection(
         [2 * radius_mm],
         [2 * radius_mm],
         [0.0],
         units="xy",
-        offsets=place_mm[visible],
+        offsets=place_mm,
         offset_transform=axes.transData,
-        array=value[visible],
+        array=value,
         cmap=scale.colours,
         norm=scale.norm,
         linewidth=0,
@@ -74,31 +70,6 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
     )
     axes.add_collection(discs)
     return discs
-
-
-def not_hidden(place_mm: Floats, radius_mm: float) -> NDArray[np.bool_]:
-    """Return a mask, (n,), of the discs at (n, 2) that are at least partly visible. Later discs cover earlier ones.
-
-    Discs are compared on cells of a sixth of their radius. A disc hides only what is at least one cell inside its edge.
-    """
-    if not len(place_mm):
-        return np.zeros(0, dtype=bool)
-    cell = np.floor((place_mm - place_mm.min(axis=0)) * (CELLS / radius_mm)).astype(np.int64) + CELLS
-    rows, columns = cell.max(axis=0) + CELLS + 1
-    side = np.arange(-CELLS, CELLS + 1)
-    from_middle = np.hypot(side[:, None], side)
-    step = side[:, None] * columns + side
-    whole, inside = step[from_middle <= CELLS], step[from_middle <= CELLS - 1]
-    middle = cell @ [columns, 1]
-    number = np.arange(len(middle), dtype=np.int32)[:, None]
-    top = np.full(rows * columns, -1, dtype=np.int32)
-    visible = np.empty(len(middle), dtype=bool)
-    parts = [slice(first, first + DISCS_AT_ONCE) for first in range(0, len(middle), DISCS_AT_ONCE)]
-    for part in parts:
-        top[middle[part, None] + inside] = number[part]
-    for part in parts:
-        visible[part] = (top[middle[part, None] + whole] <= number[part]).any(axis=1)
-    return visible
 
 
 def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layout: Any) -> None:
