@@ -47,7 +47,7 @@ def as_picture(figure: Figure, dpi: int) -> Image.Image:
 
 
 def draw_both(figure: Figure, name: str, dpi: int) -> DrawnFigure:
-    """Return what ``as_svg`` and ``as_picture`` return. The layout is computed once, since it takes half of the time."""
+    """Return what ``as_svg`` and ``as_picture`` return. The layout is computed once: it takes half of the time."""
     svg = as_svg(figure, name, dpi)
     figure.set_layout_engine("none")
     return DrawnFigure(svg, as_picture(figure, dpi))

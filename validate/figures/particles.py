@@ -11,8 +11,8 @@ from matplotlib.colors import Colormap, LogNorm, Normalize
 from matplotlib.figure import FigureBase
 from matplotlib.patches import PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
-from scipy.spatial import KDTree
 
+from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.vtk_files import Frame
@@ -25,8 +25,6 @@ ACROSS_MM = 9.0  # Half the width of a section
 PAST_ENDS_MM = 6.0  # Length shown past each end of the crack
 ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip
 MARGIN_MM = 4.0  # Width shown past the sample's edges
-BEYOND_MM = 30.0  # Length by which the centreline is continued straight past its ends, for sealant on the face
-FINE_MM = 0.1  # Spacing of the points of a centreline: an eighth of a particle of the paper
 SLOWEST_MM_S, FASTEST_MM_S = 1.0, 1000.0  # Ends of the scale of speeds: creeping paste, and a fall of 50 mm
 UNDER, FACE, WALLS, OVER = 1.0, 1.1, 3.9, 4.0
 """Drawing order from above: sealant under the face, the face, which hides it, the crack's walls, sealant over it."""
@@ -80,34 +78,11 @@ def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layo
         bar.long_axis.set_major_formatter("{x:g}")
 
 
-class AlongCrack:
-    """Coordinates along a crack's centreline and to its left."""
-
-    def __init__(self, outline: Outline) -> None:
-        line_mm, s_mm = outline.centreline_mm, outline.s_mm
-        ends = [(line_mm[0] - line_mm[1], line_mm[0]), (line_mm[-1] - line_mm[-2], line_mm[-1])]
-        first, last = (end + BEYOND_MM * ahead / np.linalg.norm(ahead) for ahead, end in ends)
-        s_mm = np.concatenate([[-BEYOND_MM], s_mm, [s_mm[-1] + BEYOND_MM]])
-        line_mm = np.vstack([first, line_mm, last])
-        self._s_mm = np.arange(s_mm[0], s_mm[-1], FINE_MM)
-        self._point_mm = np.column_stack([np.interp(self._s_mm, s_mm, x) for x in line_mm.T])
-        self._ahead = np.gradient(self._point_mm, FINE_MM, axis=0)
-        self._tree = KDTree(self._point_mm)
-
-    def of(self, points_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the arc length of points (n, 2) and their distance to the left of the line, both to ``FINE_MM``."""
-        distance_mm, nearest = self._tree.query(points_mm)
-        (dx, dy), (ahead_x, ahead_y) = (points_mm - self._point_mm[nearest]).T, self._ahead[nearest].T
-        left = ahead_x * dy - ahead_y * dx >= 0
-        return self._s_mm[nearest], np.where(left, distance_mm, -distance_mm)
-
-
 class Views:
     """Views of particles in a sample. Positions are (n, 3), and the values that colours represent are (n,)."""
 
     def __init__(self, outline: Outline, solid: Solid, radius_mm: float) -> None:
         self.outline, self.solid, self.radius_mm = outline, solid, radius_mm
-        self.along = AlongCrack(outline)
 
     def draw_along(self, axes: Axes, position_mm: Floats, value: Floats, scale: ColourScale) -> None:
         """Draw the section along the crack: the particles nearest to the centreline, which are drawn last.
@@ -123,8 +98,9 @@ class Views:
                 axes.add_artist(Rectangle((start_mm, bottom_mm), PAST_ENDS_MM, -bottom_mm, color=GROUND, linewidth=0))
         axes.plot([low_mm, high_mm], [0.0, 0.0], color=ON_GROUND, linewidth=0.8)
         axes.set_facecolor(AIR)
-        s_mm, aside_mm = self.along.of(position_mm[:, :2])
-        order = np.argsort(-np.abs(aside_mm), kind="stable")
+        outline, s_mm = self.outline, arc_length_at(position_mm[:, :2], self.outline.centreline_mm)
+        nearest_mm = [np.interp(s_mm, outline.s_mm, along_mm) for along_mm in outline.centreline_mm.T]
+        order = np.argsort(-np.hypot(*(position_mm[:, :2].T - nearest_mm)), kind="stable")
         draw_discs(axes, np.column_stack([s_mm, position_mm[:, 2]])[order], self.radius_mm, value[order], scale)
         show_to_scale(axes, (low_mm, high_mm), (bottom_mm, ABOVE_MM))
 

@@ -13,6 +13,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
+from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
@@ -58,8 +59,8 @@ class FillScene(particles.Views):
         stays = frame.state != ParticleState.SPILLED
         self.draw_along(axes, frame.position_mm[stays], value[stays], scale)
         if (tip_mm := self.nozzle_mm(frame.t_s)) is not None:
-            s_mm, _ = self.along.of(tip_mm[None, :2])
-            corner = float(s_mm[0]) - self._diameter_mm / 2, float(tip_mm[2])
+            s_mm = float(arc_length_at(tip_mm[None, :2], self.outline.centreline_mm)[0])
+            corner = s_mm - self._diameter_mm / 2, float(tip_mm[2])
             style = {"facecolor": theme.AIR, "edgecolor": theme.ON_GROUND, "linewidth": 0.9}
             axes.add_artist(Rectangle(corner, self._diameter_mm, NOZZLE_MM, **style))
 

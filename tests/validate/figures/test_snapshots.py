@@ -19,8 +19,7 @@ def test_the_fill_shows_every_moment_by_speed_and_by_age_on_common_scales(scene,
     for number, frame in enumerate(frames):
         by_speed, by_age = panels[2 * number : 2 * number + 2]
         assert by_speed.get_title(loc="left") == f"t = {frame.t_s:.2f} s"
-        _, aside_mm = scene.along.of(frame.position_mm[:-1, :2])  # all but the one that spilled
-        shown = np.argsort(-np.abs(aside_mm), kind="stable")
+        shown = np.argsort(-np.abs(frame.position_mm[:-1, 1]), kind="stable")  # all but the one that spilled
         for axes, value in ((by_speed, frame.speed_mm_s), (by_age, frame.age_s)):
             _, discs = axes.collections
             assert np.asarray(discs.get_offsets()) == pytest.approx(frame.position_mm[shown][:, [0, 2]], abs=0.06)
