@@ -40,14 +40,14 @@ from validate.figures.chart import (
     Chart,
     Excluded,
     Finished,
+    Watched,
     as_near_as_the_best,
     axes_of,
     chosen_few,
     first_of_each_pair,
     hold,
 )
-from validate.figures.map_figures import Fill, Watched
-from validate.figures.map_page import map_page
+from validate.figures.map_page import Fill, map_page
 from validate.figures.page import Page as StudyPage
 from validate.figures.page import write_page
 from validate.figures.snapshots import FillScene

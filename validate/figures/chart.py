@@ -10,6 +10,7 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
+from sealtwin.core.vtk_files import Frame
 from validate.comparison import Baseline, ErrorFigures
 from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
 from validate.metrics.curve_distances import error_figures, level_difference
@@ -33,6 +34,9 @@ OF_SEVERAL = {
     VOLUME_OFF.key: "their settled volumes differ from the dispensed volumes by more than 5 %.",
 }
 """Reasons in words for several runs, by key."""
+CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
+STEPS = 12  # Number of equal steps of the number of moving particles
+FEWEST = 3  # Least number of frames in a step, and of steps with a median for a straight line
 LEAST_VALUES, LEAST_RUNS, LEAST_SHARE = 4, 16, 2 / 3
 """Least values of each setting, least runs, and least share of the map between the runs for a surface. On a grid these
 are 4 by 4 runs; 30 random runs enclose about 0.7 of the map. A surface between fewer runs is a guess of its maker."""
@@ -338,20 +342,68 @@ def chosen_few(chart: Chart) -> list[HeldRun]:
 
     If the best run's value is near an end of the range, the middle of the range is used instead.
     """
-    places = chart.places
-    best = places[int(np.argmin(chart.errors_mm))]
-    chosen: list[int] = []
-    between = np.where((best > 0.1) & (best < 0.9), best, 0.5)
-    for up in (1.0, between[1], 0.0):
-        for across in (0.0, between[0], 1.0):
-            nearest = int(np.argmin(((places - [across, up]) ** 2).sum(axis=1)))
-            if nearest not in chosen:
-                chosen.append(nearest)
-    runs = [chart.runs[index] for index in chosen]
-    return runs if chart.best in runs else [chart.best, *runs]
+    places, best = chart.places, int(np.argmin(chart.errors_mm))
+    between = np.where((places[best] > 0.1) & (places[best] < 0.9), places[best], 0.5)
+    targets = [(across, up) for up in (1.0, between[1], 0.0) for across in (0.0, between[0], 1.0)]
+    nearest = [int(((places - target) ** 2).sum(axis=1).argmin()) for target in targets]
+    chosen = dict.fromkeys(nearest if best in nearest else [best, *nearest])
+    return [chart.runs[index] for index in chosen]
 
 
 def _places(runs: Sequence[HeldRun], axes: tuple[Axis, Axis]) -> Floats:
     values = np.array([run.at for run in runs]).T
     places = np.column_stack([axis.spaced(each) for axis, each in zip(axes, values, strict=True)])
     return (places - places.min(axis=0)) / np.ptp(places, axis=0)
+
+
+def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
+    """Return values along both axes, (k,) each, and the mean error on their grid, (k, k).
+
+    It is interpolated between the runs by SciPy's linear griddata. A logarithmic axis is interpolated in its logarithm;
+    outside the runs' hull the error is NaN.
+    """
+    from scipy.interpolate import griddata
+
+    places = [axis.spaced(each) for axis, each in zip(chart.axes, chart.pairs.T, strict=True)]
+    lines = [np.linspace(each.min(), each.max(), CELLS) for each in places]
+    grid = tuple(np.meshgrid(*lines))
+    error_mm = griddata(np.column_stack(places), chart.errors_mm, grid, method="linear", rescale=True)
+    across, up = (10.0**line if axis.logarithmic else line for axis, line in zip(chart.axes, lines, strict=True))
+    return across, up, error_mm
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Frames and times of a run."""
+
+    frames: tuple[Frame, ...]  # Frames in the order of time; the last one is the end of the run
+    particles: Floats  # Number of moving particles, every few frames, (k,)
+    frame_ms: Floats  # Computing time of a frame at the same moments, (k,)
+    differs_mm: float | None
+    """Mean distance of the level of a repeated run from that in the study, 0 on the same kind of device; None if it is
+    the study's own run."""
+
+
+def medians(particles: Floats, frame_ms: Floats) -> Floats:
+    """Return the median number of particles and the median time in each step, (2, k).
+
+    Other load changes them little.
+    """
+    step = np.minimum((particles / particles.max() * STEPS).astype(int), STEPS - 1)
+    inside = [step == number for number in range(STEPS) if (step == number).sum() >= FEWEST]
+    return np.array([[np.median(values[part]) for part in inside] for values in (particles, frame_ms)])
+
+
+def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
+    """Fit a straight line to the medians by least squares.
+
+    Returns None if there are too few medians; else the time of a frame without particles in ms, the time that each
+    moving particle adds in µs, and R², the share of the medians' variance that the line explains.
+    """
+    from scipy.stats import linregress
+
+    particles, frame_ms = medians(particles, frame_ms)
+    if len(particles) < FEWEST:
+        return None
+    line: Any = linregress(particles, frame_ms)
+    return line.intercept, 1000 * line.slope, line.rvalue**2

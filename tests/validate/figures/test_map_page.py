@@ -10,8 +10,7 @@ from sealtwin.core.facts import Fact
 from tests.charts import make_chart
 from tests.pages import leave_out_figures
 from validate.figures.chart import VOLUME_OFF, Excluded
-from validate.figures.map_figures import draw_error_map
-from validate.figures.map_page import map_page
+from validate.figures.map_page import draw_error_map, map_page
 from validate.figures.page import write_page
 
 HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
