@@ -211,6 +211,6 @@ def _draw(courses: Mapping[DamBreak, Course]) -> "Figure":
     step_s, shift = content()["clock"]["outline_s"], content()["calibrated"]["shift_outlines"]
     for (case, (t_s, front_mm)), (line, marker) in zip(courses.items(), STYLES, strict=True):
         axes.plot(t_s - shift * step_s, front_mm, line, color=SIMULATED, label=f"{case.size}, computed")
-        seen = {"color": MEASURED, "label": f"{case.size}, measured"}
-        axes.plot(step_s * np.arange(1, 9), case.measured_mm[1:], marker, **seen)
+        seen_s, label = step_s * np.arange(1, 9), f"{case.size}, measured"
+        axes.plot(seen_s, case.measured_mm[1:], marker, color=MEASURED, label=label)
     return label_axes(axes, "time (s)", "front from the gate (mm)", "Front of each block", 4)

@@ -8,8 +8,20 @@ from matplotlib.figure import Figure
 from sealtwin.core.records import Floats
 from validate.calibration.posterior import SMOOTH_ERRORS_MM, SMOOTH_LENGTH_MM
 from validate.calibration.summary import Calibrated, Prediction
-from validate.figures import theme
 from validate.figures.page import Column, Page, Plot, Section, Table
+from validate.figures.theme import (
+    ALONG,
+    INK,
+    LEVEL,
+    MEASURED,
+    SIMULATED,
+    draw_curve,
+    label_axes,
+    printable,
+    themed,
+    wide_axes,
+    wide_figure,
+)
 from validate.units import percent, setting_words
 
 BARS = 30  # Number of bars of a histogram
@@ -65,18 +77,18 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> Section:
     return Section(f"{one.trial}: {one.role}", [judged, used, plot])
 
 
-@theme.themed()
+@themed()
 def draw_prediction(one: Prediction, mark: str = "") -> Figure:
     """Draw the readings over the band that is predicted for them."""
-    _, axes = theme.wide_axes(3.8, face=True)
-    mean = {"color": theme.SIMULATED, "linewidth": 2.2, "label": "predicted mean"}
-    theme.draw_curve(axes, one.s_mm, one.mean_mm, "-", one.half_mm, 0.25, "95 % band of a reading", **mean)
-    read = {"color": theme.MEASURED, "linestyle": "none", "marker": "o", "markersize": 3.5, "elinewidth": 1.2}
+    _, axes = wide_axes(3.8, face=True)
+    mean = {"color": SIMULATED, "linewidth": 2.2, "label": "predicted mean"}
+    draw_curve(axes, one.s_mm, one.mean_mm, "-", one.half_mm, 0.25, "95 % band of a reading", **mean)
+    read = {"color": MEASURED, "linestyle": "none", "marker": "o", "markersize": 3.5, "elinewidth": 1.2}
     axes.errorbar(one.s_mm, one.read_mm, one.error_mm, **read, label=f"{mark}readings, 95 %")
     ends_mm = np.concatenate([one.mean_mm - one.half_mm, one.mean_mm + one.half_mm, one.read_mm])
     axes.set_ylim(ends_mm.min() - 0.5, max(ends_mm.max(), 0.0) + 0.5)
     axes.legend(loc="best")
-    return theme.label_axes(axes, theme.ALONG, theme.LEVEL, f"{theme.printable(one.trial)}: {one.role}")
+    return label_axes(axes, ALONG, LEVEL, f"{printable(one.trial)}: {one.role}")
 
 
 def _settings(calibrated: Calibrated, draws: Floats) -> Section:
@@ -101,27 +113,27 @@ def _settings(calibrated: Calibrated, draws: Floats) -> Section:
     )
 
 
-@theme.themed()
+@themed()
 def draw_marginals(calibrated: Calibrated, draws: Floats) -> Figure:
     """Draw the posterior, (n, d) in the unit cube, of each free setting as bars over its prior."""
     columns = min(len(calibrated.marginals), 3)
     lines = -(-len(calibrated.marginals) // columns)
-    figure = theme.wide_figure(2.6 * lines)
+    figure = wide_figure(2.6 * lines)
     edges, shares = np.linspace(0, 1, BARS + 1), np.linspace(0, 1, 200)
     for number, one in enumerate(calibrated.marginals):
         axes, free = figure.add_subplot(lines, columns, number + 1), one.free
         density, _ = np.histogram(draws[:, number], edges, density=True)
-        axes.stairs(density, free.values(edges), fill=True, color=theme.SIMULATED, alpha=0.6)
+        axes.stairs(density, free.values(edges), fill=True, color=SIMULATED, alpha=0.6)
         prior = np.exp(free.log_prior(shares) - free.log_prior(shares).max())
-        axes.plot(free.values(shares), prior / prior.mean(), color=theme.INK, linewidth=1.2)
-        axes.axvline(one.best, color=theme.MEASURED, linewidth=1.4, linestyle="--")
+        axes.plot(free.values(shares), prior / prior.mean(), color=INK, linewidth=1.2)
+        axes.axvline(one.best, color=MEASURED, linewidth=1.4, linestyle="--")
         if free.logarithmic:
             axes.set_xscale("log")
             axes.minorticks_off()
         ticks = free.values(np.array([0.0, 0.5, 1.0]))
         axes.set_xticks(ticks, [f"{value:.2g}" for value in ticks])
         axes.set(xlim=(free.low, free.high), yticks=[])
-        theme.label_axes(axes, free.label, "", "identified" if one.identified else "not identified")
+        label_axes(axes, free.label, "", "identified" if one.identified else "not identified")
     return figure
 
 

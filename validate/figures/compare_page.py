@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Floats, Profile
-from validate.figures import theme
 from validate.figures.page import NONE, Column, Page, Plot, Section, Table, part_of
+from validate.figures.theme import ALONG, INK, LEVEL, MEASURED, SIMULATED, THIRD, label_axes, themed, wide_axes
 from validate.metrics.curve_distances import Difference, level_difference
 from validate.metrics.verdict import SOUND, beside_baselines, kept_volume
 from validate.result import Comparison
@@ -42,7 +42,7 @@ FIGURES: dict[str, tuple[str, Callable[[Any], str]]] = {
 }
 """Path and text of each figure of a comparison, by label."""
 
-COLOURS = (theme.SIMULATED, theme.MEASURED, theme.THIRD, "#cc79a7", "#e69f00", "#9467bd", theme.INK)
+COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#e69f00", "#9467bd", INK)
 """Okabe and Ito's colours without sky blue, because the first colour is shown as sky blue on a dark page.
 
 Colours four places apart have the same stroke, so they are not shades of one colour.
@@ -243,9 +243,6 @@ def compare_page(
         Section("Levels", [_levels(sides), *([errors] if compared else [])]),
         Section("Figures", [_by_run(sides, "figures", "figure", _figures(sides))]),
     ]
-    if unranked := _unranked(sides):
-        columns = [Column("run", list(unranked)), Column("why", list(unranked.values()))]
-        sections.append(Section("Not ranked", [Table("By run", "not-ranked", columns)]))
     if compared:
         sections.append(Section("Held out", [_held_out_words(sides), *replicate_words(sides)]))
     return Page(
@@ -258,18 +255,14 @@ def compare_page(
     )
 
 
-def _unranked(sides: Sequence[Side]) -> dict[int, str]:
-    """Return the reasons of the runs that are not ranked, by number."""
-    return {number: side.unranked for number, side in enumerate(sides, start=1) if side.unranked}
-
-
 def _cautions(sides: Sequence[Side]) -> list[str]:
     kinds = sorted({side.readings.data for side in sides if side.readings is not None} - {"measured"})
     sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
-    if unranked := [f"run {number}, because {reason}" for number, reason in _unranked(sides).items()]:
+    reasons = [f"run {number}, because {side.unranked}" for number, side in enumerate(sides, start=1) if side.unranked]
+    if reasons:
         leak = " Particles must never pass a wall: please report it with the trial file."
         leaks = any(side.escaped_particles for side in sides)
-        sentences.append(f"Not ranked: {'; '.join(unranked)}.{leak if leaks else ''}")
+        sentences.append(f"Not ranked: {'; '.join(reasons)}.{leak if leaks else ''}")
     # Readings that are held out in one run but were used to calibrate another.
     roles: dict[int, dict[str, list[int]]] = {}
     for index, first in enumerate(first_with_readings(sides)):
@@ -322,7 +315,7 @@ def _held_out_words(sides: Sequence[Side]) -> str:
     if held_out_mm is not None:
         return f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
     if any(side.held_out for side in sides):
-        return "No held-out run is ranked; see the reasons in the table of runs that are not ranked."
+        return "No held-out run is ranked; see the reasons above."
     return "No run has held-out readings, so every error here is the residual of a calibration."
 
 
@@ -350,27 +343,27 @@ def _rounded(value: float) -> str:
     return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
 
 
-@theme.themed()
+@themed()
 def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw levels as lines, and readings as circles in the colour of their run, or in ink if runs share them."""
-    _, axes = theme.wide_axes(4.2, face=True)
+    _, axes = wide_axes(4.2, face=True)
     first_with = first_with_readings(sides)
     for index, side in enumerate(sides):
         readings = side.readings
         if readings is not None and first_with[index] == index:
-            colour = COLOURS[index % len(COLOURS)] if first_with.count(index) == 1 else theme.INK
+            colour = COLOURS[index % len(COLOURS)] if first_with.count(index) == 1 else INK
             axes.plot(readings.s_mm, readings.level_mm, "o", color=colour, markersize=4, markerfacecolor="none")
     kinds = sorted({side.readings.data for side in sides if side.readings is not None})
     origins = " and ".join(kind if kind == "measured" else kind.upper() for kind in kinds)
     title = f"Levels, and readings ({origins}) as circles" if kinds else "Levels"
     curves = [(side.profile.s_mm, side.profile.level_mm) for side in sides]
-    return _draw_runs(axes, sides, enumerate(curves), theme.LEVEL, title)
+    return _draw_runs(axes, sides, enumerate(curves), LEVEL, title)
 
 
-@theme.themed()
+@themed()
 def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw the signed errors of the runs with readings."""
-    _, axes = theme.wide_axes(3.2, face=True)
+    _, axes = wide_axes(3.2, face=True)
     curves = ((index, (error.x, error.value)) for index, side in enumerate(sides) if (error := side.error) is not None)
     return _draw_runs(axes, sides, curves, "error (mm)", "Signed error: above 0 the simulated level is too high")
 
@@ -383,4 +376,4 @@ def _draw_runs(
         stroke, colour = STROKES[index % len(STROKES)], COLOURS[index % len(COLOURS)]
         axes.plot(*curve, stroke, color=colour, label=str(index + 1))
     axes.set_xlim(0, max(side.profile.s_mm[-1] for side in sides))
-    return theme.label_axes(axes, theme.ALONG, y, title, LEGEND_COLUMNS)
+    return label_axes(axes, ALONG, y, title, LEGEND_COLUMNS)

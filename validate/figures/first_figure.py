@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sealtwin.core.records import Floats, Outline, Pixels, Profile, Solid, Trajectory
-from validate.figures import theme
 from validate.figures.particles import draw_solid_across, plane_at
+from validate.figures.theme import INK, MEASURED, MUTED, ON_GROUND, SIMULATED, draw_band, draw_face, draw_ground, themed
 from validate.metrics.baselines import are_compared
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
@@ -81,7 +81,7 @@ class FirstFigure:
             shown.append(self.profile.level_mm + self.seeds.band_95_mm)
         return -self.solid.depth_mm - BELOW_FLOOR_MM, float(np.concatenate(shown).max(initial=0.0)) + HEADROOM_MM
 
-    @theme.themed()
+    @themed()
     def draw(self, layout: FirstLayout = WIDE) -> Figure:
         """Draw the figure in a layout; the error only if there are readings, the section only in a wide one."""
         length_mm = self.outline.length_mm
@@ -93,7 +93,7 @@ class FirstFigure:
             heights.append(layout.error)
         width, total = layout.width, sum(heights) + layout.gap * len(heights) + layout.foot
         figure = Figure(figsize=(width, total))
-        rows = figure.add_gridspec(
+        rows: Any = figure.add_gridspec(
             len(heights),
             1,
             height_ratios=heights,
@@ -137,7 +137,7 @@ class FirstFigure:
             along_mm, away_mm = (offset * ahead).sum(axis=1), (offset[:, ::-1] * ahead * (1, -1)).sum(axis=1)
             # At an oblique open end a wall's points are on the edge of the face, not across from the centreline.
             away_mm = np.where(np.abs(along_mm) < OBLIQUE * np.abs(away_mm), away_mm, np.nan)
-            for colour, width in (("white", 2.2), (theme.ON_GROUND, 1.1)):
+            for colour, width in (("white", 2.2), (ON_GROUND, 1.1)):
                 axes.plot(outline.s_mm, away_mm, color=colour, linewidth=width)
         given = self.trajectory.s_mm[self.trajectory.giving]
         if len(given):
@@ -152,27 +152,27 @@ class FirstFigure:
         low_mm, high_mm = self._ends_mm
         s_mm, floor_mm = profile.s_mm, -self.solid.depth_at_mm(profile.s_mm)
         filled_mm = np.maximum(profile.level_mm, floor_mm)
-        axes.fill_between(s_mm, floor_mm, filled_mm, color=theme.SIMULATED, alpha=0.15, linewidth=0)
-        theme.draw_face(axes)
+        axes.fill_between(s_mm, floor_mm, filled_mm, color=SIMULATED, alpha=0.15, linewidth=0)
+        draw_face(axes)
         if prediction is not None:
             curve, whole = (prediction.s_mm, prediction.level_mm), levels_in_words(seeds, "simulated level")
-            theme.draw_band(axes, *curve, prediction.profile_band_95_mm, theme.MUTED, 0.28, f"19 of 20 {whole}")
-            theme.draw_band(axes, *curve, prediction.band_95_mm, theme.SIMULATED, 0.3, "19 of 20 at one place")
+            draw_band(axes, *curve, prediction.profile_band_95_mm, MUTED, 0.28, f"19 of 20 {whole}")
+            draw_band(axes, *curve, prediction.band_95_mm, SIMULATED, 0.3, "19 of 20 at one place")
         if readings is not None:
             if self.comparison is not None and self.comparison.uncertainty is not None:
                 bands, read_mm = self.comparison.uncertainty.levels, readings.level_mm
-                theme.draw_band(axes, bands.s_mm, read_mm, bands.profile_band_95_mm, theme.MUTED, 0.28, BAND_READ)
-                bars = {"fmt": "none", "ecolor": theme.MEASURED, "elinewidth": 1.1, "capsize": 2.5}
+                draw_band(axes, bands.s_mm, read_mm, bands.profile_band_95_mm, MUTED, 0.28, BAND_READ)
+                bars = {"fmt": "none", "ecolor": MEASURED, "elinewidth": 1.1, "capsize": 2.5}
                 axes.errorbar(bands.s_mm, read_mm, bands.band_95_mm, **bars)
             name = "readings" if readings.data == "measured" else f"readings ({readings.data})"
-            axes.plot(readings.s_mm, readings.level_mm, "o", color=theme.MEASURED, markersize=5, label=name)
+            axes.plot(readings.s_mm, readings.level_mm, "o", color=MEASURED, markersize=5, label=name)
         if seeds is not None and prediction is None:
-            theme.draw_band(axes, s_mm, profile.level_mm, seeds.band_95_mm, theme.SIMULATED, 0.3, BAND_NEXT)
+            draw_band(axes, s_mm, profile.level_mm, seeds.band_95_mm, SIMULATED, 0.3, BAND_NEXT)
         # Over the bands, since no level is below the floor.
-        theme.draw_ground(axes, s_mm, floor_mm, low_mm)
+        draw_ground(axes, s_mm, floor_mm, low_mm)
         kind = "simulated" if prediction is None else "predicted"
         kind += "" if seeds is None else f", mean of {len(seeds.seeds)} runs"
-        axes.plot(s_mm, profile.level_mm, color=theme.SIMULATED, linewidth=2.0, label=kind)
+        axes.plot(s_mm, profile.level_mm, color=SIMULATED, linewidth=2.0, label=kind)
         axes.set_ylim(low_mm, high_mm)
         _title(axes, "Level, mm from the face", " of the sample (0)", layout)
         axes.legend(loc="lower right", fontsize=layout.font_pt, frameon=True, framealpha=0.85, edgecolor="none")
@@ -182,11 +182,11 @@ class FirstFigure:
         error, length_mm = level_difference(self.profile, readings), self.outline.length_mm
         if comparison.uncertainty is not None:
             bands = comparison.uncertainty.levels
-            theme.draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, theme.MUTED, 0.28)
-        axes.fill_between(error.x, 0.0, error.value, color=theme.SIMULATED, alpha=0.3, linewidth=0)
+            draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, MUTED, 0.28)
+        axes.fill_between(error.x, 0.0, error.value, color=SIMULATED, alpha=0.3, linewidth=0)
         s_mm = readings.s_mm[are_compared(readings, comparison.covered_from_mm, comparison.covered_to_mm)]
-        axes.bar(s_mm, np.interp(s_mm, error.x, error.value), 0.011 * length_mm, color=theme.INK)
-        theme.draw_face(axes)
+        axes.bar(s_mm, np.interp(s_mm, error.x, error.value), 0.011 * length_mm, color=INK)
+        draw_face(axes)
         # The largest error is inside, with its number.
         most_mm = max(1.0, 2.0 * float(np.abs(error.value).max()))
         axes.set_ylim(-most_mm, most_mm)
@@ -208,8 +208,8 @@ class FirstFigure:
         """
         s_mm = self.outline.length_mm / 2
         level_mm = min(0.0, float(np.interp(s_mm, self.profile.s_mm, self.profile.level_mm)))
-        axes.axhspan(-self.solid.depth_mm, level_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
-        axes.axhline(level_mm, color=theme.SIMULATED, linewidth=2.0)
+        axes.axhspan(-self.solid.depth_mm, level_mm, color=SIMULATED, alpha=0.25, linewidth=0)
+        axes.axhline(level_mm, color=SIMULATED, linewidth=2.0)
         # The solid is drawn over the sealant, which is seen in the cavity alone.
         draw_solid_across(axes, self.solid, *plane_at(self.outline, s_mm), zorder=3)
         axes.set_xlim(-shown_mm / 2, shown_mm / 2)

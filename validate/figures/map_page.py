@@ -13,10 +13,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats
 from sealtwin.core.vtk_files import Frame
-from validate.figures import theme
 from validate.figures.chart import (
     LEAST_RUNS,
     LEAST_VALUES,
@@ -32,6 +32,20 @@ from validate.figures.chart import (
 from validate.figures.page import Column, Page, Plot, Section, Table
 from validate.figures.particles import ColourScale, add_bar, ages_of
 from validate.figures.snapshots import FillScene
+from validate.figures.theme import (
+    AIR,
+    ALONG,
+    INK,
+    LEVEL,
+    MEASURED,
+    MUTED,
+    SIMULATED,
+    draw_curve,
+    label_axes,
+    themed,
+    wide_axes,
+    wide_figure,
+)
 from validate.units import percent, setting_words, signed
 
 MOST_ROWS = 200  # Most rows on the page, the nearest runs first; the CSV has all
@@ -47,7 +61,7 @@ ERRORS = {
 """Field and format of each figure of a run's error, by label."""
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
 """Viridis without its ends: one is invisible on a dark page, the other on a light one."""
-HALO = [withStroke(linewidth=2.5, foreground=theme.INK)]  # Dark edge of white marks on the map
+HALO = [withStroke(linewidth=2.5, foreground=INK)]  # Dark edge of white marks on the map
 MOST_LABELS = 15  # Most runs with number and error beside their point; others have the number alone
 
 
@@ -231,24 +245,24 @@ def _in_words(settings: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())
 
 
-@theme.themed()
+@themed()
 def draw_levels_of_study(chart: Chart) -> Figure:
     """Draw the levels of all runs and the readings, with the nearest run in bold."""
-    _, axes = theme.wide_axes(4.2, face=True)
+    _, axes = wide_axes(4.2, face=True)
     readings, best = chart.readings, chart.best
     curves = [np.column_stack([profile.s_mm, profile.level_mm]) for profile in (run.profile for run in chart.runs)]
-    thin = LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True, label="a run")
+    thin = LineCollection(curves, colors=MUTED, linewidths=0.7, alpha=0.5, rasterized=True, label="a run")
     axes.add_collection(thin)
     kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
-    read = {"color": theme.MEASURED, "markersize": 3.5, "label": f"caliper{kind}, 95 % band"}
-    theme.draw_curve(axes, readings.s_mm, readings.level_mm, "--o", chart.band_mm, **read)
-    bold = {"color": theme.SIMULATED, "linewidth": 3.0, "label": f"{chart.nearest} off"}
-    theme.draw_curve(axes, best.profile.s_mm, best.profile.level_mm, **bold)
+    read = {"color": MEASURED, "markersize": 3.5, "label": f"caliper{kind}, 95 % band"}
+    draw_curve(axes, readings.s_mm, readings.level_mm, "--o", chart.band_mm, **read)
+    bold = {"color": SIMULATED, "linewidth": 3.0, "label": f"{chart.nearest} off"}
+    draw_curve(axes, best.profile.s_mm, best.profile.level_mm, **bold)
     s_mm, level_mm = np.vstack([*curves, np.column_stack([readings.s_mm, readings.level_mm])]).T
     axes.set_xlim(0, s_mm.max())
     axes.set_ylim(level_mm.min() - 1, level_mm.max() + 1)
     axes.legend(loc="lower right")
-    return theme.label_axes(axes, theme.ALONG, theme.LEVEL, f"Levels of {len(chart.runs)} runs")
+    return label_axes(axes, ALONG, LEVEL, f"Levels of {len(chart.runs)} runs")
 
 
 def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
@@ -258,11 +272,11 @@ def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
         (axes.xaxis if name == "x" else axes.yaxis).set_major_formatter("{x:g}")
 
 
-@theme.themed()
+@themed()
 def draw_influence(chart: Chart, of: int) -> Figure:
     """Draw the mean error over axis ``of``: a line for each value of the other axis on a grid of runs, else points."""
     along, other = chart.axes[of], chart.axes[1 - of]
-    figure, axes = theme.wide_axes(4.2)
+    figure, axes = wide_axes(4.2)
     places, values = chart.pairs[:, of], chart.pairs[:, 1 - of]
     norm = (LogNorm if other.logarithmic else Normalize)(other.values[0], other.values[-1])
     axes.scatter(places, chart.errors_mm, c=values, cmap=LINE_COLOURS, norm=norm, s=12)
@@ -272,22 +286,22 @@ def draw_influence(chart: Chart, of: int) -> Figure:
         axes.plot(places[line], chart.errors_mm[line], color=LINE_COLOURS(norm(value)), linewidth=1.2)
     if along.is_graded(len(chart.runs)):
         mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
-        axes.plot(along.values, mean_mm, color=theme.INK, linewidth=3.0, label=f"mean over {other.name}")
+        axes.plot(along.values, mean_mm, color=INK, linewidth=3.0, label=f"mean over {other.name}")
         axes.legend(loc="best")
     add_bar(figure, ColourScale(other.label, LINE_COLOURS, norm), [axes], pad=0.01)
     scale_axis(axes, "x", along)
     axes.set_ylim(0, None)
-    return theme.label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
+    return label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
 
 
-@theme.themed()
+@themed()
 def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     """Draw the mean error over the two settings: each run in the colour of its error, over a surface between them.
 
     If the runs are too few for a surface, each has its number and, if there is room, its error. ``chosen`` runs have
     their letters. Runs that are not ranked are empty squares.
     """
-    figure, axes = theme.wide_axes(5.4)
+    figure, axes = wide_axes(5.4)
     surface, errors_mm = chart.has_surface, chart.errors_mm
     colours: Any = {"cmap": "viridis" if surface else LINE_COLOURS, "norm": Normalize(errors_mm.min(), errors_mm.max())}
     if surface:
@@ -295,7 +309,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
         axes.grid(visible=False)
     point = {
         "s": 24 if surface else 130,
-        "edgecolors": theme.MEASURED if surface else theme.INK,
+        "edgecolors": MEASURED if surface else INK,
         "clip_on": False,
         "zorder": 3,
     }
@@ -308,7 +322,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
             axes.plot(*pairs.T, "o", **ring, markersize=size, label=label)
     unranked = {run.number: pair for run in chart.excluded if (pair := _pair(chart, run)) is not None}
     if unranked:
-        square = {"markerfacecolor": "none", "markeredgecolor": theme.INK, "linestyle": "none", "markersize": 9}
+        square = {"markerfacecolor": "none", "markeredgecolor": INK, "linestyle": "none", "markersize": 9}
         axes.plot(*np.array([*unranked.values()]).T, "s", **square, label="not ranked")
     _name_runs(
         axes, chart, unranked, {run.number: letter for letter, run in zip(ascii_lowercase, chosen, strict=False)}
@@ -318,7 +332,7 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     # Space for labels at the edges.
     axes.margins(*((0.0, 0.0) if surface else (0.14, 0.16)))
     title = "Mean error against the readings" if surface else "Mean error of each run against the readings"
-    theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "")
+    label_axes(axes, chart.axes[0].label, chart.axes[1].label, "")
     axes.set_title(title, pad=24.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=4, fontsize=8.0)
     return figure
@@ -334,7 +348,9 @@ def _name_runs(axes: Axes, chart: Chart, unranked: Mapping[int, Floats], letters
     for number, (pair, result) in results.items():
         name = f"run {number}: {result}" if len(results) <= MOST_LABELS else str(number)
         parts = [letters.get(number), None if chart.has_surface else name]
-        axes.annotate(", ".join(filter(None, parts)), pair, (0, 13), textcoords="offset points", ha="center", **style)
+        axes.annotate(
+            ", ".join(filter(None, parts)), tuple(pair), (0, 13), textcoords="offset points", ha="center", **style
+        )
 
 
 def _pair(chart: Chart, run: Excluded) -> Floats | None:
@@ -347,7 +363,7 @@ def _pair(chart: Chart, run: Excluded) -> Floats | None:
     return np.array(pair, dtype=float) if all(shown) else None
 
 
-@theme.themed()
+@themed()
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
     moments = max(len(fill.course.frames) for fill in fills)
@@ -364,7 +380,7 @@ def draw_fills(fills: Sequence[Fill]) -> Figure:
     return figure
 
 
-@theme.themed()
+@themed()
 def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     """Draw the end of each chosen run, with the level measured from its particles."""
     columns = min(3, len(fills))
@@ -372,20 +388,20 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     figure, grid = _draw_sections(0.5 + 1.3 * rows, (rows, columns), [(fill, fill.course.frames[-1]) for fill in fills])
     for axes, fill in zip(grid, fills, strict=False):
         profile = fill.run.profile
-        theme.draw_curve(axes, profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=2.4)
-        theme.draw_curve(axes, profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.1)
+        draw_curve(axes, profile.s_mm, profile.level_mm, color=AIR, linewidth=2.4)
+        draw_curve(axes, profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.1)
         axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
     return figure
 
 
 def _draw_sections(
     height_in: float, shape: tuple[int, int], panels: Sequence[tuple[Fill, Frame | None]]
-) -> tuple[Figure, Sequence[Axes]]:
+) -> tuple[Figure, NDArray[Any]]:
     """Draw sections along the crack by age in a grid, and one colour bar; return the figure and the grid, row by row.
 
     A panel without a frame stays empty.
     """
-    figure = theme.wide_figure(height_in)
+    figure = wide_figure(height_in)
     grid = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True).ravel()
     scale = ages_of(frame for fill, _ in panels for frame in fill.course.frames)
     for axes in grid:
@@ -398,30 +414,30 @@ def _draw_sections(
     return figure, grid
 
 
-@theme.themed()
+@themed()
 def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
     """Draw the times of frames of the chosen runs, and the times of whole runs over each of the two settings."""
-    figure = theme.wide_figure(3.4)
+    figure = wide_figure(3.4)
     row = figure.subplots(1, 3 if fills else 2)
     wall_s = [run.wall_s for run in chart.runs]
     for index, (axis, axes) in enumerate(zip(chart.axes, row[-2:], strict=True)):
-        axes.plot(chart.pairs[:, index], wall_s, "o", color=theme.SIMULATED, markersize=3.5, alpha=0.6)
+        axes.plot(chart.pairs[:, index], wall_s, "o", color=SIMULATED, markersize=3.5, alpha=0.6)
         scale_axis(axes, "x", axis)
         axes.set_ylim(0, None)
-        theme.label_axes(axes, axis.label, "time of a run (s)", f"Whole runs, over {axis.name}")
+        label_axes(axes, axis.label, "time of a run (s)", f"Whole runs, over {axis.name}")
     if fills:
         particles, frame_ms = frame_times(fills)
-        row[0].plot(particles, frame_ms, "o", color=theme.MEASURED, markersize=2, alpha=0.25, rasterized=True)
-        row[0].plot(*medians(particles, frame_ms), "s", color=theme.INK, markersize=5)
+        row[0].plot(particles, frame_ms, "o", color=MEASURED, markersize=2, alpha=0.25, rasterized=True)
+        row[0].plot(*medians(particles, frame_ms), "s", color=INK, markersize=5)
         title = "Frames, their medians"
         if (pace := pace_of(particles, frame_ms)) is not None:
             ends = np.array([0.0, particles.max()])
             start_ms, particle_us, explained = pace
-            row[0].plot(ends, start_ms + particle_us * ends / 1000, color=theme.INK)
+            row[0].plot(ends, start_ms + particle_us * ends / 1000, color=INK)
             title = f"{title}, R² = {explained:.2f}"
         row[0].set_xlim(0, None)
         row[0].set_ylim(0, 1.3 * float(np.quantile(frame_ms, 0.95)))
-        theme.label_axes(row[0], "moving particles", "time of a frame (ms)", title)
+        label_axes(row[0], "moving particles", "time of a frame (ms)", title)
     return figure
 
 

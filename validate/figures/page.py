@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import jinja2
 from markupsafe import Markup
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from sealtwin.core.files import write_sheet, write_text
 from validate.figures.drawing import as_svg
@@ -24,6 +25,7 @@ NAME_BREAKS = re.compile(r"(?<=[._/])(?=[^\W\d])")
 """Places in names and paths where a line of a table may break; never inside a number."""
 LONGEST_PART = 16  # Most characters between two such places; a cell with more may break anywhere
 NONE = "-"  # Text of a cell without a value
+Values = Sequence[Any] | NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class Plot:
     name: str  # Name of its files
     caption: str
     draw: Callable[[], Figure]
-    numbers: Mapping[str, Sequence[Any]] | None = None
+    numbers: Mapping[str, Values] | None = None
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class Column:
     """A column of a table on the page, of its CSV, or of both. A value is a number, a text or None."""
 
     head: str  # Head on the page; empty if only the CSV has the column
-    values: str | Sequence[Any]  # Values, or the path of the value in each record of the table
+    values: str | Values  # Values, or the path of the value in each record of the table
     text: Callable[[Any], str] = str  # Text of a value on the page
     name: str | None = None  # Head in the CSV; empty if only the page has the column, None if it is that of the page
 
@@ -72,12 +74,12 @@ class Table:
         return rows if self.order is None else [rows[row] for row in self.order]
 
     @property
-    def numbers(self) -> dict[str, Sequence[Any]]:
+    def numbers(self) -> dict[str, Values]:
         """Columns of the CSV by name."""
         names = [column.head if column.name is None else column.name for column in self.columns]
         return {name: self._values(column) for name, column in zip(names, self.columns, strict=True) if name}
 
-    def _values(self, column: Column) -> Sequence[Any]:
+    def _values(self, column: Column) -> Values:
         path = column.values
         return [part_of(record, path) for record in self.records] if isinstance(path, str) else path
 

@@ -16,8 +16,7 @@ from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.vtk_files import Frame
-from validate.figures import theme
-from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes
+from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, draw_ground, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
 """Places of the sections across a crack, as shares of its length: slope, middle and plateau of the paste."""
@@ -92,7 +91,7 @@ class Views:
         length_mm, bottom_mm = self.outline.length_mm, -self.solid.depth_mm - 2
         low_mm, high_mm = -PAST_ENDS_MM, length_mm + PAST_ENDS_MM
         along_mm = np.linspace(low_mm, high_mm, 500)
-        theme.draw_ground(axes, along_mm, -self.solid.depth_at_mm(along_mm), bottom_mm)
+        draw_ground(axes, along_mm, -self.solid.depth_at_mm(along_mm), bottom_mm)
         for kind, start_mm in zip(self.outline.ends, (low_mm, length_mm), strict=True):
             if kind != "open":
                 axes.add_artist(Rectangle((start_mm, bottom_mm), PAST_ENDS_MM, -bottom_mm, color=GROUND, linewidth=0))

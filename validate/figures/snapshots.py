@@ -4,7 +4,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,8 +18,20 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from sealtwin.core.vtk_files import Frame, ParticleState
-from validate.figures import particles, theme
 from validate.figures.drawing import as_picture
+from validate.figures.particles import (
+    ABOVE_MM,
+    OVER,
+    PAST_ENDS_MM,
+    SECTIONS_AT,
+    SPEED,
+    ColourScale,
+    Views,
+    add_bar,
+    age_scale,
+    ages_of,
+)
+from validate.figures.theme import AIR, ALONG, MEASURED, ON_GROUND, SIMULATED, THIRD, label_axes, themed, wide_figure
 
 AROUND_MM = 8.0  # Width of the face shown around the crack
 MOST_ROWS = 8  # Most moments below each other; of more frames, this many are drawn, evenly chosen
@@ -32,7 +44,7 @@ PANELS = (
     ("time (ms)", {"ms_a_frame": "computing time per frame"}),
 )  # fmt: skip
 """Unit of each panel, and the labels of its curves by column."""
-STYLES = ((theme.SIMULATED, "-"), (theme.MEASURED, (0, (4, 2))))
+STYLES = ((SIMULATED, "-"), (MEASURED, (0, (4, 2))))
 """Colour and dashes of a panel's two curves. They can be distinguished without colour, and if they coincide."""
 Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
 DPI = 150  # Resolution of a PNG
@@ -45,7 +57,7 @@ LAST_FRAME_S = 1.5  # Time for which a GIF shows its last frame before it begins
 COLOURS = 128  # Size of a GIF's palette
 
 
-class FillScene(particles.Views):
+class FillScene(Views):
     """The parts of a picture of the fill that do not change during a run: crack, nozzle, size of the particles."""
 
     def __init__(
@@ -54,14 +66,14 @@ class FillScene(particles.Views):
         super().__init__(outline, solid, radius_mm)
         self._trajectory, self._diameter_mm = trajectory, nozzle_diameter_mm
 
-    def draw_side(self, axes: Axes, frame: Frame, value: Floats, scale: particles.ColourScale) -> None:
+    def draw_side(self, axes: Axes, frame: Frame, value: Floats, scale: ColourScale) -> None:
         """Draw the section along the crack with the nozzle. Particles are coloured by ``value``, (n,)."""
         stays = frame.state != ParticleState.SPILLED
         self.draw_along(axes, frame.position_mm[stays], value[stays], scale)
         if (tip_mm := self.nozzle_mm(frame.t_s)) is not None:
             s_mm = float(arc_length_at(tip_mm[None, :2], self.outline.centreline_mm)[0])
             corner = s_mm - self._diameter_mm / 2, float(tip_mm[2])
-            style = {"facecolor": theme.AIR, "edgecolor": theme.ON_GROUND, "linewidth": 0.9}
+            style = {"facecolor": AIR, "edgecolor": ON_GROUND, "linewidth": 0.9}
             axes.add_artist(Rectangle(corner, self._diameter_mm, NOZZLE_MM, **style))
 
     def nozzle_mm(self, t_s: float) -> Floats | None:
@@ -72,21 +84,21 @@ class FillScene(particles.Views):
         return np.array([np.interp(t_s, path.t_s, axis) for axis in path.position_mm.T])
 
 
-@theme.themed()
+@themed()
 def draw_fill(frames: Sequence[Frame], scene: FillScene, by: Sequence[Shade] = ("speed", "age")) -> Figure:
     """Draw sections along the crack, with a row for each frame and a column for each way to colour the particles."""
     if len(frames) > MOST_ROWS:
         frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
-    figure = theme.wide_figure(1.0 + 1.35 * len(frames), len(by) * 4.5)
+    figure = wide_figure(1.0 + 1.35 * len(frames), len(by) * 4.5)
     grid = figure.subplots(len(frames), len(by), sharex=True, sharey=True, squeeze=False)
-    scales = {"speed": particles.SPEED, "age": particles.ages_of(frames)}
+    scales = {"speed": SPEED, "age": ages_of(frames)}
     for frame, row in zip(frames, grid, strict=True):
         for axes, shade in zip(row, by, strict=True):
             scene.draw_side(axes, frame, _values(frame, shade), scales[shade])
         row[0].set(title=f"t = {frame.t_s:.2f} s", ylabel="z (mm)")
     for column, shade in zip(grid.T, by, strict=True):
         column[-1].set_xlabel("s along the crack (mm)")
-        particles.add_bar(figure, scales[shade], column, location="bottom", aspect=40, pad=0.02)
+        add_bar(figure, scales[shade], column, location="bottom", aspect=40, pad=0.02)
     return figure
 
 
@@ -97,57 +109,57 @@ def _values(frame: Frame, shade: str) -> Floats:
 class Snapshot:
     """A figure of one frame after another: making axes, ticks and colour bars takes as long as drawing particles."""
 
-    @theme.themed()
+    @themed()
     def __init__(self, scene: FillScene, *, film: bool = False) -> None:
         """Prepare sections along the crack by age and by speed, the sample from above by speed, and sections across.
 
         A ``film`` has one section along the crack, by speed, and the sample from above.
         """
-        self._scene, self._scales = scene, {"age": particles.age_scale(1.0), "speed": particles.SPEED}
-        cuts = [] if film else [f"cut {number}" for number in range(len(particles.SECTIONS_AT))]
+        self._scene, self._scales = scene, {"age": age_scale(1.0), "speed": SPEED}
+        cuts = [] if film else [f"cut {number}" for number in range(len(SECTIONS_AT))]
         if film:
             width, height = np.diff(scene.shown_mm(AROUND_MM), axis=0)[0]
-            along_mm = scene.outline.length_mm + 2 * particles.PAST_ENDS_MM
-            heights = (scene.solid.depth_mm + particles.ABOVE_MM) / along_mm, min(height / width, TALLEST)
+            along_mm = scene.outline.length_mm + 2 * PAST_ENDS_MM
+            heights = (scene.solid.depth_mm + ABOVE_MM) / along_mm, min(height / width, TALLEST)
             # To scale, with room for labels.
-            figure = theme.wide_figure((FILM_IN - 1.6) * sum(heights) + 2.0, FILM_IN)
+            figure = wide_figure((FILM_IN - 1.6) * sum(heights) + 2.0, FILM_IN)
             self._axes = figure.subplot_mosaic([["speed"], ["top"]], height_ratios=heights)
         else:
-            figure = theme.wide_figure(11.0)
-            rows = [[name] * len(cuts) for name in ("age", "speed", "top")]
+            figure = wide_figure(11.0)
+            rows: Any = [[name] * len(cuts) for name in ("age", "speed", "top")]
             self._axes = figure.subplot_mosaic([*rows, cuts], height_ratios=(1.0, 1.0, 1.7, 1.35))
-            particles.add_bar(figure, self._scales["age"], [self._axes["age"]], pad=0.01, shrink=0.9, aspect=12)
+            add_bar(figure, self._scales["age"], [self._axes["age"]], pad=0.01, shrink=0.9, aspect=12)
         self._cuts = [self._axes[name] for name in cuts]
         by_speed = [axes for name, axes in self._axes.items() if name != "age"]
-        particles.add_bar(figure, particles.SPEED, by_speed, pad=0.01, shrink=0.9 if film else 0.4, aspect=25)
+        add_bar(figure, SPEED, by_speed, pad=0.01, shrink=0.9 if film else 0.4, aspect=25)
         self.figure = figure
 
-    @theme.themed()
+    @themed()
     def draw(self, frame: Frame) -> Figure:
         """Draw a frame in place of the last one."""
         for axes in self._axes.values():
             for artist in (*axes.collections, *axes.lines, *axes.patches):
                 artist.remove()
         scene, top, stays = self._scene, self._axes["top"], frame.state != ParticleState.SPILLED
-        self._scales["age"].norm.vmax = particles.ages_of([frame]).norm.vmax
+        self._scales["age"].norm.vmax = ages_of([frame]).norm.vmax
         for shade in self._scales.keys() & self._axes.keys():
             scene.draw_side(self._axes[shade], frame, _values(frame, shade), self._scales[shade])
             title = f"t = {frame.t_s:.2f} s: section along the crack, by {shade}"
-            theme.label_axes(self._axes[shade], theme.ALONG, "z (mm)", title)
-        sealant = frame.position_mm[stays], frame.speed_mm_s[stays], particles.SPEED
+            label_axes(self._axes[shade], ALONG, "z (mm)", title)
+        sealant = frame.position_mm[stays], frame.speed_mm_s[stays], SPEED
         scene.draw_from_above(top, AROUND_MM, *sealant)
         if (tip_mm := scene.nozzle_mm(frame.t_s)) is not None:
-            top.plot(*tip_mm[:2], "o", color=theme.THIRD, markersize=5, zorder=particles.OVER + 0.1)
-        theme.label_axes(top, "x (mm)", "y (mm)", "From above, by speed; the dot is the nozzle")
+            top.plot(*tip_mm[:2], "o", color=THIRD, markersize=5, zorder=OVER + 0.1)
+        label_axes(top, "x (mm)", "y (mm)", "From above, by speed; the dot is the nozzle")
         if self._cuts:
             scene.draw_across(self._cuts, *sealant)
         return self.figure
 
 
-@theme.themed()
+@themed()
 def draw_health(columns: Mapping[str, Floats]) -> Figure:
     """Draw the columns of health.csv, given by name. They have the same length; NaN is an empty field."""
-    figure = theme.wide_figure(8.5)
+    figure = wide_figure(8.5)
     rows = figure.subplots(len(PANELS), 1, sharex=True)
     for axes, (unit, curves) in zip(rows, PANELS, strict=True):
         factor = 100.0 if "%" in unit else 1.0
@@ -160,7 +172,7 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
         axes.set_ylim(0.0, 1.08 * factor * highest if highest else 1.0)
         if unit == "particles":
             axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-        theme.label_axes(axes, "", unit, "", legend=2)
+        label_axes(axes, "", unit, "", legend=2)
     rows[-1].set_xlabel("simulated time (s)")
     return figure
 

@@ -257,4 +257,4 @@ def _spread(place: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
     part = (place - base)[:, None]
     share = np.prod(np.where(corners, part, 1 - part), axis=2) * weight[:, None]
     node = np.ravel_multi_index(tuple(np.moveaxis(base[:, None] + corners, 2, 0)), shape)
-    return np.bincount(node.ravel(), share.ravel(), int(np.prod(shape))).reshape(shape)
+    return np.bincount(node.ravel(), share.ravel(), int(np.prod(shape))).reshape(shape).astype(float)
