@@ -22,7 +22,6 @@ from validate.figures.chart import (
     LEAST_VALUES,
     Axis,
     Chart,
-    Excluded,
     HeldRun,
     Watched,
     heat,
@@ -320,47 +319,42 @@ def draw_error_map(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     for pairs, size, label in ((near, 9, "fit equally well"), (np.array([chart.best.at]), 18, chart.nearest)):
         if len(pairs):
             axes.plot(*pairs.T, "o", **ring, markersize=size, label=label)
-    unranked = {run.number: pair for run in chart.excluded if (pair := _pair(chart, run)) is not None}
-    if unranked:
+    if unranked := chart.unranked:
         square = {"markerfacecolor": "none", "markeredgecolor": INK, "linestyle": "none", "markersize": 9}
-        axes.plot(*np.array([*unranked.values()]).T, "s", **square, label="not ranked")
-    _name_runs(
-        axes, chart, unranked, {run.number: letter for letter, run in zip(ascii_lowercase, chosen, strict=False)}
-    )
+        axes.plot(*zip(*unranked.values(), strict=True), "s", **square, clip_on=False, label="not ranked")
     for name, axis in zip(("x", "y"), chart.axes, strict=True):
         scale_axis(axes, name, axis)
+    letters = dict(zip((run.number for run in chosen), ascii_lowercase, strict=False))
+    if surface:
+        _draw_letters(axes, chart, letters)
+    else:
+        _draw_names(axes, chart, letters)
     # Space for labels at the edges.
     axes.margins(*((0.0, 0.0) if surface else (0.14, 0.16)))
     title = "Mean error against the readings" if surface else "Mean error of each run against the readings"
     label_axes(axes, chart.axes[0].label, chart.axes[1].label, "")
-    axes.set_title(title, pad=24.0)
+    axes.set_title(title, pad=12.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=4, fontsize=8.0)
     return figure
 
 
-def _name_runs(axes: Axes, chart: Chart, unranked: Mapping[int, Floats], letters: Mapping[int, str]) -> None:
-    """Write letters above the runs that have them, and numbers if there is no surface."""
-    results = {run.number: (run.at, f"{run.mean_error_mm:.2f} mm") for run in chart.runs}
-    results |= {number: (pair, "not ranked") for number, pair in unranked.items()}
-    style: Any = {"fontsize": 8.0}
-    if chart.has_surface:
-        style = {"fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
-    for number, (pair, result) in results.items():
+def _draw_letters(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
+    style: Any = {"fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
+    for run, place in zip(chart.runs, chart.places, strict=True):
+        # Toward the middle, since title and colour bar are at the edges.
+        shift = tuple(np.where(place > 0.5, -11, 11))
+        text, aligned = letters.get(run.number, ""), {"ha": "center", "va": "center"}
+        axes.annotate(text, run.at, shift, textcoords="offset points", **aligned, **style)
+
+
+def _draw_names(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
+    """Write number and error above each run, or if there are many the number alone."""
+    results = [(run.number, run.at, f"{run.mean_error_mm:.2f} mm") for run in chart.runs]
+    results += [(number, pair, "not ranked") for number, pair in chart.unranked.items()]
+    for number, pair, result in results:
         name = f"run {number}: {result}" if len(results) <= MOST_LABELS else str(number)
-        parts = [letters.get(number), None if chart.has_surface else name]
-        axes.annotate(
-            ", ".join(filter(None, parts)), tuple(pair), (0, 13), textcoords="offset points", ha="center", **style
-        )
-
-
-def _pair(chart: Chart, run: Excluded) -> Floats | None:
-    """Return the two settings of a run; None if they are not set, as in a run that failed, or not on the map's axes."""
-    pair = [run.settings.get(axis.setting) for axis in chart.axes]
-    shown = [
-        isinstance(value, int | float) and (value > 0 or not axis.logarithmic)
-        for axis, value in zip(chart.axes, pair, strict=True)
-    ]
-    return np.array(pair, dtype=float) if all(shown) else None
+        text = f"{letters[number]}, {name}" if number in letters else name
+        axes.annotate(text, pair, (0, 13), textcoords="offset points", ha="center", fontsize=8.0)
 
 
 @themed()

@@ -20,9 +20,7 @@ from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from sealtwin.core.vtk_files import Frame, ParticleState
 from validate.figures.drawing import as_picture
 from validate.figures.particles import (
-    ABOVE_MM,
     OVER,
-    PAST_ENDS_MM,
     SECTIONS_AT,
     SPEED,
     ColourScale,
@@ -48,8 +46,7 @@ STYLES = ((SIMULATED, "-"), (MEASURED, (0, (4, 2))))
 """Colour and dashes of a panel's two curves. They can be distinguished without colour, and if they coincide."""
 Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
 DPI = 150  # Resolution of a PNG
-FILM_IN, FILM_DPI = 9.6, 100  # Width of a film, and its resolution
-TALLEST = 0.6  # Largest height of the sample from above in a film, over its width
+FILM_IN, FILM_DPI = (6.4, 9.6), 100  # Height and width of a film, and its resolution
 FASTEST_FPS, SLOWEST_FPS = 50, 1
 """Limits of the frame rate: a GIF counts hundredths of a second, and browsers show a frame for at least two
 hundredths."""
@@ -118,12 +115,8 @@ class Snapshot:
         self._scene, self._scales = scene, {"age": age_scale(1.0), "speed": SPEED}
         cuts = [] if film else [f"cut {number}" for number in range(len(SECTIONS_AT))]
         if film:
-            width, height = np.diff(scene.shown_mm(AROUND_MM), axis=0)[0]
-            along_mm = scene.outline.length_mm + 2 * PAST_ENDS_MM
-            heights = (scene.solid.depth_mm + ABOVE_MM) / along_mm, min(height / width, TALLEST)
-            # To scale, with room for labels.
-            figure = wide_figure((FILM_IN - 1.6) * sum(heights) + 2.0, FILM_IN)
-            self._axes = figure.subplot_mosaic([["speed"], ["top"]], height_ratios=heights)
+            figure = wide_figure(*FILM_IN)
+            self._axes = figure.subplot_mosaic([["speed"], ["top"]], height_ratios=(1.0, 1.4))
         else:
             figure = wide_figure(11.0)
             rows: Any = [[name] * len(cuts) for name in ("age", "speed", "top")]

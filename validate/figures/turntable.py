@@ -81,9 +81,10 @@ class Turntable:
         width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
         view_deg = self.azimuth_deg, self.elevation_deg
         picture = render(self.vertices_mm, shown, colour, *view_deg, width_px, face_normal=unit(normal))
-        still = np.zeros((STILL_PX[1], STILL_PX[0], 4), np.uint8)
-        top, left = ((room - size) // 2 for room, size in zip(still.shape, picture.shape[:2], strict=False))
-        still[top : top + picture.shape[0], left : left + picture.shape[1]] = picture
+        still = np.zeros((*STILL_PX[::-1], 4), np.uint8)
+        height, width = picture.shape[:2]
+        top, left = (STILL_PX[1] - height) // 2, (STILL_PX[0] - width) // 2
+        still[top : top + height, left : left + width] = picture
         return still
 
     def packed(self) -> str:
@@ -148,12 +149,13 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     faces, label, rim = _coarse_cavity(solid)
     walls, ribbon = _inside(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
     parts = walls, ribbon, fluid._replace(value=ages)
-    before = np.cumsum([0, *(len(part.vertices_mm) for part in parts)])
+    vertices_mm, faces, normal, colour = zip(*parts, strict=True)
+    before = np.cumsum([0, *map(len, vertices_mm)])
     return Turntable(
-        vertices_mm=np.vstack([part.vertices_mm for part in parts]),
-        faces=np.vstack([part.faces + first for part, first in zip(parts, before, strict=False)]),
-        normal=np.vstack([part.normal for part in parts]),
-        colour=np.vstack([part.value for part in parts]),
+        vertices_mm=np.vstack(vertices_mm),
+        faces=np.vstack([part + first for part, first in zip(faces, before, strict=False)]),
+        normal=np.vstack(normal),
+        colour=np.vstack(colour),
         azimuth_deg=square_on(solid) - ASIDE_DEG,
         elevation_deg=DOWN_DEG,
         oldest_s=oldest_s,

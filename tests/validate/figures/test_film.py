@@ -19,7 +19,7 @@ def film(path, scene, frames):
 
 def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path, monkeypatch):
     """In the run's own time, where players can show that: 6.5 s between two frames are shown as one."""
-    monkeypatch.setattr("validate.figures.snapshots.FILM_IN", 5.0)
+    monkeypatch.setattr("validate.figures.snapshots.FILM_IN", (4.0, 5.0))
     timed = [replace(frame, t_s=t_s) for frame, t_s in zip(frames, (0.5, 0.6, 7.1), strict=True)]
     film(tmp_path / "fill.gif", scene, timed)
     with Image.open(tmp_path / "fill.gif") as opened:
